@@ -1,0 +1,41 @@
+"""Joint wrenches of closed-chain mechanisms, with Pinocchio."""
+
+from .arguments import Wrench
+from .description import bundled_names
+from .errors import (
+    AccuracyError,
+    ArgumentError,
+    AssemblyError,
+    CardanError,
+    MissingExtraError,
+    MobilityError,
+    ModelError,
+    SingularConfigurationError,
+)
+from .mechanism import Joint, Mechanism, load
+from .motion import Motion
+from .scene import Scene
+from .sweep import Sweep
+from .wrench import JointWrench
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "AccuracyError",
+    "ArgumentError",
+    "AssemblyError",
+    "CardanError",
+    "Joint",
+    "JointWrench",
+    "Mechanism",
+    "MissingExtraError",
+    "MobilityError",
+    "ModelError",
+    "Motion",
+    "Scene",
+    "SingularConfigurationError",
+    "Sweep",
+    "Wrench",
+    "bundled_names",
+    "load",
+]

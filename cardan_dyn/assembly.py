@@ -1,0 +1,193 @@
+"""Assembly: closed positions of a scene for any positions of its drives.
+
+The way from the description's zero position to the wanted one is followed, never guessed: first
+the held joints are brought to their positions one after the other, then the drive moves.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .branch import CLOSURE_TOLERANCE, Branch
+from .closure import Closure
+from .errors import AssemblyError, CardanError, SingularConfigurationError
+from .mechanism import Mechanism
+from .mobility import check_mobility
+from .solver import Closed, Solver
+from .twin import Array, Coordinates, Twin
+
+SINGULAR_CONDITION = 1e12
+"""Condition number from which on a position counts as singular."""
+
+
+class Assembly:
+    """Assembles a mechanism with given drives and held joints.
+
+    Attributes:
+        solver: closes loops for the scene's drives.
+        start: `(size,)` closed coordinates at the held positions, all drives at zero.
+
+    Raises:
+        AssemblyError: the loops cannot be closed at the held positions.
+        MobilityError: the drives do not match the mobility.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        twin: Twin,
+        coordinates: Coordinates,
+        drives: tuple[str, ...],
+        held: dict[str, float],
+    ) -> None:
+        self.mechanism = mechanism
+        self.drives = drives
+        self.held = held
+        self._twin = twin
+        self._coordinates = coordinates
+        self._columns = [coordinates.columns[name].start for name in drives]
+        prescribed = {coordinates.velocities[name].start for name in (*drives, *held)}
+        self._passives = np.array(sorted(set(range(mechanism.model.nv)) - prescribed), dtype=int)
+        self._branch: Branch | None = None
+        self.solver = self._solver_for(drives)
+        self.start = self._with_held_joints(self._zero())
+        self._study(self.start[None, :])
+
+    def guesses(self, positions: Array) -> tuple[Array, Array]:
+        """Return coordinates near closed ones on the branch.
+
+        Args:
+            positions: `(N, d)` drive positions.
+
+        Returns:
+            Coordinates `(N, size)`, exact in the drives, and whole turns `(N, size)` that their
+            angles lack.
+        """
+        turns = np.zeros((len(positions), self._coordinates.size))
+        if not self._passives.size:
+            guesses = np.repeat(self.start[None, :], len(positions), axis=0)
+            guesses[:, self._columns] = positions
+            return guesses, turns
+        if len(self.drives) > 1:
+            return self._followed(positions), turns
+        if self._branch is None:
+            self._branch = self._branch_of(self.drives[0], self.solver, self.start)
+        branch = self._branch
+        known = branch.span
+        wanted = positions[:, 0]
+        periods = self._covered(branch, wanted)
+        if branch.span != known:
+            self._study(branch.states())
+            branch.refine(most=max(len(positions) // 4, 32))
+        guesses = branch.guess(wanted - periods * (branch.period or 0.0))
+        guesses[:, self._columns] = positions
+        turns += periods[:, None] * branch.windings
+        turns[:, self._columns] = 0.0
+        return guesses, turns
+
+    def close(self, guesses: Array, positions: Array) -> Closed:
+        """Close the loops at guesses `(N, size)` for drive positions `(N, d)`.
+
+        Raises:
+            AssemblyError: the loops cannot be closed at a position.
+            SingularConfigurationError: a position is a dead point.
+        """
+        here = self.solver.close(guesses)
+        bad = ~(here.residual < CLOSURE_TOLERANCE)
+        if np.any(bad):
+            worst = int(np.argmax(bad))
+            raise AssemblyError(
+                f"the loops cannot be closed at drive position {_shown(positions[worst])} "
+                f"(closure error {here.residual[worst]:.1e})",
+                position=positions[worst],
+                nearest=None,
+                residual=float(here.residual[worst]),
+            )
+        worst = int(np.argmax(here.condition))
+        if here.condition[worst] > SINGULAR_CONDITION:
+            raise SingularConfigurationError(
+                f"drive position {_shown(positions[worst])} is a dead point: the closure equations "
+                f"have condition {here.condition[worst]:.1e}; leave it out or choose another drive",
+                position=positions[worst],
+                condition=float(here.condition[worst]),
+            )
+        return here
+
+    def _zero(self) -> Array:
+        """Return closed coordinates near the description's zero position."""
+        here = self.solver.close(self._coordinates.neutral()[None, :], most=50)
+        if not here.residual[0] < CLOSURE_TOLERANCE:
+            raise AssemblyError(
+                f"{self.mechanism.name}: the loops cannot be closed with every joint near zero "
+                f"(closure error {here.residual[0]:.1e}): check the origins of joints and loops",
+                position=0.0,
+                nearest=None,
+                residual=float(here.residual[0]),
+            )
+        return here.x[0]
+
+    def _with_held_joints(self, state: Array) -> Array:
+        for name, value in self.held.items():
+            try:
+                state = self._moved(state, name, value)
+            except CardanError as error:
+                raise type(error)(
+                    f"held joint {name!r} cannot be brought to {value:g}: {error}", **error.details
+                ) from error
+        return state
+
+    def _moved(self, state: Array, joint: str, value: float) -> Array:
+        """Follow the mechanism from a state while one joint moves to a value, others held."""
+        column = self._coordinates.columns[joint].start
+        if value == state[column]:
+            return state
+        solver = self._solver_for((joint,))
+        solver.reduction = self.solver.reduction
+        branch = self._branch_of(joint, solver, state)
+        branch.cover(min(value, state[column]), max(value, state[column]))
+        return branch.states()[-1 if value > state[column] else 0]
+
+    def _followed(self, positions: Array) -> Array:
+        """Return closed coordinates for several drives, followed from sample to sample."""
+        state = self.start
+        result = np.empty((len(positions), state.size))
+        for number, target in enumerate(positions):
+            for name, value in zip(self.drives, target, strict=True):
+                state = self._moved(state, name, float(value))
+            result[number] = state
+        return result
+
+    def _covered(self, branch: Branch, wanted: Array) -> Array:
+        """Follow the branch over all wanted positions; return whole periods `(N,)` to take off."""
+        low, high = float(np.min(wanted)), float(np.max(wanted))
+        turn = 2.0 * np.pi
+        endless = self.mechanism.joints[self.drives[0]].unbounded
+        if endless and (high - low >= turn or max(high, -low) > turn):
+            if branch.period is None:
+                branch.find_period()
+            if branch.period is not None:
+                return np.asarray(np.floor((wanted - branch.span[0]) / branch.period))
+        branch.cover(low, high)
+        return np.zeros(len(wanted))
+
+    def _study(self, states: Array) -> None:
+        """Find the redundant rows over closed states `(K, size)`, then check the mobility."""
+        self.solver.reduction = self.solver.closure.full()
+        here, _ = self.solver.evaluate(states)
+        self.solver.reduction = self.solver.closure.reduction(here.twists)
+        check_mobility(self.solver, states, self.drives, list(self.held))
+
+    def _solver_for(self, drives: tuple[str, ...]) -> Solver:
+        driven = np.array([self._coordinates.velocities[name].start for name in drives], dtype=int)
+        moving = np.sort(np.concatenate([driven, self._passives]))
+        closure = Closure(self.mechanism, self._twin, moving)
+        return Solver(self._twin, self._coordinates, closure, driven, self._passives)
+
+    def _branch_of(self, joint: str, solver: Solver, state: Array) -> Branch:
+        prismatic = self.mechanism.joints[joint].kind == "prismatic"
+        unit = self.mechanism.length if prismatic else 1.0
+        return Branch(solver, state, self._coordinates.columns[joint].start, unit)
+
+
+def _shown(position: Array) -> str:
+    return ", ".join(f"{value:.12g}" for value in position)

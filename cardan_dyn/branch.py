@@ -1,0 +1,174 @@
+"""Branch: follow one way of assembling the mechanism along its drive.
+
+A branch keeps closed positions with their first and second derivatives as nodes and interpolates
+between them. Its guesses are so near that Newton's method cannot jump to another way of
+assembling the mechanism.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .errors import AssemblyError, SingularConfigurationError
+from .solver import Closed, Solver
+from .twin import Array
+
+CLOSURE_TOLERANCE = 1e-10
+"""Greatest closure error that counts as closed, as a fraction of the mechanism's length."""
+_LONGEST_STEP = 2.0 * np.pi / 16.0
+_SHORTEST_STEP = 1e-9
+_STEP_CORRECTION = 0.03  # How far an extrapolation may be off.
+_GUESS_CORRECTION = 1e-9  # How far an interpolation may be off to need one Newton step only.
+_TURNS_TRIED = 12
+
+
+class Branch:
+    """One way of assembling the mechanism, followed along its drive.
+
+    Attributes:
+        unit: what counts as one radian's worth of the drive: 1 for angles, a length for slides.
+        period: drive displacement after which every body is where it was, or None.
+        windings: `(size,)` turns of every coordinate in one period.
+    """
+
+    def __init__(self, solver: Solver, start: Array, drive_column: int, unit: float) -> None:
+        self.solver = solver
+        self.drive_column = drive_column
+        self.unit = unit
+        self.period: float | None = None
+        self.windings = np.zeros(start.size)
+        self._positions = np.zeros(0)
+        self._nodes = np.zeros((0, 3, start.size))
+        self._append(solver.close(start[None, :]))
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Drive positions between which the branch is known."""
+        return float(self._positions[0]), float(self._positions[-1])
+
+    def cover(self, low: float, high: float) -> None:
+        """Follow the branch until it spans drive positions `low` to `high`.
+
+        Raises:
+            AssemblyError: a position cannot be reached.
+            SingularConfigurationError: a dead point lies on the way.
+        """
+        for end, target in ((0, low), (-1, high)):
+            sign = 1.0 if end else -1.0
+            longest = step = _LONGEST_STEP * self.unit
+            while sign * (target - self._positions[end]) > 0.0:
+                # The position is set, not summed up, so that the span ends where it should.
+                step = min(step, sign * (target - self._positions[end]))
+                last = sign * (target - self._positions[end]) <= step
+                position = target if last else self._positions[end] + sign * step
+                found = self.solver.close(self._ahead(end, position)[None, :], most=6)
+                bad = float(found.correction[0]) / _STEP_CORRECTION
+                if found.residual[0] < CLOSURE_TOLERANCE and bad < 4.0:
+                    self._append(found)
+                    step = min(longest, step * min(2.5, 0.8 * max(bad, 1e-3) ** (-1.0 / 3.0)))
+                    continue
+                step *= 0.35
+                if step < _SHORTEST_STEP * self.unit:
+                    self._refuse(position, end, found)
+
+    def find_period(self) -> bool:
+        """Follow the branch over whole turns of the drive until it repeats, if it does."""
+        low, _ = self.span
+        for turns in range(1, _TURNS_TRIED + 1):
+            self.cover(low, low + turns * 2.0 * np.pi)
+            moved = self._nodes[-1, 0] - self._nodes[0, 0]
+            windings = np.zeros(moved.size)
+            angles = self.solver.coordinates.angle_columns
+            windings[angles] = np.round(moved[angles] / (2.0 * np.pi))
+            if np.allclose(moved, 2.0 * np.pi * windings, rtol=0.0, atol=1e-7):
+                self.period, self.windings = turns * 2.0 * np.pi, windings
+                return True
+        return False
+
+    def refine(self, most: int) -> None:
+        """Halve intervals until guesses need one Newton step, or there are `most` nodes."""
+        open_intervals = np.ones(len(self._positions) - 1, dtype=bool)
+        while np.any(open_intervals) and len(self._positions) < most:
+            left = np.nonzero(open_intervals)[0]
+            middle = 0.5 * (self._positions[left] + self._positions[left + 1])
+            found = self.solver.close(self.guess(middle))
+            # Halving an interval divides the interpolation's error by 2**6.
+            coarse = found.correction / 64.0 > _GUESS_CORRECTION
+            flags = np.zeros((len(open_intervals), 2), dtype=bool)
+            flags[left] = coarse[:, None]
+            split = np.stack([np.ones_like(open_intervals), open_intervals], axis=1)
+            self._append(found)
+            open_intervals = flags[split]
+
+    def guess(self, positions: Array) -> Array:
+        """Return `(N, size)` coordinates near the branch, exact in the drive's coordinate.
+
+        Quintic Hermite interpolation of values, first and second derivatives.
+        """
+        known = self._positions
+        if len(known) == 1:
+            rows = np.repeat(self._nodes[:, 0], len(positions), axis=0)
+        else:
+            left = np.clip(np.searchsorted(known, positions) - 1, 0, len(known) - 2)
+            width = known[left + 1] - known[left]
+            t = ((positions - known[left]) / width)[:, None]
+            h = width[:, None]
+            f, g = self._nodes[left], self._nodes[left + 1]
+            d = g[:, 0] - f[:, 0]
+            f1, g1, f2, g2 = h * f[:, 1], h * g[:, 1], h * h * f[:, 2], h * h * g[:, 2]
+            c3 = 10.0 * d - 6.0 * f1 - 4.0 * g1 - 1.5 * f2 + 0.5 * g2
+            c4 = -15.0 * d + 8.0 * f1 + 7.0 * g1 + 1.5 * f2 - g2
+            c5 = 6.0 * d - 3.0 * (f1 + g1) + 0.5 * (g2 - f2)
+            rows = f[:, 0] + t * (f1 + t * (0.5 * f2 + t * (c3 + t * (c4 + t * c5))))
+        rows[:, self.drive_column] = positions
+        return self.solver.coordinates.normalised(rows)
+
+    def states(self) -> Array:
+        """Return coordinates `(K, size)` of closed positions all over the branch."""
+        return self._nodes[:, 0]
+
+    def _ahead(self, end: int, position: float) -> Array:
+        """Continue from an end of the branch by its Taylor polynomial."""
+        x, slope, curvature = self._nodes[end]
+        step = position - self._positions[end]
+        row = x + step * (slope + 0.5 * step * curvature)
+        row[self.drive_column] = position
+        return self.solver.coordinates.normalised(row[None, :])[0]
+
+    def _append(self, closed: Closed) -> None:
+        solver, coordinates = self.solver, self.solver.coordinates
+        ones = np.ones((len(closed.x), 1))
+        v = solver.rates(closed, ones)
+        a = solver.accelerations(closed, v, 0.0 * ones)
+        nodes = np.stack(
+            [
+                closed.x,
+                coordinates.derivative(closed.x, v),
+                coordinates.curvature(closed.x, v, a),
+            ],
+            axis=1,
+        )
+        positions = np.concatenate([self._positions, closed.x[:, self.drive_column]])
+        order = np.argsort(positions, kind="stable")
+        self._positions = positions[order]
+        self._nodes = np.concatenate([self._nodes, nodes])[order]
+
+    def _refuse(self, position: float, end: int, found: Closed) -> None:
+        nearest = float(self._positions[end])
+        condition = float(self.solver.close(self._nodes[[end], 0]).condition[0])
+        if condition > 1e4:
+            raise SingularConfigurationError(
+                f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "
+                f"equations become singular there (condition {condition:.1e}); it is a dead point "
+                "or the end of the drive's range, so sweep on one side of it or choose another "
+                "drive",
+                position=nearest,
+                condition=condition,
+            )
+        raise AssemblyError(
+            f"the loops cannot be closed at drive position {position:.9g}; the nearest position "
+            f"that was reached is {nearest:.9g}",
+            position=position,
+            nearest=nearest,
+            residual=float(found.residual[0]),
+        )

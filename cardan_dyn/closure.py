@@ -1,0 +1,238 @@
+"""Closure: the equations that weld the loops, for many samples at once.
+
+In world axes about the twin's origin a closed loop says that the twists of its joints, summed
+along the predecessor's path, equal those along the successor's path. Each loop gives six rows;
+rows that no motion of the loop's joints can ever violate are redundant and are projected out
+(`Reduction`), their reactions being statically indeterminate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio
+
+from .mechanism import Loop, Mechanism
+from .twin import Array, Twin, cross, placement
+
+RANK_TOLERANCE = 1e-9
+"""Singular values below this fraction of the greatest count as zero in rank decisions."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side of a weld: where it sits and the moving coordinates on its path to the other side.
+
+    Attributes:
+        body: number of the joint that moves the body (0-based), -1 for the world.
+        rotation, translation: constant placement of the weld in that body.
+        columns: moving coordinates on the path, from the common ancestor outwards.
+        starts: where in `columns` each joint begins.
+    """
+
+    body: int
+    rotation: Array
+    translation: Array
+    columns: Array
+    starts: Array
+
+    def place(self, actions: Array) -> tuple[Array, Array]:
+        """Return rotation `(3, 3, N)` and position `(3, N)` of the weld."""
+        if self.body < 0:
+            ones = np.ones(len(actions))
+            return self.rotation[:, :, None] * ones, self.translation[:, None] * ones
+        rotation, position = placement(actions, self.body)
+        return (
+            np.einsum("ikn,kj->ijn", rotation, self.rotation),
+            position + np.einsum("ikn,k->in", rotation, self.translation),
+        )
+
+    def drift(self, twists: Array, rates: Array) -> Array:
+        """Return `(N, 6)` accelerations of the weld that the velocities alone cause."""
+        if not self.columns.size:
+            return np.zeros((len(twists), 6))
+        own = twists[:, self.columns] * rates[:, self.columns, None]
+        own = np.add.reduceat(np.ascontiguousarray(own.transpose(2, 1, 0)), self.starts, axis=1)
+        carried = np.cumsum(own, axis=1) - own
+        linear = cross(carried[3:], own[:3]) + cross(carried[:3], own[3:])
+        angular = cross(carried[3:], own[3:])
+        return np.concatenate([linear.sum(axis=1), angular.sum(axis=1)]).T
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """The rows of each loop that its motion can reach, and those that it cannot.
+
+    Attributes:
+        rows: per loop `(6, r)`: orthonormal combinations of the weighed rows that the joints'
+            twists span over the whole motion.
+        null: per loop `(6, 6 - r)`: the combinations that they never reach.
+    """
+
+    rows: tuple[Array, ...]
+    null: tuple[Array, ...]
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows of all loops together."""
+        return sum(rows.shape[1] for rows in self.rows)
+
+    @property
+    def null_count(self) -> int:
+        """Number of redundant rows of all loops together."""
+        return sum(null.shape[1] for null in self.null)
+
+
+class Closure:
+    """The loops of a mechanism for given moving coordinates.
+
+    Attributes:
+        moving: `(m,)` velocity coordinates that may move: passive ones and drives.
+        signs: `(L, n)` +1 for joints on a loop's predecessor path, -1 on its successor path.
+        weights: `(6,)` scale of a wrench's components [1/m for forces, 1 for moments]: rows and
+            wrenches are compared with lengths in units of the mechanism's length.
+    """
+
+    def __init__(self, mechanism: Mechanism, twin: Twin, moving: Array) -> None:
+        self.mechanism = mechanism
+        self.twin = twin
+        self.moving = moving
+        self.weights = np.repeat([1.0 / mechanism.length, 1.0], 3)
+        self.signs = np.zeros((len(mechanism.loops), twin.joint_count))
+        self.sides = [self._sides(number, loop) for number, loop in enumerate(mechanism.loops)]
+        self.column_signs = self.signs[:, twin.owner[moving]]
+
+    def _sides(self, number: int, loop: Loop) -> tuple[Side, Side]:
+        model, owners = self.mechanism.model, self.twin.owner[self.moving]
+        paths = [_ancestors(model, body) for body in (loop.predecessor, loop.successor)]
+        sides = []
+        for sign, path, other, body, frame in (
+            (1.0, paths[0], paths[1], loop.predecessor, loop.predecessor_placement),
+            (-1.0, paths[1], paths[0], loop.successor, loop.successor_placement),
+        ):
+            own = [joint for joint in path if joint not in other]
+            self.signs[number, own] = sign
+            columns = [column for joint in own for column in np.nonzero(owners == joint)[0]]
+            path = owners[columns]
+            starts = [k for k in range(len(columns)) if k == 0 or path[k] != path[k - 1]]
+            translation = frame.translation - (self.twin.origin if body == 0 else 0.0)
+            sides.append(
+                Side(
+                    body - 1,
+                    frame.rotation,
+                    translation,
+                    np.array(columns, dtype=int),
+                    np.array(starts, dtype=int),
+                )
+            )
+        return sides[0], sides[1]
+
+    def full(self) -> Reduction:
+        """Return the reduction that keeps all six rows of every loop."""
+        count = len(self.sides)
+        return Reduction(tuple(np.eye(6) for _ in range(count)), (np.zeros((6, 0)),) * count)
+
+    def reduction(self, twists: Array) -> Reduction:
+        """Find the reachable rows from twists `(N, m, 6)` at positions all over the motion.
+
+        The unit twists of a loop's joints at all positions together span the motions that the
+        loop can make; when that space is smaller than six (a planar or a spherical chain), the
+        rest of its rows hold by themselves, at every position.
+        """
+        rows, null = [], []
+        for signs in self.column_signs:
+            on_path = twists[:, signs != 0.0] * self.weights
+            vectors, values, _ = np.linalg.svd(on_path.reshape(-1, 6).T, full_matrices=True)
+            rank = int(np.sum(values > RANK_TOLERANCE * values[0])) if values.size else 0
+            rows.append(_tidy(vectors[:, :rank]))
+            null.append(_tidy(vectors[:, rank:]))
+        return Reduction(tuple(rows), tuple(null))
+
+    def rows(self, twists: Array, reduction: Reduction) -> Array:
+        """Return the transposed closure matrix `(N, m, R)`: a row per moving coordinate."""
+        weighed = twists * self.weights
+        parts = [
+            (weighed * signs[:, None]) @ rows
+            for signs, rows in zip(self.column_signs, reduction.rows, strict=True)
+        ]
+        return np.concatenate(parts, axis=2) if parts else np.zeros((*twists.shape[:2], 0))
+
+    def project(self, twist: Array, reduction: Reduction) -> Array:
+        """Return `(N, R)` components of loop twists `(N, L, 6)` along the reduced rows."""
+        weighed = twist * self.weights
+        parts = [weighed[:, number] @ rows for number, rows in enumerate(reduction.rows)]
+        return np.concatenate(parts, axis=1) if parts else np.zeros((len(twist), 0))
+
+    def error(self, actions: Array) -> Array:
+        """Return the twist `(N, L, 6)` that would take each successor to its predecessor."""
+        result = np.empty((len(actions), len(self.sides), 6))
+        for number, (predecessor, successor) in enumerate(self.sides):
+            rotation_1, position_1 = predecessor.place(actions)
+            rotation_2, position_2 = successor.place(actions)
+            turn = _rotation_vector(np.einsum("ikn,jkn->ijn", rotation_1, rotation_2))
+            # A finite rotation about the origin also shifts the weld; what is left is the gap.
+            shift = position_1 - position_2 - cross(turn, 0.5 * (position_1 + position_2))
+            result[:, number, :3] = shift.T
+            result[:, number, 3:] = turn.T
+        return result
+
+    def gaps(self, error: Array, actions: Array) -> Array:
+        """Return the closure error `(N,)` at the welds: angle [rad], gap in lengths."""
+        worst = np.zeros(len(error))
+        for number, (_, successor) in enumerate(self.sides):
+            position = successor.place(actions)[1]
+            turn = error[:, number, 3:].T
+            gap = error[:, number, :3].T + cross(turn, position)
+            worst = np.maximum(worst, np.linalg.norm(turn, axis=0))
+            worst = np.maximum(worst, np.linalg.norm(gap, axis=0) / self.mechanism.length)
+        return worst
+
+    def drift(self, twists: Array, rates: Array) -> Array:
+        """Return loop accelerations `(N, L, 6)` that joint rates `(N, m)` alone cause."""
+        result = np.empty((len(twists), len(self.sides), 6))
+        for number, (predecessor, successor) in enumerate(self.sides):
+            result[:, number] = predecessor.drift(twists, rates) - successor.drift(twists, rates)
+        return result
+
+
+def _ancestors(model: pinocchio.Model, body: int) -> list[int]:
+    """Return the joints (0-based) from the root to a body, the body's own last."""
+    path = []
+    while body > 0:
+        path.append(body - 1)
+        body = model.parents[body]
+    return path[::-1]
+
+
+def _rotation_vector(rotation: Array) -> Array:
+    """Return rotation vectors `(3, N)` of rotations `(3, 3, N)` below half a turn."""
+    vector = 0.5 * np.stack(
+        (
+            rotation[2, 1] - rotation[1, 2],
+            rotation[0, 2] - rotation[2, 0],
+            rotation[1, 0] - rotation[0, 1],
+        )
+    )
+    sine = np.linalg.norm(vector, axis=0)
+    cosine = 0.5 * (np.trace(rotation) - 1.0)
+    small = sine < 1e-8
+    vector *= np.where(small, 1.0, np.arctan2(sine, cosine) / np.where(small, 1.0, sine))
+    for sample in np.nonzero(small & (cosine < 0.0))[0]:
+        # Half a turn has no antisymmetric part; without this it would pass as closed.
+        columns = rotation[:, :, sample] + np.eye(3)
+        axis = columns[:, int(np.argmax(np.linalg.norm(columns, axis=0)))]
+        vector[:, sample] = np.pi * axis / np.linalg.norm(axis)
+    return vector
+
+
+def _tidy(vectors: Array) -> Array:
+    """Return a basis of the same space along the axes where the space allows it.
+
+    Exact zeros and ones keep the rows of a planar or spherical loop free of rounding.
+    """
+    projector = vectors @ vectors.T
+    exact = np.round(projector)
+    if vectors.shape[1] and np.allclose(projector, exact, rtol=0.0, atol=1e-12):
+        return np.eye(6)[:, np.diag(exact) == 1.0]
+    return vectors

@@ -1,0 +1,79 @@
+"""Errors of the package: one base class, each with its numbers as attributes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class CardanError(Exception):
+    """Base class of every error that this package raises on purpose.
+
+    The message says what is wrong, where, and what to do. Keyword arguments given to the
+    constructor are kept as attributes, so that a script can act on them.
+    """
+
+    def __init__(self, message: str, **details: object) -> None:
+        super().__init__(message)
+        self.details = details
+
+    def __getattr__(self, name: str) -> object:
+        details = self.__dict__.get("details", {})
+        if name in details:
+            return details[name]
+        raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+
+
+class ModelError(CardanError):
+    """A description is malformed, or names something that it does not contain."""
+
+
+class ArgumentError(CardanError, ValueError):
+    """An argument has a wrong shape, is not finite or is out of its range."""
+
+
+class AssemblyError(CardanError):
+    """The loops cannot be closed at a position.
+
+    Attributes:
+        position: drive position that was asked for [rad or m].
+        nearest: nearest drive position on the branch that was reached.
+        residual: closure error that remained there (see `Sweep.loop_residual`).
+    """
+
+
+class SingularConfigurationError(CardanError):
+    """The drive does not decide the motion at a position (dead point, locked joint).
+
+    Attributes:
+        position: drive position.
+        condition: condition number of the closure equations there.
+    """
+
+
+class MobilityError(CardanError):
+    """The drives do not match the mobility of the mechanism.
+
+    Attributes:
+        mobility: number of drives that the scene needs.
+        free: names of the joints whose motion nothing decides.
+    """
+
+
+class AccuracyError(CardanError):
+    """A result misses its own tolerance and is therefore not returned.
+
+    Attributes:
+        residual: the residual that was too large.
+        tolerance: what it may be at most.
+        position: drive position of the worst sample.
+    """
+
+
+class MissingExtraError(CardanError):
+    """An optional part of the package is not installed."""
+
+
+def choices(names: Iterable[str]) -> str:
+    """Format valid names for the end of a message."""
+    listed = sorted(names)
+    return ", ".join(listed) if listed else "none"

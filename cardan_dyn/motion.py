@@ -1,0 +1,82 @@
+"""Motion: positions, speeds and accelerations of all joints. It exists only with loops closed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .errors import ModelError, choices
+from .mechanism import Mechanism
+from .twin import Array, Coordinates
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The motion of every joint over the samples of a sweep.
+
+    Attributes:
+        mechanism: the mechanism that moves.
+        coordinates: layout of `x`.
+        x: `(N, size)` coordinates with closed loops; passive angles within one period.
+        turns: `(N, size)` whole turns to be added to the angles in `x`.
+        v: joint velocities `(N, nv)` [rad/s, m/s], in Pinocchio's layout.
+        a: joint accelerations `(N, nv)` [rad/s², m/s²].
+        transmission: `(N, nv, d)` joint velocities per unit speed of each drive.
+    """
+
+    mechanism: Mechanism
+    coordinates: Coordinates
+    x: Array
+    turns: Array
+    v: Array
+    a: Array
+    transmission: Array
+
+    @property
+    def q(self) -> Array:
+        """Configurations `(N, nq)` of `Mechanism.model`, as Pinocchio's functions take them."""
+        return self.coordinates.configuration(self.x)
+
+    def position(self, joint: str) -> Array:
+        """Return a joint's coordinate `(N,)` [rad or m], continuous over any number of turns.
+
+        A spherical joint's coordinate is its unit quaternion `(N, 4)` (x, y, z, w).
+
+        Raises:
+            ModelError: unknown joint.
+        """
+        columns = self.coordinates.columns[self._moving(joint)]
+        values = self.x[:, columns] + 2.0 * np.pi * self.turns[:, columns]
+        return values[:, 0] if values.shape[1] == 1 else values
+
+    def velocity(self, joint: str) -> Array:
+        """Return a joint's velocity `(N,)` [rad/s or m/s], `(N, 3)` for a spherical joint."""
+        return _squeezed(self.v[:, self.coordinates.velocities[self._moving(joint)]])
+
+    def acceleration(self, joint: str) -> Array:
+        """Return a joint's acceleration `(N,)` [rad/s² or m/s²], `(N, 3)` if spherical."""
+        return _squeezed(self.a[:, self.coordinates.velocities[self._moving(joint)]])
+
+    def ratio(self, joint: str, drive: int = 0) -> Array:
+        """Return a joint's transmission ratio `(N,)`: its velocity per unit drive velocity.
+
+        Args:
+            joint: name of the joint.
+            drive: number of the drive in `Scene.drives`.
+        """
+        columns = self.coordinates.velocities[self._moving(joint)]
+        return _squeezed(self.transmission[:, columns, drive])
+
+    def _moving(self, joint: str) -> str:
+        name = self.mechanism.joint(joint).name
+        if name not in self.coordinates.columns:
+            raise ModelError(
+                f"joint {name!r} is fixed and has no coordinate; joints that have one: "
+                f"{choices(self.coordinates.columns)}"
+            )
+        return name
+
+
+def _squeezed(values: Array) -> Array:
+    return values[:, 0] if values.shape[1] == 1 else values
