@@ -8,16 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from .branch import CLOSURE_TOLERANCE, Branch
+from .branch import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION, Branch
 from .closure import Closure
 from .errors import AssemblyError, CardanError, SingularConfigurationError
 from .mechanism import Mechanism
 from .mobility import check_mobility
 from .solver import Closed, Solver
 from .twin import Array, Coordinates, Twin
-
-SINGULAR_CONDITION = 1e12
-"""Condition number from which on a position counts as singular."""
 
 
 class Assembly:
@@ -50,8 +47,13 @@ class Assembly:
         self._passives = np.array(sorted(set(range(mechanism.model.nv)) - prescribed), dtype=int)
         self._branch: Branch | None = None
         self.solver = self._solver_for(drives)
-        self.start = self._with_held_joints(self._zero())
-        self._study(self.start[None, :])
+        way = [self._zero()]
+        self._study(np.array(way))
+        for name, value in held.items():
+            way.append(self._brought(way[-1], name, value))
+        self.start = way[-1]
+        # The start may be a dead point; the way to it tells.
+        self._study(np.array(way))
 
     def guesses(self, positions: Array) -> tuple[Array, Array]:
         """Return coordinates near closed ones on the branch.
@@ -79,7 +81,8 @@ class Assembly:
         if branch.span != known:
             self._study(branch.states())
             branch.refine(most=max(len(positions) // 4, 32))
-        guesses = branch.guess(wanted - periods * (branch.period or 0.0))
+        reduced = wanted - periods * (branch.period or 0.0)
+        guesses = branch.guess(reduced)
         guesses[:, self._columns] = positions
         turns += periods[:, None] * branch.windings
         turns[:, self._columns] = 0.0
@@ -93,12 +96,14 @@ class Assembly:
             SingularConfigurationError: a position is a dead point.
         """
         here = self.solver.close(guesses)
-        bad = ~(here.residual < CLOSURE_TOLERANCE)
+        lost = here.correction > SAFE_CORRECTION if self._branch else np.zeros(len(guesses), bool)
+        bad = ~(here.residual < CLOSURE_TOLERANCE) | lost
         if np.any(bad):
             worst = int(np.argmax(bad))
             raise AssemblyError(
-                f"the loops cannot be closed at drive position {_shown(positions[worst])} "
-                f"(closure error {here.residual[worst]:.1e})",
+                f"the loops cannot be closed on the branch at drive position "
+                f"{_shown(positions[worst])} (closure error {here.residual[worst]:.1e}, "
+                f"{here.correction[worst]:.1e} away from where the branch leads)",
                 position=positions[worst],
                 nearest=None,
                 residual=float(here.residual[worst]),
@@ -126,15 +131,13 @@ class Assembly:
             )
         return here.x[0]
 
-    def _with_held_joints(self, state: Array) -> Array:
-        for name, value in self.held.items():
-            try:
-                state = self._moved(state, name, value)
-            except CardanError as error:
-                raise type(error)(
-                    f"held joint {name!r} cannot be brought to {value:g}: {error}", **error.details
-                ) from error
-        return state
+    def _brought(self, state: Array, joint: str, value: float) -> Array:
+        try:
+            return self._moved(state, joint, value)
+        except CardanError as error:
+            raise type(error)(
+                f"held joint {joint!r} cannot be brought to {value:g}: {error}", **error.details
+            ) from error
 
     def _moved(self, state: Array, joint: str, value: float) -> Array:
         """Follow the mechanism from a state while one joint moves to a value, others held."""

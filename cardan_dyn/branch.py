@@ -15,10 +15,14 @@ from .twin import Array
 
 CLOSURE_TOLERANCE = 1e-10
 """Greatest closure error that counts as closed, as a fraction of the mechanism's length."""
+SINGULAR_CONDITION = 1e12
+"""Condition number from which on a position counts as singular."""
 _LONGEST_STEP = 2.0 * np.pi / 16.0
 _SHORTEST_STEP = 1e-9
 _STEP_CORRECTION = 0.03  # How far an extrapolation may be off.
 _GUESS_CORRECTION = 1e-9  # How far an interpolation may be off to need one Newton step only.
+SAFE_CORRECTION = 1e-2
+"""Greatest error of a guess that cannot end on another branch."""
 _TURNS_TRIED = 12
 
 
@@ -55,6 +59,11 @@ class Branch:
         """
         for end, target in ((0, low), (-1, high)):
             sign = 1.0 if end else -1.0
+            if sign * (target - self._positions[end]) <= 0.0:
+                continue
+            here, _ = self.solver.evaluate(self._nodes[[end], 0])
+            if here.condition[0] > SINGULAR_CONDITION:
+                self._refuse(target, end, here)
             longest = step = _LONGEST_STEP * self.unit
             while sign * (target - self._positions[end]) > 0.0:
                 # The position is set, not summed up, so that the span ends where it should.
@@ -63,8 +72,11 @@ class Branch:
                 position = target if last else self._positions[end] + sign * step
                 found = self.solver.close(self._ahead(end, position)[None, :], most=6)
                 bad = float(found.correction[0]) / _STEP_CORRECTION
-                if found.residual[0] < CLOSURE_TOLERANCE and bad < 4.0:
+                closed = found.residual[0] < CLOSURE_TOLERANCE and bad < 4.0
+                # A long step can land on another way of assembling the mechanism, just as closed.
+                if closed and found.same_side(here):
                     self._append(found)
+                    here = found
                     step = min(longest, step * min(2.5, 0.8 * max(bad, 1e-3) ** (-1.0 / 3.0)))
                     continue
                 step *= 0.35
@@ -86,14 +98,26 @@ class Branch:
         return False
 
     def refine(self, most: int) -> None:
-        """Halve intervals until guesses need one Newton step, or there are `most` nodes."""
+        """Halve intervals until guesses need one Newton step, or there are `most` nodes.
+
+        Guesses are made safe in any case.
+
+        Raises:
+            AssemblyError: the branch cannot be resolved.
+        """
         open_intervals = np.ones(len(self._positions) - 1, dtype=bool)
-        while np.any(open_intervals) and len(self._positions) < most:
+        while np.any(open_intervals):
             left = np.nonzero(open_intervals)[0]
             middle = 0.5 * (self._positions[left] + self._positions[left + 1])
             found = self.solver.close(self.guess(middle))
+            unsafe = found.correction > SAFE_CORRECTION
+            if np.any(unsafe):
+                nodes, _ = self.solver.evaluate(self._nodes[left[unsafe], 0])
+                if not (found.only(unsafe).same_side(nodes) and np.max(found.correction) < 0.5):
+                    self._refuse(float(middle[unsafe][0]), -1, found)
             # Halving an interval divides the interpolation's error by 2**6.
-            coarse = found.correction / 64.0 > _GUESS_CORRECTION
+            wanted = _GUESS_CORRECTION if len(self._positions) < most else 0.1 * SAFE_CORRECTION
+            coarse = found.correction / 64.0 > wanted
             flags = np.zeros((len(open_intervals), 2), dtype=bool)
             flags[left] = coarse[:, None]
             split = np.stack([np.ones_like(open_intervals), open_intervals], axis=1)

@@ -164,29 +164,27 @@ class Closure:
         parts = [weighed[:, number] @ rows for number, rows in enumerate(reduction.rows)]
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(twist), 0))
 
-    def error(self, actions: Array) -> Array:
-        """Return the twist `(N, L, 6)` that would take each successor to its predecessor."""
+    def error(self, actions: Array) -> tuple[Array, Array]:
+        """Return how far the loops are from closed.
+
+        Returns:
+            The twist `(N, L, 6)` that would take each successor to its predecessor, and the
+            closure error `(N,)` at the welds: the worst angle [rad] or gap, the latter as a
+            fraction of the mechanism's length.
+        """
         result = np.empty((len(actions), len(self.sides), 6))
+        worst = np.zeros(len(actions))
         for number, (predecessor, successor) in enumerate(self.sides):
             rotation_1, position_1 = predecessor.place(actions)
             rotation_2, position_2 = successor.place(actions)
             turn = _rotation_vector(np.einsum("ikn,jkn->ijn", rotation_1, rotation_2))
-            # A finite rotation about the origin also shifts the weld; what is left is the gap.
-            shift = position_1 - position_2 - cross(turn, 0.5 * (position_1 + position_2))
-            result[:, number, :3] = shift.T
+            gap = position_1 - position_2
+            # A rotation about the origin shifts the weld as well; the twist makes up for it.
+            result[:, number, :3] = (gap - cross(turn, 0.5 * (position_1 + position_2))).T
             result[:, number, 3:] = turn.T
-        return result
-
-    def gaps(self, error: Array, actions: Array) -> Array:
-        """Return the closure error `(N,)` at the welds: angle [rad], gap in lengths."""
-        worst = np.zeros(len(error))
-        for number, (_, successor) in enumerate(self.sides):
-            position = successor.place(actions)[1]
-            turn = error[:, number, 3:].T
-            gap = error[:, number, :3].T + cross(turn, position)
-            worst = np.maximum(worst, np.linalg.norm(turn, axis=0))
-            worst = np.maximum(worst, np.linalg.norm(gap, axis=0) / self.mechanism.length)
-        return worst
+            for part in (turn, gap / self.mechanism.length):
+                worst = np.maximum(worst, np.sqrt(np.sum(part * part, axis=0)))
+        return result, worst
 
     def drift(self, twists: Array, rates: Array) -> Array:
         """Return loop accelerations `(N, L, 6)` that joint rates `(N, m)` alone cause."""

@@ -123,8 +123,9 @@ class ReactionSolver:
             wrenches += _spread(actions, forces[:, number], self.signs[number])
             start += rows.shape[1]
         influence = np.zeros(6 * bodies)
-        if solver.reduction.null_count:
-            influence = self._choose(actions, wrenches, forces)
+        undetermined = self._undetermined(here)
+        if undetermined is not None:
+            influence = self._choose(actions, wrenches, forces, undetermined)
         return Reactions(wrenches, forces, influence, link_wrenches)
 
     def efforts(self, wrenches: Array) -> Array:
@@ -133,31 +134,41 @@ class ReactionSolver:
         blocks = wrenches.reshape(len(wrenches), -1, 6)
         return np.asarray(np.einsum("nki,ki->nk", blocks[:, twin.owner], twin.subspace))
 
-    def _choose(self, actions: Array, wrenches: Array, forces: Array) -> Array:
+    def _undetermined(self, here: Closed) -> Array | None:
+        """Return closure forces `(N, L, 6, k)` that no passive effort feels, None if k = 0.
+
+        Some rows are redundant at every position alike (`Reduction.null`), others change with it.
+        """
+        closure, reduction = self.solver.closure, self.solver.reduction
+        count = reduction.null_count + here.null.shape[2]
+        if not count:
+            return None
+        result = np.zeros((len(here.x), len(closure.sides), 6, count))
+        column, row = here.null.shape[2], 0
+        for number, (rows, null) in enumerate(zip(reduction.rows, reduction.null, strict=True)):
+            result[:, number, :, : here.null.shape[2]] = (
+                rows @ here.null[:, row : row + rows.shape[1]]
+            )
+            result[:, number, :, column : column + null.shape[1]] = null
+            row += rows.shape[1]
+            column += null.shape[1]
+        return result * closure.weights[:, None]
+
+    def _choose(self, actions: Array, wrenches: Array, forces: Array, undetermined: Array) -> Array:
         """Add the undetermined closure forces of least norm, in place; return their influence.
 
         The norm is taken over the wrenches of all joints at their origins, forces times the
         mechanism's length, so that it does not depend on where a ring was cut.
         """
-        closure, reduction = self.solver.closure, self.solver.reduction
-        scale = np.tile(1.0 / closure.weights, self.signs.shape[1])
-        spread = np.concatenate(
-            [
-                (actions @ (closure.weights[:, None] * null))
-                * (np.repeat(signs, 6) * scale)[:, None]
-                for signs, null in zip(self.signs, reduction.null, strict=True)
-            ],
-            axis=2,
-        )
+        scale = np.tile(1.0 / self.solver.closure.weights, self.signs.shape[1])
+        spread = np.zeros((*wrenches.shape, undetermined.shape[3]))
+        for number, signs in enumerate(self.signs):
+            spread += (actions @ undetermined[:, number]) * (np.repeat(signs, 6) * scale)[:, None]
         transposed = spread.transpose(0, 2, 1)
         right = transposed @ (wrenches * scale)[:, :, None]
         amounts = -np.linalg.solve(transposed @ spread, right)
         wrenches += (spread @ amounts)[:, :, 0] / scale
-        start = 0
-        for number, null in enumerate(reduction.null):
-            part = amounts[:, start : start + null.shape[1], 0]
-            forces[:, number] += (part @ null.T) * closure.weights
-            start += null.shape[1]
+        forces += (undetermined @ amounts[:, None])[:, :, :, 0]
         return np.asarray(np.max(np.abs(spread), axis=(0, 2)))
 
     def _actions(self, here: Closed) -> Array:

@@ -18,7 +18,13 @@ from .twin import Array, Twin, cross
 
 @dataclass(frozen=True)
 class Residuals:
-    """Relative residuals per sample `(N,)`."""
+    """Relative residuals per sample `(N,)`.
+
+    Attributes:
+        balance: wrench that a body is left with, over the greatest wrench of the sample.
+        power: power that is left over, over the power that flows and the greatest wrench times
+            the greatest joint speed.
+    """
 
     balance: Array
     power: Array
@@ -41,6 +47,8 @@ class FreeBodies:
         self.inertia = np.array([body.inertia for body in inertias])
         mechanism = reactions.solver.closure.mechanism
         self.length = mechanism.length
+        slides = np.any(self.twin.subspace[:, :3] != 0.0, axis=1)
+        self._rate_scale = np.where(slides, self.length, 1.0)
         self.welds = [(loop.predecessor - 1, loop.successor - 1) for loop in mechanism.loops]
 
     def check(
@@ -111,9 +119,9 @@ class FreeBodies:
             np.einsum("nx,xn->n", wrench, displacement[:, body])
             for body, wrench in zip(link_bodies, reactions.link_wrenches, strict=True)
         ]
-        through = np.max(np.abs(efforts * virtual), axis=1, initial=0.0) + sum(
-            np.abs(part) for part in power
-        )
+        # A balanced mechanism passes no power on; then its wrenches say how exact zero can be.
+        fastest = np.max(np.abs(virtual) / self._rate_scale, axis=1, initial=0.0)
+        through = sum(np.abs(part) for part in power) + np.max(size, axis=0) * fastest
         return Residuals(_relative(worst, scale), _relative(np.abs(sum(power)), through))
 
     def _joint_twists(self, actions: Array, rates: Array) -> Array:

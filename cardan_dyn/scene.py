@@ -37,7 +37,7 @@ class Scene:
 
     Args:
         mechanism: from `load`.
-        drive: name of the joint whose motion is prescribed, or a sequence of names: as many as
+        drive: name of the joint whose motion is prescribed, or a list of names: as many as
             the mechanism has mobility once the held joints are held.
         held: joints whose position the scene fixes, to their coordinates [rad or m]. The moment
             or force that holds them is a result.
@@ -59,7 +59,7 @@ class Scene:
         self,
         mechanism: Mechanism,
         *,
-        drive: str | Sequence[str],
+        drive: str | list[str] | tuple[str, ...],
         held: Mapping[str, float] | None = None,
         loads: Mapping[str, object] | None = None,
         gravity: ArrayLike | None = None,
@@ -70,7 +70,7 @@ class Scene:
                 f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
             )
         self.mechanism = mechanism
-        self.drives = (drive,) if isinstance(drive, str) else tuple(drive)
+        self.drives = tuple(drive) if isinstance(drive, (list, tuple)) else (drive,)
         self._coordinates = Coordinates(mechanism)
         self.held = held_positions(mechanism, self._coordinates, held or {})
         self.gravity = np.zeros(3) if gravity is None else vector("gravity", gravity, 3)

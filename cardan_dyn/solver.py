@@ -28,8 +28,9 @@ class Closed:
         twists: `(N, m, 6)` unit twists of the moving coordinates.
         drive_rows, passive_rows: transposed closure matrices `(N, d, R)` and `(N, p, R)`.
         inverse: `(N, R, p)`: inverse of `passive_rows`, or its pseudoinverse.
-        residual: `(N,)` closure error, see `Closure.gaps`.
-        condition: `(N,)` condition number of `passive_rows` (Frobenius).
+        null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
+        residual: `(N,)` closure error, see `Closure.error`.
+        condition: `(N,)` condition number of `passive_rows`.
         correction: `(N,)` how far the guess was off.
     """
 
@@ -40,9 +41,23 @@ class Closed:
     drive_rows: Array
     passive_rows: Array
     inverse: Array
+    null: Array
     residual: Array
     condition: Array
     correction: Array
+
+    def only(self, samples: Array) -> Closed:
+        """Return some of the positions, chosen by index or mask."""
+        return Closed(*(getattr(self, name)[samples] for name in self.__dataclass_fields__))
+
+    def same_side(self, other: Closed) -> bool:
+        """Return whether no singular position needs to be crossed to get from `other` to here.
+
+        Two ways of assembling a mechanism that meet in a singular position differ in the
+        orientation of the closure equations.
+        """
+        change = np.matmul(self.passive_rows, other.inverse)
+        return bool(np.all(np.linalg.det(change) > 0.0))
 
     def solve(self, right: Array) -> Array:
         """Solve the closure equations for passive rates: `(N, R)` to `(N, p)`."""
@@ -102,10 +117,11 @@ class Solver:
         twists = self.twin.twists(actions, self.closure.moving)
         rows = self.closure.rows(twists, self.reduction)
         passive = rows[:, self.passive_columns]
-        error = self.closure.error(actions)
-        if inverse is None or not _near(passive, inverse):
-            inverse = self._invert(passive)
-        condition = _size(passive) * _size(inverse)
+        error, residual = self.closure.error(actions)
+        if inverse is not None and _near(passive, inverse):
+            null, condition = np.zeros((len(x), inverse.shape[1], 0)), _conditions(passive, inverse)
+        else:
+            inverse, null, condition = _factorised(passive)
         closed = Closed(
             x=x,
             q=q,
@@ -114,7 +130,8 @@ class Solver:
             drive_rows=rows[:, self._drive_columns],
             passive_rows=passive,
             inverse=inverse,
-            residual=self.closure.gaps(error, actions),
+            null=null,
+            residual=residual,
             condition=condition,
             correction=np.zeros(len(x)),
         )
@@ -166,15 +183,33 @@ class Solver:
         rates[:, self.passives] = -here.solve(right)
         return rates
 
-    def _invert(self, rows: Array) -> Array:
-        """Return inverses `(N, R, p)` of transposed closure matrices `(N, p, R)`."""
-        _, p, r = rows.shape
-        if p == r:
-            try:
-                return np.linalg.inv(rows)
-            except np.linalg.LinAlgError:
-                pass
-        return np.asarray(np.linalg.pinv(rows, rcond=RANK_TOLERANCE))
+
+def _factorised(rows: Array) -> tuple[Array, Array, Array]:
+    """Return inverses `(N, R, p)`, null spaces `(N, R, R - p)` and condition numbers `(N,)`.
+
+    Args:
+        rows: transposed closure matrices `(N, p, R)`, p ≤ R.
+    """
+    count, p, r = rows.shape
+    if p == r:
+        try:
+            inverse = np.linalg.inv(rows)
+            return inverse, np.zeros((count, r, 0)), _conditions(rows, inverse)
+        except np.linalg.LinAlgError:
+            pass
+    left, values, right = np.linalg.svd(rows)
+    size = min(p, r)
+    greatest = values[:, :1] if size else np.ones((count, 1))
+    small = values <= RANK_TOLERANCE * greatest
+    reciprocal = np.where(small, 0.0, 1.0 / np.where(small, 1.0, values))
+    inverse = (right[:, :size].transpose(0, 2, 1) * reciprocal[:, None]) @ left[
+        :, :, :size
+    ].transpose(0, 2, 1)
+    smallest = values[:, -1] if size else np.ones(count)
+    condition = np.divide(
+        greatest[:, 0], smallest, out=np.full(count, np.inf), where=smallest > 0.0
+    )
+    return inverse, right[:, p:].transpose(0, 2, 1), condition
 
 
 def _times(matrices: Array, vectors: Array) -> Array:
@@ -184,6 +219,10 @@ def _times(matrices: Array, vectors: Array) -> Array:
 
 def _flip(matrices: Array) -> Array:
     return matrices.transpose(0, 2, 1)
+
+
+def _conditions(rows: Array, inverse: Array) -> Array:
+    return _size(rows) * _size(inverse)
 
 
 def _size(matrices: Array) -> Array:

@@ -38,7 +38,7 @@ class Sweep:
         balance_residual: worst Newton-Euler imbalance over all bodies, relative to the greatest
             wrench of the same sample.
         power_residual: worst imbalance of drive, load, weight and inertia power, relative to the
-            power that flows.
+            power that flows and to the greatest wrench times the greatest joint speed.
     """
 
     mechanism: Mechanism

@@ -1,0 +1,216 @@
+"""Scenes: bad arguments, mobility, and positions that cannot be reached."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from helpers import relative, text, universal
+from test_loops import LINK, four_bar, loop
+
+import cardan_dyn as cd
+from analytic import single_joint
+
+HELD = {"joint_angle": 0.5}
+WRONG = [float("nan"), float("inf"), -float("inf"), "x", None, 1j, [[1.0]], {}]
+
+
+@pytest.mark.parametrize("value", WRONG)
+def test_bad_values_are_refused_everywhere(joint: cd.Mechanism, value: object) -> None:
+    good = {"drive": "bearing_in", "held": HELD}
+    for options in (
+        {**good, "held": {"joint_angle": value}},
+        {**good, "loads": {"bearing_out": value}},
+        {**good, "loads": {"shaft_out": value}},
+        {**good, "loads": {"shaft_out": cd.Wrench(force=[0.0, value, 0.0])}},
+        {**good, "loads": {"shaft_out": cd.Wrench(moment=[0.0, value, 0.0])}},
+        {**good, "gravity": [0.0, value, 0.0]},
+    ):
+        with pytest.raises(cd.CardanError):
+            cd.Scene(joint, **options)
+    scene = cd.Scene(joint, **good)
+    for arguments in (
+        {"position": [0.0, value]},
+        {"position": [0.0], "speed": value},
+        {"position": [0.0], "acceleration": [value]},
+    ):
+        if value == [[1.0]]:
+            continue  # one sample of one drive, written out
+        with pytest.raises(cd.ArgumentError):
+            scene.sweep(**arguments)
+
+
+def test_messages_name_argument_and_choices(joint: cd.Mechanism) -> None:
+    good = {"drive": "bearing_in", "held": HELD}
+    cases = [
+        ({**good, "drive": "bearing"}, "no joint 'bearing'; joints: bearing_in, bearing_out, j"),
+        ({**good, "drive": 3}, "no joint 3"),
+        ({**good, "drive": []}, "needs at least one drive; joints: bearing_in"),
+        ({**good, "held": {"angle": 0.1}}, "no joint 'angle'; joints: bearing_in"),
+        ({**good, "held": {"joint_angle": [0.1, 0.2]}}, "to move this joint, make it a drive"),
+        ({**good, "drive": "joint_angle"}, "driven once or held, not both"),
+        ({**good, "drive": ["bearing_in", "bearing_in"]}, "driven once or held"),
+        (
+            {**good, "loads": {"shaft": 1.0}},
+            "no joint or link has this name; joints: .*links: base",
+        ),
+        ({**good, "loads": {"base": [0.0] * 6}}, "'base' is fixed to the world"),
+        ({**good, "loads": {"shaft_out": 1.0}}, "a link takes force and moment"),
+        ({**good, "loads": {"shaft_out": cd.Wrench(frame="joint")}}, "frames: link, world"),
+        ({**good, "gravity": 9.81}, r"gravity has shape \(\), expected \(3,\)"),
+        ({**good, "outputs": ["pin"]}, "no joint 'pin'; joints"),
+    ]
+    for options, message in cases:
+        with pytest.raises(cd.CardanError, match=message):
+            cd.Scene(joint, **options)
+    with pytest.raises(cd.ArgumentError, match="needs a mechanism from load"):
+        cd.Scene("universal_joint", **good)
+
+
+def test_shapes_of_a_sweep(joint: cd.Mechanism) -> None:
+    scene = cd.Scene(joint, drive="bearing_in", held=HELD, loads={"bearing_out": [-1.0, -2.0]})
+    with pytest.raises(cd.ArgumentError, match="load on 'bearing_out' has 2 values, the sweep 3"):
+        scene.sweep([0.0, 1.0, 2.0])
+    with pytest.raises(cd.ArgumentError, match="speed has 3 samples, position has 2"):
+        scene.sweep([0.0, 1.0], speed=[1.0, 2.0, 3.0])
+    with pytest.raises(cd.ArgumentError, match=r"position has shape \(2, 3\)"):
+        scene.sweep(np.zeros((2, 3)))
+    with pytest.raises(cd.ArgumentError, match="position is empty"):
+        scene.sweep([])
+    with pytest.raises(cd.ArgumentError, match=r"loads\['bearing_out'\] has shape \(1, 1\)"):
+        cd.Scene(joint, drive="bearing_in", held=HELD, loads={"bearing_out": [[1.0]]})
+    wrench = cd.Wrench(force=np.zeros((3, 3)))
+    scene = cd.Scene(joint, drive="bearing_in", held=HELD, loads={"shaft_out": wrench})
+    with pytest.raises(cd.ArgumentError, match="wrench on 'shaft_out' has 3 samples, the sweep 2"):
+        scene.sweep([0.0, 1.0])
+    turn = universal(joint, 0.5).sweep(0.25)
+    assert len(turn) == 1
+    assert turn.drive_effort.shape == turn["bearing_out"].torsion.shape == (1,)
+    assert turn["bearing_out"].force.shape == turn["bearing_out"].moment.shape == (1, 3)
+    assert turn["bearing_out"].unique.shape == (6,)
+    assert turn.motion.q.shape == (1, joint.model.nq)
+    with pytest.raises(cd.ArgumentError, match="frames: joint, parent, world"):
+        turn.wrench("bearing_out", "link")
+
+
+def test_drives_must_match_the_mobility(joint: cd.Mechanism) -> None:
+    with pytest.raises(cd.MobilityError, match=r"leave mobility 2.*joint_angle") as caught:
+        cd.Scene(joint, drive="bearing_in")
+    assert caught.value.mobility == 2
+    assert "joint_angle" in caught.value.free
+    with pytest.raises(cd.MobilityError, match="drop a drive"):
+        cd.Scene(joint, drive=["bearing_in", "bearing_out"], held=HELD)
+    with pytest.raises(cd.MobilityError, match="drop a drive"):
+        cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.1, "pin_in": 0.0})
+    open_chain = text("universal_joint")
+    start, end = open_chain.index("<loop"), open_chain.index("</loop>") + len("</loop>")
+    opened = cd.load(open_chain[:start] + open_chain[end:])
+    with pytest.raises(cd.MobilityError, match="it has no <loop>: nothing decides") as caught:
+        cd.Scene(opened, drive="bearing_in", held=HELD)
+    assert caught.value.free == ["pin_in", "bearing_out"]
+
+
+def test_open_chains_need_no_loop() -> None:
+    pendulum = cd.load(
+        f'<robot name="p"><link name="base"/>{LINK.format(name="rod", com="0.4 0 0", mass="2")}'
+        '<joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/>'
+        '<axis xyz="0 0 1"/></joint></robot>'
+    )
+    scene = cd.Scene(pendulum, drive="hinge", gravity=(0.0, -9.81, 0.0))
+    angle = np.linspace(-7.0, 7.0, 29)
+    swing = scene.sweep(angle, speed=3.0, acceleration=2.0)
+    inertia = 0.025 + 2.0 * 0.4**2
+    expected = inertia * 2.0 + 2.0 * 9.81 * 0.4 * np.cos(angle)
+    assert relative(swing.drive_effort, expected) < 1e-14
+    # Along the rod the hinge pulls inwards: centripetal force and weight.
+    pull = swing["hinge"].force[:, 0]
+    assert relative(pull, -2.0 * 0.4 * 9.0 + 2.0 * 9.81 * np.sin(angle)) < 1e-14
+
+
+def test_two_drives_move_an_open_or_a_closed_chain(joint: cd.Mechanism) -> None:
+    """The joint angle as a second drive: the same wrenches as when it is held there."""
+    scene = cd.Scene(joint, drive=["bearing_in", "joint_angle"], loads={"bearing_out": -2.0})
+    positions = np.array([[0.0, 0.5], [0.3, 0.5], [1.0, 0.2], [-0.4, 0.8]])
+    turn = scene.sweep(positions)
+    assert turn.drive_effort.shape == (4, 2)
+    for number, (phi, beta) in enumerate(positions):
+        single = universal(joint, beta, load=-2.0).sweep(phi)
+        assert turn.drive_effort[number, 0] == pytest.approx(single.drive_effort[0], rel=1e-13)
+        holding = single.holding_effort["joint_angle"][0]
+        assert turn.drive_effort[number, 1] == pytest.approx(holding, abs=1e-13)
+    rates = turn.motion.ratio("bearing_out", drive=0)
+    np.testing.assert_allclose(
+        rates, single_joint.speed_ratio(positions[:, 1], positions[:, 0]), rtol=1e-13
+    )
+
+
+def test_positions_in_any_order_and_far_away(joint: cd.Mechanism) -> None:
+    beta = np.deg2rad(60.0)
+    rng = np.random.default_rng(7)
+    positions = rng.uniform(-40.0, 40.0, 300)
+    turn = universal(joint, beta).sweep(positions)
+    expected = single_joint.output_angle(beta, positions)
+    np.testing.assert_allclose(turn.motion.position("bearing_out"), expected, rtol=0, atol=2e-14)
+    # A million turns: the wrench is that of the angle as it was given, to rounding.
+    far = 2.0 * np.pi * 1e6 + np.linspace(0.0, 6.0, 50)
+    turn = universal(joint, beta).sweep(far)
+    ratio = single_joint.speed_ratio(beta, far)
+    assert relative(turn.drive_effort, ratio) < 1e-14
+    expected = single_joint.output_angle(beta, far)
+    np.testing.assert_allclose(turn.motion.position("bearing_out"), expected, rtol=1e-15)
+
+
+def test_sweeps_do_not_depend_on_earlier_ones(joint: cd.Mechanism) -> None:
+    scene = universal(joint, 1.3)
+    scene.sweep([-0.2])
+    scene.sweep(np.linspace(0.0, 30.0, 1000))
+    again = scene.sweep([0.1, 0.2])
+    fresh = universal(joint, 1.3).sweep([0.1, 0.2])
+    np.testing.assert_allclose(again.drive_effort, fresh.drive_effort, rtol=1e-14)
+    np.testing.assert_allclose(
+        again.motion.position("bearing_out"), fresh.motion.position("bearing_out"), rtol=1e-13
+    )
+
+
+def test_locked_at_a_right_angle(joint: cd.Mechanism) -> None:
+    with pytest.raises(cd.SingularConfigurationError):
+        universal(joint, 0.5 * np.pi).sweep(np.linspace(0.0, 1.0, 5))
+
+
+def test_a_rocker_cannot_be_driven_through() -> None:
+    """The four-bar's rocker as drive: its range ends where crank and coupler are in line."""
+    mechanism = cd.load(four_bar(loop("continuous")))
+    scene = cd.Scene(mechanism, drive="d")
+    swing = scene.sweep(np.linspace(-0.08, 0.1, 5))
+    assert swing.loop_residual < 1e-13
+    # Crank 0.5 and coupler √8 in line: the rocker's end is 0.5 + √8 from the crank's pivot.
+    cosine = (2.0**2 + 2.5**2 - (0.5 + np.sqrt(8.0)) ** 2) / (2.0 * 2.0 * 2.5)
+    limit = 0.5 * np.pi - np.arccos(cosine)
+    with pytest.raises(cd.CardanError, match=r"cannot be (followed past|closed)") as caught:
+        scene.sweep(np.linspace(0.0, -1.5, 50))
+    nearest = getattr(caught.value, "nearest", None) or caught.value.position
+    assert nearest == pytest.approx(limit, abs=1e-4)
+
+
+def test_a_loop_that_cannot_close() -> None:
+    urdf = four_bar(loop("continuous"), rocker="9.0")
+    with pytest.raises(cd.AssemblyError, match="cannot be closed with every joint near zero"):
+        cd.Scene(cd.load(urdf), drive="a")
+
+
+def test_a_zero_position_that_is_only_nearly_closed() -> None:
+    """Rounded dimensions in a file are closed up, not refused."""
+    scene = cd.Scene(cd.load(four_bar(loop("continuous"), rocker="2.52")), drive="a")
+    assert scene.sweep(np.linspace(0.0, 6.0, 20)).loop_residual < 1e-13
+
+
+def test_errors_carry_their_numbers(joint: cd.Mechanism) -> None:
+    with pytest.raises(cd.MobilityError) as caught:
+        cd.Scene(joint, drive="bearing_in")
+    for error in (caught.value, copy.copy(caught.value), pickle.loads(pickle.dumps(caught.value))):
+        assert str(error) == str(caught.value)
+        assert error.mobility == 2
+    with pytest.raises(AttributeError, match="has no attribute 'weight'"):
+        _ = caught.value.weight
