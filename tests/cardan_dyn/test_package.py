@@ -1,0 +1,91 @@
+"""The package as it is installed: what importing costs, and what a wheel carries."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+SCRIPT = """
+import sys
+from pathlib import Path
+import numpy as np, cardan_dyn as cd, analytic
+root = Path(sys.argv[1])
+assert Path(cd.__file__).is_relative_to(root), cd.__file__
+assert Path(analytic.__file__).is_relative_to(root), analytic.__file__
+assert cd.bundled_names() == ["double_shaft_z", "universal_joint"]
+scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 0.5},
+                 loads={"bearing_out": -1.0})
+assert scene.sweep([0.0]).loop_residual < 1e-14
+from cardan_dyn import cli
+cli.main(["report", "--out", sys.argv[2]], standalone_mode=False)
+"""
+
+
+def python(*arguments: str, cwd: Path, path: Path | None = None) -> subprocess.CompletedProcess:
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    if path is not None:
+        environment["PYTHONPATH"] = str(path)
+    return subprocess.run(
+        [sys.executable, *arguments], cwd=cwd, env=environment, capture_output=True, text=True
+    )
+
+
+def test_an_installed_wheel_finds_its_descriptions(tmp_path: Path) -> None:
+    pytest.importorskip("build", reason="the extra `test` brings the build front end")
+    built = python(
+        *("-m", "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path), str(ROOT)),
+        cwd=tmp_path,
+    )
+    assert built.returncode == 0, built.stdout + built.stderr
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        names = archive.namelist()
+        archive.extractall(tmp_path / "site")
+    assert "cardan_dyn/urdf/universal_joint.urdf" in names
+    assert "cardan_dyn/templates/report.html" in names
+    assert "analytic/grossmann.py" in names
+    assert not [name for name in names if name.startswith(("tests/", "urdf/"))]
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    site = tmp_path / "site"
+    ran = python("-c", SCRIPT, str(site), str(elsewhere / "out"), cwd=elsewhere, path=site)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert (elsewhere / "out" / "index.html").exists()
+
+
+def test_importing_loads_nothing_that_a_sweep_does_not_need(tmp_path: Path) -> None:
+    code = (
+        "import sys, cardan_dyn; print(*sorted({name.split('.')[0] for name in sys.modules} & "
+        "{'matplotlib', 'meshcat', 'scipy', 'click', 'rich', 'jinja2', 'analytic'}))"
+    )
+    ran = python("-c", code, cwd=tmp_path, path=ROOT)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout.split() == []
+
+
+def test_the_readme_script_prints_what_the_readme_says() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    script = readme.split("```python\n")[1].split("```")[0]
+    printed = readme.split("```text\n")[1].split("```")[0]
+    ran = python("-c", script, cwd=ROOT)
+    assert ran.returncode == 0, ran.stderr
+    # The residual is rounding, whose last digits depend on the processor.
+    assert ran.stdout.split()[:-1] == printed.split()[:-1]
+    assert float(ran.stdout.split()[-1]) < 1e-13
+    assert float(printed.split()[-1]) < 1e-13
+
+
+def test_analytic_knows_nothing_of_the_solver() -> None:
+    code = (
+        "import sys, analytic; print(*[m for m in sys.modules if m.startswith(('cardan', 'pin'))])"
+    )
+    ran = python("-c", code, cwd=ROOT)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout.split() == []
