@@ -92,10 +92,10 @@ def coordinate(mechanism: Mechanism, coordinates: Coordinates, name: object, rol
         ArgumentError: the joint has no single coordinate.
     """
     joint = mechanism.joint(name)
-    if joint.kind not in ("revolute", "prismatic"):
+    if joint.size != 1:
         single = [item.name for item in mechanism.joints.values() if item.size == 1]
         raise ArgumentError(
-            f"{role} {name!r} is a {joint.kind} joint; joints with one coordinate: "
+            f"{role} {name!r} is a {joint.type} joint; joints with one coordinate: "
             f"{choices(single)}"
         )
     return coordinates.columns[joint.name].start

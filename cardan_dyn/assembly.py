@@ -164,7 +164,7 @@ class Assembly:
         """Follow the branch over all wanted positions; return whole periods `(N,)` to take off."""
         low, high = float(np.min(wanted)), float(np.max(wanted))
         turn = 2.0 * np.pi
-        endless = self.mechanism.joints[self.drives[0]].unbounded
+        endless = self.mechanism.joints[self.drives[0]].type == "continuous"
         if endless and (high - low >= turn or max(high, -low) > turn):
             if branch.period is None:
                 branch.find_period()
@@ -187,7 +187,7 @@ class Assembly:
         return Solver(self._twin, self._coordinates, closure, driven, self._passives)
 
     def _branch_of(self, joint: str, solver: Solver, state: Array) -> Branch:
-        prismatic = self.mechanism.joints[joint].kind == "prismatic"
+        prismatic = self.mechanism.joints[joint].type == "prismatic"
         unit = self.mechanism.length if prismatic else 1.0
         return Branch(solver, state, self._coordinates.columns[joint].start, unit)
 

@@ -17,9 +17,14 @@ import numpy as np
 
 from .errors import ModelError, choices
 
-JOINT_TYPES = frozenset({"revolute", "continuous", "prismatic", "fixed"})
+JOINT_TYPES = frozenset({"revolute", "continuous", "prismatic", "fixed", "planar", "floating"})
 """Types of tree joints that can be loaded."""
-LOOP_TYPES = frozenset({"revolute", "continuous", "fixed", "spherical"})
+LOOP_TYPES = frozenset(
+    {
+        *("revolute", "continuous", "prismatic", "fixed", "planar"),
+        *("spherical", "universal", "cylindrical"),
+    }
+)
 """Types of loops that can be closed."""
 FOREIGN_LOOPS = ("coupling", "loop_joint")
 """Elements of other notations that close chains and must not be ignored silently."""
@@ -39,6 +44,7 @@ class LoopDescription:
         predecessor_origin, successor_origin: `(4, 4)` placements of the joint frame in the links
             [m]. The coordinate is zero where both coincide.
         axis: `(3,)` unit vector in the joint frame.
+        axis_2: `(3,)` second axis of a `universal` joint, normal to the first; else the first.
     """
 
     name: str
@@ -48,6 +54,7 @@ class LoopDescription:
     predecessor_origin: np.ndarray
     successor_origin: np.ndarray
     axis: np.ndarray
+    axis_2: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -281,12 +288,12 @@ def _placement(element: ElementTree.Element, at: str) -> np.ndarray:
     return placement
 
 
-def _axis(element: ElementTree.Element, at: str) -> np.ndarray:
-    found = element.find("axis")
-    axis = _numbers(None if found is None else found.get("xyz"), 3, "1 0 0", f"{at}: axis xyz")
+def _axis(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndarray:
+    found = element.find(tag)
+    axis = _numbers(None if found is None else found.get("xyz"), 3, "1 0 0", f"{at}: {tag} xyz")
     length = float(np.linalg.norm(axis))
     if length == 0.0 or not math.isfinite(length):
-        raise ModelError(f"{at}: the axis {axis.tolist()} has no direction")
+        raise ModelError(f"{at}: the {tag} {axis.tolist()} has no direction")
     return axis / length
 
 
@@ -302,9 +309,15 @@ def _loop(element: ElementTree.Element, links: list[str], where: str) -> LoopDes
         raise ModelError(f"{at}: predecessor and successor are the same link {successor!r}")
     sides = [element.find(side) for side in ("predecessor", "successor")]
     origins = [_placement(side, at) for side in sides if side is not None]
-    return LoopDescription(
-        name, kind, predecessor, successor, origins[0], origins[1], _axis(element, at)
-    )
+    axis = axis_2 = _axis(element, at)
+    if kind == "universal":
+        axis_2 = _axis(element, at, "axis2")
+        if abs(float(axis @ axis_2)) > 1e-9:
+            raise ModelError(
+                f"{at}: a universal joint needs <axis> and <axis2> at right angles, not "
+                f"{axis.tolist()} and {axis_2.tolist()}"
+            )
+    return LoopDescription(name, kind, predecessor, successor, origins[0], origins[1], axis, axis_2)
 
 
 def _check_inertial(link: ElementTree.Element, at: str) -> None:

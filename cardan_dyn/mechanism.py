@@ -17,6 +17,7 @@ import pinocchio
 
 from .description import Description, LoopDescription, read
 from .errors import ModelError, choices
+from .tree import Part, TreeBuilder, se3
 
 
 @dataclass(frozen=True)
@@ -25,22 +26,28 @@ class Joint:
 
     Attributes:
         name: its name in the description.
-        kind: `revolute`, `prismatic`, `spherical` or `fixed`; a `continuous` joint is `revolute`.
-        unbounded: whether its angle turns without end.
-        axis: `(3,)` unit axis in the joint frame.
-        index: index in `Mechanism.model`; 0 for a `fixed` loop, which has no coordinate.
+        type: its type in the description.
+        axis: `(3,)` unit axis in the joint frame: of rotation or sliding; the normal of a `planar`
+            joint; of a `universal` joint the normal of both its axes at zero. Torsion and axial
+            force are the components along it.
+        parts: its elementary parts in `Mechanism.model`, the child's body last; none for a
+            `fixed` loop.
     """
 
     name: str
-    kind: str
-    unbounded: bool
+    type: str
     axis: np.ndarray
-    index: int
+    parts: tuple[Part, ...]
+
+    @property
+    def index(self) -> int:
+        """Index of the child's body in `Mechanism.model`; 0 for a `fixed` loop."""
+        return self.parts[-1].index if self.parts else 0
 
     @property
     def size(self) -> int:
         """Number of velocity coordinates."""
-        return {"revolute": 1, "prismatic": 1, "spherical": 3, "fixed": 0}[self.kind]
+        return sum(part.size for part in self.parts)
 
 
 @dataclass(frozen=True)
@@ -82,33 +89,18 @@ class Mechanism:
     def __init__(self, description: Description) -> None:
         self.name = description.name
         self.description = description
-        tree = _tree(description)
-        bodies = {
-            name: tree.frames[tree.getFrameId(name, pinocchio.FrameType.BODY)]
-            for name in description.links
+        tree = TreeBuilder(description)
+        self.model = tree.model
+        self.links: dict[str, tuple[int, pinocchio.SE3]] = tree.links
+        self.joints: dict[str, Joint] = {
+            name: Joint(name, kind, description.axes[name], tuple(tree.parts[name]))
+            for name, kind in description.joints.items()
+            if kind != "fixed"
         }
-        self.model = _with_loop_joints(tree, description, bodies)
-        index = {name: number for number, name in enumerate(self.model.names)}
-        self.links: dict[str, tuple[int, pinocchio.SE3]] = {
-            name: (index[tree.names[frame.parentJoint]], frame.placement)
-            for name, frame in bodies.items()
-        }
-        self.joints: dict[str, Joint] = {}
-        for name, kind in description.joints.items():
-            if kind != "fixed":
-                self.joints[name] = Joint(
-                    name,
-                    "prismatic" if kind == "prismatic" else "revolute",
-                    kind == "continuous",
-                    description.axes[name],
-                    index[name],
-                )
         self.loops: list[Loop] = []
         for loop in description.loops:
-            kind = "revolute" if loop.type == "continuous" else loop.type
-            self.joints[loop.name] = Joint(
-                loop.name, kind, kind == "revolute", loop.axis, index.get(loop.name, 0)
-            )
+            axis = np.cross(loop.axis, loop.axis_2) if loop.type == "universal" else loop.axis
+            self.joints[loop.name] = Joint(loop.name, loop.type, axis, tuple(tree.parts[loop.name]))
             self.loops.append(self._weld(loop))
         self.helpers = [loop.predecessor for loop in self.loops if loop.successor == 0]
         self.constraint_models = pinocchio.StdVec_RigidConstraintModel()
@@ -161,13 +153,13 @@ class Mechanism:
 
     def _weld(self, loop: LoopDescription) -> Loop:
         predecessor, frame = self.links[loop.predecessor]
-        placement = frame * _se3(loop.predecessor_origin)
+        placement = frame * se3(loop.predecessor_origin)
         own = self.joints[loop.name].index
         if own:
             predecessor, placement = own, pinocchio.SE3.Identity()
         successor, frame = self.links[loop.successor]
         return Loop(
-            loop.name, predecessor, placement, successor, frame * _se3(loop.successor_origin)
+            loop.name, predecessor, placement, successor, frame * se3(loop.successor_origin)
         )
 
 
@@ -181,120 +173,6 @@ def load(source: str | os.PathLike[str]) -> Mechanism:
         ModelError: the description is missing, malformed or impossible.
     """
     return Mechanism(read(source))
-
-
-def _tree(description: Description) -> pinocchio.Model:
-    try:
-        return pinocchio.buildModelFromXML(description.urdf)
-    except (ValueError, RuntimeError) as error:
-        raise ModelError(f"{description.name}: Pinocchio cannot build the tree: {error}") from error
-
-
-def _se3(matrix: np.ndarray) -> pinocchio.SE3:
-    return pinocchio.SE3(matrix[:3, :3], matrix[:3, 3])
-
-
-def _loop_joint_model(loop: LoopDescription) -> pinocchio.JointModel:
-    if loop.type == "spherical":
-        return pinocchio.JointModelSpherical()
-    # The bindings build unbounded joints about the positive frame axes only. Any other axis gets
-    # a bounded joint, whose limits inverse dynamics never uses.
-    unbounded = {
-        (1.0, 0.0, 0.0): pinocchio.JointModelRUBX,
-        (0.0, 1.0, 0.0): pinocchio.JointModelRUBY,
-        (0.0, 0.0, 1.0): pinocchio.JointModelRUBZ,
-    }.get(tuple(loop.axis.tolist()))
-    return unbounded() if unbounded else pinocchio.JointModelRevoluteUnaligned(loop.axis)
-
-
-def _with_loop_joints(
-    tree: pinocchio.Model, description: Description, bodies: dict[str, pinocchio.Frame]
-) -> pinocchio.Model:
-    """Rebuild a tree with the joints of its loops inserted.
-
-    They cannot be appended: Pinocchio's inertia matrix and constrained dynamics take it for
-    granted that the joints of a subtree follow each other, and are silently wrong otherwise.
-    """
-    ends = {
-        loop.name: (bodies[loop.predecessor], bodies[loop.successor]) for loop in description.loops
-    }
-    shares: dict[int, int] = {}
-    for loop in description.loops:
-        predecessor, successor = (frame.parentJoint for frame in ends[loop.name])
-        if predecessor == successor:
-            raise ModelError(
-                f"{description.name}: loop {loop.name!r} connects {loop.predecessor!r} and "
-                f"{loop.successor!r}, which fixed joints already make one body"
-            )
-        if loop.type != "fixed":
-            shares[successor] = shares.get(successor, 1) + 1
-
-    model = pinocchio.Model()
-    model.name = tree.name
-    model.inertias[0] = tree.inertias[0]
-    new = {0: 0}
-
-    def visit(joint: int) -> None:
-        for child in range(1, tree.njoints):
-            if tree.parents[child] != joint:
-                continue
-            new[child] = model.addJoint(
-                new[joint], tree.joints[child], tree.jointPlacements[child], tree.names[child]
-            )
-            model.inertias[new[child]] = _share(tree.inertias[child], shares.get(child, 1))
-            visit(child)
-        for loop in description.loops:
-            predecessor, successor = ends[loop.name]
-            if predecessor.parentJoint != joint or loop.type == "fixed":
-                continue
-            helper = model.addJoint(
-                new[joint],
-                _loop_joint_model(loop),
-                predecessor.placement * _se3(loop.predecessor_origin),
-                loop.name,
-            )
-            body = successor.parentJoint
-            on_successor = successor.placement * _se3(loop.successor_origin)
-            model.inertias[helper] = (
-                on_successor.actInv(_share(tree.inertias[body], shares[body]))
-                if body
-                else _helper_inertia(tree)
-            )
-
-    visit(0)
-    _copy_limits(tree, model, new)
-    for frame in list(tree.frames)[1:]:
-        model.addFrame(
-            pinocchio.Frame(frame.name, new[frame.parentJoint], frame.placement, frame.type), False
-        )
-    return model
-
-
-def _copy_limits(tree: pinocchio.Model, model: pinocchio.Model, new: dict[int, int]) -> None:
-    for old, index in new.items():
-        if old == 0:
-            continue
-        here, there = tree.joints[old], model.joints[index]
-        for names, start, size in (
-            (("lowerPositionLimit", "upperPositionLimit"), "idx_q", "nq"),
-            (("upperEffortLimit", "lowerEffortLimit"), "idx_v", "nv"),
-            (("upperVelocityLimit", "lowerVelocityLimit"), "idx_v", "nv"),
-        ):
-            first, count = getattr(here, start), getattr(here, size)
-            to = getattr(there, start)
-            for name in names:
-                values = getattr(tree, name)[first : first + count]
-                getattr(model, name)[to : to + count] = values
-
-
-def _share(whole: pinocchio.Inertia, parts: int) -> pinocchio.Inertia:
-    return pinocchio.Inertia(whole.mass / parts, whole.lever, whole.inertia / parts)
-
-
-def _helper_inertia(model: pinocchio.Model) -> pinocchio.Inertia:
-    masses = [inertia.mass for inertia in model.inertias if inertia.mass > 0.0]
-    mass = float(np.mean(masses)) if masses else 1.0
-    return pinocchio.Inertia(mass, np.zeros(3), mass * np.eye(3))
 
 
 def _characteristic_length(model: pinocchio.Model, loops: list[Loop]) -> float:

@@ -41,7 +41,9 @@ class Motion:
     def position(self, joint: str) -> Array:
         """Return a joint's coordinate `(N,)` [rad or m], continuous over any number of turns.
 
-        A spherical joint's coordinate is its unit quaternion `(N, 4)` (x, y, z, w).
+        Joints with several coordinates give them as columns, from the parent outwards:
+        `cylindrical` slide and angle; `planar` two slides and angle; `universal` both angles;
+        `spherical` a unit quaternion (x, y, z, w); `floating` three slides and a quaternion.
 
         Raises:
             ModelError: unknown joint.
@@ -51,11 +53,11 @@ class Motion:
         return values[:, 0] if values.shape[1] == 1 else values
 
     def velocity(self, joint: str) -> Array:
-        """Return a joint's velocity `(N,)` [rad/s or m/s], `(N, 3)` for a spherical joint."""
+        """Return a joint's velocity `(N,)` [rad/s or m/s], a column per coordinate."""
         return _squeezed(self.v[:, self.coordinates.velocities[self._moving(joint)]])
 
     def acceleration(self, joint: str) -> Array:
-        """Return a joint's acceleration `(N,)` [rad/s² or m/s²], `(N, 3)` if spherical."""
+        """Return a joint's acceleration `(N,)` [rad/s² or m/s²], a column per coordinate."""
         return _squeezed(self.a[:, self.coordinates.velocities[self._moving(joint)]])
 
     def ratio(self, joint: str, drive: int = 0) -> Array:

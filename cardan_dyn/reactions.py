@@ -79,7 +79,7 @@ class ReactionSolver:
         self.fixed = [
             number
             for number, loop in enumerate(mechanism.loops)
-            if mechanism.joints[loop.joint].index == 0
+            if not mechanism.joints[loop.joint].parts
         ]
         own = np.zeros((len(mechanism.loops), len(self.fixed)))
         own[self.fixed, np.arange(len(self.fixed))] = 1.0

@@ -93,7 +93,7 @@ class Sweep:
         if frame != "joint":
             rotation = self._parent_rotation(joint) if frame == "parent" else self.rotation(joint)
             force, moment = (np.einsum("nij,nj->ni", rotation, part) for part in (force, moment))
-            if frame == "world" or record.kind == "spherical":
+            if frame == "world" or record.type in ("spherical", "universal", "floating"):
                 axis = rotation @ axis
         return JointWrench(joint, frame, force, moment, axis, self.unique[number])
 
@@ -125,25 +125,16 @@ class Sweep:
     def _parent_rotation(self, joint: str) -> Array:
         """Return rotations from a joint's own frame to its frame at coordinate zero."""
         record = self.mechanism.joints[joint]
-        if record.kind in ("prismatic", "fixed"):
+        if not record.parts:
             return np.broadcast_to(np.eye(3), (len(self), 3, 3))
-        coordinate = self.motion.x[:, self.motion.coordinates.columns[joint]]
-        if record.kind == "spherical":
-            skew = _skew(coordinate[:, :3])
-            return np.eye(3) + 2.0 * (coordinate[:, 3, None, None] * skew + skew @ skew)
-        skew = _skew(record.axis[None, :])
-        sine, versine = np.sin(coordinate), 2.0 * np.sin(0.5 * coordinate) ** 2
-        return np.eye(3) + sine[:, :, None] * skew + versine[:, :, None] * (skew @ skew)
+        model, first = self.mechanism.model, record.parts[0].index
+        at_zero = model.jointPlacements[first].rotation
+        if model.parents[first]:
+            parent, _ = placement(self._actions, model.parents[first] - 1)
+            at_zero = np.einsum("ikn,kj->nij", parent, at_zero)
+        return np.asarray(np.swapaxes(at_zero, -1, -2) @ self.rotation(joint))
 
     @cached_property
     def _actions(self) -> Array:
         # Kept out of the sweep itself: most scripts never ask where a joint was.
         return self.twin.actions(self.motion.coordinates.twin_configuration(self.motion.x))
-
-
-def _skew(vectors: Array) -> Array:
-    result = np.zeros((len(vectors), 3, 3))
-    x, y, z = vectors.T
-    result[:, 0, 1], result[:, 0, 2], result[:, 1, 2] = -z, y, -x
-    result[:, 1, 0], result[:, 2, 0], result[:, 2, 1] = z, -y, x
-    return result

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 
-from .mechanism import Mechanism
+from .mechanism import Joint, Mechanism
 
 Array = np.ndarray
 
@@ -20,12 +20,13 @@ Array = np.ndarray
 class Coordinates:
     """Joint coordinates of many samples and what they are in Pinocchio's models.
 
-    A sample is a row of one number per revolute joint (the angle [rad], which keeps count of
-    turns), one per prismatic joint [m] and a unit quaternion (x, y, z, w) per spherical joint.
-    Velocities have Pinocchio's layout.
+    A sample is a row of one number per turning part of a joint (the angle [rad], which keeps count
+    of turns), one per sliding part [m] and a unit quaternion (x, y, z, w) per ball. Velocities have
+    Pinocchio's layout.
 
     Attributes:
         size: numbers per row.
+        parts: the elementary parts of all joints, in Pinocchio's order.
         columns: joint name to its columns in a row.
         velocities: joint name to its columns in a velocity.
     """
@@ -35,24 +36,29 @@ class Coordinates:
         self.columns: dict[str, slice] = {}
         self.velocities: dict[str, slice] = {}
         self.size = 0
-        joints = sorted(
-            (joint for joint in mechanism.joints.values() if joint.index), key=lambda j: j.index
-        )
-        self.joints = joints
-        for joint in joints:
-            count = 4 if joint.kind == "spherical" else 1
-            self.columns[joint.name] = slice(self.size, self.size + count)
-            start = self.model.idx_vs[joint.index]
+        ordered = sorted((joint for joint in mechanism.joints.values() if joint.parts), key=_place)
+        self.parts = [part for joint in ordered for part in joint.parts]
+        self._starts: list[int] = []
+        for joint in ordered:
+            first = self.size
+            for part in joint.parts:
+                self._starts.append(self.size)
+                self.size += 4 if part.kind == "spherical" else 1
+            start = self.model.idx_vs[joint.parts[0].index]
+            self.columns[joint.name] = slice(first, self.size)
             self.velocities[joint.name] = slice(start, start + joint.size)
-            self.size += count
 
         def of_kind(kind: str) -> tuple[Array, Array, Array, Array]:
-            chosen = [joint for joint in joints if joint.kind == kind]
+            chosen = [
+                (part, start)
+                for part, start in zip(self.parts, self._starts, strict=True)
+                if part.kind == kind
+            ]
             return (
-                np.array([joint.index - 1 for joint in chosen], dtype=int),
-                np.array([self.columns[joint.name].start for joint in chosen], dtype=int),
-                np.array([self.velocities[joint.name].start for joint in chosen], dtype=int),
-                np.array([joint.axis for joint in chosen]).reshape(-1, 3),
+                np.array([part.index - 1 for part, _ in chosen], dtype=int),
+                np.array([start for _, start in chosen], dtype=int),
+                np.array([self.model.idx_vs[part.index] for part, _ in chosen], dtype=int),
+                np.array([part.axis for part, _ in chosen]).reshape(-1, 3),
             )
 
         self._revolute, self._prismatic, self._spherical = map(
@@ -105,19 +111,18 @@ class Coordinates:
     def configuration(self, x: Array) -> Array:
         """Return Pinocchio configurations `(N, nq)` of the mechanism's model."""
         q = np.empty((len(x), self.model.nq))
-        for joint in self.joints:
-            at = self.model.idx_qs[joint.index]
-            coordinate = x[:, self.columns[joint.name]]
-            if joint.kind == "revolute" and self.model.nqs[joint.index] == 2:
-                q[:, at] = np.cos(coordinate[:, 0])
-                q[:, at + 1] = np.sin(coordinate[:, 0])
+        for part, start in zip(self.parts, self._starts, strict=True):
+            at, count = self.model.idx_qs[part.index], self.model.nqs[part.index]
+            if part.kind == "revolute" and count == 2:
+                q[:, at] = np.cos(x[:, start])
+                q[:, at + 1] = np.sin(x[:, start])
             else:
-                q[:, at : at + coordinate.shape[1]] = coordinate
+                q[:, at : at + count] = x[:, start : start + count]
         return q
 
     def twin_configuration(self, x: Array) -> Array:
         """Return configurations `(N, 7 n)` of the twin: translation and quaternion per joint."""
-        q = np.zeros((len(x), len(self.joints), 7))
+        q = np.zeros((len(x), len(self.parts), 7))
         q[:, :, 6] = 1.0
         rows, columns, _, axes = self._revolute
         if rows.size:
@@ -137,7 +142,7 @@ class Coordinates:
         The motion subspaces of all supported joints are constant in the joint frame, so rates of
         both orders are carried over alike.
         """
-        result = np.zeros((len(v), len(self.joints), 6))
+        result = np.zeros((len(v), len(self.parts), 6))
         rows, _, starts, axes = self._revolute
         result[:, rows, 3:6] = v[:, starts, None] * axes
         rows, _, starts, axes = self._prismatic
@@ -179,15 +184,14 @@ class Twin:
 
         self.subspace = np.zeros((source.nv, 6))
         self.owner = np.zeros(source.nv, dtype=int)
-        for item in mechanism.joints.values():
-            if not item.index:
-                continue
-            start = source.idx_vs[item.index]
-            self.owner[start : start + item.size] = item.index - 1
-            if item.kind == "spherical":
-                self.subspace[start : start + 3, 3:] = np.eye(3)
-            else:
-                self.subspace[start, 0 if item.kind == "prismatic" else 3 :][:3] = item.axis
+        for joint in mechanism.joints.values():
+            for part in joint.parts:
+                start = source.idx_vs[part.index]
+                self.owner[start : start + part.size] = part.index - 1
+                if part.kind == "spherical":
+                    self.subspace[start : start + 3, 3:] = np.eye(3)
+                else:
+                    self.subspace[start, 0 if part.kind == "prismatic" else 3 :][:3] = part.axis
 
     def actions(self, q: Array) -> Array:
         """Return transposed action matrices `(N, 6 n, 6)` of all joints' placements.
@@ -242,6 +246,10 @@ def cross(a: Array, b: Array) -> Array:
     return np.stack(
         (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
     )
+
+
+def _place(joint: Joint) -> int:
+    return joint.index
 
 
 def _origin(mechanism: Mechanism) -> Array:

@@ -71,11 +71,11 @@ BAD = {
     ),
     "unknown loop type": (
         changed('name="pin_out" type="continuous"', 'name="pin_out" type="helical"'),
-        "loop 'pin_out': type 'helical' is not supported; types: continuous, fixed, revolute",
+        "type .helical. is not supported; types: continuous, cylindrical, fixed, planar",
     ),
     "unknown joint type": (
         changed('name="pin_in" type="continuous"', 'name="pin_in" type="ball"'),
-        "joint 'pin_in': type 'ball' is not supported; types: continuous, fixed, prismatic",
+        "type .ball. is not supported; types: continuous, fixed, floating, planar, prismatic",
     ),
     "other notation": (
         changed("</robot>", '<loop_joint name="x"/></robot>'),
