@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .coordinates import Array, Coordinates
 from .errors import ArgumentError, choices
+from .loads import LinkLoad
 from .mechanism import Mechanism
-from .reactions import LinkLoad
-from .twin import Array, Coordinates
 
 
 @dataclass(frozen=True)

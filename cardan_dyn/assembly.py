@@ -9,19 +9,20 @@ from __future__ import annotations
 import numpy as np
 
 from .branch import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION, Branch
-from .closure import Closure
+from .coordinates import Array, Coordinates
 from .errors import AssemblyError, CardanError, SingularConfigurationError
+from .groups import Structure, partition
+from .kinematics import ClosedMechanism, Kinematics
 from .mechanism import Mechanism
 from .mobility import check_mobility
-from .solver import Closed, Solver
-from .twin import Array, Coordinates, Twin
+from .solver import Solver
 
 
 class Assembly:
     """Assembles a mechanism with given drives and held joints.
 
     Attributes:
-        solver: closes loops for the scene's drives.
+        kinematics: closes the loops for the scene's drives.
         start: `(size,)` closed coordinates at the held positions, all drives at zero.
 
     Raises:
@@ -32,21 +33,22 @@ class Assembly:
     def __init__(
         self,
         mechanism: Mechanism,
-        twin: Twin,
         coordinates: Coordinates,
         drives: tuple[str, ...],
         held: dict[str, float],
+        gravity: Array,
     ) -> None:
         self.mechanism = mechanism
         self.drives = drives
         self.held = held
-        self._twin = twin
+        self._gravity = gravity
+        self._structure = Structure(mechanism, coordinates)
         self._coordinates = coordinates
         self._columns = [coordinates.columns[name].start for name in drives]
         prescribed = {coordinates.velocities[name].start for name in (*drives, *held)}
-        self._passives = np.array(sorted(set(range(mechanism.model.nv)) - prescribed), dtype=int)
+        self.passives = np.array(sorted(set(range(mechanism.model.nv)) - prescribed), dtype=int)
         self._branch: Branch | None = None
-        self.solver = self._solver_for(drives)
+        self.kinematics = self._kinematics_for(drives)
         way = [self._zero()]
         self._study(np.array(way))
         for name, value in held.items():
@@ -66,14 +68,14 @@ class Assembly:
             angles lack.
         """
         turns = np.zeros((len(positions), self._coordinates.size))
-        if not self._passives.size:
+        if not self.passives.size:
             guesses = np.repeat(self.start[None, :], len(positions), axis=0)
             guesses[:, self._columns] = positions
             return guesses, turns
         if len(self.drives) > 1:
             return self._followed(positions), turns
         if self._branch is None:
-            self._branch = self._branch_of(self.drives[0], self.solver, self.start)
+            self._branch = self._branch_of(self.drives[0], self.kinematics, self.start)
         branch = self._branch
         known = branch.span
         wanted = positions[:, 0]
@@ -88,14 +90,14 @@ class Assembly:
         turns[:, self._columns] = 0.0
         return guesses, turns
 
-    def close(self, guesses: Array, positions: Array) -> Closed:
-        """Close the loops at guesses `(N, size)` for drive positions `(N, d)`.
+    def close(self, guesses: Array, turns: Array, positions: Array) -> ClosedMechanism:
+        """Close the loops at guesses, as `guesses` returns them, for drive positions `(N, d)`.
 
         Raises:
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
         """
-        here = self.solver.close(guesses)
+        here = self.kinematics.close(guesses, turns)
         lost = here.correction > SAFE_CORRECTION if self._branch else np.zeros(len(guesses), bool)
         bad = ~(here.residual < CLOSURE_TOLERANCE) | lost
         if np.any(bad):
@@ -120,7 +122,7 @@ class Assembly:
 
     def _zero(self) -> Array:
         """Return closed coordinates near the description's zero position."""
-        here = self.solver.close(self._coordinates.neutral()[None, :], most=50)
+        here = self.kinematics.close(self._coordinates.neutral()[None, :], most=50)
         if not here.residual[0] < CLOSURE_TOLERANCE:
             raise AssemblyError(
                 f"{self.mechanism.name}: the loops cannot be closed with every joint near zero "
@@ -144,9 +146,7 @@ class Assembly:
         column = self._coordinates.columns[joint].start
         if value == state[column]:
             return state
-        solver = self._solver_for((joint,))
-        solver.reduction = self.solver.reduction
-        branch = self._branch_of(joint, solver, state)
+        branch = self._branch_of(joint, self._kinematics_for((joint,)), state)
         branch.cover(min(value, state[column]), max(value, state[column]))
         return branch.states()[-1 if value > state[column] else 0]
 
@@ -175,21 +175,32 @@ class Assembly:
 
     def _study(self, states: Array) -> None:
         """Find the redundant rows over closed states `(K, size)`, then check the mobility."""
-        self.solver.reduction = self.solver.closure.full()
-        here, _ = self.solver.evaluate(states)
-        self.solver.reduction = self.solver.closure.reduction(here.twists)
-        check_mobility(self.solver, states, self.drives, list(self.held))
+        here = self.kinematics.evaluate(states)
+        for solver, closed in zip(self.kinematics.solvers, here.groups, strict=True):
+            solver.reduction = solver.closure.reduction(closed.twists)
+        check_mobility(
+            self.kinematics,
+            self.kinematics.evaluate(states),
+            self.drives,
+            list(self.held),
+            self.passives,
+        )
 
-    def _solver_for(self, drives: tuple[str, ...]) -> Solver:
-        driven = np.array([self._coordinates.velocities[name].start for name in drives], dtype=int)
-        moving = np.sort(np.concatenate([driven, self._passives]))
-        closure = Closure(self.mechanism, self._twin, moving)
-        return Solver(self._twin, self._coordinates, closure, driven, self._passives)
+    def _kinematics_for(self, drives: tuple[str, ...]) -> Kinematics:
+        coordinates, mechanism = self._coordinates, self.mechanism
+        driven = np.array([coordinates.velocities[name].start for name in drives], dtype=int)
+        x = coordinates.neutral()
+        for name, value in self.held.items():
+            x[coordinates.columns[name]] = value
+        groups = partition(self._structure, x, driven, self.passives)
+        zero = mechanism.zero_positions()
+        solvers = [Solver(mechanism, coordinates, group, self._gravity, zero) for group in groups]
+        return Kinematics(coordinates, driven, solvers)
 
-    def _branch_of(self, joint: str, solver: Solver, state: Array) -> Branch:
+    def _branch_of(self, joint: str, kinematics: Kinematics, state: Array) -> Branch:
         prismatic = self.mechanism.joints[joint].type == "prismatic"
         unit = self.mechanism.length if prismatic else 1.0
-        return Branch(solver, state, self._coordinates.columns[joint].start, unit)
+        return Branch(kinematics, state, self._coordinates.columns[joint].start, unit)
 
 
 def _shown(position: Array) -> str:

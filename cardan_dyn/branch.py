@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .coordinates import Array
 from .errors import AssemblyError, SingularConfigurationError
-from .solver import Closed, Solver
-from .twin import Array
+from .kinematics import ClosedMechanism, Kinematics
 
 CLOSURE_TOLERANCE = 1e-10
 """Greatest closure error that counts as closed, as a fraction of the mechanism's length."""
@@ -35,15 +35,17 @@ class Branch:
         windings: `(size,)` turns of every coordinate in one period.
     """
 
-    def __init__(self, solver: Solver, start: Array, drive_column: int, unit: float) -> None:
-        self.solver = solver
+    def __init__(
+        self, kinematics: Kinematics, start: Array, drive_column: int, unit: float
+    ) -> None:
+        self.kinematics = kinematics
         self.drive_column = drive_column
         self.unit = unit
         self.period: float | None = None
         self.windings = np.zeros(start.size)
         self._positions = np.zeros(0)
         self._nodes = np.zeros((0, 3, start.size))
-        self._append(solver.close(start[None, :]))
+        self._append(kinematics.close(start[None, :]))
 
     @property
     def span(self) -> tuple[float, float]:
@@ -61,7 +63,7 @@ class Branch:
             sign = 1.0 if end else -1.0
             if sign * (target - self._positions[end]) <= 0.0:
                 continue
-            here, _ = self.solver.evaluate(self._nodes[[end], 0])
+            here = self.kinematics.evaluate(self._nodes[[end], 0])
             if here.condition[0] > SINGULAR_CONDITION:
                 self._refuse(target, end, here)
             longest = step = _LONGEST_STEP * self.unit
@@ -70,11 +72,11 @@ class Branch:
                 step = min(step, sign * (target - self._positions[end]))
                 last = sign * (target - self._positions[end]) <= step
                 position = target if last else self._positions[end] + sign * step
-                found = self.solver.close(self._ahead(end, position)[None, :], most=6)
+                found = self.kinematics.close(self._ahead(end, position)[None, :], most=6)
                 bad = float(found.correction[0]) / _STEP_CORRECTION
                 closed = found.residual[0] < CLOSURE_TOLERANCE and bad < 4.0
                 # A long step can land on another way of assembling the mechanism, just as closed.
-                if closed and found.same_side(here):
+                if closed and self.kinematics.same_side(found, here)[0]:
                     self._append(found)
                     here = found
                     step = min(longest, step * min(2.5, 0.8 * max(bad, 1e-3) ** (-1.0 / 3.0)))
@@ -90,7 +92,7 @@ class Branch:
             self.cover(low, low + turns * 2.0 * np.pi)
             moved = self._nodes[-1, 0] - self._nodes[0, 0]
             windings = np.zeros(moved.size)
-            angles = self.solver.coordinates.angle_columns
+            angles = self.kinematics.coordinates.angle_columns
             windings[angles] = np.round(moved[angles] / (2.0 * np.pi))
             if np.allclose(moved, 2.0 * np.pi * windings, rtol=0.0, atol=1e-7):
                 self.period, self.windings = turns * 2.0 * np.pi, windings
@@ -109,12 +111,14 @@ class Branch:
         while np.any(open_intervals):
             left = np.nonzero(open_intervals)[0]
             middle = 0.5 * (self._positions[left] + self._positions[left + 1])
-            found = self.solver.close(self.guess(middle))
+            found = self.kinematics.close(self.guess(middle))
             unsafe = found.correction > SAFE_CORRECTION
             if np.any(unsafe):
-                nodes, _ = self.solver.evaluate(self._nodes[left[unsafe], 0])
-                if not (found.only(unsafe).same_side(nodes) and np.max(found.correction) < 0.5):
-                    self._refuse(float(middle[unsafe][0]), -1, found)
+                nodes = self.kinematics.evaluate(self._nodes[left, 0])
+                lost = unsafe & ~self.kinematics.same_side(found, nodes)
+                lost |= found.correction > 0.5
+                if np.any(lost):
+                    self._refuse(float(middle[lost][0]), -1, found)
             # Halving an interval divides the interpolation's error by 2**6.
             wanted = _GUESS_CORRECTION if len(self._positions) < most else 0.1 * SAFE_CORRECTION
             coarse = found.correction / 64.0 > wanted
@@ -145,7 +149,7 @@ class Branch:
             c5 = 6.0 * d - 3.0 * (f1 + g1) + 0.5 * (g2 - f2)
             rows = f[:, 0] + t * (f1 + t * (0.5 * f2 + t * (c3 + t * (c4 + t * c5))))
         rows[:, self.drive_column] = positions
-        return self.solver.coordinates.normalised(rows)
+        return self.kinematics.coordinates.normalised(rows)
 
     def states(self) -> Array:
         """Return coordinates `(K, size)` of closed positions all over the branch."""
@@ -157,13 +161,13 @@ class Branch:
         step = position - self._positions[end]
         row = x + step * (slope + 0.5 * step * curvature)
         row[self.drive_column] = position
-        return self.solver.coordinates.normalised(row[None, :])[0]
+        return self.kinematics.coordinates.normalised(row[None, :])[0]
 
-    def _append(self, closed: Closed) -> None:
-        solver, coordinates = self.solver, self.solver.coordinates
+    def _append(self, closed: ClosedMechanism) -> None:
+        kinematics, coordinates = self.kinematics, self.kinematics.coordinates
         ones = np.ones((len(closed.x), 1))
-        v = solver.rates(closed, ones)
-        a = solver.accelerations(closed, v, 0.0 * ones)
+        v = kinematics.rates(closed, ones)
+        a = kinematics.accelerations(closed, v, 0.0 * ones)
         nodes = np.stack(
             [
                 closed.x,
@@ -177,9 +181,9 @@ class Branch:
         self._positions = positions[order]
         self._nodes = np.concatenate([self._nodes, nodes])[order]
 
-    def _refuse(self, position: float, end: int, found: Closed) -> None:
+    def _refuse(self, position: float, end: int, found: ClosedMechanism) -> None:
         nearest = float(self._positions[end])
-        condition = float(self.solver.close(self._nodes[[end], 0]).condition[0])
+        condition = float(self.kinematics.close(self._nodes[[end], 0]).condition[0])
         if condition > 1e4:
             raise SingularConfigurationError(
                 f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "

@@ -11,10 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio
 
-from .mechanism import Loop, Mechanism
-from .twin import Array, Twin, cross, placement
+from .coordinates import Array
+from .groups import Group, ancestors
+from .mechanism import Coupling, Loop, Mechanism
+from .twin import Twin, cross, placement
 
 RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the greatest count as zero in rank decisions."""
@@ -74,52 +75,55 @@ class Reduction:
     null: tuple[Array, ...]
 
     @property
-    def row_count(self) -> int:
-        """Number of rows of all loops together."""
-        return sum(rows.shape[1] for rows in self.rows)
-
-    @property
     def null_count(self) -> int:
         """Number of redundant rows of all loops together."""
         return sum(null.shape[1] for null in self.null)
 
 
 class Closure:
-    """The loops of a mechanism for given moving coordinates.
+    """The loops and couplings of a group.
+
+    A coupling adds one row, which needs no geometry: the angles of its two sides are proportional.
 
     Attributes:
-        moving: `(m,)` velocity coordinates that may move: passive ones and drives.
-        signs: `(L, n)` +1 for joints on a loop's predecessor path, -1 on its successor path.
+        moving: `(m,)` velocity coordinates that may move, known ones first, then passives.
+        signs: `(L, n)` +1 for bodies on a loop's predecessor path, -1 on its successor path.
         weights: `(6,)` scale of a wrench's components [1/m for forces, 1 for moments]: rows and
             wrenches are compared with lengths in units of the mechanism's length.
+        gears: `(m, G)` coefficients of the couplings' rows.
     """
 
-    def __init__(self, mechanism: Mechanism, twin: Twin, moving: Array) -> None:
+    def __init__(self, mechanism: Mechanism, twin: Twin, group: Group) -> None:
         self.mechanism = mechanism
         self.twin = twin
-        self.moving = moving
+        self.moving = np.concatenate([group.known, group.passives])
+        self.loops = [mechanism.loops[number] for number in group.loops]
+        self.couplings = [mechanism.couplings[number] for number in group.couplings]
         self.weights = np.repeat([1.0 / mechanism.length, 1.0], 3)
-        self.signs = np.zeros((len(mechanism.loops), twin.joint_count))
-        self.sides = [self._sides(number, loop) for number, loop in enumerate(mechanism.loops)]
-        self.column_signs = self.signs[:, twin.owner[moving]]
+        self.signs = np.zeros((len(self.loops), len(twin)))
+        self.sides = [self._sides(number, loop) for number, loop in enumerate(self.loops)]
+        self._owners = twin.owner[self.moving]
+        self.column_signs = self.signs[:, self._owners]
+        gears = [self._gear(coupling) for coupling in self.couplings]
+        self.gears = np.array(gears).reshape(-1, mechanism.model.nv)[:, self.moving].T
 
     def _sides(self, number: int, loop: Loop) -> tuple[Side, Side]:
-        model, owners = self.mechanism.model, self.twin.owner[self.moving]
-        paths = [_ancestors(model, body) for body in (loop.predecessor, loop.successor)]
+        owners = self.twin.owner[self.moving]
+        paths = [self._path(body) for body in (loop.predecessor, loop.successor)]
         sides = []
         for sign, path, other, body, frame in (
             (1.0, paths[0], paths[1], loop.predecessor, loop.predecessor_placement),
             (-1.0, paths[1], paths[0], loop.successor, loop.successor_placement),
         ):
-            own = [joint for joint in path if joint not in other]
+            own = [place for place in path if place not in other]
             self.signs[number, own] = sign
-            columns = [column for joint in own for column in np.nonzero(owners == joint)[0]]
-            path = owners[columns]
-            starts = [k for k in range(len(columns)) if k == 0 or path[k] != path[k - 1]]
+            columns = [column for place in own for column in np.nonzero(owners == place)[0]]
+            on_path = owners[columns]
+            starts = [k for k in range(len(columns)) if k == 0 or on_path[k] != on_path[k - 1]]
             translation = frame.translation - (self.twin.origin if body == 0 else 0.0)
             sides.append(
                 Side(
-                    body - 1,
+                    self.twin.local[body - 1] if body else -1,
                     frame.rotation,
                     translation,
                     np.array(columns, dtype=int),
@@ -128,10 +132,21 @@ class Closure:
             )
         return sides[0], sides[1]
 
+    def _path(self, index: int) -> list[int]:
+        return [self.twin.local[body] for body in ancestors(self.mechanism.model, index)]
+
+    def _gear(self, coupling: Coupling) -> Array:
+        row = np.zeros(self.mechanism.model.nv)
+        for column in coupling.predecessor_columns:
+            row[column] = coupling.ratio
+        for column in coupling.successor_columns:
+            row[column] = -1.0
+        return row
+
     def full(self) -> Reduction:
         """Return the reduction that keeps all six rows of every loop."""
         count = len(self.sides)
-        return Reduction(tuple(np.eye(6) for _ in range(count)), (np.zeros((6, 0)),) * count)
+        return Reduction((np.eye(6),) * count, (np.zeros((6, 0)),) * count)
 
     def reduction(self, twists: Array) -> Reduction:
         """Find the reachable rows from twists `(N, m, 6)` at positions all over the motion.
@@ -150,19 +165,30 @@ class Closure:
         return Reduction(tuple(rows), tuple(null))
 
     def rows(self, twists: Array, reduction: Reduction) -> Array:
-        """Return the transposed closure matrix `(N, m, R)`: a row per moving coordinate."""
+        """Return the transposed closure matrix `(N, m, R)`: a row per moving coordinate.
+
+        Its columns are the reduced rows of the loops, then those of the couplings.
+        """
         weighed = twists * self.weights
         parts = [
             (weighed * signs[:, None]) @ rows
             for signs, rows in zip(self.column_signs, reduction.rows, strict=True)
         ]
-        return np.concatenate(parts, axis=2) if parts else np.zeros((*twists.shape[:2], 0))
+        parts.append(np.broadcast_to(self.gears, (len(twists), *self.gears.shape)))
+        return np.concatenate(parts, axis=2)
 
-    def project(self, twist: Array, reduction: Reduction) -> Array:
-        """Return `(N, R)` components of loop twists `(N, L, 6)` along the reduced rows."""
+    def project(self, twist: Array, slips: Array | None, reduction: Reduction) -> Array:
+        """Return `(N, R)` components along the reduced rows.
+
+        Args:
+            twist: loop twists `(N, L, 6)`.
+            slips: of the couplings `(N, G)`; zero if None.
+            reduction: which rows.
+        """
         weighed = twist * self.weights
         parts = [weighed[:, number] @ rows for number, rows in enumerate(reduction.rows)]
-        return np.concatenate(parts, axis=1) if parts else np.zeros((len(twist), 0))
+        parts.append(np.zeros((len(twist), self.gears.shape[1])) if slips is None else slips)
+        return np.concatenate(parts, axis=1)
 
     def error(self, actions: Array) -> tuple[Array, Array]:
         """Return how far the loops are from closed.
@@ -192,15 +218,6 @@ class Closure:
         for number, (predecessor, successor) in enumerate(self.sides):
             result[:, number] = predecessor.drift(twists, rates) - successor.drift(twists, rates)
         return result
-
-
-def _ancestors(model: pinocchio.Model, body: int) -> list[int]:
-    """Return the joints (0-based) from the root to a body, the body's own last."""
-    path = []
-    while body > 0:
-        path.append(body - 1)
-        body = model.parents[body]
-    return path[::-1]
 
 
 def _rotation_vector(rotation: Array) -> Array:

@@ -13,10 +13,10 @@ import numpy as np
 
 from analytic import grossmann, single_joint, thoma
 
+from .coordinates import Array
 from .mechanism import Mechanism, load
 from .scene import Scene
 from .sweep import Sweep
-from .twin import Array
 
 BETAS_DEG = (1.0, 8.5, 30.0, 50.0, 80.0)
 """Joint angles of the report: 8.5° is Thoma's, 30° Weisbach's, 50° Grossmann's."""

@@ -12,9 +12,9 @@ import numpy as np
 from analytic import grossmann, single_joint, thoma
 
 from .comparisons import POSITIONS, TORQUE, thoma_moments
+from .coordinates import Array
 from .errors import MissingExtraError
 from .sweep import Sweep
-from .twin import Array
 
 Figure = Any
 """A `matplotlib.figure.Figure`; matplotlib is imported only where a figure is drawn."""

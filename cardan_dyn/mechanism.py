@@ -70,6 +70,28 @@ class Loop:
     successor_placement: pinocchio.SE3
 
 
+@dataclass(frozen=True)
+class Coupling:
+    """A gear: ratio times the predecessor's rotation equals the successor's.
+
+    Rotations count from the nearest common ancestor of both links.
+
+    Attributes:
+        name: its name in the description.
+        ratio: rotation of the successor per rotation of the predecessor.
+        predecessor, successor: indices of the links' bodies in `Mechanism.model`.
+        predecessor_columns, successor_columns: velocity coordinates between them and their
+            nearest common ancestor.
+    """
+
+    name: str
+    ratio: float
+    predecessor: int
+    successor: int
+    predecessor_columns: tuple[int, ...]
+    successor_columns: tuple[int, ...]
+
+
 class Mechanism:
     """A closed-chain mechanism; `load` makes one.
 
@@ -80,6 +102,7 @@ class Mechanism:
         joints: mapping of joint names to `Joint`, tree joints first, then loops.
         links: mapping of link names to `(index in model, pin.SE3 placement in that body)`.
         loops: the welds.
+        couplings: the gears.
         helpers: indices of bodies that only carry a loop's joint to the world. Their inertia
             keeps `model`'s inertia matrix regular; welded to the world, they never move.
         length: characteristic length [m]. It weighs forces against moments and distances
@@ -102,6 +125,7 @@ class Mechanism:
             axis = np.cross(loop.axis, loop.axis_2) if loop.type == "universal" else loop.axis
             self.joints[loop.name] = Joint(loop.name, loop.type, axis, tuple(tree.parts[loop.name]))
             self.loops.append(self._weld(loop))
+        self.couplings: list[Coupling] = []
         self.helpers = [loop.predecessor for loop in self.loops if loop.successor == 0]
         self.constraint_models = pinocchio.StdVec_RigidConstraintModel()
         for weld in self.loops:
@@ -146,6 +170,14 @@ class Mechanism:
                 f"{self.name}: no link {name!r}; links: {choices(self.links)}", name=name
             )
         return self.links[name]
+
+    def zero_positions(self) -> dict[int, np.ndarray]:
+        """Return the origins of all bodies (0-based; -1 is the world) with joints at zero [m]."""
+        placements = {-1: pinocchio.SE3.Identity()}
+        for index in range(1, self.model.njoints):
+            parent = placements[self.model.parents[index] - 1]
+            placements[index - 1] = parent * self.model.jointPlacements[index]
+        return {body: placement.translation for body, placement in placements.items()}
 
     def __repr__(self) -> str:
         loops = ", ".join(loop.joint for loop in self.loops) or "none"

@@ -5,60 +5,72 @@ from __future__ import annotations
 import numpy as np
 
 from .closure import RANK_TOLERANCE
+from .coordinates import Array
 from .errors import MobilityError, choices
-from .solver import Solver
-from .twin import Array
+from .kinematics import ClosedMechanism, Kinematics
 
 
-def check_mobility(solver: Solver, states: Array, drives: tuple[str, ...], held: list[str]) -> None:
+def check_mobility(
+    kinematics: Kinematics,
+    here: ClosedMechanism,
+    drives: tuple[str, ...],
+    held: list[str],
+    passives: Array,
+) -> None:
     """Compare a scene's drives with its mobility, over closed positions.
 
     Args:
-        solver: with the reduction that holds over the motion.
-        states: `(K, size)` closed coordinates. At single positions (dead points) the rank may be
-            lower than elsewhere, so the greatest one counts.
+        kinematics: with the reductions that hold over the motion.
+        here: closed positions. At single ones (dead points) the rank may be lower than elsewhere,
+            so the greatest one counts.
         drives: names of the driven joints.
         held: names of the held joints.
+        passives: velocity coordinates that are neither driven nor held.
 
     Raises:
         MobilityError: too many or too few drives, or drives that leave joints free.
     """
-    closure = solver.closure
-    mechanism = closure.mechanism
-    here, _ = solver.evaluate(states)
-    rows = closure.rows(here.twists, solver.reduction)
-    passive = rows[:, solver.passive_columns]
-    mobility = rows.shape[1] - int(np.max(_ranks(rows)))
-    if int(np.max(_ranks(passive))) == passive.shape[1] and mobility == len(drives):
+    free: set[int] = set(passives.tolist())
+    excess = 0
+    for solver, closed in zip(kinematics.solvers, here.groups, strict=True):
+        rows = np.concatenate([closed.known_rows, closed.passive_rows], axis=1)
+        ranks = _ranks(closed.passive_rows)
+        best = int(np.argmax(ranks))
+        excess += int(np.max(_ranks(rows))) - int(ranks[best])
+        vectors, _, _ = np.linalg.svd(closed.passive_rows[best])
+        moves = np.max(np.abs(vectors[:, ranks[best] :]), axis=1, initial=0.0) > 1e-6
+        free -= set(solver.group.passives[~moves].tolist())
+    if not free and not excess:
         return
-    free = _free_joints(solver, passive)
+    names = kinematics.coordinates.velocities
+    mechanism = kinematics.solvers[0].closure.mechanism
+    undecided = [
+        name
+        for name, columns in names.items()
+        if free.intersection(range(columns.start, columns.stop))
+    ]
+    # What the loops take away from all coordinates that are not held, at the same positions.
+    mobility = len(drives) - excess + _freedom(kinematics, here, free)
     loops = f"its loops leave mobility {mobility}" if mechanism.loops else "it has no <loop>"
     if len(drives) > mobility:
         advice = "drop a drive or stop holding a joint"
-    elif free:
-        advice = f"nothing decides the motion of: {choices(free)}; drive or hold them"
     else:
-        advice = f"choose the drives among: {choices(set(solver.coordinates.columns) - set(held))}"
+        advice = f"nothing decides the motion of: {choices(undecided)}; drive or hold them"
     raise MobilityError(
         f"{mechanism.name}: {len(drives)} drive(s) {list(drives)}, but with {held} held {loops}: "
         f"{advice}",
         mobility=mobility,
-        free=free,
+        free=undecided,
     )
 
 
-def _free_joints(solver: Solver, passive: Array) -> list[str]:
-    """Return the joints that can move while the drives rest."""
-    best = int(np.argmax(_ranks(passive)))
-    vectors, values, _ = np.linalg.svd(passive[best])
-    rank = int(np.sum(values > RANK_TOLERANCE * max(values[0], 1.0))) if values.size else 0
-    moves = np.max(np.abs(vectors[:, rank:]), axis=1, initial=0.0) > 1e-6
-    free = set(solver.passives[moves].tolist())
-    return [
-        name
-        for name, columns in solver.coordinates.velocities.items()
-        if free.intersection(range(columns.start, columns.stop))
-    ]
+def _freedom(kinematics: Kinematics, here: ClosedMechanism, free: set[int]) -> int:
+    """Return how many independent motions the passives have while the drives rest."""
+    count = 0
+    for solver, closed in zip(kinematics.solvers, here.groups, strict=True):
+        count += len(solver.group.passives) - int(np.max(_ranks(closed.passive_rows)))
+        free = free - set(solver.group.passives.tolist())
+    return count + len(free)
 
 
 def _ranks(rows: Array) -> Array:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .coordinates import Array, Coordinates
 from .errors import ModelError, choices
 from .mechanism import Mechanism
-from .twin import Array, Coordinates
 
 
 @dataclass(frozen=True)

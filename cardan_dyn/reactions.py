@@ -1,8 +1,9 @@
 """Reactions: the wrench in every joint and the forces that keep the loops closed.
 
-Inverse dynamics of the open tree leaves efforts in the passive joints. The closure forces Λ of
-the loops are what turns those efforts into the given loads, and RNEA's wrenches with ±Λ added are
-the joint wrenches of the closed chain.
+Inverse dynamics of the open tree leaves efforts in the passive joints. The closure forces of the
+loops are what turns those efforts into the given loads, and RNEA's wrenches with the closure
+forces added are the joint wrenches of the closed chain. Forces pass through the groups from the
+load to the drive, against the order in which motion passes through them.
 """
 
 from __future__ import annotations
@@ -12,41 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .coordinates import Array
+from .groups import ancestors
+from .indeterminate import Choice, LeastNorm, Undetermined
+from .kinematics import ClosedMechanism, Kinematics
+from .loads import LinkLoad
+from .mechanism import Mechanism
 from .solver import Closed, Solver
-from .twin import Array, placement
-
-UNIQUE_TOLERANCE = 1e-9
-"""Greatest influence of an undetermined closure force on a component that counts as unique."""
-
-
-@dataclass(frozen=True)
-class LinkLoad:
-    """A wrench that acts on a link.
-
-    Attributes:
-        body: number of the joint that moves the link (0-based).
-        rotation, translation: placement of the link in that body.
-        force, moment: `(N, 3)` or `(1, 3)`.
-        in_world: whether they are given in world axes instead of the link's.
-    """
-
-    body: int
-    rotation: Array
-    translation: Array
-    force: Array
-    moment: Array
-    in_world: bool
-
-    def about_origin(self, actions: Array) -> Array:
-        """Return the wrench `(N, 6)` in world axes about the twin's origin."""
-        rotation, position = placement(actions, self.body)
-        force, moment = self.force.T, self.moment.T
-        if not self.in_world:
-            axes = np.einsum("ikn,kj->ijn", rotation, self.rotation)
-            force, moment = (np.einsum("ijn,jn->in", axes, part) for part in (force, moment))
-        point = position + np.einsum("ikn,k->in", rotation, self.translation)
-        force = np.broadcast_to(force, point.shape)
-        return np.concatenate([force, moment + np.cross(point, force, axis=0)]).T
 
 
 @dataclass(frozen=True)
@@ -54,41 +27,61 @@ class Reactions:
     """Wrenches of one block of samples.
 
     Attributes:
-        wrenches: `(N, 6 b)` wrench of every joint in its frame: the twin's joints in order, then
-            `fixed` loops in file order.
-        closure: `(N, L, 6)` wrench of each loop's predecessor on its successor, in world axes
-            about the twin's origin.
-        influence: `(6 b,)` greatest change of a component per unit of undetermined closure force.
-        link_wrenches: `(N, 6)` for each link load.
+        wrenches: `(N, b, 6)` wrench of every joint in its frame: the bodies of the model in order,
+            then `fixed` loops in file order.
+        closure: `(N, 6)` per loop: wrench of its predecessor on its successor, in world axes
+            about the origin of its group's twin.
+        tooth: `(N,)` per coupling: moment at its successor's joint.
+        link_wrenches: per link load, `(N, 6)` as `closure`.
+        influence: `(b, 6)` greatest change of a component per unit of undetermined closure force.
     """
 
     wrenches: Array
-    closure: Array
-    influence: Array
+    closure: list[Array]
+    tooth: list[Array]
     link_wrenches: list[Array]
+    influence: Array
 
 
 class ReactionSolver:
-    """Computes reactions for the closed positions of one scene."""
+    """Computes reactions for the closed positions of one scene.
 
-    def __init__(self, solver: Solver) -> None:
-        self.solver = solver
-        closure = solver.closure
-        mechanism, twin = closure.mechanism, solver.twin
-        self.joint_count = twin.joint_count
+    Attributes:
+        mechanism: the mechanism.
+        kinematics: its groups.
+        fixed: numbers of the `fixed` loops, which have a wrench but no body of their own.
+        home: body to the number of the group in which its inertia is accounted for.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, kinematics: Kinematics, choice: Choice | None = None
+    ) -> None:
+        self.mechanism = mechanism
+        self.kinematics = kinematics
         self.fixed = [
             number
             for number, loop in enumerate(mechanism.loops)
             if not mechanism.joints[loop.joint].parts
         ]
-        own = np.zeros((len(mechanism.loops), len(self.fixed)))
-        own[self.fixed, np.arange(len(self.fixed))] = 1.0
-        self.signs = np.concatenate([closure.signs, own], axis=1)
-        self.parents = np.array(mechanism.model.parents)[1:] - 1
+        self.bodies = mechanism.model.njoints - 1
+        self.home = {
+            body: number
+            for number, solver in enumerate(kinematics.solvers)
+            for body in solver.group.massive
+        }
+        self._choice = choice or LeastNorm(mechanism.length)
+        model = mechanism.model
+        self._owners = np.array(
+            [index - 1 for index in range(1, model.njoints) for _ in range(model.nvs[index])]
+        )
+        self.subspace = np.zeros((model.nv, 6))
+        for solver in kinematics.solvers:
+            carried = solver.twin.owner >= 0
+            self.subspace[carried] = solver.twin.subspace[carried]
 
     def solve(
         self,
-        here: Closed,
+        here: ClosedMechanism,
         dynamics: tuple[Array, Array] | None,
         loads: Array,
         link_loads: Sequence[LinkLoad],
@@ -102,97 +95,119 @@ class ReactionSolver:
             loads: `(N, nv)` or `(1, nv)` efforts added at the joints [N·m, N].
             link_loads: wrenches on links.
         """
-        solver, closure = self.solver, self.solver.closure
-        count, bodies = len(here.x), self.signs.shape[1]
-        actions = self._actions(here)
-        wrenches = np.zeros((count, 6 * bodies))
+        count, solvers = len(here.x), self.kinematics.solvers
+        wrenches = np.zeros((self.bodies + len(self.fixed), count, 6))
         if dynamics is not None:
-            v, a = (solver.coordinates.twin_velocity(rates) for rates in dynamics)
-            wrenches[:, : 6 * self.joint_count] = solver.twin.inverse_dynamics(here.q, v, a)
-        link_wrenches = [load.about_origin(here.actions) for load in link_loads]
-        for load, wrench in zip(link_loads, link_wrenches, strict=True):
-            carried = self._ancestors(load.body, bodies)
-            wrenches -= _spread(actions, wrench, carried)
+            for solver, closed in zip(solvers, here.groups, strict=True):
+                if solver.twin.heavy:
+                    v, a = (solver.twin.velocity(rates) for rates in dynamics)
+                    found = solver.twin.inverse_dynamics(closed.q, v, a)
+                    wrenches[solver.twin.bodies] += found.reshape(count, -1, 6).swapaxes(0, 1)
+        link_wrenches = []
+        for load in link_loads:
+            home = self.home[load.body]
+            solver, closed = solvers[home], here.groups[home]
+            wrench = load.about_origin(closed.actions, solver.twin.local[load.body])
+            link_wrenches.append(wrench)
+            for body in ancestors(self.mechanism.model, load.body + 1):
+                wrenches[body] -= _carried(closed, solver.twin.local[body], wrench)
 
-        multipliers = here.solve_transposed((loads - self.efforts(wrenches))[:, solver.passives])
-        forces = np.zeros((count, len(closure.sides), 6))
-        start = 0
-        for number, rows in enumerate(solver.reduction.rows):
-            part = multipliers[:, start : start + rows.shape[1]]
-            forces[:, number] = (part @ rows.T) * closure.weights
-            wrenches += _spread(actions, forces[:, number], self.signs[number])
-            start += rows.shape[1]
-        influence = np.zeros(6 * bodies)
-        undetermined = self._undetermined(here)
-        if undetermined is not None:
-            influence = self._choose(actions, wrenches, forces, undetermined)
-        return Reactions(wrenches, forces, influence, link_wrenches)
+        closure = [np.zeros((count, 6)) for _ in self.mechanism.loops]
+        tooth = [np.zeros(count) for _ in self.mechanism.couplings]
+        undetermined: list[Undetermined] = []
+        for solver, closed in zip(reversed(solvers), reversed(here.groups), strict=True):
+            group = solver.group
+            if not (group.loops or group.couplings):
+                continue
+            unmet = loads[:, group.passives] - self._efforts_of(wrenches, group.passives)
+            multipliers = closed.solve_transposed(unmet)
+            forces = self._loop_forces(solver, multipliers[:, :, None])[:, :, :, 0]
+            for place, number in enumerate(group.loops):
+                closure[number] += forces[:, place]
+                self._spread(wrenches, solver, closed, place, number, forces[:, place])
+            first = multipliers.shape[1] - len(group.couplings)
+            for place, number in enumerate(group.couplings):
+                # Effort at the successor's joint, whose coefficient in the coupling's row is -1.
+                tooth[number] += multipliers[:, first + place]
+            undetermined += self._undetermined(solver, closed)
+        influence = np.zeros((len(wrenches), 6))
+        if undetermined:
+            influence = self._choice.apply(wrenches, closure, undetermined)
+        return Reactions(wrenches.swapaxes(0, 1), closure, tooth, link_wrenches, influence)
 
     def efforts(self, wrenches: Array) -> Array:
-        """Return the components of wrenches along the joints' coordinates, `(N, nv)`."""
-        twin = self.solver.twin
-        blocks = wrenches.reshape(len(wrenches), -1, 6)
-        return np.asarray(np.einsum("nki,ki->nk", blocks[:, twin.owner], twin.subspace))
+        """Return the components of wrenches `(N, b, 6)` along the coordinates, `(N, nv)`."""
+        return np.asarray(np.einsum("nki,ki->nk", wrenches[:, self._owners], self.subspace))
 
-    def _undetermined(self, here: Closed) -> Array | None:
-        """Return closure forces `(N, L, 6, k)` that no passive effort feels, None if k = 0.
+    def _efforts_of(self, wrenches: Array, coordinates: Array) -> Array:
+        """Return components of wrenches `(b, N, 6)` along some coordinates, `(N, k)`."""
+        chosen = wrenches[self._owners[coordinates]]
+        return np.asarray(np.einsum("kni,ki->nk", chosen, self.subspace[coordinates]))
 
-        Some rows are redundant at every position alike (`Reduction.null`), others change with it.
-        """
-        closure, reduction = self.solver.closure, self.solver.reduction
-        count = reduction.null_count + here.null.shape[2]
-        if not count:
-            return None
-        result = np.zeros((len(here.x), len(closure.sides), 6, count))
-        column, row = here.null.shape[2], 0
-        for number, (rows, null) in enumerate(zip(reduction.rows, reduction.null, strict=True)):
-            result[:, number, :, : here.null.shape[2]] = (
-                rows @ here.null[:, row : row + rows.shape[1]]
-            )
-            result[:, number, :, column : column + null.shape[1]] = null
-            row += rows.shape[1]
-            column += null.shape[1]
-        return result * closure.weights[:, None]
+    def _loop_forces(self, solver: Solver, multipliers: Array) -> Array:
+        """Return closure forces `(N, L, 6, k)` for multipliers `(N, R, k)`."""
+        forces = np.zeros((len(multipliers), len(solver.group.loops), 6, multipliers.shape[2]))
+        start = 0
+        for number, rows in enumerate(solver.reduction.rows):
+            forces[:, number] = rows @ multipliers[:, start : start + rows.shape[1]]
+            start += rows.shape[1]
+        return forces * solver.closure.weights[:, None]
 
-    def _choose(self, actions: Array, wrenches: Array, forces: Array, undetermined: Array) -> Array:
-        """Add the undetermined closure forces of least norm, in place; return their influence.
+    def _spread(
+        self, wrenches: Array, solver: Solver, closed: Closed, place: int, number: int, force: Array
+    ) -> None:
+        """Add a closure force `(N, 6)` to the wrenches `(b, N, 6)` of the joints on its loop."""
+        for body, spread in self._on_path(solver, closed, place, number, force[:, :, None]):
+            wrenches[body] += spread[:, :, 0]
 
-        The norm is taken over the wrenches of all joints at their origins, forces times the
-        mechanism's length, so that it does not depend on where a ring was cut.
-        """
-        scale = np.tile(1.0 / self.solver.closure.weights, self.signs.shape[1])
-        spread = np.zeros((*wrenches.shape, undetermined.shape[3]))
-        for number, signs in enumerate(self.signs):
-            spread += (actions @ undetermined[:, number]) * (np.repeat(signs, 6) * scale)[:, None]
-        transposed = spread.transpose(0, 2, 1)
-        right = transposed @ (wrenches * scale)[:, :, None]
-        amounts = -np.linalg.solve(transposed @ spread, right)
-        wrenches += (spread @ amounts)[:, :, 0] / scale
-        forces += (undetermined @ amounts[:, None])[:, :, :, 0]
-        return np.asarray(np.max(np.abs(spread), axis=(0, 2)))
-
-    def _actions(self, here: Closed) -> Array:
-        """Return the twin's action matrices with those of `fixed` loops appended."""
-        if not self.fixed:
-            return here.actions
-        extra = []
-        for number in self.fixed:
-            rotation, position = self.solver.closure.sides[number][1].place(here.actions)
-            block = np.zeros((len(here.x), 6, 6))
+    def _on_path(
+        self, solver: Solver, closed: Closed, place: int, number: int, forces: Array
+    ) -> list[tuple[int, Array]]:
+        """Return what closure forces `(N, 6, k)` add to each joint of a loop, `(N, 6, k)`."""
+        signs = solver.closure.signs[place]
+        (path,) = np.nonzero(signs)
+        rows = (6 * path[:, None] + np.arange(6)).ravel()
+        found = closed.actions[:, rows] @ forces
+        found = found.reshape(len(found), len(path), 6, -1)
+        result = [
+            (int(solver.twin.bodies[joint]), signs[joint] * found[:, k])
+            for k, joint in enumerate(path)
+        ]
+        if number in self.fixed:
+            rotation, position = solver.closure.sides[place][1].place(closed.actions)
             columns = rotation.transpose(2, 1, 0)
-            block[:, :3, :3] = block[:, 3:, 3:] = columns
-            block[:, 3:, :3] = np.cross(position.T[:, None, :], columns)
-            extra.append(block)
-        return np.concatenate([here.actions, *extra], axis=1)
+            action = np.zeros((len(found), 6, 6))
+            action[:, :3, :3] = action[:, 3:, 3:] = columns
+            action[:, 3:, :3] = np.cross(position.T[:, None, :], columns)
+            result.append((self.bodies + self.fixed.index(number), action @ forces))
+        return result
 
-    def _ancestors(self, body: int, bodies: int) -> Array:
-        carried = np.zeros(bodies)
-        while body >= 0:
-            carried[body] = 1.0
-            body = self.parents[body]
-        return carried
+    def _undetermined(self, solver: Solver, closed: Closed) -> list[Undetermined]:
+        """Return the closure forces of a group that no passive effort feels."""
+        result = []
+        if closed.null.shape[2]:
+            forces = self._loop_forces(solver, closed.null)
+            result.append(self._effect(solver, closed, dict(enumerate(solver.group.loops)), forces))
+        for place, null in enumerate(solver.reduction.null):
+            if null.shape[1]:
+                weighed = null * solver.closure.weights[:, None]
+                forces = np.zeros((len(closed.q), len(solver.group.loops), *null.shape))
+                forces[:, place] = weighed
+                loops = {place: solver.group.loops[place]}
+                result.append(self._effect(solver, closed, loops, forces))
+        return result
+
+    def _effect(
+        self, solver: Solver, closed: Closed, loops: dict[int, int], forces: Array
+    ) -> Undetermined:
+        spread: dict[int, Array] = {}
+        for place, number in loops.items():
+            for body, part in self._on_path(solver, closed, place, number, forces[:, place]):
+                spread[body] = spread[body] + part if body in spread else part
+        return Undetermined({number: forces[:, place] for place, number in loops.items()}, spread)
 
 
-def _spread(actions: Array, wrench: Array, signs: Array) -> Array:
-    """Return a wrench about the origin `(N, 6)` in all joints' frames `(N, 6 b)`, with signs."""
-    return np.asarray(np.matmul(actions, wrench[:, :, None])[:, :, 0] * np.repeat(signs, 6))
+def _carried(closed: Closed, place: int, wrench: Array) -> Array:
+    """Return a wrench about the twin's origin `(N, 6)` in a body's joint frame."""
+    rows = closed.actions[:, 6 * place : 6 * place + 6]
+    return np.asarray(np.matmul(rows, wrench[:, :, None])[:, :, 0])

@@ -11,9 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .coordinates import Array
+from .kinematics import ClosedMechanism
 from .reactions import Reactions, ReactionSolver
-from .solver import Closed
-from .twin import Array, Twin, cross
+from .solver import Closed, Solver
+from .twin import cross
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,22 @@ class Residuals:
     power: Array
 
 
+@dataclass(frozen=True)
+class Rates:
+    """Joint rates of a block of samples.
+
+    Attributes:
+        v, a: joint velocities and accelerations `(N, nv)`.
+        virtual: joint velocities of the drives at unit speed, for which power is balanced.
+        moving: whether `v` or `a` is not zero anywhere.
+    """
+
+    v: Array
+    a: Array
+    virtual: Array
+    moving: bool
+
+
 class FreeBodies:
     """Newton-Euler balance of the bodies of one scene.
 
@@ -37,25 +55,24 @@ class FreeBodies:
         gravity: `(3,)` [m/s²].
     """
 
-    def __init__(self, reactions: ReactionSolver, gravity: Array) -> None:
+    def __init__(self, reactions: ReactionSolver, gravity: Array, passives: Array) -> None:
         self.reactions = reactions
         self.gravity = gravity
-        self.twin: Twin = reactions.solver.twin
-        inertias = list(self.twin.model.inertias)[1:]
-        self.mass = np.array([body.mass for body in inertias])
-        self.lever = np.array([body.lever for body in inertias])
-        self.inertia = np.array([body.inertia for body in inertias])
-        mechanism = reactions.solver.closure.mechanism
-        self.length = mechanism.length
-        slides = np.any(self.twin.subspace[:, :3] != 0.0, axis=1)
+        self.passives = passives
+        self.length = reactions.mechanism.length
+        self._groups = [
+            _GroupBalance(solver, gravity, self.length) for solver in reactions.kinematics.solvers
+        ]
+        self._parents = np.array(reactions.mechanism.model.parents)[1:] - 1
+        slides = np.any(reactions.subspace[:, :3] != 0.0, axis=1)
         self._rate_scale = np.where(slides, self.length, 1.0)
-        self.welds = [(loop.predecessor - 1, loop.successor - 1) for loop in mechanism.loops]
 
     def check(
         self,
-        here: Closed,
+        here: ClosedMechanism,
         reactions: Reactions,
-        motion: tuple[Array, Array, Array],
+        rates: Rates,
+        efforts: Array,
         loads: Array,
         link_bodies: list[int],
     ) -> Residuals:
@@ -64,121 +81,182 @@ class FreeBodies:
         Args:
             here: closed positions.
             reactions: what is checked.
-            motion: joint velocities and accelerations `(N, nv)`, and the joint velocities of the
-                motion for which power is balanced (that of the drive at unit speed).
-            loads: `(N, nv)` efforts added at the joints, drive and holding efforts included.
+            rates: of the motion.
+            efforts: `(N, nv)` components of the wrenches along the coordinates.
+            loads: `(N, nv)` efforts added at the joints, drive, holding and tooth moments included.
             link_bodies: bodies on which `reactions.link_wrenches` act.
         """
-        count = len(here.x)
-        frames = np.ascontiguousarray(here.actions[:, :, :3].transpose(2, 1, 0))
-        frames = frames.reshape(3, -1, 6, count)
+        solver = self.reactions
+        wrenches = reactions.wrenches[:, : solver.bodies]
+        left = np.zeros_like(wrenches)
+        inertia = np.zeros(len(left))
+        power = [np.einsum("nk,nk->n", loads, rates.virtual)]
+        for number, (group, closed) in enumerate(zip(self._groups, here.groups, strict=True)):
+            external = [
+                (body, wrench)
+                for body, wrench in zip(link_bodies, reactions.link_wrenches, strict=True)
+                if solver.home[body] == number
+            ]
+            group.add(left, inertia, power, closed, reactions, rates, external)
+        size = np.max(self._size(wrenches), axis=1, initial=0.0)
+        unmet = np.abs(efforts[:, self.passives] - loads[:, self.passives])
+        worst = np.maximum(
+            np.max(self._size(left), axis=1, initial=0.0), np.max(unmet, axis=1, initial=0.0)
+        )
+        # A balanced mechanism passes no power on; then its wrenches say how exact zero can be.
+        fastest = np.max(np.abs(rates.virtual) / self._rate_scale, axis=1, initial=0.0)
+        through = sum(np.abs(part) for part in power) + size * fastest
+        return Residuals(_relative(worst, size + inertia), _relative(np.abs(sum(power)), through))
+
+    def _size(self, wrenches: Array) -> Array:
+        """Return sizes [N·m] of wrenches `(..., 6)`: moments, and forces times the length."""
+        force, moment = wrenches[..., :3], wrenches[..., 3:]
+        return np.sqrt(
+            np.maximum(
+                np.einsum("...i,...i", moment, moment),
+                self.length**2 * np.einsum("...i,...i", force, force),
+            )
+        )
+
+
+class _GroupBalance:
+    """What one group adds to the balance of the bodies."""
+
+    def __init__(self, solver: Solver, gravity: Array, length: float) -> None:
+        self.solver = solver
+        twin = solver.twin
+        own = [twin.local[body] for body in sorted(solver.group.massive)]
+        self.own = np.array(own, dtype=int)
+        self.gravity = gravity
+        self.length = length
+        inertias = list(twin.model.inertias)[1:]
+        self.heavy = np.array([place for place in own if twin.mass[place] > 0.0], dtype=int)
+        self.mass = twin.mass[self.heavy]
+        self.lever = np.array([inertias[place].lever for place in self.heavy]).reshape(-1, 3)
+        self.inertia = np.array([inertias[place].inertia for place in self.heavy]).reshape(-1, 3, 3)
+        self.columns = np.nonzero(twin.owner >= 0)[0]
+
+    def add(
+        self,
+        left: Array,
+        inertia: Array,
+        power: list[Array],
+        closed: Closed,
+        reactions: Reactions,
+        rates: Rates,
+        external: list[tuple[int, Array]],
+    ) -> None:
+        """Add this group's wrenches to what is left on the bodies, in their joint frames.
+
+        Args:
+            left: `(N, b, 6)`, added to in place.
+            inertia: `(N,)` size of the inertial wrenches, raised in place.
+            power: terms `(N,)`, appended to.
+            closed: this group's closed positions.
+            reactions: of all groups.
+            rates: of the motion.
+            external: bodies and the wrenches on them about this group's origin.
+        """
+        twin, closure = self.solver.twin, self.solver.closure
+        count, bodies = len(closed.q), len(twin)
+        actions = closed.actions.reshape(count, bodies, 6, 6)
+        # On every body, about the twin's origin: its own joint's wrench, its children's, loops.
+        wrenches = reactions.wrenches[:, twin.bodies[self.own]]
+        world = _about_origin(actions[:, self.own], wrenches)
+        sum_up = np.zeros((count, bodies, 6))
+        sum_up[:, self.own] = world
+        for place, joint in enumerate(self.own):
+            parent = twin.parents[joint]
+            if parent >= 0:
+                sum_up[:, parent] -= world[:, place]
+        for number, (predecessor, successor) in zip(
+            self.solver.group.loops, closure.sides, strict=True
+        ):
+            for side, sign in ((predecessor, -1.0), (successor, 1.0)):
+                if side.body >= 0:
+                    sum_up[:, side.body] += sign * reactions.closure[number]
+        inertial = bool(self.heavy.size and (rates.moving or np.any(self.gravity)))
+        displacement = np.zeros((6, bodies, count))
+        if inertial or external:
+            displacement = self._accumulated(self._joint_twists(closed, rates.virtual))
+        for body, wrench in external:
+            place = twin.local[body]
+            sum_up[:, place] += wrench
+            power.append(np.einsum("nx,xn->n", wrench, displacement[:, place]))
+        if inertial:
+            wrench = self._inertial(closed, rates, inertia)
+            sum_up[:, self.heavy] += wrench.transpose(2, 1, 0)
+            power.append(np.einsum("xbn,xbn->n", wrench, displacement[:, self.heavy]))
+        # Moments about a far origin would lose digits: every body in its own frame.
+        local = np.matmul(actions, sum_up[:, :, :, None])[:, :, :, 0]
+        left[:, twin.bodies] += local
+
+    def _inertial(self, closed: Closed, rates: Rates, inertia: Array) -> Array:
+        """Return weight minus momentum rates of the massive bodies, `(6, b, N)`."""
+        frames = closed.actions[:, :, :3].transpose(2, 1, 0).reshape(3, -1, 6, len(closed.q))
+        frames = np.ascontiguousarray(frames[:, self.heavy])
         axes, moments = frames[:, :, :3], frames[:, :, 3:]
         position = 0.5 * cross(axes.swapaxes(1, 2), moments.swapaxes(1, 2)).sum(axis=1)
-
-        v, a, virtual = motion
-        twists = self._joint_twists(here.actions, v), self._joint_twists(here.actions, virtual)
-        velocity, displacement = (self._accumulated(part) for part in twists)
-        acceleration = self._accelerations(here.actions, twists[0], velocity, a)
         centre = position + np.einsum("bi,xbin->xbn", self.lever, axes)
-        rate = self._momentum_rate(axes, centre, velocity, acceleration)
-        weight = self._weight(centre)
+        force = self.gravity[:, None, None] * self.mass[:, None] * np.ones(centre.shape[2])
+        moment = np.zeros_like(force)
+        if rates.moving:
+            joint_twists = self._joint_twists(closed, rates.v)
+            velocity = self._accumulated(joint_twists)
+            acceleration = self._accelerations(closed, joint_twists, velocity, rates.a)
+            velocity, acceleration = velocity[:, self.heavy], acceleration[:, self.heavy]
+            speed = velocity[:3] + cross(velocity[3:], centre)
+            force = force - self.mass[:, None] * (
+                acceleration[:3] + cross(acceleration[3:], centre) + cross(velocity[3:], speed)
+            )
+            spin, change = (
+                np.einsum("xbin,xbn->ibn", axes, part[3:]) for part in (velocity, acceleration)
+            )
+            momentum, rate = (
+                np.einsum("bij,jbn->ibn", self.inertia, part) for part in (spin, change)
+            )
+            moment = -np.einsum("xbin,ibn->xbn", axes, rate + cross(spin, momentum))
+            turning = np.sum(spin * spin, axis=0) + np.sqrt(np.sum(change * change, axis=0))
+            size = np.max(self.mass[:, None] * self.length**2 * turning, axis=0)
+            np.maximum(inertia, size, out=inertia)
+        return np.concatenate([force, moment + cross(centre, force)])
 
-        # Left over on every body, about the twin's origin: wrenches on it minus momentum rate.
-        wrenches = reactions.wrenches.reshape(count, -1, 6).transpose(1, 2, 0)[: len(self.mass)]
-        force = np.einsum("bin,xbin->xbn", wrenches[:, :3], axes)
-        moment = np.einsum("bin,xbin->xbn", wrenches[:, 3:], axes) + np.einsum(
-            "bin,xbin->xbn", wrenches[:, :3], moments
-        )
-        left = np.concatenate([force, moment]) + weight - rate
-        for body, parent in enumerate(self.reactions.parents):
-            if parent >= 0:
-                left[:3, parent] -= force[:, body]
-                left[3:, parent] -= moment[:, body]
-        for number, (predecessor, successor) in enumerate(self.welds):
-            for body, sign in ((predecessor, -1.0), (successor, 1.0)):
-                if body >= 0:
-                    left[:, body] += sign * reactions.closure[:, number].T
-        for body, wrench in zip(link_bodies, reactions.link_wrenches, strict=True):
-            left[:, body] += wrench.T
-        left[3:] -= cross(position, left[:3])
-
-        size = self._size(np.concatenate([wrenches[:, :3], wrenches[:, 3:]], axis=1).swapaxes(0, 1))
-        spin = np.sum(velocity[3:] ** 2, axis=0) + np.linalg.norm(acceleration[3:], axis=0)
-        scale = np.max(size + self.mass[:, None] * self.length**2 * spin, axis=0)
-        efforts = self.reactions.efforts(reactions.wrenches)
-        passives = self.reactions.solver.passives
-        unmet = np.abs(efforts[:, passives] - loads[:, passives])
-        worst = np.maximum(np.max(self._size(left), axis=0), np.max(unmet, axis=1, initial=0.0))
-
-        power = [
-            np.einsum("nk,nk->n", loads, virtual),
-            np.einsum("xbn,xbn->n", weight, displacement),
-            -np.einsum("xbn,xbn->n", rate, displacement),
-        ]
-        power += [
-            np.einsum("nx,xn->n", wrench, displacement[:, body])
-            for body, wrench in zip(link_bodies, reactions.link_wrenches, strict=True)
-        ]
-        # A balanced mechanism passes no power on; then its wrenches say how exact zero can be.
-        fastest = np.max(np.abs(virtual) / self._rate_scale, axis=1, initial=0.0)
-        through = sum(np.abs(part) for part in power) + np.max(size, axis=0) * fastest
-        return Residuals(_relative(worst, scale), _relative(np.abs(sum(power)), through))
-
-    def _joint_twists(self, actions: Array, rates: Array) -> Array:
+    def _joint_twists(self, closed: Closed, rates: Array) -> Array:
         """Return the twist of every joint `(6, b, N)` for joint rates `(N, nv)`."""
-        result = np.zeros((6, len(self.mass), len(rates)))
-        units = self.twin.twists(actions, np.arange(rates.shape[1]))
-        for coordinate, owner in enumerate(self.twin.owner):
-            result[:, owner] += (units[:, coordinate] * rates[:, coordinate, None]).T
+        twin = self.solver.twin
+        result = np.zeros((6, len(twin), len(rates)))
+        units = twin.twists(closed.actions, self.columns)
+        for place, column in enumerate(self.columns):
+            result[:, twin.owner[column]] += (units[:, place] * rates[:, column, None]).T
         return result
 
     def _accumulated(self, joint_twists: Array) -> Array:
         """Return the bodies' twists `(6, b, N)`: those of all joints between them and the root."""
         result = joint_twists.copy()
-        for body, parent in enumerate(self.reactions.parents):
+        for body, parent in enumerate(self.solver.twin.parents):
             if parent >= 0:
                 result[:, body] += result[:, parent]
         return result
 
     def _accelerations(
-        self, actions: Array, joint_twists: Array, velocity: Array, a: Array
+        self, closed: Closed, joint_twists: Array, velocity: Array, a: Array
     ) -> Array:
         """Return the bodies' spatial accelerations `(6, b, N)`."""
-        result = self._joint_twists(actions, a)
+        result = self._joint_twists(closed, a)
         carried = velocity - joint_twists
         result[:3] += cross(carried[3:], joint_twists[:3]) + cross(carried[:3], joint_twists[3:])
         result[3:] += cross(carried[3:], joint_twists[3:])
         return self._accumulated(result)
 
-    def _momentum_rate(
-        self, axes: Array, centre: Array, velocity: Array, acceleration: Array
-    ) -> Array:
-        """Return the rates of momentum and moment of momentum `(6, b, N)` about the origin."""
-        speed = velocity[:3] + cross(velocity[3:], centre)
-        force = (
-            acceleration[:3] + cross(acceleration[3:], centre) + cross(velocity[3:], speed)
-        ) * self.mass[:, None]
-        spin, change = (
-            np.einsum("xbin,xbn->ibn", axes, part[3:]) for part in (velocity, acceleration)
-        )
-        momentum, moment = (
-            np.einsum("bij,jbn->ibn", self.inertia, part) for part in (spin, change)
-        )
-        moment += cross(spin, momentum)
-        return np.concatenate(
-            [force, np.einsum("xbin,ibn->xbn", axes, moment) + cross(centre, force)]
-        )
 
-    def _weight(self, centre: Array) -> Array:
-        force = np.multiply.outer(self.gravity, self.mass)[:, :, None] * np.ones(centre.shape[2])
-        return np.concatenate([force, cross(centre, force)])
-
-    def _size(self, wrenches: Array) -> Array:
-        """Return sizes `(b, N)` [N·m] of wrenches `(6, b, N)`: moments, and forces times length."""
-        return np.maximum(
-            np.linalg.norm(wrenches[3:], axis=0),
-            self.length * np.linalg.norm(wrenches[:3], axis=0),
-        )
+def _about_origin(actions: Array, wrenches: Array) -> Array:
+    """Return wrenches `(N, b, 6)` in joint frames as seen in world axes about the origin."""
+    axes, moments = actions[:, :, :3, :3], actions[:, :, 3:, :3]
+    force, moment = wrenches[:, :, None, :3], wrenches[:, :, None, 3:]
+    result = np.empty_like(wrenches)
+    result[:, :, :3] = (force @ axes)[:, :, 0]
+    result[:, :, 3:] = (force @ moments + moment @ axes)[:, :, 0]
+    return result
 
 
 def _relative(error: Array, scale: Array) -> Array:

@@ -18,15 +18,18 @@ from .arguments import (
     wanted_outputs,
 )
 from .assembly import Assembly
+from .coordinates import Array, Coordinates
 from .errors import AccuracyError, ArgumentError, MobilityError, choices
+from .kinematics import ClosedMechanism
+from .loads import LinkLoad
 from .mechanism import Mechanism
 from .motion import Motion
-from .reactions import UNIQUE_TOLERANCE, LinkLoad, ReactionSolver
-from .residuals import FreeBodies
-from .solver import Closed
+from .reactions import ReactionSolver
+from .residuals import FreeBodies, Rates
 from .sweep import Sweep
-from .twin import Array, Coordinates, Twin
 
+UNIQUE_TOLERANCE = 1e-9
+"""Greatest influence of an undetermined closure force on a component that counts as unique."""
 BALANCE_TOLERANCE = 1e-8
 """Greatest Newton-Euler or power imbalance of a result, relative."""
 _BLOCK = 512  # Samples worked on at a time, so that their arrays stay in the cache.
@@ -88,14 +91,15 @@ class Scene:
                 f"held {list(self.held)}"
             )
         self._joint_loads, self._link_loads = split_loads(mechanism, self._coordinates, loads or {})
-        self._twin = Twin(mechanism, self.gravity)
-        self._heavy = bool(np.any([body.mass > 0.0 for body in list(self._twin.model.inertias)]))
-
         velocities = self._coordinates.velocities
         self._drive_velocities = [velocities[name].start for name in self.drives]
-        self._assembly = Assembly(mechanism, self._twin, self._coordinates, self.drives, self.held)
-        self._reactions = ReactionSolver(self._assembly.solver)
-        self._bodies = FreeBodies(self._reactions, self.gravity)
+        self._assembly = Assembly(
+            mechanism, self._coordinates, self.drives, self.held, self.gravity
+        )
+        self._kinematics = self._assembly.kinematics
+        self._reactions = ReactionSolver(mechanism, self._kinematics)
+        self._bodies = FreeBodies(self._reactions, self.gravity, self._assembly.passives)
+        self._heavy = any(solver.twin.heavy for solver in self._kinematics.solvers)
 
     def sweep(
         self, position: ArrayLike, speed: ArrayLike = 0.0, acceleration: ArrayLike = 0.0
@@ -125,10 +129,10 @@ class Scene:
         moving = bool(np.any(speeds) or np.any(accelerations))
         dynamic = self._heavy and (moving or bool(np.any(self.gravity)))
         blocks: list[_Block] = []
-        influence = np.zeros(6 * self._reactions.signs.shape[1])
+        influence = np.zeros((self._reactions.bodies + len(self._reactions.fixed), 6))
         for start in range(0, len(positions), _BLOCK):
             rows = slice(start, start + _BLOCK)
-            here = self._assembly.close(guesses[rows], positions[rows])
+            here = self._assembly.close(guesses[rows], turns[rows], positions[rows])
             block = self._solve(
                 here,
                 speeds[rows],
@@ -144,7 +148,7 @@ class Scene:
 
     def _solve(
         self,
-        here: Closed,
+        here: ClosedMechanism,
         speeds: Array,
         accelerations: Array,
         loads: Array,
@@ -152,28 +156,34 @@ class Scene:
         dynamic: bool,
         moving: bool,
     ) -> _Block:
-        solver = self._assembly.solver
-        count, nv = len(here.x), self.mechanism.model.nv
-        transmission = np.empty((count, nv, len(self.drives)))
-        for number in range(len(self.drives)):
-            unit = np.zeros((count, len(self.drives)))
-            unit[:, number] = 1.0
-            transmission[:, :, number] = solver.rates(here, unit)
-        v = a = np.zeros((count, nv))
+        kinematics, count = self._kinematics, len(here.x)
+        transmission = np.empty((count, self.mechanism.model.nv, len(self.drives)))
+        for number, unit in enumerate(np.eye(len(self.drives))):
+            transmission[:, :, number] = kinematics.rates(here, np.tile(unit, (count, 1)))
+        v = a = np.zeros(transmission.shape[:2])
         if moving:
             v = (transmission @ speeds[:, :, None])[:, :, 0]
             if np.any(speeds):
-                a = solver.accelerations(here, v, accelerations)
+                a = kinematics.accelerations(here, v, accelerations)
             else:
                 a = (transmission @ accelerations[:, :, None])[:, :, 0]
         reactions = self._reactions.solve(here, (v, a) if dynamic else None, loads, link_loads)
         efforts = self._reactions.efforts(reactions.wrenches)
+        passives = self._assembly.passives
         given = efforts.copy()
-        given[:, solver.passives] = np.broadcast_to(loads, efforts.shape)[:, solver.passives]
+        given[:, passives] = np.broadcast_to(loads, efforts.shape)[:, passives]
+        for coupling, moment in zip(self.mechanism.couplings, reactions.tooth, strict=True):
+            for columns, factor in (
+                (coupling.successor_columns, 1.0),
+                (coupling.predecessor_columns, -coupling.ratio),
+            ):
+                for column in columns:
+                    given[:, column] += factor * moment * (column in passives)
         residuals = self._bodies.check(
             here,
             reactions,
-            (v, a, transmission.sum(axis=2)),
+            Rates(v, a, transmission.sum(axis=2), moving),
+            efforts,
             given,
             [load.body for load in link_loads],
         )
@@ -184,6 +194,7 @@ class Scene:
             transmission,
             reactions.wrenches,
             efforts - loads,
+            np.array(reactions.tooth).reshape(-1, count).T,
             reactions.influence,
             here.condition,
             here.residual,
@@ -212,18 +223,22 @@ class Scene:
                     position=positions[worst],
                 )
         numbers = [self._wrench_number(name) for name in self.outputs]
-        wrenches = joined["wrenches"].reshape(len(positions), -1, 6)[:, numbers]
-        unique = (influence < UNIQUE_TOLERANCE).reshape(-1, 6)[numbers]
+        wrenches = joined["wrenches"][:, numbers]
+        unique = (influence < UNIQUE_TOLERANCE)[numbers]
         effort = joined["efforts"]
         velocities = self._coordinates.velocities
         drive_effort = effort[:, self._drive_velocities]
         return Sweep(
             mechanism=self.mechanism,
-            twin=self._twin,
+            solver=self._reactions,
             outputs=self.outputs,
             wrenches=wrenches,
             unique=unique,
             drive_effort=drive_effort[:, 0] if len(self.drives) == 1 else drive_effort,
+            tooth_moment={
+                coupling.name: joined["tooth"][:, number]
+                for number, coupling in enumerate(self.mechanism.couplings)
+            },
             holding_effort={name: effort[:, velocities[name].start] for name in self.held},
             motion=Motion(
                 self.mechanism,
@@ -246,7 +261,7 @@ class Scene:
         if index:
             return index - 1
         fixed = [self.mechanism.loops[number].joint for number in self._reactions.fixed]
-        return self._twin.joint_count + fixed.index(joint)
+        return self._reactions.bodies + fixed.index(joint)
 
     def _loads_at(self, count: int) -> Array:
         """Return efforts added at the joints, `(1, nv)` or `(N, nv)`."""
@@ -280,6 +295,7 @@ class _Block:
     transmission: Array
     wrenches: Array
     efforts: Array
+    tooth: Array
     influence: Array
     condition: Array
     closure: Array

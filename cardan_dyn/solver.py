@@ -1,4 +1,4 @@
-"""Solver: close the loops of many samples at once, and find their rates.
+"""Solver: close the loops of a group for many samples at once, and find its rates.
 
 Newton's method on whole arrays. Each sample is factorised once: the inverse that gave the last
 small step serves the rates and the closure forces as well, mended to rounding by one refinement.
@@ -11,7 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .closure import RANK_TOLERANCE, Closure, Reduction
-from .twin import Array, Coordinates, Twin
+from .coordinates import Array, Coordinates
+from .groups import Group
+from .mechanism import Mechanism
+from .twin import Twin
 
 _CONVERGED = 1e-9  # A Newton step of this size leaves an error of its square.
 _STALE = 1e-8  # An inverse off by this much is mended to rounding by one refinement.
@@ -22,11 +25,10 @@ class Closed:
     """Positions whose loops are closed, with what the next steps need of them.
 
     Attributes:
-        x: `(N, size)` coordinates.
         q: `(N, 7 n)` configurations of the twin.
         actions: see `Twin.actions`.
         twists: `(N, m, 6)` unit twists of the moving coordinates.
-        drive_rows, passive_rows: transposed closure matrices `(N, d, R)` and `(N, p, R)`.
+        known_rows, passive_rows: transposed closure matrices `(N, k, R)` and `(N, p, R)`.
         inverse: `(N, R, p)`: inverse of `passive_rows`, or its pseudoinverse.
         null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
         residual: `(N,)` closure error, see `Closure.error`.
@@ -34,11 +36,10 @@ class Closed:
         correction: `(N,)` how far the guess was off.
     """
 
-    x: Array
     q: Array
     actions: Array
     twists: Array
-    drive_rows: Array
+    known_rows: Array
     passive_rows: Array
     inverse: Array
     null: Array
@@ -46,88 +47,91 @@ class Closed:
     condition: Array
     correction: Array
 
-    def only(self, samples: Array) -> Closed:
-        """Return some of the positions, chosen by index or mask."""
-        return Closed(*(getattr(self, name)[samples] for name in self.__dataclass_fields__))
-
-    def same_side(self, other: Closed) -> bool:
-        """Return whether no singular position needs to be crossed to get from `other` to here.
+    def same_side(self, other: Closed) -> Array:
+        """Return `(N,)` whether no singular position needs to be crossed to come from `other`.
 
         Two ways of assembling a mechanism that meet in a singular position differ in the
         orientation of the closure equations.
         """
-        change = np.matmul(self.passive_rows, other.inverse)
-        return bool(np.all(np.linalg.det(change) > 0.0))
+        return np.linalg.det(np.matmul(self.passive_rows, other.inverse)) > 0.0
 
     def solve(self, right: Array) -> Array:
         """Solve the closure equations for passive rates: `(N, R)` to `(N, p)`."""
-        return self._refined(right, self.inverse.transpose(0, 2, 1), self.passive_rows, 1)
+        return _refined(_flip(self.passive_rows), _flip(self.inverse), right)
 
     def solve_transposed(self, right: Array) -> Array:
         """Solve for closure forces: passive efforts `(N, p)` to multipliers `(N, R)`."""
-        return self._refined(right, self.inverse, self.passive_rows, 2)
-
-    def _refined(self, right: Array, inverse: Array, rows: Array, axis: int) -> Array:
-        # One refinement makes the explicit inverse as stable as an elimination.
-        matrix = rows.transpose(0, 2, 1) if axis == 1 else rows
-        solution = _times(inverse, right)
-        return solution + _times(inverse, right - _times(matrix, solution))
+        return _refined(self.passive_rows, self.inverse, right)
 
 
 class Solver:
-    """Closes loops for many samples by Newton's method on whole arrays.
+    """Closes the loops of a group for many samples by Newton's method on whole arrays.
 
     Attributes:
-        drives, passives: velocity coordinates of the drives and of the joints that the loops
-            decide.
-        passive_columns: places of the passives among the closure's moving coordinates.
+        group: what it solves.
+        twin: its bodies.
+        closure: its equations.
         reduction: which rows are solved; all of them until the motion is known.
     """
 
     def __init__(
         self,
-        twin: Twin,
+        mechanism: Mechanism,
         coordinates: Coordinates,
-        closure: Closure,
-        drives: Array,
-        passives: Array,
+        group: Group,
+        gravity: Array,
+        zero: dict[int, Array],
     ) -> None:
-        self.twin = twin
-        self.coordinates = coordinates
-        self.closure = closure
-        self.drives = drives
-        self.passives = passives
-        self.reduction: Reduction = closure.full()
-        length = closure.mechanism.length
-        linear = np.any(twin.subspace[passives, :3] != 0.0, axis=1)
-        self._scale = np.where(linear, 1.0 / length, 1.0)
-        position = {coordinate: k for k, coordinate in enumerate(closure.moving)}
-        self._drive_columns = [position[coordinate] for coordinate in drives]
-        self.passive_columns = [position[coordinate] for coordinate in passives]
+        """Make the solver.
 
-    def evaluate(self, x: Array, inverse: Array | None = None) -> tuple[Closed, Array]:
+        Args:
+            mechanism: the mechanism.
+            coordinates: layout of its coordinate rows.
+            group: what to solve.
+            gravity: `(3,)` [m/s²].
+            zero: positions `(3,)` of the bodies with every joint at zero.
+        """
+        self.group = group
+        self.coordinates = coordinates
+        points = [zero[mechanism.loops[number].predecessor - 1] for number in group.loops]
+        points = points or [zero[body] for body in group.massive]
+        origin = np.mean(points, axis=0) if points else np.zeros(3)
+        self.twin = Twin(mechanism, coordinates, group.bodies, group.massive, origin, gravity)
+        self.closure = Closure(mechanism, self.twin, group)
+        self.reduction: Reduction = self.closure.full()
+        self._moves = coordinates.moves(group.passives)
+        linear = np.any(self.twin.subspace[group.passives, :3] != 0.0, axis=1)
+        self._scale = np.where(linear, 1.0 / mechanism.length, 1.0)
+
+    def evaluate(
+        self, x: Array, turns: Array | None = None, inverse: Array | None = None
+    ) -> tuple[Closed, Array]:
         """Return the closure equations at `x` and their reduced error `(N, R)`, closed or not.
 
         Args:
             x: `(N, size)` coordinates.
+            turns: `(N, size)` whole turns that the angles in `x` lack; couplings count them.
             inverse: inverse at a position nearby; used where it is near enough.
         """
-        q = self.coordinates.twin_configuration(x)
+        closure, known = self.closure, len(self.group.known)
+        q = self.twin.configuration(x)
         actions = self.twin.actions(q)
-        twists = self.twin.twists(actions, self.closure.moving)
-        rows = self.closure.rows(twists, self.reduction)
-        passive = rows[:, self.passive_columns]
-        error, residual = self.closure.error(actions)
+        twists = self.twin.twists(actions, closure.moving)
+        rows = closure.rows(twists, self.reduction)
+        passive = rows[:, known:]
+        error, residual = closure.error(actions)
+        slips = self._slips(x, turns)
+        if slips.size:
+            residual = np.maximum(residual, np.max(np.abs(slips), axis=1))
         if inverse is not None and _near(passive, inverse):
             null, condition = np.zeros((len(x), inverse.shape[1], 0)), _conditions(passive, inverse)
         else:
             inverse, null, condition = _factorised(passive)
         closed = Closed(
-            x=x,
             q=q,
             actions=actions,
             twists=twists,
-            drive_rows=rows[:, self._drive_columns],
+            known_rows=rows[:, :known],
             passive_rows=passive,
             inverse=inverse,
             null=null,
@@ -135,21 +139,20 @@ class Solver:
             condition=condition,
             correction=np.zeros(len(x)),
         )
-        return closed, self.closure.project(error, self.reduction)
+        return closed, closure.project(error, slips, self.reduction)
 
-    def close(self, guess: Array, most: int = 12) -> Closed:
+    def close(self, x: Array, turns: Array | None = None, most: int = 12) -> Closed:
         """Close the loops from a guess; the caller judges `residual` and `correction`.
 
         Args:
-            guess: `(N, size)` coordinates; the passive ones are corrected.
+            x: `(N, size)` coordinates; those of the passives are corrected in place.
+            turns: see `evaluate`.
             most: greatest number of Newton steps.
         """
-        here, error = self.evaluate(guess)
-        correction = np.zeros(len(guess))
-        for _ in range(most):
-            if not self.passives.size:
-                break
-            step = -_times(here.inverse.transpose(0, 2, 1), error)
+        here, error = self.evaluate(x, turns)
+        correction = np.zeros(len(x))
+        for _ in range(most if self.group.passives.size else 0):
+            step = -_times(_flip(here.inverse), error)
             sizes = np.max(np.abs(step * self._scale), axis=1)
             # Far from closed, a full step may leave the branch.
             step *= np.minimum(1.0, 0.5 / np.maximum(sizes, 0.5))[:, None]
@@ -157,31 +160,34 @@ class Solver:
             worst = float(np.max(sizes))
             if not np.isfinite(worst):
                 break
-            full = np.zeros((len(guess), self.coordinates.model.nv))
-            full[:, self.passives] = step
-            stale = here.inverse if worst < 1e-4 else None
-            here, error = self.evaluate(self.coordinates.moved(here.x, full), stale)
+            self._moves.apply(x, step)
+            here, error = self.evaluate(x, turns, here.inverse if worst < 1e-4 else None)
             if worst < _CONVERGED:
                 break
         return replace(here, correction=correction)
 
-    def rates(self, here: Closed, drive_rates: Array) -> Array:
-        """Return joint rates `(N, nv)` for drive rates `(N, d)`; held joints rest."""
-        return self._rates(here, drive_rates, _times(_flip(here.drive_rows), drive_rates))
+    def rates(self, here: Closed, known: Array) -> Array:
+        """Return passive rates `(N, p)` for the rates `(N, k)` of what is known."""
+        return -here.solve(_times(_flip(here.known_rows), known))
 
-    def accelerations(self, here: Closed, v: Array, drive_accelerations: Array) -> Array:
-        """Return joint accelerations `(N, nv)` at joint rates `v (N, nv)`."""
+    def accelerations(self, here: Closed, v: Array, known: Array) -> Array:
+        """Return passive accelerations `(N, p)` at joint rates `v (N, nv)`.
+
+        Args:
+            here: closed positions.
+            v: joint rates.
+            known: accelerations `(N, k)` of what is known.
+        """
         drift = self.closure.drift(here.twists, v[:, self.closure.moving])
-        right = _times(_flip(here.drive_rows), drive_accelerations)
-        return self._rates(
-            here, drive_accelerations, right + self.closure.project(drift, self.reduction)
-        )
+        right = _times(_flip(here.known_rows), known)
+        return -here.solve(right + self.closure.project(drift, None, self.reduction))
 
-    def _rates(self, here: Closed, drive_rates: Array, right: Array) -> Array:
-        rates = np.zeros((len(right), self.coordinates.model.nv))
-        rates[:, self.drives] = drive_rates
-        rates[:, self.passives] = -here.solve(right)
-        return rates
+    def _slips(self, x: Array, turns: Array | None) -> Array:
+        """Return how far the couplings are from their ratio `(N, G)` [rad or m]."""
+        if not self.closure.couplings:
+            return np.zeros((len(x), 0))
+        angles = x if turns is None else x + 2.0 * np.pi * turns
+        return angles[:, self.coordinates.column_of(self.closure.moving)] @ self.closure.gears
 
 
 def _factorised(rows: Array) -> tuple[Array, Array, Array]:
@@ -210,6 +216,12 @@ def _factorised(rows: Array) -> tuple[Array, Array, Array]:
         greatest[:, 0], smallest, out=np.full(count, np.inf), where=smallest > 0.0
     )
     return inverse, right[:, p:].transpose(0, 2, 1), condition
+
+
+def _refined(matrices: Array, inverses: Array, right: Array) -> Array:
+    # One refinement makes an explicit inverse as stable as an elimination.
+    solution = _times(inverses, right)
+    return solution + _times(inverses, right - _times(matrices, solution))
 
 
 def _times(matrices: Array, vectors: Array) -> Array:

@@ -7,10 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
+from .coordinates import Array
 from .errors import ArgumentError, ModelError, choices
 from .mechanism import Mechanism
 from .motion import Motion
-from .twin import Array, Twin, placement
+from .reactions import ReactionSolver
+from .twin import placement
 from .wrench import JointWrench
 
 FRAMES = ("joint", "parent", "world")
@@ -25,12 +27,13 @@ class Sweep:
 
     Attributes:
         mechanism: the mechanism.
-        twin: its free-flyer twin, for placements.
+        solver: what computed it, for placements.
         outputs: names of the joints whose wrenches are kept.
         wrenches: `(N, k, 6)` force [N] and moment [N·m] of the outputs in their joint frames.
         unique: `(k, 6)` see `JointWrench.unique`.
         drive_effort: `(N,)` what the drive exerts [N·m or N], `(N, d)` for d drives.
         holding_effort: held joint to what holds it, `(N,)` [N·m or N].
+        tooth_moment: coupling to the moment `(N,)` [N·m] that it exerts on its successor's joint.
         motion: positions, speeds and accelerations of all joints.
         condition: `(N,)` condition number of the closure equations.
         loop_residual: worst closure error: angle [rad], or gap as a fraction of
@@ -42,12 +45,13 @@ class Sweep:
     """
 
     mechanism: Mechanism
-    twin: Twin
+    solver: ReactionSolver
     outputs: tuple[str, ...]
     wrenches: Array
     unique: Array
     drive_effort: Array
     holding_effort: dict[str, Array]
+    tooth_moment: dict[str, Array]
     motion: Motion
     condition: Array
     loop_residual: float
@@ -99,28 +103,32 @@ class Sweep:
 
     def rotation(self, joint: str) -> Array:
         """Return rotations `(N, 3, 3)` that take components in a joint's frame to world axes."""
-        record = self.mechanism.joint(joint)
-        if record.index:
-            rotation, _ = placement(self._actions, record.index - 1)
-            return np.ascontiguousarray(rotation.transpose(2, 0, 1))
-        loop = next(loop for loop in self.mechanism.loops if loop.joint == joint)
-        if loop.successor == 0:
-            return np.broadcast_to(loop.successor_placement.rotation, (len(self), 3, 3))
-        rotation, _ = placement(self._actions, loop.successor - 1)
-        return np.einsum("ikn,kj->nij", rotation, loop.successor_placement.rotation)
+        return self._placement(joint)[0]
 
     def origin(self, joint: str) -> Array:
         """Return the origin of a joint's frame in the world `(N, 3)` [m]."""
+        return self._placement(joint)[1]
+
+    def _placement(self, joint: str) -> tuple[Array, Array]:
         record = self.mechanism.joint(joint)
-        loop = next((loop for loop in self.mechanism.loops if loop.joint == joint), None)
-        if record.index:
-            return placement(self._actions, record.index - 1)[1].T + self.twin.origin
-        assert loop is not None
-        if loop.successor == 0:
-            return np.broadcast_to(loop.successor_placement.translation, (len(self), 3))
-        rotation, position = placement(self._actions, loop.successor - 1)
-        point = position.T + np.einsum("ikn,k->ni", rotation, loop.successor_placement.translation)
-        return np.asarray(point + self.twin.origin)
+        if record.parts:
+            return self._body_placement(record.index - 1)
+        loop = next(loop for loop in self.mechanism.loops if loop.joint == joint)
+        frame = loop.successor_placement
+        rotation, position = self._body_placement(loop.successor - 1)
+        return rotation @ frame.rotation, position + rotation @ frame.translation
+
+    def _body_placement(self, body: int) -> tuple[Array, Array]:
+        """Return rotation `(N, 3, 3)` and position `(N, 3)` of a body (-1 for the world)."""
+        if body < 0:
+            return np.broadcast_to(np.eye(3), (len(self), 3, 3)), np.zeros((len(self), 3))
+        group = self.solver.home[body]
+        twin = self.solver.kinematics.solvers[group].twin
+        if group not in self._actions:
+            # Computed only here: most scripts never ask where a joint was.
+            self._actions[group] = twin.actions(twin.configuration(self.motion.x))
+        rotation, position = placement(self._actions[group], twin.local[body])
+        return np.ascontiguousarray(rotation.transpose(2, 0, 1)), position.T + twin.origin
 
     def _parent_rotation(self, joint: str) -> Array:
         """Return rotations from a joint's own frame to its frame at coordinate zero."""
@@ -129,12 +137,9 @@ class Sweep:
             return np.broadcast_to(np.eye(3), (len(self), 3, 3))
         model, first = self.mechanism.model, record.parts[0].index
         at_zero = model.jointPlacements[first].rotation
-        if model.parents[first]:
-            parent, _ = placement(self._actions, model.parents[first] - 1)
-            at_zero = np.einsum("ikn,kj->nij", parent, at_zero)
+        at_zero = self._body_placement(model.parents[first] - 1)[0] @ at_zero
         return np.asarray(np.swapaxes(at_zero, -1, -2) @ self.rotation(joint))
 
     @cached_property
-    def _actions(self) -> Array:
-        # Kept out of the sweep itself: most scripts never ask where a joint was.
-        return self.twin.actions(self.motion.coordinates.twin_configuration(self.motion.x))
+    def _actions(self) -> dict[int, Array]:
+        return {}

@@ -12,186 +12,122 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 
-from .mechanism import Joint, Mechanism
-
-Array = np.ndarray
-
-
-class Coordinates:
-    """Joint coordinates of many samples and what they are in Pinocchio's models.
-
-    A sample is a row of one number per turning part of a joint (the angle [rad], which keeps count
-    of turns), one per sliding part [m] and a unit quaternion (x, y, z, w) per ball. Velocities have
-    Pinocchio's layout.
-
-    Attributes:
-        size: numbers per row.
-        parts: the elementary parts of all joints, in Pinocchio's order.
-        columns: joint name to its columns in a row.
-        velocities: joint name to its columns in a velocity.
-    """
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.model = mechanism.model
-        self.columns: dict[str, slice] = {}
-        self.velocities: dict[str, slice] = {}
-        self.size = 0
-        ordered = sorted((joint for joint in mechanism.joints.values() if joint.parts), key=_place)
-        self.parts = [part for joint in ordered for part in joint.parts]
-        self._starts: list[int] = []
-        for joint in ordered:
-            first = self.size
-            for part in joint.parts:
-                self._starts.append(self.size)
-                self.size += 4 if part.kind == "spherical" else 1
-            start = self.model.idx_vs[joint.parts[0].index]
-            self.columns[joint.name] = slice(first, self.size)
-            self.velocities[joint.name] = slice(start, start + joint.size)
-
-        def of_kind(kind: str) -> tuple[Array, Array, Array, Array]:
-            chosen = [
-                (part, start)
-                for part, start in zip(self.parts, self._starts, strict=True)
-                if part.kind == kind
-            ]
-            return (
-                np.array([part.index - 1 for part, _ in chosen], dtype=int),
-                np.array([start for _, start in chosen], dtype=int),
-                np.array([self.model.idx_vs[part.index] for part, _ in chosen], dtype=int),
-                np.array([part.axis for part, _ in chosen]).reshape(-1, 3),
-            )
-
-        self._revolute, self._prismatic, self._spherical = map(
-            of_kind, ("revolute", "prismatic", "spherical")
-        )
-        self.scalar_columns = np.concatenate([self._revolute[1], self._prismatic[1]])
-        self.scalar_velocities = np.concatenate([self._revolute[2], self._prismatic[2]])
-        self.angle_columns = self._revolute[1]
-
-    def neutral(self) -> Array:
-        """Return the `(size,)` row in which every joint is at zero."""
-        row = np.zeros(self.size)
-        row[self._spherical[1] + 3] = 1.0
-        return row
-
-    def moved(self, x: Array, step: Array) -> Array:
-        """Return rows moved by joint displacements `step (N, nv)` from `x (N, size)`."""
-        result = x.copy()
-        result[:, self.scalar_columns] += step[:, self.scalar_velocities]
-        for column, start in zip(self._spherical[1], self._spherical[2], strict=True):
-            turn = _exponential(step[:, start : start + 3])
-            result[:, column : column + 4] = _product(x[:, column : column + 4], turn)
-        return result
-
-    def derivative(self, x: Array, v: Array) -> Array:
-        """Return `(N, size)` rates of the rows `x` for joint velocities `v (N, nv)`."""
-        rates = np.zeros_like(x)
-        rates[:, self.scalar_columns] = v[:, self.scalar_velocities]
-        for column, start in zip(self._spherical[1], self._spherical[2], strict=True):
-            spin = np.zeros((len(x), 4))
-            spin[:, :3] = 0.5 * v[:, start : start + 3]
-            rates[:, column : column + 4] = _product(x[:, column : column + 4], spin)
-        return rates
-
-    def curvature(self, x: Array, v: Array, a: Array) -> Array:
-        """Return second time derivatives `(N, size)` of the rows `x`."""
-        result = self.derivative(x, a)
-        for column, start in zip(self._spherical[1], self._spherical[2], strict=True):
-            squared = np.sum(v[:, start : start + 3] ** 2, axis=1, keepdims=True)
-            result[:, column : column + 4] -= 0.25 * squared * x[:, column : column + 4]
-        return result
-
-    def normalised(self, x: Array) -> Array:
-        """Return `x` with its quaternions scaled to unit length, in place."""
-        for column in self._spherical[1]:
-            quaternion = x[:, column : column + 4]
-            quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
-        return x
-
-    def configuration(self, x: Array) -> Array:
-        """Return Pinocchio configurations `(N, nq)` of the mechanism's model."""
-        q = np.empty((len(x), self.model.nq))
-        for part, start in zip(self.parts, self._starts, strict=True):
-            at, count = self.model.idx_qs[part.index], self.model.nqs[part.index]
-            if part.kind == "revolute" and count == 2:
-                q[:, at] = np.cos(x[:, start])
-                q[:, at + 1] = np.sin(x[:, start])
-            else:
-                q[:, at : at + count] = x[:, start : start + count]
-        return q
-
-    def twin_configuration(self, x: Array) -> Array:
-        """Return configurations `(N, 7 n)` of the twin: translation and quaternion per joint."""
-        q = np.zeros((len(x), len(self.parts), 7))
-        q[:, :, 6] = 1.0
-        rows, columns, _, axes = self._revolute
-        if rows.size:
-            half = 0.5 * x[:, columns]
-            q[:, rows, 3:6] = np.sin(half)[:, :, None] * axes
-            q[:, rows, 6] = np.cos(half)
-        rows, columns, _, axes = self._prismatic
-        if rows.size:
-            q[:, rows, 0:3] = x[:, columns, None] * axes
-        for row, column in zip(self._spherical[0], self._spherical[1], strict=True):
-            q[:, row, 3:7] = x[:, column : column + 4]
-        return q.reshape(len(x), -1)
-
-    def twin_velocity(self, v: Array) -> Array:
-        """Return twin velocities (or accelerations) `(N, 6 n)` for joint rates `v (N, nv)`.
-
-        The motion subspaces of all supported joints are constant in the joint frame, so rates of
-        both orders are carried over alike.
-        """
-        result = np.zeros((len(v), len(self.parts), 6))
-        rows, _, starts, axes = self._revolute
-        result[:, rows, 3:6] = v[:, starts, None] * axes
-        rows, _, starts, axes = self._prismatic
-        result[:, rows, 0:3] = v[:, starts, None] * axes
-        for row, start in zip(self._spherical[0], self._spherical[2], strict=True):
-            result[:, row, 3:6] = v[:, start : start + 3]
-        return result.reshape(len(v), -1)
+from .coordinates import Array, Coordinates
+from .mechanism import Mechanism
 
 
 class Twin:
-    """The free-flyer twin of a mechanism.
+    """The free-flyer twin of some bodies of a mechanism and all their ancestors.
 
     Attributes:
+        bodies: `(n,)` the bodies carried (0-based joints of the mechanism's model), in order.
+        local: body to its place in `bodies`.
         origin: `(3,)` the point about which world-axes twists and wrenches are taken [m]. It lies
             near the loops, so that no digits are lost far from the world's origin.
+        heavy: whether any body has mass here.
         subspace: `(nv, 6)` unit twist of each velocity coordinate in its joint's frame.
-        owner: `(nv,)` number of the joint (0-based, in Pinocchio's order) of each coordinate.
+        owner: `(nv,)` place in `bodies` of each coordinate's body, -1 if it is not carried.
     """
 
-    def __init__(self, mechanism: Mechanism, gravity: Array) -> None:
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        coordinates: Coordinates,
+        bodies: list[int],
+        massive: set[int],
+        origin: Array,
+        gravity: Array,
+    ) -> None:
+        """Build the twin.
+
+        Args:
+            mechanism: the mechanism.
+            coordinates: layout of its coordinate rows.
+            bodies: bodies carried, ancestors included, ascending.
+            massive: those of them whose inertia is accounted for here.
+            origin: see the attribute.
+            gravity: `(3,)` [m/s²].
+        """
         source = mechanism.model
-        self.joint_count = source.njoints - 1
-        self.origin = _origin(mechanism)
+        self.bodies = np.array(bodies, dtype=int)
+        self.local = {body: place for place, body in enumerate(bodies)}
+        self.origin = origin
         self.model = pinocchio.Model()
         self.model.gravity.linear = gravity
-        for index in range(1, source.njoints):
+        for body in bodies:
+            index, parent = body + 1, source.parents[body + 1] - 1
             placement = source.jointPlacements[index].copy()
-            if source.parents[index] == 0:
-                placement.translation = placement.translation - self.origin
-            name = source.names[index]
+            if parent < 0:
+                placement.translation = placement.translation - origin
             joint = self.model.addJoint(
-                source.parents[index], pinocchio.JointModelFreeFlyer(), placement, name
+                self.local[parent] + 1 if parent >= 0 else 0,
+                pinocchio.JointModelFreeFlyer(),
+                placement,
+                source.names[index],
             )
-            if index not in mechanism.helpers:
+            if body in massive and index not in mechanism.helpers:
                 self.model.appendBodyToJoint(
                     joint, source.inertias[index], pinocchio.SE3.Identity()
                 )
         self.data = self.model.createData()
+        inertias = list(self.model.inertias)[1:]
+        self.mass = np.array([inertia.mass for inertia in inertias])
+        self.heavy = bool(np.any(self.mass > 0.0))
+        self.parents = np.array(self.model.parents, dtype=int)[1:] - 1
 
         self.subspace = np.zeros((source.nv, 6))
-        self.owner = np.zeros(source.nv, dtype=int)
-        for joint in mechanism.joints.values():
-            for part in joint.parts:
-                start = source.idx_vs[part.index]
-                self.owner[start : start + part.size] = part.index - 1
-                if part.kind == "spherical":
-                    self.subspace[start : start + 3, 3:] = np.eye(3)
-                else:
-                    self.subspace[start, 0 if part.kind == "prismatic" else 3 :][:3] = part.axis
+        self.owner = np.full(source.nv, -1)
+        rows: dict[str, list[tuple[int, int, int, Array]]] = {
+            "revolute": [],
+            "prismatic": [],
+            "spherical": [],
+        }
+        for part, column in zip(coordinates.parts, coordinates.starts, strict=True):
+            place = self.local.get(part.index - 1)
+            if place is None:
+                continue
+            start = source.idx_vs[part.index]
+            self.owner[start : start + part.size] = place
+            rows[part.kind].append((place, column, start, part.axis))
+            if part.kind == "spherical":
+                self.subspace[start : start + 3, 3:] = np.eye(3)
+            else:
+                self.subspace[start, 0 if part.kind == "prismatic" else 3 :][:3] = part.axis
+        self._revolute, self._prismatic, self._spherical = map(_columns, rows.values())
+
+    def __len__(self) -> int:
+        return len(self.bodies)
+
+    def configuration(self, x: Array) -> Array:
+        """Return the twin's configurations `(N, 7 n)` for coordinate rows `x (N, size)`."""
+        q = np.zeros((len(x), len(self), 7))
+        q[:, :, 6] = 1.0
+        places, columns, _, axes = self._revolute
+        if places.size:
+            half = 0.5 * x[:, columns]
+            q[:, places, 3:6] = np.sin(half)[:, :, None] * axes
+            q[:, places, 6] = np.cos(half)
+        places, columns, _, axes = self._prismatic
+        if places.size:
+            q[:, places, 0:3] = x[:, columns, None] * axes
+        for place, column in zip(self._spherical[0], self._spherical[1], strict=True):
+            q[:, place, 3:7] = x[:, column : column + 4]
+        return q.reshape(len(x), -1)
+
+    def velocity(self, v: Array) -> Array:
+        """Return the twin's velocities (or accelerations) `(N, 6 n)` for joint rates `v (N, nv)`.
+
+        The motion subspaces of all parts are constant in the joint frame, so rates of both orders
+        are carried over alike.
+        """
+        result = np.zeros((len(v), len(self), 6))
+        places, _, starts, axes = self._revolute
+        result[:, places, 3:6] = v[:, starts, None] * axes
+        places, _, starts, axes = self._prismatic
+        result[:, places, 0:3] = v[:, starts, None] * axes
+        for place, start in zip(self._spherical[0], self._spherical[2], strict=True):
+            result[:, place, 3:6] = v[:, start : start + 3]
+        return result.reshape(len(v), -1)
 
     def actions(self, q: Array) -> Array:
         """Return transposed action matrices `(N, 6 n, 6)` of all joints' placements.
@@ -199,7 +135,7 @@ class Twin:
         Row `6 j + i` of a sample is unit twist `i` of joint `j`'s frame, in world axes about
         `origin`. One call into Pinocchio per sample.
         """
-        result = np.empty((len(q), 6 * self.joint_count, 6))
+        result = np.empty((len(q), 6 * len(self), 6))
         model, data, jacobians = self.model, self.data, pinocchio.computeJointJacobians
         columns = data.J.T
         for row, out in zip(q, result, strict=True):
@@ -212,7 +148,7 @@ class Twin:
 
         One call into Pinocchio per sample.
         """
-        result = np.empty((len(q), 6 * self.joint_count))
+        result = np.empty((len(q), 6 * len(self)))
         model, data, rnea = self.model, self.data, pinocchio.rnea
         for rows in zip(q, v, a, result, strict=True):
             rows[3][:] = rnea(model, data, rows[0], rows[1], rows[2])
@@ -248,33 +184,12 @@ def cross(a: Array, b: Array) -> Array:
     )
 
 
-def _place(joint: Joint) -> int:
-    return joint.index
-
-
-def _origin(mechanism: Mechanism) -> Array:
-    """Return the mean origin of the loops' joints with every joint at zero."""
-    if not mechanism.loops:
-        return np.zeros(3)
-    model = mechanism.model
-    data = model.createData()
-    pinocchio.forwardKinematics(model, data, pinocchio.neutral(model))
-    points = [
-        (data.oMi[loop.predecessor] * loop.predecessor_placement).translation
-        for loop in mechanism.loops
-    ]
-    return np.asarray(np.mean(points, axis=0))
-
-
-def _product(a: Array, b: Array) -> Array:
-    """Return quaternion products (x, y, z, w) along the last axis."""
-    av, aw, bv, bw = a[:, :3], a[:, 3:], b[:, :3], b[:, 3:]
-    vector = aw * bv + bw * av + np.cross(av, bv)
-    scalar = aw * bw - np.sum(av * bv, axis=1, keepdims=True)
-    return np.concatenate([vector, scalar], axis=1)
-
-
-def _exponential(rotation: Array) -> Array:
-    """Return unit quaternions `(N, 4)` of rotation vectors `(N, 3)`."""
-    half = 0.5 * np.linalg.norm(rotation, axis=1, keepdims=True)
-    return np.concatenate([0.5 * rotation * np.sinc(half / np.pi), np.cos(half)], axis=1)
+def _columns(rows: list[tuple[int, int, int, Array]]) -> tuple[Array, Array, Array, Array]:
+    """Return places, columns of rows, velocity coordinates and axes as arrays."""
+    places, columns, starts, axes = zip(*rows, strict=True) if rows else ((), (), (), ())
+    return (
+        np.array(places, dtype=int),
+        np.array(columns, dtype=int),
+        np.array(starts, dtype=int),
+        np.array(axes).reshape(-1, 3),
+    )

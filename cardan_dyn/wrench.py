@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .twin import Array
+from .coordinates import Array
 
 
 @dataclass(frozen=True)

@@ -141,7 +141,7 @@ def test_bad_description(urdf: str, message: str) -> None:
 
 def test_unknown_name_or_file(tmp_path: Path) -> None:
     for source in ("no_such_joint", tmp_path / "none.urdf", tmp_path, "x\0y", "a" * 5000):
-        with pytest.raises(cd.ModelError, match=r"bundled .*: double_shaft_z, universal_joint"):
+        with pytest.raises(cd.ModelError, match=r"bundled .*double_shaft_z, .*universal_joint"):
             cd.load(source)
     with pytest.raises(cd.ModelError, match="not NoneType"):
         cd.load(None)
@@ -156,7 +156,7 @@ def test_file_path_and_text_load_alike(tmp_path: Path) -> None:
     path.write_text("\ufeff" + JOINT, encoding="utf-8")
     turns = [universal(cd.load(source), 0.3).sweep([0.4]) for source in (path, str(path), JOINT)]
     assert turns[0].drive_effort == turns[1].drive_effort == turns[2].drive_effort
-    assert cd.bundled_names() == ["double_shaft_z", "universal_joint"]
+    assert {"double_shaft_z", "universal_joint"} <= set(cd.bundled_names())
 
 
 def test_origins_with_angles_are_roll_pitch_yaw() -> None:

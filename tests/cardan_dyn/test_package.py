@@ -19,7 +19,7 @@ import numpy as np, cardan_dyn as cd, analytic
 root = Path(sys.argv[1])
 assert Path(cd.__file__).is_relative_to(root), cd.__file__
 assert Path(analytic.__file__).is_relative_to(root), analytic.__file__
-assert cd.bundled_names() == ["double_shaft_z", "universal_joint"]
+assert {"double_shaft_z", "universal_joint"} <= set(cd.bundled_names())
 scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 0.5},
                  loads={"bearing_out": -1.0})
 assert scene.sweep([0.0]).loop_residual < 1e-14

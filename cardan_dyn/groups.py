@@ -1,0 +1,261 @@
+"""Groups: the smallest sets of loops that can be solved one after the other.
+
+A drive line with bearings between its joints is a row of loops, each of which needs only the
+motion of the one before it. Solving them one by one keeps the cost and Pinocchio's memory linear
+in the number of joints. A loop and the passive joints on it form a bipartite graph; its matching
+and the strong components of what depends on what give the groups.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio
+
+from .coordinates import Array, Coordinates
+from .mechanism import Mechanism
+
+_PIECE = 8  # Bodies on no loop are taken in pieces of this size.
+_WHOLE = 14  # Up to this many bodies, one model costs less than two.
+
+
+@dataclass(frozen=True)
+class Group:
+    """Loops that are solved together.
+
+    Attributes:
+        loops, couplings: numbers in `Mechanism.loops` and `Mechanism.couplings`.
+        passives: velocity coordinates that they decide.
+        known: moving coordinates on them that are driven or decided by earlier groups.
+        bodies: bodies carried (0-based), ancestors included, ascending.
+        massive: bodies whose inertia is accounted for in this group.
+    """
+
+    loops: tuple[int, ...]
+    couplings: tuple[int, ...]
+    passives: Array
+    known: Array
+    bodies: list[int]
+    massive: set[int]
+
+
+class Structure:
+    """What each loop and coupling of a mechanism depends on.
+
+    Attributes:
+        paths: per loop, then per coupling: bodies between its two ends (0-based).
+        chains: per loop and coupling: all bodies from the root to both ends.
+    """
+
+    def __init__(self, mechanism: Mechanism, coordinates: Coordinates) -> None:
+        self.mechanism = mechanism
+        self.coordinates = coordinates
+        ends = [(loop.predecessor, loop.successor) for loop in mechanism.loops]
+        ends += [(item.predecessor, item.successor) for item in mechanism.couplings]
+        chains = [tuple(set(ancestors(mechanism.model, body)) for body in pair) for pair in ends]
+        self.paths = [sorted(first ^ second) for first, second in chains]
+        self.chains = [sorted(first | second) for first, second in chains]
+        model = mechanism.model
+        self._columns = [
+            list(range(model.idx_vs[index], model.idx_vs[index] + model.nvs[index]))
+            for index in range(1, model.njoints)
+        ]
+
+    def coordinates_on(self, item: int) -> list[int]:
+        """Return the velocity coordinates between the ends of a loop or coupling."""
+        return [column for body in self.paths[item] for column in self._columns[body]]
+
+    def ranks(self, x: Array, moving: set[int]) -> list[int]:
+        """Return for each loop how many independent motions its moving joints have.
+
+        Args:
+            x: `(size,)` coordinates of the joints that do not move; the others are taken at
+                random, since a planar or spherical chain stays one however it is bent.
+            moving: velocity coordinates that move.
+        """
+        rng = np.random.default_rng(20)
+        result = []
+        for number in range(len(self.mechanism.loops)):
+            twists = [
+                self._twists(self.chains[number], set(self.paths[number]), x, moving, rng)
+                for _ in range(3)
+            ]
+            stacked = np.concatenate(twists, axis=0)
+            scale = np.repeat([1.0 / self.mechanism.length, 1.0], 3)
+            values = np.linalg.svd(stacked * scale, compute_uv=False)
+            result.append(int(np.sum(values > 1e-9 * max(values, default=0.0))))
+        return result
+
+    def _twists(
+        self, chain: list[int], path: set[int], x: Array, moving: set[int], rng: np.random.Generator
+    ) -> Array:
+        """Return unit twists `(k, 6)` of the moving coordinates on a path, about the world."""
+        model = self.mechanism.model
+        parts = {part.index - 1: (part, start) for part, start in self._parts()}
+        placements = {-1: pinocchio.SE3.Identity()}
+        twists: list[Array] = []
+        for body in chain:
+            part, start = parts[body]
+            moves = self._columns[body][0] in moving
+            value = rng.uniform(-1.0, 1.0, 3) if moves else x[start : start + 4]
+            if part.kind == "revolute":
+                own = pinocchio.SE3(pinocchio.exp3(part.axis * value[0]), np.zeros(3))
+                units = np.concatenate([np.zeros(3), part.axis])[None]
+            elif part.kind == "prismatic":
+                slide = part.axis * value[0] * (self.mechanism.length if moves else 1.0)
+                own = pinocchio.SE3(np.eye(3), slide)
+                units = np.concatenate([part.axis, np.zeros(3)])[None]
+            else:
+                turn = pinocchio.exp3(value) if moves else _rotation(value)
+                own = pinocchio.SE3(turn, np.zeros(3))
+                units = np.concatenate([np.zeros((3, 3)), np.eye(3)], axis=1)
+            here = placements[model.parents[body + 1] - 1] * model.jointPlacements[body + 1] * own
+            placements[body] = here
+            if body in path and moves:
+                twists.extend(here.action @ unit for unit in units)
+        return np.array(twists).reshape(-1, 6)
+
+    def _parts(self) -> list[tuple]:  # type: ignore[type-arg]
+        return list(zip(self.coordinates.parts, self.coordinates.starts, strict=True))
+
+
+def partition(
+    structure: Structure, x: Array, drives: Array, passives: Array, together: bool = False
+) -> list[Group]:
+    """Return the groups in the order in which motion passes through them.
+
+    Args:
+        structure: of the mechanism.
+        x: `(size,)` coordinates with the held joints at their positions.
+        drives: velocity coordinates of the drives.
+        passives: velocity coordinates that are neither driven nor held.
+        together: solve all loops in one group, whatever their structure.
+    """
+    mechanism = structure.mechanism
+    wanted = {int(column) for column in passives}
+    moving = wanted | {int(column) for column in drives}
+    count = len(structure.paths)
+    touched = [
+        [column for column in structure.coordinates_on(item) if column in moving]
+        for item in range(count)
+    ]
+    if count <= 1 or together:
+        blocks = [list(range(count))] if count else []
+        decided = {0: sorted(wanted)}
+    else:
+        ranks = structure.ranks(x, moving) + [1] * len(mechanism.couplings)
+        blocks, decided = _blocks(touched, ranks, wanted)
+    groups: list[Group] = []
+    carried: set[int] = set()
+    loops = len(mechanism.loops)
+    for number, block in enumerate(blocks):
+        own = decided[number]
+        known = sorted({column for item in block for column in touched[item]} - set(own))
+        bodies = sorted({body for item in block for body in structure.chains[item]})
+        groups.append(
+            Group(
+                tuple(item for item in block if item < loops),
+                tuple(item - loops for item in block if item >= loops),
+                np.array(own, dtype=int),
+                np.array(known, dtype=int),
+                bodies,
+                set(bodies) - carried,
+            )
+        )
+        carried |= set(bodies)
+    return _with_loose_bodies(mechanism.model, groups, carried)
+
+
+def _blocks(
+    touched: list[list[int]], ranks: list[int], wanted: set[int]
+) -> tuple[list[list[int]], dict[int, list[int]]]:
+    """Return sets of loops and couplings in order, and the passives that each decides."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+
+    unknown = [[column for column in item if column in wanted] for item in touched]
+    columns = sorted(wanted)
+    place = {column: k for k, column in enumerate(columns)}
+    slots = [item for item, rank in enumerate(ranks) for _ in range(min(rank, len(unknown[item])))]
+    rows = [row for row, item in enumerate(slots) for _ in unknown[item]]
+    ends = [place[column] for item in slots for column in unknown[item]]
+    graph = csr_array((np.ones(len(rows), int), (rows, ends)), shape=(len(slots), len(columns)))
+    match = maximum_bipartite_matching(graph, perm_type="row")
+    decider = {columns[k]: slots[row] for k, row in enumerate(match.tolist()) if row >= 0}
+    for item, own in enumerate(unknown):
+        for column in own:
+            # A joint that nothing decides is reported later, by name.
+            decider.setdefault(column, item)
+
+    edges = {
+        (item, decider[column])
+        for item, own in enumerate(unknown)
+        for column in own
+        if decider[column] != item
+    }
+    size = len(touched)
+    while True:
+        first, second = zip(*edges, strict=True) if edges else ((), ())
+        depends = csr_array((np.ones(len(edges), int), (first, second)), shape=(size, size))
+        _, labels = connected_components(depends, connection="strong")
+        # A group with more rows than unknowns limits the ones that it depends on.
+        more = set()
+        for label in set(labels.tolist()):
+            members = {item for item in range(size) if labels[item] == label}
+            decides = sum(decider[column] in members for column in decider)
+            if sum(ranks[item] for item in members) > decides:
+                more |= {(b, a) for a, b in edges if a in members and b not in members}
+        if more <= edges:
+            break
+        edges |= more
+
+    order: list[int] = []
+    needs = {
+        int(label): {int(labels[b]) for a, b in edges if labels[a] == label} - {int(label)}
+        for label in labels
+    }
+    while len(order) < len(needs):
+        ready = [label for label in needs if label not in order and needs[label] <= set(order)]
+        order.extend(sorted(ready))
+    blocks = [[item for item in range(size) if labels[item] == label] for label in order]
+    decided = {
+        number: sorted(column for column, item in decider.items() if item in block)
+        for number, block in enumerate(blocks)
+    }
+    return blocks, decided
+
+
+def _with_loose_bodies(
+    model: pinocchio.Model, groups: list[Group], carried: set[int]
+) -> list[Group]:
+    """Add the bodies that are on no loop, with the only group if the model stays small."""
+    everything = model.njoints - 1
+    loose = [body for body in range(everything) if body not in carried]
+    if not loose:
+        return groups
+    none = np.zeros(0, dtype=int)
+    if len(groups) <= 1 and everything <= _WHOLE:
+        group = groups[0] if groups else Group((), (), none, none, [], set())
+        bodies = list(range(everything))
+        return [
+            Group(group.loops, group.couplings, group.passives, group.known, bodies, set(bodies))
+        ]
+    pieces = [loose[start : start + _PIECE] for start in range(0, len(loose), _PIECE)]
+    for piece in pieces:
+        bodies = sorted({body for own in piece for body in ancestors(model, own + 1)})
+        groups.append(Group((), (), none, none, bodies, set(piece)))
+    return groups
+
+
+def ancestors(model: pinocchio.Model, index: int) -> list[int]:
+    """Return the bodies (0-based) from the root to the body of a joint index, its own last."""
+    path = []
+    while index > 0:
+        path.append(index - 1)
+        index = model.parents[index]
+    return path[::-1]
+
+
+def _rotation(quaternion: Array) -> Array:
+    return np.asarray(pinocchio.Quaternion(quaternion).toRotationMatrix())

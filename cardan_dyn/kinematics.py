@@ -1,0 +1,98 @@
+"""Kinematics: all groups of a scene, from the drives to the last joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .coordinates import Array, Coordinates
+from .solver import Closed, Solver
+
+
+@dataclass(frozen=True)
+class ClosedMechanism:
+    """Positions whose loops are all closed.
+
+    Attributes:
+        x: `(N, size)` coordinates.
+        groups: what each group's solver found.
+        residual: `(N,)` worst closure error, see `Closure.error`.
+        condition: `(N,)` greatest condition number of a group's closure equations.
+        correction: `(N,)` how far the guess was off.
+    """
+
+    x: Array
+    groups: list[Closed]
+    residual: Array
+    condition: Array
+    correction: Array
+
+
+class Kinematics:
+    """Solves the groups of a scene in order.
+
+    Attributes:
+        coordinates: layout of coordinate rows.
+        drives: velocity coordinates of the drives.
+        solvers: one per group.
+    """
+
+    def __init__(self, coordinates: Coordinates, drives: Array, solvers: list[Solver]) -> None:
+        self.coordinates = coordinates
+        self.drives = drives
+        self.solvers = solvers
+
+    def close(self, x: Array, turns: Array | None = None, most: int = 12) -> ClosedMechanism:
+        """Close all loops from guesses `x (N, size)`; the caller judges the result.
+
+        Args:
+            x: coordinates; kept as they are.
+            turns: `(N, size)` whole turns that the angles in `x` lack.
+            most: greatest number of Newton steps per group.
+        """
+        x = self.coordinates.normalised(x.copy())
+        return _joined(x, [solver.close(x, turns, most) for solver in self.solvers])
+
+    def evaluate(self, x: Array) -> ClosedMechanism:
+        """Return what is known at coordinates `x (N, size)` without changing them."""
+        return _joined(x, [solver.evaluate(x)[0] for solver in self.solvers])
+
+    def rates(self, here: ClosedMechanism, drive_rates: Array) -> Array:
+        """Return joint rates `(N, nv)` for drive rates `(N, d)`; held joints rest."""
+        v = np.zeros((len(here.x), self.coordinates.model.nv))
+        v[:, self.drives] = drive_rates
+        for solver, closed in zip(self.solvers, here.groups, strict=True):
+            group = solver.group
+            if group.passives.size:
+                v[:, group.passives] = solver.rates(closed, v[:, group.known])
+        return v
+
+    def accelerations(self, here: ClosedMechanism, v: Array, drive_accelerations: Array) -> Array:
+        """Return joint accelerations `(N, nv)` at joint rates `v (N, nv)`."""
+        a = np.zeros_like(v)
+        a[:, self.drives] = drive_accelerations
+        for solver, closed in zip(self.solvers, here.groups, strict=True):
+            group = solver.group
+            if group.passives.size:
+                a[:, group.passives] = solver.accelerations(closed, v, a[:, group.known])
+        return a
+
+    def same_side(self, here: ClosedMechanism, other: ClosedMechanism) -> Array:
+        """Return `(N,)` whether no group crosses a singular position between the two."""
+        result = np.ones(len(here.x), dtype=bool)
+        for first, second in zip(here.groups, other.groups, strict=True):
+            result &= first.same_side(second)
+        return result
+
+
+def _joined(x: Array, groups: list[Closed]) -> ClosedMechanism:
+    def worst(name: str, least: float) -> Array:
+        found = np.full(len(x), least)
+        for group in groups:
+            found = np.maximum(found, getattr(group, name))
+        return found
+
+    return ClosedMechanism(
+        x, groups, worst("residual", 0.0), worst("condition", 1.0), worst("correction", 0.0)
+    )
