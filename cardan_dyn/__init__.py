@@ -1,7 +1,6 @@
 """Joint wrenches of closed-chain mechanisms, with Pinocchio."""
 
 from .arguments import Wrench
-from .description import bundled_names
 from .errors import (
     AccuracyError,
     ArgumentError,
@@ -14,6 +13,7 @@ from .errors import (
 )
 from .mechanism import Joint, Mechanism, load
 from .motion import Motion
+from .read import bundled_names
 from .scene import Scene
 from .sweep import Sweep
 from .wrench import JointWrench

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .coordinates import Array
-from .groups import Group, ancestors
+from .groups import Group
 from .mechanism import Coupling, Loop, Mechanism
+from .tree import ancestors
 from .twin import Twin, cross, placement
 
 RANK_TOLERANCE = 1e-9
@@ -91,6 +92,8 @@ class Closure:
         weights: `(6,)` scale of a wrench's components [1/m for forces, 1 for moments]: rows and
             wrenches are compared with lengths in units of the mechanism's length.
         gears: `(m, G)` coefficients of the couplings' rows.
+        geared: velocity coordinates that couplings count, held ones included.
+        gear_ratios: their coefficients, `(len(geared), G)`.
     """
 
     def __init__(self, mechanism: Mechanism, twin: Twin, group: Group) -> None:
@@ -104,8 +107,11 @@ class Closure:
         self.sides = [self._sides(number, loop) for number, loop in enumerate(self.loops)]
         self._owners = twin.owner[self.moving]
         self.column_signs = self.signs[:, self._owners]
-        gears = [self._gear(coupling) for coupling in self.couplings]
-        self.gears = np.array(gears).reshape(-1, mechanism.model.nv)[:, self.moving].T
+        gears = np.array([self._gear(coupling) for coupling in self.couplings])
+        gears = gears.reshape(-1, mechanism.model.nv).T
+        self.gears = gears[self.moving]
+        self.geared = np.nonzero(np.any(gears != 0.0, axis=1))[0]
+        self.gear_ratios = gears[self.geared]
 
     def _sides(self, number: int, loop: Loop) -> tuple[Side, Side]:
         owners = self.twin.owner[self.moving]

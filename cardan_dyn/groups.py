@@ -15,6 +15,7 @@ import pinocchio
 
 from .coordinates import Array, Coordinates
 from .mechanism import Mechanism
+from .tree import ancestors
 
 _PIECE = 8  # Bodies on no loop are taken in pieces of this size.
 _WHOLE = 14  # Up to this many bodies, one model costs less than two.
@@ -246,15 +247,6 @@ def _with_loose_bodies(
         bodies = sorted({body for own in piece for body in ancestors(model, own + 1)})
         groups.append(Group((), (), none, none, bodies, set(piece)))
     return groups
-
-
-def ancestors(model: pinocchio.Model, index: int) -> list[int]:
-    """Return the bodies (0-based) from the root to the body of a joint index, its own last."""
-    path = []
-    while index > 0:
-        path.append(index - 1)
-        index = model.parents[index]
-    return path[::-1]
 
 
 def _rotation(quaternion: Array) -> Array:

@@ -15,17 +15,13 @@ class Undetermined:
     """Closure forces that change no passive effort.
 
     Attributes:
-        forces: per loop `(N, 6, k)` in world axes about the origin of its group's twin.
+        forces: per loop `(N, 6, k)` in world axes about the origin of its group's twin, and per
+            coupling, counted on from the loops, `(N, 1, k)`.
         spread: per joint that they load, what they add to its wrench, `(N, 6, k)`.
     """
 
     forces: dict[int, Array]
     spread: dict[int, Array]
-
-    @property
-    def count(self) -> int:
-        """Number of independent forces k."""
-        return next(iter(self.forces.values())).shape[2]
 
 
 class Choice(Protocol):
@@ -128,7 +124,7 @@ def _solve_sparse(
     }
     factors: dict[int, dict[int, Array]] = {}
     for first in order:
-        inverse = np.linalg.inv(blocks[first, first])
+        inverse = _inverse(blocks[first, first])
         factors[first] = {second: inverse @ blocks[first, second] for second in later[first]}
         right[first] = inverse @ right[first]
         for second in later[first]:
@@ -147,3 +143,11 @@ def _solve_sparse(
         for second, factor in factors[first].items():
             right[first] = right[first] - factor @ right[second]
     return right
+
+
+def _inverse(matrices: Array) -> Array:
+    try:
+        return np.linalg.inv(matrices)
+    except np.linalg.LinAlgError:
+        # Tooth moments of a closed gear train load no joint, so nothing chooses between them.
+        return np.asarray(np.linalg.pinv(matrices, hermitian=True))

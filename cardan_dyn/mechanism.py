@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio
 
-from .description import Description, LoopDescription, read
+from .description import CouplingDescription, Description, LoopDescription
 from .errors import ModelError, choices
-from .tree import Part, TreeBuilder, se3
+from .read import read
+from .tree import Part, TreeBuilder, ancestors, se3
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,7 @@ class Mechanism:
         links: mapping of link names to `(index in model, pin.SE3 placement in that body)`.
         loops: the welds.
         couplings: the gears.
+        independent: names of the joints that the description's author drives.
         helpers: indices of bodies that only carry a loop's joint to the world. Their inertia
             keeps `model`'s inertia matrix regular; welded to the world, they never move.
         length: characteristic length [m]. It weighs forces against moments and distances
@@ -125,7 +127,8 @@ class Mechanism:
             axis = np.cross(loop.axis, loop.axis_2) if loop.type == "universal" else loop.axis
             self.joints[loop.name] = Joint(loop.name, loop.type, axis, tuple(tree.parts[loop.name]))
             self.loops.append(self._weld(loop))
-        self.couplings: list[Coupling] = []
+        self.couplings = [self._gear(item) for item in description.couplings]
+        self.independent = description.independent
         self.helpers = [loop.predecessor for loop in self.loops if loop.successor == 0]
         self.constraint_models = pinocchio.StdVec_RigidConstraintModel()
         for weld in self.loops:
@@ -194,12 +197,43 @@ class Mechanism:
             loop.name, predecessor, placement, successor, frame * se3(loop.successor_origin)
         )
 
+    def _gear(self, coupling: CouplingDescription) -> Coupling:
+        bodies = [self.links[name][0] for name in (coupling.predecessor, coupling.successor)]
+        chains = [set(ancestors(self.model, body)) for body in bodies]
+        first, second = (
+            tuple(self._turning(coupling.name, own - other))
+            for own, other in (chains, chains[::-1])
+        )
+        if not (first or second):
+            raise ModelError(
+                f"{self.name}: coupling {coupling.name!r}: no joint moves {coupling.predecessor!r} "
+                f"relative to {coupling.successor!r}"
+            )
+        return Coupling(coupling.name, coupling.ratio, bodies[0], bodies[1], first, second)
+
+    def _turning(self, coupling: str, bodies: set[int]) -> list[int]:
+        """Return the velocity coordinates of joints that a coupling counts."""
+        columns = []
+        for joint in self.joints.values():
+            for part in joint.parts:
+                if part.index - 1 not in bodies:
+                    continue
+                if joint.size != 1:
+                    raise ModelError(
+                        f"{self.name}: coupling {coupling!r}: joint {joint.name!r} between its "
+                        f"links is {joint.type}; only joints with one coordinate can be coupled"
+                    )
+                columns.append(self.model.idx_vs[part.index])
+        return columns
+
 
 def load(source: str | os.PathLike[str]) -> Mechanism:
     """Load a mechanism with closed loops.
 
     Args:
-        source: name of a bundled description, path of a URDF file, or URDF text.
+        source: name of a bundled description, path of a URDF or MJCF file, or URDF text. Loops
+            may be written in URDF+, as Isaac's `<loop_joint>`, in Gepetto's YAML file beside the
+            URDF, or as `<equality>` in MJCF.
 
     Raises:
         ModelError: the description is missing, malformed or impossible.

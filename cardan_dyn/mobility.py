@@ -52,7 +52,9 @@ def check_mobility(
     # What the loops take away from all coordinates that are not held, at the same positions.
     mobility = len(drives) - excess + _freedom(kinematics, here, free)
     loops = f"its loops leave mobility {mobility}" if mechanism.loops else "it has no <loop>"
-    if len(drives) > mobility:
+    if mobility == 0:
+        advice = "it is locked: stop holding a joint, or check loops and couplings"
+    elif len(drives) > mobility:
         advice = "drop a drive or stop holding a joint"
     else:
         advice = f"nothing decides the motion of: {choices(undecided)}; drive or hold them"

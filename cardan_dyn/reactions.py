@@ -14,12 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from .coordinates import Array
-from .groups import ancestors
 from .indeterminate import Choice, LeastNorm, Undetermined
 from .kinematics import ClosedMechanism, Kinematics
 from .loads import LinkLoad
 from .mechanism import Mechanism
 from .solver import Closed, Solver
+from .tree import ancestors
+
+UNIQUE_TOLERANCE = 1e-9
+"""Greatest influence of an undetermined closure force on a component that counts as unique."""
 
 
 @dataclass(frozen=True)
@@ -30,15 +33,16 @@ class Reactions:
         wrenches: `(N, b, 6)` wrench of every joint in its frame: the bodies of the model in order,
             then `fixed` loops in file order.
         closure: `(N, 6)` per loop: wrench of its predecessor on its successor, in world axes
-            about the origin of its group's twin.
-        tooth: `(N,)` per coupling: moment at its successor's joint.
+            about the origin of its group's twin; then `(N, 1)` per coupling: its moment at its
+            successor's joint.
+        open_couplings: numbers of the couplings whose moment is not unique.
         link_wrenches: per link load, `(N, 6)` as `closure`.
         influence: `(b, 6)` greatest change of a component per unit of undetermined closure force.
     """
 
     wrenches: Array
     closure: list[Array]
-    tooth: list[Array]
+    open_couplings: set[int]
     link_wrenches: list[Array]
     influence: Array
 
@@ -113,27 +117,37 @@ class ReactionSolver:
                 wrenches[body] -= _carried(closed, solver.twin.local[body], wrench)
 
         closure = [np.zeros((count, 6)) for _ in self.mechanism.loops]
-        tooth = [np.zeros(count) for _ in self.mechanism.couplings]
+        closure += [np.zeros((count, 1)) for _ in self.mechanism.couplings]
         undetermined: list[Undetermined] = []
+        # Given efforts, and what couplings of later groups exert.
+        given = np.tile(loads, (count if len(loads) == 1 else 1, 1))
         for solver, closed in zip(reversed(solvers), reversed(here.groups), strict=True):
             group = solver.group
             if not (group.loops or group.couplings):
                 continue
-            unmet = loads[:, group.passives] - self._efforts_of(wrenches, group.passives)
+            unmet = given[:, group.passives] - self._efforts_of(wrenches, group.passives)
             multipliers = closed.solve_transposed(unmet)
-            forces = self._loop_forces(solver, multipliers[:, :, None])[:, :, :, 0]
+            for number, forces in self._forces(solver, multipliers[:, :, None]).items():
+                closure[number] += forces[:, :, 0]
             for place, number in enumerate(group.loops):
-                closure[number] += forces[:, place]
-                self._spread(wrenches, solver, closed, place, number, forces[:, place])
-            first = multipliers.shape[1] - len(group.couplings)
-            for place, number in enumerate(group.couplings):
-                # Effort at the successor's joint, whose coefficient in the coupling's row is -1.
-                tooth[number] += multipliers[:, first + place]
+                self._spread(wrenches, solver, closed, place, number, closure[number])
+            for number in group.couplings:
+                coupling = self.mechanism.couplings[number]
+                moment = closure[len(self.mechanism.loops) + number]
+                given[:, coupling.successor_columns] += moment
+                given[:, coupling.predecessor_columns] -= coupling.ratio * moment
             undetermined += self._undetermined(solver, closed)
         influence = np.zeros((len(wrenches), 6))
         if undetermined:
             influence = self._choice.apply(wrenches, closure, undetermined)
-        return Reactions(wrenches.swapaxes(0, 1), closure, tooth, link_wrenches, influence)
+        loops = len(self.mechanism.loops)
+        open_couplings = {
+            number - loops
+            for item in undetermined
+            for number, forces in item.forces.items()
+            if number >= loops and np.max(np.abs(forces), initial=0.0) > UNIQUE_TOLERANCE
+        }
+        return Reactions(wrenches.swapaxes(0, 1), closure, open_couplings, link_wrenches, influence)
 
     def efforts(self, wrenches: Array) -> Array:
         """Return the components of wrenches `(N, b, 6)` along the coordinates, `(N, nv)`."""
@@ -144,14 +158,23 @@ class ReactionSolver:
         chosen = wrenches[self._owners[coordinates]]
         return np.asarray(np.einsum("kni,ki->nk", chosen, self.subspace[coordinates]))
 
-    def _loop_forces(self, solver: Solver, multipliers: Array) -> Array:
-        """Return closure forces `(N, L, 6, k)` for multipliers `(N, R, k)`."""
-        forces = np.zeros((len(multipliers), len(solver.group.loops), 6, multipliers.shape[2]))
-        start = 0
-        for number, rows in enumerate(solver.reduction.rows):
-            forces[:, number] = rows @ multipliers[:, start : start + rows.shape[1]]
+    def _forces(self, solver: Solver, multipliers: Array) -> dict[int, Array]:
+        """Return closure forces `(N, 6, k)` and coupling moments `(N, 1, k)` by their number.
+
+        Args:
+            solver: of a group.
+            multipliers: `(N, R, k)`.
+        """
+        result, start = {}, 0
+        for number, rows in zip(solver.group.loops, solver.reduction.rows, strict=True):
+            part = multipliers[:, start : start + rows.shape[1]]
+            result[number] = (rows @ part) * solver.closure.weights[:, None]
             start += rows.shape[1]
-        return forces * solver.closure.weights[:, None]
+        for number in solver.group.couplings:
+            # The successor's coefficient in a coupling's row is -1, its effort the multiplier.
+            result[len(self.mechanism.loops) + number] = multipliers[:, start : start + 1]
+            start += 1
+        return result
 
     def _spread(
         self, wrenches: Array, solver: Solver, closed: Closed, place: int, number: int, force: Array
@@ -184,27 +207,24 @@ class ReactionSolver:
 
     def _undetermined(self, solver: Solver, closed: Closed) -> list[Undetermined]:
         """Return the closure forces of a group that no passive effort feels."""
-        result = []
+        found = []
         if closed.null.shape[2]:
-            forces = self._loop_forces(solver, closed.null)
-            result.append(self._effect(solver, closed, dict(enumerate(solver.group.loops)), forces))
-        for place, null in enumerate(solver.reduction.null):
+            found.append(self._forces(solver, closed.null))
+        for number, null in zip(solver.group.loops, solver.reduction.null, strict=True):
             if null.shape[1]:
-                weighed = null * solver.closure.weights[:, None]
-                forces = np.zeros((len(closed.q), len(solver.group.loops), *null.shape))
-                forces[:, place] = weighed
-                loops = {place: solver.group.loops[place]}
-                result.append(self._effect(solver, closed, loops, forces))
-        return result
+                force = null * solver.closure.weights[:, None]
+                found.append({number: np.broadcast_to(force, (len(closed.q), *force.shape))})
+        return [Undetermined(item, self._effect(solver, closed, item)) for item in found]
 
-    def _effect(
-        self, solver: Solver, closed: Closed, loops: dict[int, int], forces: Array
-    ) -> Undetermined:
+    def _effect(self, solver: Solver, closed: Closed, forces: dict[int, Array]) -> dict[int, Array]:
+        """Return what closure forces add to each joint's wrench, `(N, 6, k)`."""
         spread: dict[int, Array] = {}
-        for place, number in loops.items():
-            for body, part in self._on_path(solver, closed, place, number, forces[:, place]):
+        for place, number in enumerate(solver.group.loops):
+            if number not in forces:
+                continue
+            for body, part in self._on_path(solver, closed, place, number, forces[number]):
                 spread[body] = spread[body] + part if body in spread else part
-        return Undetermined({number: forces[:, place] for place, number in loops.items()}, spread)
+        return spread
 
 
 def _carried(closed: Closed, place: int, wrench: Array) -> Array:

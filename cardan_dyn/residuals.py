@@ -82,8 +82,9 @@ class FreeBodies:
             here: closed positions.
             reactions: what is checked.
             rates: of the motion.
-            efforts: `(N, nv)` components of the wrenches along the coordinates.
-            loads: `(N, nv)` efforts added at the joints, drive, holding and tooth moments included.
+            efforts: `(N, nv)` components of the wrenches along the coordinates, without what
+                couplings exert there.
+            loads: `(N, nv)` efforts that act from outside: loads, drives and what holds joints.
             link_bodies: bodies on which `reactions.link_wrenches` act.
         """
         solver = self.reactions
@@ -105,7 +106,7 @@ class FreeBodies:
         )
         # A balanced mechanism passes no power on; then its wrenches say how exact zero can be.
         fastest = np.max(np.abs(rates.virtual) / self._rate_scale, axis=1, initial=0.0)
-        through = sum(np.abs(part) for part in power) + size * fastest
+        through = sum(np.abs(part) for part in power) + (size + inertia) * fastest
         return Residuals(_relative(worst, size + inertia), _relative(np.abs(sum(power)), through))
 
     def _size(self, wrenches: Array) -> Array:

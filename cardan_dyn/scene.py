@@ -24,12 +24,10 @@ from .kinematics import ClosedMechanism
 from .loads import LinkLoad
 from .mechanism import Mechanism
 from .motion import Motion
-from .reactions import ReactionSolver
+from .reactions import UNIQUE_TOLERANCE, Reactions, ReactionSolver
 from .residuals import FreeBodies, Rates
 from .sweep import Sweep
 
-UNIQUE_TOLERANCE = 1e-9
-"""Greatest influence of an undetermined closure force on a component that counts as unique."""
 BALANCE_TOLERANCE = 1e-8
 """Greatest Newton-Euler or power imbalance of a result, relative."""
 _BLOCK = 512  # Samples worked on at a time, so that their arrays stay in the cache.
@@ -41,7 +39,8 @@ class Scene:
     Args:
         mechanism: from `load`.
         drive: name of the joint whose motion is prescribed, or a list of names: as many as
-            the mechanism has mobility once the held joints are held.
+            the mechanism has mobility once the held joints are held. If not given, the joints
+            that the description calls independent, as far as they are not held.
         held: joints whose position the scene fixes, to their coordinates [rad or m]. The moment
             or force that holds them is a result.
         loads: what acts on the mechanism. A joint's name with an effort, a number or `(N,)`
@@ -62,7 +61,7 @@ class Scene:
         self,
         mechanism: Mechanism,
         *,
-        drive: str | list[str] | tuple[str, ...],
+        drive: str | list[str] | tuple[str, ...] | None = None,
         held: Mapping[str, float] | None = None,
         loads: Mapping[str, object] | None = None,
         gravity: ArrayLike | None = None,
@@ -73,6 +72,8 @@ class Scene:
                 f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
             )
         self.mechanism = mechanism
+        if drive is None:
+            drive = [name for name in mechanism.independent if name not in (held or {})]
         self.drives = tuple(drive) if isinstance(drive, (list, tuple)) else (drive,)
         self._coordinates = Coordinates(mechanism)
         self.held = held_positions(mechanism, self._coordinates, held or {})
@@ -169,32 +170,29 @@ class Scene:
                 a = (transmission @ accelerations[:, :, None])[:, :, 0]
         reactions = self._reactions.solve(here, (v, a) if dynamic else None, loads, link_loads)
         efforts = self._reactions.efforts(reactions.wrenches)
+        # Couplings act between joints: they are neither loads nor drives, and pass on no power.
+        inner = self._coupling_efforts(reactions)
+        external = efforts - inner
         passives = self._assembly.passives
-        given = efforts.copy()
-        given[:, passives] = np.broadcast_to(loads, efforts.shape)[:, passives]
-        for coupling, moment in zip(self.mechanism.couplings, reactions.tooth, strict=True):
-            for columns, factor in (
-                (coupling.successor_columns, 1.0),
-                (coupling.predecessor_columns, -coupling.ratio),
-            ):
-                for column in columns:
-                    given[:, column] += factor * moment * (column in passives)
+        external[:, passives] = np.broadcast_to(loads, efforts.shape)[:, passives]
         residuals = self._bodies.check(
             here,
             reactions,
             Rates(v, a, transmission.sum(axis=2), moving),
-            efforts,
-            given,
+            efforts - inner,
+            external,
             [load.body for load in link_loads],
         )
+        tooth = reactions.closure[len(self.mechanism.loops) :]
         return _Block(
             here.x,
             v,
             a,
             transmission,
             reactions.wrenches,
-            efforts - loads,
-            np.array(reactions.tooth).reshape(-1, count).T,
+            external - loads,
+            np.concatenate([np.zeros((count, 0)), *tooth], axis=1),
+            reactions.open_couplings,
             reactions.influence,
             here.condition,
             here.residual,
@@ -202,13 +200,23 @@ class Scene:
             residuals.power,
         )
 
+    def _coupling_efforts(self, reactions: Reactions) -> Array:
+        """Return the efforts `(N, nv)` that couplings exert at the joints."""
+        count = len(reactions.wrenches)
+        efforts = np.zeros((count, self.mechanism.model.nv))
+        moments = reactions.closure[len(self.mechanism.loops) :]
+        for coupling, moment in zip(self.mechanism.couplings, moments, strict=True):
+            efforts[:, coupling.successor_columns] += moment
+            efforts[:, coupling.predecessor_columns] -= coupling.ratio * moment
+        return efforts
+
     def _result(
         self, positions: Array, turns: Array, blocks: list[_Block], influence: Array
     ) -> Sweep:
         joined = {
             name: np.concatenate([getattr(block, name) for block in blocks])
             for name in _Block.__dataclass_fields__
-            if name != "influence"
+            if name not in ("influence", "open_couplings")
         }
         for name, tolerance in (("balance", BALANCE_TOLERANCE), ("power", BALANCE_TOLERANCE)):
             worst = int(np.argmax(joined[name]))
@@ -237,6 +245,10 @@ class Scene:
             drive_effort=drive_effort[:, 0] if len(self.drives) == 1 else drive_effort,
             tooth_moment={
                 coupling.name: joined["tooth"][:, number]
+                for number, coupling in enumerate(self.mechanism.couplings)
+            },
+            tooth_unique={
+                coupling.name: all(number not in block.open_couplings for block in blocks)
                 for number, coupling in enumerate(self.mechanism.couplings)
             },
             holding_effort={name: effort[:, velocities[name].start] for name in self.held},
@@ -296,6 +308,7 @@ class _Block:
     wrenches: Array
     efforts: Array
     tooth: Array
+    open_couplings: set[int]
     influence: Array
     condition: Array
     closure: Array

@@ -187,7 +187,8 @@ class Solver:
         if not self.closure.couplings:
             return np.zeros((len(x), 0))
         angles = x if turns is None else x + 2.0 * np.pi * turns
-        return angles[:, self.coordinates.column_of(self.closure.moving)] @ self.closure.gears
+        columns = self.coordinates.column_of(self.closure.geared)
+        return np.asarray(angles[:, columns] @ self.closure.gear_ratios)
 
 
 def _factorised(rows: Array) -> tuple[Array, Array, Array]:

@@ -34,6 +34,7 @@ class Sweep:
         drive_effort: `(N,)` what the drive exerts [N·m or N], `(N, d)` for d drives.
         holding_effort: held joint to what holds it, `(N,)` [N·m or N].
         tooth_moment: coupling to the moment `(N,)` [N·m] that it exerts on its successor's joint.
+        tooth_unique: coupling to whether its moment follows from the laws of motion alone.
         motion: positions, speeds and accelerations of all joints.
         condition: `(N,)` condition number of the closure equations.
         loop_residual: worst closure error: angle [rad], or gap as a fraction of
@@ -52,6 +53,7 @@ class Sweep:
     drive_effort: Array
     holding_effort: dict[str, Array]
     tooth_moment: dict[str, Array]
+    tooth_unique: dict[str, bool]
     motion: Motion
     condition: Array
     loop_residual: float

@@ -82,7 +82,7 @@ class TreeBuilder:
 
     def __init__(self, description: Description) -> None:
         self._description = description
-        source = _parsed(description)
+        source = description.tree()
         self._source = source
         self._frames = {
             name: source.frames[source.getFrameId(name, pinocchio.FrameType.BODY)]
@@ -122,7 +122,8 @@ class TreeBuilder:
             chain = elementary(
                 description.joints[name], description.axes[name], description.axes[name]
             )
-            ready = source.joints[child] if len(chain) == 1 else None
+            # Pinocchio's own joint knows whether it turns without end.
+            ready = source.joints[child] if _same(source.joints[child], chain) else None
             body = self._add(name, chain, self._new[joint], source.jointPlacements[child], ready)
             self._new[child] = body
             self.model.inertias[body] = _share(source.inertias[child], self._shares.get(child, 1))
@@ -209,13 +210,6 @@ def se3(matrix: Array) -> pinocchio.SE3:
     return pinocchio.SE3(matrix[:3, :3], matrix[:3, 3])
 
 
-def _parsed(description: Description) -> pinocchio.Model:
-    try:
-        return pinocchio.buildModelFromXML(description.urdf)
-    except (ValueError, RuntimeError) as error:
-        raise ModelError(f"{description.name}: Pinocchio cannot build the tree: {error}") from error
-
-
 def _joint_model(kind: str, axis: Array) -> pinocchio.JointModel:
     if kind == "spherical":
         return pinocchio.JointModelSpherical()
@@ -231,5 +225,19 @@ def _joint_model(kind: str, axis: Array) -> pinocchio.JointModel:
     return unbounded() if unbounded else pinocchio.JointModelRevoluteUnaligned(axis)
 
 
+def _same(joint: pinocchio.JointModel, chain: list[tuple[str, Array]]) -> bool:
+    sizes = [3 if kind == "spherical" else 1 for kind, _ in chain]
+    return len(chain) == 1 and joint.nv == sizes[0]
+
+
 def _share(whole: pinocchio.Inertia, parts: int) -> pinocchio.Inertia:
     return pinocchio.Inertia(whole.mass / parts, whole.lever, whole.inertia / parts)
+
+
+def ancestors(model: pinocchio.Model, index: int) -> list[int]:
+    """Return the bodies (0-based) from the root to the body of a joint index, its own last."""
+    path = []
+    while index > 0:
+        path.append(index - 1)
+        index = model.parents[index]
+    return path[::-1]

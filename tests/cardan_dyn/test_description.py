@@ -79,7 +79,7 @@ BAD = {
     ),
     "other notation": (
         changed("</robot>", '<loop_joint name="x"/></robot>'),
-        "<loop_joint> is not supported; close chains with <loop>",
+        "loop_joint 'x': type None is not supported",
     ),
     "axis of no direction": (
         changed('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>'),

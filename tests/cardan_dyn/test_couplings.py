@@ -1,0 +1,96 @@
+"""Gears between joints: ratio, tooth moments, and closed gear trains."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers import relative
+from test_loops import LINK
+
+import cardan_dyn as cd
+
+POSITIONS = np.linspace(-10.0, 10.0, 41)
+
+
+def gears(*couplings: str, third: bool = False) -> str:
+    """Wheels about parallel axes on the ground."""
+    names = ("a", "b", "c") if third else ("a", "b")
+    wheels = "".join(
+        LINK.format(name=f"wheel_{name}", com="0 0 0", mass=str(k + 1))
+        + f'<joint name="{name}" type="continuous"><parent link="ground"/>'
+        f'<child link="wheel_{name}"/><origin xyz="{k} 0 0"/><axis xyz="0 0 1"/></joint>'
+        for k, name in enumerate(names)
+    )
+    return f'<robot name="gears"><link name="ground"/>{wheels}{"".join(couplings)}</robot>'
+
+
+def coupling(name: str, first: str, second: str, ratio: float) -> str:
+    return (
+        f'<coupling name="{name}"><predecessor link="wheel_{first}"/>'
+        f'<successor link="wheel_{second}"/><ratio value="{ratio!r}"/></coupling>'
+    )
+
+
+def test_a_gear_passes_power_on_without_loss() -> None:
+    scene = cd.Scene(cd.load(gears(coupling("mesh", "a", "b", -2.5))), drive="a", loads={"b": 7.0})
+    turn = scene.sweep(POSITIONS, speed=3.0, acceleration=2.0)
+    np.testing.assert_allclose(turn.motion.position("b"), -2.5 * POSITIONS, atol=1e-13)
+    np.testing.assert_allclose(turn.motion.velocity("b"), -7.5)
+    # The moment that the teeth exert on b drives its inertia against the load.
+    tooth = 0.025 * (-2.5 * 2.0) - 7.0
+    np.testing.assert_allclose(turn.tooth_moment["mesh"], tooth, rtol=1e-13)
+    np.testing.assert_allclose(turn["b"].torsion, 7.0 + tooth, rtol=1e-13)
+    # On a the same teeth exert 2.5 times as much, so that no power is lost.
+    np.testing.assert_allclose(turn["a"].torsion, 0.025 * 2.0, rtol=1e-13)
+    np.testing.assert_allclose(turn.drive_effort, 0.025 * 2.0 - 2.5 * tooth, rtol=1e-13)
+    assert turn.power_residual < 1e-14
+    assert turn.tooth_unique["mesh"]
+
+
+def test_closed_gear_trains_are_solved_or_refused() -> None:
+    train = (coupling("ab", "a", "b", -2.0), coupling("bc", "b", "c", -3.0))
+    closed = gears(*train, coupling("ca", "c", "a", 1.0 / 6.0), third=True)
+    scene = cd.Scene(cd.load(closed), drive="a", loads={"c": -4.0})
+    turn = scene.sweep(POSITIONS, speed=1.0)
+    assert relative(turn.drive_effort, np.full(41, 24.0)) < 1e-13
+    assert turn.tooth_unique == {"ab": False, "bc": False, "ca": False}
+    assert np.all([turn[name].unique for name in "abc"])
+    tree = cd.Scene(cd.load(gears(*train, third=True)), drive="a", loads={"c": -4.0})
+    assert tree.sweep(POSITIONS, speed=1.0).tooth_unique == {"ab": True, "bc": True}
+    locked = gears(*train, coupling("ca", "c", "a", 1.0 / 5.0), third=True)
+    with pytest.raises(cd.MobilityError, match="it is locked") as caught:
+        cd.Scene(cd.load(locked), drive="a")
+    assert caught.value.mobility == 0
+
+
+def test_a_planetary_gear_counts_from_the_nearest_common_ancestor() -> None:
+    """Sun on the ground, planet on the carrier: ratios count along the whole way to each."""
+    urdf = f"""<robot name="planetary"><link name="ground"/>
+{LINK.format(name="sun", com="0 0 0", mass="1")}
+{LINK.format(name="carrier", com="0.2 0 0", mass="2")}
+{LINK.format(name="planet", com="0 0 0", mass="3")}
+<joint name="s" type="continuous"><parent link="ground"/><child link="sun"/>
+  <axis xyz="0 0 1"/></joint>
+<joint name="k" type="continuous"><parent link="ground"/><child link="carrier"/>
+  <axis xyz="0 0 1"/></joint>
+<joint name="p" type="continuous"><parent link="carrier"/><child link="planet"/>
+  <origin xyz="0.4 0 0"/><axis xyz="0 0 1"/></joint>
+<coupling name="mesh"><predecessor link="sun"/><successor link="planet"/><ratio value="-1.5"/>
+</coupling></robot>"""
+    mechanism = cd.load(urdf)
+    turn = cd.Scene(mechanism, drive="s", held={"k": 0.3}).sweep(POSITIONS, speed=2.0)
+    np.testing.assert_allclose(turn.motion.position("p"), -1.5 * POSITIONS - 0.3, atol=1e-13)
+    both = cd.Scene(mechanism, drive=["s", "k"]).sweep([[0.2, 0.5]], speed=[[1.0, 4.0]])
+    assert both.motion.velocity("p")[0] == pytest.approx(-1.5 * 1.0 - 4.0)
+    assert both.power_residual < 1e-14
+
+
+def test_bad_couplings() -> None:
+    for urdf, message in (
+        (gears(coupling("x", "a", "z", 1.0)), "coupling 'x': successor link 'wheel_z' does not"),
+        (gears(coupling("x", "a", "b", 0.0)), "a ratio of zero would hold the successor"),
+        (gears(coupling("x", "a", "a", 2.0)), "no joint moves 'wheel_a' relative to 'wheel_a'"),
+        (gears(coupling("a", "a", "b", 2.0)), "names that occur twice: a"),
+    ):
+        with pytest.raises(cd.ModelError, match=message):
+            cd.load(urdf)
