@@ -98,6 +98,7 @@ class Mechanism:
 
     Attributes:
         name: name in the description.
+        notation: how the description writes its loops, and what else it says about them.
         model: `pin.Model` of the spanning tree, the joints of the loops included.
         constraint_models: the welds as `pin.RigidConstraintModel`, for `pin.constraintDynamics`.
         joints: mapping of joint names to `Joint`, tree joints first, then loops.
@@ -113,7 +114,7 @@ class Mechanism:
 
     def __init__(self, description: Description) -> None:
         self.name = description.name
-        self.description = description
+        self.notation = description.notation
         tree = TreeBuilder(description)
         self.model = tree.model
         self.links: dict[str, tuple[int, pinocchio.SE3]] = tree.links

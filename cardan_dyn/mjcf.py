@@ -37,10 +37,13 @@ def parse(root: ElementTree.Element, text: str, where: str, path: Path | None) -
                     f"{where}: <equality> <{item.tag}> is not supported; kinds: "
                     f"{choices(EQUALITIES)}"
                 )
-    model, constraints = _read(text, where, path)
+    model, constraints = _read(*_under_one_body(root, text, where, path), where)
     bodies = {
         frame.name: frame for frame in list(model.frames) if frame.type == pinocchio.FrameType.BODY
     }
+    lost = {body.get("name", "") for body in root.iter("body")} - {"", *bodies}
+    if lost:
+        raise ModelError(f"{where}: Pinocchio's reader leaves out the bodies {choices(lost)}")
     carrier = {frame.parentJoint: name for name, frame in reversed(list(bodies.items()))}
     data = model.createData()
     pinocchio.forwardKinematics(model, data, pinocchio.neutral(model))
@@ -83,7 +86,32 @@ def parse(root: ElementTree.Element, text: str, where: str, path: Path | None) -
     )
 
 
-def _read(text: str, where: str, path: Path | None) -> tuple[pinocchio.Model, list]:  # type: ignore[type-arg]
+def _under_one_body(
+    root: ElementTree.Element, text: str, where: str, path: Path | None
+) -> tuple[str, Path | None]:
+    """Put the bodies of the world under one that does not move.
+
+    Pinocchio's reader takes the first body of the world and silently leaves out the others.
+    """
+    world = root.find("worldbody")
+    bodies = [] if world is None else world.findall("body")
+    if world is None or len(bodies) < 2:
+        return text, path
+    if path is not None and (
+        root.find(".//include") is not None or root.find(".//mesh") is not None
+    ):
+        raise ModelError(
+            f"{where}: Pinocchio's reader takes only the first of the {len(bodies)} bodies in "
+            "<worldbody>; put them into one <body> without a joint"
+        )
+    ground = ElementTree.SubElement(world, "body", {"name": "world_bodies"})
+    for body in bodies:
+        world.remove(body)
+        ground.append(body)
+    return ElementTree.tostring(root, encoding="unicode"), None
+
+
+def _read(text: str, path: Path | None, where: str) -> tuple[pinocchio.Model, list]:  # type: ignore[type-arg]
     try:
         if path is not None:
             return pinocchio.buildModelAndLegacyConstraintsFromMJCF(str(path))
