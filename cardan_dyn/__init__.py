@@ -6,6 +6,7 @@ from .errors import (
     ArgumentError,
     AssemblyError,
     CardanError,
+    IndeterminateError,
     MissingExtraError,
     MobilityError,
     ModelError,
@@ -13,6 +14,7 @@ from .errors import (
 )
 from .mechanism import Joint, Mechanism, load
 from .motion import Motion
+from .plan import Plan
 from .read import bundled_names
 from .scene import Scene
 from .sweep import Sweep
@@ -25,6 +27,7 @@ __all__ = [
     "ArgumentError",
     "AssemblyError",
     "CardanError",
+    "IndeterminateError",
     "Joint",
     "JointWrench",
     "Mechanism",
@@ -32,6 +35,7 @@ __all__ = [
     "MobilityError",
     "ModelError",
     "Motion",
+    "Plan",
     "Scene",
     "SingularConfigurationError",
     "Sweep",

@@ -126,6 +126,30 @@ def wanted_outputs(mechanism: Mechanism, outputs: Sequence[str] | None) -> tuple
     return tuple(dict.fromkeys(mechanism.joint(name).name for name in names))
 
 
+def compliances(mechanism: Mechanism, given: Mapping[str, ArrayLike]) -> dict[str, Array]:
+    """Return `(6, 6)` compliances of joints.
+
+    Raises:
+        ModelError: no such joint.
+        ArgumentError: not 6 values or `(6, 6)`, not symmetric, or negative.
+    """
+    result = {}
+    for name, value in given.items():
+        mechanism.joint(name)
+        array = numbers(f"compliance[{name!r}]", value)
+        matrix = np.diag(array) if array.shape == (6,) else array
+        if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T, rtol=1e-12, atol=0.0):
+            raise ArgumentError(
+                f"compliance[{name!r}] has shape {array.shape}; expected 6 values or a symmetric "
+                "(6, 6), force first [m/N, rad/(N·m)]"
+            )
+        least = float(np.linalg.eigvalsh(matrix)[0])
+        if least < -1e-12 * float(np.max(np.abs(matrix))):
+            raise ArgumentError(f"compliance[{name!r}] is negative in some direction ({least:g})")
+        result[name] = matrix
+    return result
+
+
 def split_loads(
     mechanism: Mechanism, coordinates: Coordinates, loads: Mapping[str, object]
 ) -> tuple[dict[str, Array], dict[str, LinkLoad]]:

@@ -11,17 +11,23 @@ import numpy as np
 from .branch import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION, Branch
 from .coordinates import Array, Coordinates
 from .errors import AssemblyError, CardanError, SingularConfigurationError
-from .groups import Structure, partition
+from .groups import Group, Structure, partition
 from .kinematics import ClosedMechanism, Kinematics
 from .mechanism import Mechanism
 from .mobility import check_mobility
+from .plan import columns_of, needs
 from .solver import Solver
+
+_STARTS = 400
 
 
 class Assembly:
     """Assembles a mechanism with given drives and held joints.
 
     Attributes:
+        groups: all groups of the scene.
+        needed: which of them its outputs need.
+        decided: velocity coordinates of the passive joints that those decide.
         kinematics: closes the loops for the scene's drives.
         start: `(size,)` closed coordinates at the held positions, all drives at zero.
 
@@ -37,7 +43,18 @@ class Assembly:
         drives: tuple[str, ...],
         held: dict[str, float],
         gravity: Array,
+        wanted: set[int] | None,
     ) -> None:
+        """Assemble at the held positions.
+
+        Args:
+            mechanism: the mechanism.
+            coordinates: layout of its coordinates.
+            drives: names of the driven joints.
+            held: held joints and their positions.
+            gravity: `(3,)` [m/s²].
+            wanted: see `plan.needs`.
+        """
         self.mechanism = mechanism
         self.drives = drives
         self.held = held
@@ -48,7 +65,11 @@ class Assembly:
         prescribed = {coordinates.velocities[name].start for name in (*drives, *held)}
         self.passives = np.array(sorted(set(range(mechanism.model.nv)) - prescribed), dtype=int)
         self._branch: Branch | None = None
-        self.kinematics = self._kinematics_for(drives)
+        self.groups = self._groups_for(drives)
+        self.needed = needs(mechanism, coordinates, self.groups, wanted)
+        kept = [self.groups[number] for number in self.needed.motion]
+        self.decided = columns_of(kept)
+        self.kinematics = self._kinematics_of(drives, kept)
         way = [self._zero()]
         self._study(np.array(way))
         for name, value in held.items():
@@ -68,7 +89,7 @@ class Assembly:
             angles lack.
         """
         turns = np.zeros((len(positions), self._coordinates.size))
-        if not self.passives.size:
+        if not self.decided.size:
             guesses = np.repeat(self.start[None, :], len(positions), axis=0)
             guesses[:, self._columns] = positions
             return guesses, turns
@@ -120,6 +141,60 @@ class Assembly:
             )
         return here
 
+    def range(self) -> tuple[float, float]:
+        """Return between which positions the only drive can move, ±inf where it turns through."""
+        name = self.drives[0]
+        if not self.decided.size:
+            return -np.inf, np.inf
+        branch = self._branch_of(name, self.kinematics, self.start)
+        if self.mechanism.joints[name].type == "prismatic":
+            reach = 10.0 * self.mechanism.length
+        else:
+            try:
+                if branch.find_period():
+                    return -np.inf, np.inf
+            except CardanError:
+                pass
+            reach = 4.0 * np.pi
+        here = self.start[self._columns[0]]
+        return branch.limit(here - reach), branch.limit(here + reach)
+
+    def others(self) -> list[Array]:
+        """Return the ways to assemble the loops with all drives at zero, the scene's own first.
+
+        They are searched from many starts, the same ones at every call.
+        """
+        rng = np.random.default_rng(1851)
+        starts = np.repeat(self.start[None, :], _STARTS, axis=0)
+        coordinates = self._coordinates
+        passive = coordinates.moves(self.decided)
+        step = rng.uniform(-np.pi, np.pi, (_STARTS, len(self.decided)))
+        step[:, passive.slides] *= self.mechanism.length / np.pi
+        step[0] = 0.0
+        passive.apply(starts, step)
+        with np.errstate(all="ignore"):
+            found = self.kinematics.close(starts, most=60)
+        good = (found.residual < CLOSURE_TOLERANCE) & (found.condition < SINGULAR_CONDITION)
+        kept: list[Array] = []
+        shapes: list[Array] = []
+        order = np.argsort(
+            np.linalg.norm(
+                coordinates.shape(found.x) - coordinates.shape(self.start[None, :]), axis=1
+            ),
+            kind="stable",
+        )
+        for number in order[good[order]]:
+            shape = coordinates.shape(found.x[[number]])[0]
+            if all(np.linalg.norm(shape - other) > 1e-6 for other in shapes):
+                shapes.append(shape)
+                kept.append(found.x[number])
+        return kept
+
+    def restart(self, start: Array) -> None:
+        """Assemble in another way, from `others`."""
+        self.start = start
+        self._branch = None
+
     def _zero(self) -> Array:
         """Return closed coordinates near the description's zero position."""
         here = self.kinematics.close(self._coordinates.neutral()[None, :], most=50)
@@ -146,7 +221,11 @@ class Assembly:
         column = self._coordinates.columns[joint].start
         if value == state[column]:
             return state
-        branch = self._branch_of(joint, self._kinematics_for((joint,)), state)
+        decided = set(self.decided.tolist())
+        kept = [
+            group for group in self._groups_for((joint,)) if decided.intersection(group.passives)
+        ]
+        branch = self._branch_of(joint, self._kinematics_of((joint,), kept), state)
         branch.cover(min(value, state[column]), max(value, state[column]))
         return branch.states()[-1 if value > state[column] else 0]
 
@@ -183,19 +262,26 @@ class Assembly:
             self.kinematics.evaluate(states),
             self.drives,
             list(self.held),
-            self.passives,
+            # What was left out is nobody's concern, unless no group decides it.
+            np.setdiff1d(self.passives, np.setdiff1d(columns_of(self.groups), self.decided)),
         )
 
-    def _kinematics_for(self, drives: tuple[str, ...]) -> Kinematics:
-        coordinates, mechanism = self._coordinates, self.mechanism
-        driven = np.array([coordinates.velocities[name].start for name in drives], dtype=int)
-        x = coordinates.neutral()
+    def _groups_for(self, drives: tuple[str, ...]) -> list[Group]:
+        x = self._coordinates.neutral()
         for name, value in self.held.items():
-            x[coordinates.columns[name]] = value
-        groups = partition(self._structure, x, driven, self.passives)
-        zero = mechanism.zero_positions()
-        solvers = [Solver(mechanism, coordinates, group, self._gravity, zero) for group in groups]
-        return Kinematics(coordinates, driven, solvers)
+            x[self._coordinates.columns[name]] = value
+        return partition(self._structure, x, self._driven(drives), self.passives)
+
+    def _kinematics_of(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
+        zero = self.mechanism.zero_positions()
+        solvers = [
+            Solver(self.mechanism, self._coordinates, group, self._gravity, zero)
+            for group in groups
+        ]
+        return Kinematics(self._coordinates, self._driven(drives), solvers)
+
+    def _driven(self, drives: tuple[str, ...]) -> Array:
+        return np.array([self._coordinates.velocities[name].start for name in drives], dtype=int)
 
     def _branch_of(self, joint: str, kinematics: Kinematics, state: Array) -> Branch:
         prismatic = self.mechanism.joints[joint].type == "prismatic"

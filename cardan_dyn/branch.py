@@ -181,22 +181,45 @@ class Branch:
         self._positions = positions[order]
         self._nodes = np.concatenate([self._nodes, nodes])[order]
 
+    def limit(self, target: float) -> float:
+        """Return how far towards `target` the branch can be followed, ±inf if all the way."""
+        try:
+            self.cover(min(target, self.span[0]), max(target, self.span[1]))
+        except AssemblyError as error:
+            return float(error.details["nearest"])  # type: ignore[arg-type]
+        except SingularConfigurationError as error:
+            return float(error.details["position"])  # type: ignore[arg-type]
+        return float(np.copysign(np.inf, target - self._positions[0]))
+
     def _refuse(self, position: float, end: int, found: ClosedMechanism) -> None:
-        nearest = float(self._positions[end])
-        condition = float(self.kinematics.close(self._nodes[[end], 0]).condition[0])
-        if condition > 1e4:
+        """Raise what stops the branch at one of its ends, on the way to `position`."""
+        nearest = self._turning_point(end)
+        if found.residual[0] < CLOSURE_TOLERANCE or found.condition[0] > SINGULAR_CONDITION:
+            condition = float(self.kinematics.evaluate(self._nodes[[end], 0]).condition[0])
             raise SingularConfigurationError(
                 f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "
-                f"equations become singular there (condition {condition:.1e}); it is a dead point "
-                "or the end of the drive's range, so sweep on one side of it or choose another "
-                "drive",
+                f"equations become singular there (condition {condition:.1e}), and the way on is "
+                "not unique; sweep on one side of it or choose another drive",
                 position=nearest,
                 condition=condition,
             )
         raise AssemblyError(
             f"the loops cannot be closed at drive position {position:.9g}; the nearest position "
-            f"that was reached is {nearest:.9g}",
+            f"that can be reached is {nearest:.9g}, a dead point of the drive",
             position=position,
             nearest=nearest,
             residual=float(found.residual[0]),
         )
+
+    def _turning_point(self, end: int) -> float:
+        """Return where the drive's range ends, from the last node before it.
+
+        Near a dead point passive joints move like the square root of what is left of the range.
+        """
+        position = float(self._positions[end])
+        _, slope, curvature = self._nodes[end]
+        steepest = int(np.argmax(np.abs(slope)))
+        if curvature[steepest] == 0.0:
+            return position
+        left = float(slope[steepest] / (2.0 * curvature[steepest]))
+        return position + left if abs(left) < 1e-4 * self.unit else position

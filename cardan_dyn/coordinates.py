@@ -17,11 +17,13 @@ class Moves:
 
     Attributes:
         columns, steps: columns of a row that change by the numbers in these places of a step.
+        slides: places of steps that are lengths.
         balls: column of a quaternion and place of the rotation vector that turns it.
     """
 
     columns: Array
     steps: Array
+    slides: Array
     balls: list[tuple[int, int]]
 
     def apply(self, x: Array, step: Array) -> None:
@@ -108,7 +110,26 @@ class Coordinates:
             if int(start) in places
         ]
         columns, steps = zip(*scalars, strict=True) if scalars else ((), ())
-        return Moves(np.array(columns, dtype=int), np.array(steps, dtype=int), balls)
+        angles = set(self.angle_columns.tolist())
+        slides = [step for column, step in scalars if int(column) not in angles]
+        return Moves(
+            np.array(columns, dtype=int),
+            np.array(steps, dtype=int),
+            np.array(slides, dtype=int),
+            balls,
+        )
+
+    def shape(self, x: Array) -> Array:
+        """Return rows that are equal for equal positions, whatever their turns and signs."""
+        columns = np.setdiff1d(np.arange(self.size), self.angle_columns)
+        rest = x[:, columns]
+        for column in self._spherical[1]:
+            place = int(np.nonzero(columns == column)[0][0])
+            block = rest[:, place : place + 4]
+            largest = np.argmax(np.abs(block), axis=1)[:, None]
+            block *= np.sign(np.take_along_axis(block, largest, axis=1))
+        angles = x[:, self.angle_columns]
+        return np.concatenate([np.cos(angles), np.sin(angles), rest], axis=1)
 
     def derivative(self, x: Array, v: Array) -> Array:
         """Return `(N, size)` rates of the rows `x` for joint velocities `v (N, nv)`."""

@@ -59,6 +59,14 @@ class MobilityError(CardanError):
     """
 
 
+class IndeterminateError(CardanError):
+    """Wanted components do not follow from the laws of motion, and no rule chooses them.
+
+    Attributes:
+        components: joint to the names of its open components.
+    """
+
+
 class AccuracyError(CardanError):
     """A result misses its own tolerance and is therefore not returned.
 

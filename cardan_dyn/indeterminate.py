@@ -25,12 +25,28 @@ class Undetermined:
 
 
 class Choice(Protocol):
-    """A rule that chooses undetermined closure forces."""
+    """A rule that chooses undetermined closure forces.
+
+    Attributes:
+        oriented: joints whose orientation it needs.
+    """
+
+    oriented: frozenset[int]
 
     def apply(
-        self, wrenches: Array, closure: list[Array], undetermined: list[Undetermined]
+        self,
+        wrenches: Array,
+        closure: list[Array],
+        undetermined: list[Undetermined],
+        rotations: dict[int, Array],
     ) -> Array:
         """Add the chosen forces to `wrenches (b, N, 6)` and `closure`, in place.
+
+        Args:
+            wrenches: of all joints.
+            closure: of all loops, then couplings.
+            undetermined: what to choose.
+            rotations: for `oriented` joints, `(N, 3, 3)` from the joint's frame to its parent's.
 
         Returns:
             `(b, 6)` greatest change of each component per unit of undetermined force.
@@ -38,24 +54,25 @@ class Choice(Protocol):
         ...
 
 
-class Quadratic:
-    """The undetermined forces that make a quadratic form of all joint wrenches least.
+class LeastNorm:
+    """Least sum of squares over all joints: moments, and forces times a length.
 
-    Two sets of forces are coupled only where they load the same joint, so the normal equations
-    are sparse: a row of loops gives a band, which is eliminated block by block at a cost that is
-    linear in the number of loops.
+    The sum does not depend on where a ring was cut, nor on the order of the joints. Two sets of
+    forces are coupled only where they load the same joint, so the normal equations are sparse: a
+    row of loops gives a band, which is eliminated at a cost linear in the number of loops.
     """
 
-    def weighed(self, joint: int, spread: Array) -> Array:
-        """Return the form's matrix for a joint times `spread (N, 6, k)`."""
-        raise NotImplementedError
+    oriented: frozenset[int] = frozenset()
 
-    def measure(self) -> Array:
-        """Return `(6,)` factors that make components comparable in a report of influence."""
-        raise NotImplementedError
+    def __init__(self, length: float) -> None:
+        self._lengths = np.repeat([length, 1.0], 3)
 
     def apply(
-        self, wrenches: Array, closure: list[Array], undetermined: list[Undetermined]
+        self,
+        wrenches: Array,
+        closure: list[Array],
+        undetermined: list[Undetermined],
+        rotations: dict[int, Array],
     ) -> Array:
         """See `Choice.apply`."""
         touching: dict[int, list[int]] = {}
@@ -64,48 +81,112 @@ class Quadratic:
                 touching.setdefault(joint, []).append(number)
         blocks: dict[tuple[int, int], Array] = {}
         right: dict[int, Array] = {}
-        influence = np.zeros((len(wrenches), 6))
         for joint, numbers in touching.items():
             for first in numbers:
-                spread = undetermined[first].spread[joint]
-                weighed = self.weighed(joint, spread)
-                flipped = weighed.transpose(0, 2, 1)
+                flipped = undetermined[first].spread[joint].transpose(0, 2, 1) * self._lengths**2
                 part = -(flipped @ wrenches[joint][:, :, None])
                 right[first] = right[first] + part if first in right else part
                 for second in numbers:
-                    if second < first:
-                        continue
-                    block = flipped @ undetermined[second].spread[joint]
-                    key = (first, second)
-                    blocks[key] = blocks[key] + block if key in blocks else block
-                measured = np.max(np.abs(spread), axis=(0, 2)) * self.measure()
-                influence[joint] = np.maximum(influence[joint], measured)
+                    if second >= first:
+                        block = flipped @ undetermined[second].spread[joint]
+                        key = (first, second)
+                        blocks[key] = blocks[key] + block if key in blocks else block
         for number, amount in _solve_sparse(blocks, right).items():
-            item = undetermined[number]
-            for joint, spread in item.spread.items():
-                wrenches[joint] += (spread @ amount)[:, :, 0]
-            for loop, forces in item.forces.items():
-                closure[loop] += (forces @ amount)[:, :, 0]
-        return influence
+            _add(wrenches, closure, undetermined[number], amount)
+        return influence(wrenches, undetermined, self._lengths)
 
 
-class LeastNorm(Quadratic):
-    """Least sum of squares over all joints: moments, and forces times a length.
+class Elastic:
+    """Least elastic energy ½ Σ fᵀ C f of the joints whose compliance C is given.
 
-    The sum does not depend on where a ring was cut, nor on the order of the joints.
+    What their compliance does not decide is chosen by least norm.
     """
 
-    def __init__(self, length: float) -> None:
-        self.length = length
-        self._squares = np.repeat([length**2, 1.0], 3)[:, None]
+    def __init__(self, length: float, compliances: dict[int, Array]) -> None:
+        """Make the rule.
 
-    def weighed(self, joint: int, spread: Array) -> Array:
-        """Return `spread` with forces times the length squared."""
-        return spread * self._squares
+        Args:
+            length: for the least norm [m].
+            compliances: per joint `(6, 6)` [m/N, rad/(N·m)], in the axes that stay with the parent.
+        """
+        self.oriented = frozenset(compliances)
+        self._compliances = compliances
+        self._lengths = np.repeat([length, 1.0], 3)
 
-    def measure(self) -> Array:
-        """Return the length for forces, 1 for moments."""
-        return np.repeat([self.length, 1.0], 3)
+    def apply(
+        self,
+        wrenches: Array,
+        closure: list[Array],
+        undetermined: list[Undetermined],
+        rotations: dict[int, Array],
+    ) -> Array:
+        """See `Choice.apply`."""
+        spread: dict[int, list[tuple[int, Array]]] = {}
+        sizes = [next(iter(item.forces.values())).shape[2] for item in undetermined]
+        starts = np.concatenate([[0], np.cumsum(sizes)])
+        count, total = wrenches.shape[1], int(starts[-1])
+        for number, item in enumerate(undetermined):
+            for joint, part in item.spread.items():
+                spread.setdefault(joint, []).append((number, part))
+        elastic, norm = np.zeros((2, count, total, total))
+        right_elastic, right_norm = np.zeros((2, count, total, 1))
+        for joint, parts in spread.items():
+            whole = np.zeros((count, 6, total))
+            for number, part in parts:
+                whole[:, :, starts[number] : starts[number + 1]] = part
+            flipped, wrench = whole.transpose(0, 2, 1), wrenches[joint][:, :, None]
+            norm += flipped @ (whole * self._lengths[:, None] ** 2)
+            right_norm -= flipped @ (wrench * self._lengths[:, None] ** 2)
+            if joint in self._compliances:
+                compliance = self._turned(joint, rotations.get(joint))
+                elastic += flipped @ compliance @ whole
+                right_elastic -= flipped @ compliance @ wrench
+        amounts = _lexicographic(elastic, right_elastic, norm, right_norm)
+        for number, item in enumerate(undetermined):
+            _add(wrenches, closure, item, amounts[:, starts[number] : starts[number + 1]])
+        return influence(wrenches, undetermined, self._lengths)
+
+    def _turned(self, joint: int, rotation: Array | None) -> Array:
+        """Return a joint's compliance in its own frame, `(N, 6, 6)`."""
+        compliance = self._compliances[joint]
+        if rotation is None:
+            return compliance
+        both = np.zeros((len(rotation), 6, 6))
+        both[:, :3, :3] = both[:, 3:, 3:] = rotation
+        return both.transpose(0, 2, 1) @ compliance @ both
+
+
+def influence(wrenches: Array, undetermined: list[Undetermined], lengths: Array) -> Array:
+    """Return `(b, 6)` greatest change of components per unit of undetermined closure force."""
+    result = np.zeros((len(wrenches), 6))
+    for item in undetermined:
+        for joint, spread in item.spread.items():
+            measured = np.max(np.abs(spread), axis=(0, 2), initial=0.0) * lengths
+            result[joint] = np.maximum(result[joint], measured)
+    return result
+
+
+def _add(wrenches: Array, closure: list[Array], item: Undetermined, amount: Array) -> None:
+    for joint, spread in item.spread.items():
+        wrenches[joint] += (spread @ amount)[:, :, 0]
+    for number, forces in item.forces.items():
+        closure[number] += (forces @ amount)[:, :, 0]
+
+
+def _lexicographic(first: Array, right_1: Array, second: Array, right_2: Array) -> Array:
+    """Minimise a first quadratic form; among its minima, a second one."""
+    values, vectors = np.linalg.eigh(first)
+    stiff = values > 1e-10 * np.max(np.abs(values), axis=1, keepdims=True)
+    reciprocal = np.where(stiff, 1.0 / np.where(stiff, values, 1.0), 0.0)
+    flipped = vectors.transpose(0, 2, 1)
+    amounts = vectors @ (reciprocal[:, :, None] * (flipped @ right_1))
+    if np.all(stiff):
+        return np.asarray(amounts)
+    # Within what the first form leaves open, project the second one's problem.
+    loose = vectors * ~stiff[:, None, :]
+    left = loose.transpose(0, 2, 1) @ second @ loose
+    rest = loose.transpose(0, 2, 1) @ (right_2 - second @ amounts)
+    return np.asarray(amounts + loose @ (np.linalg.pinv(left, hermitian=True) @ rest))
 
 
 def _solve_sparse(

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio
@@ -19,6 +20,9 @@ from .description import CouplingDescription, Description, LoopDescription
 from .errors import ModelError, choices
 from .read import read
 from .tree import Part, TreeBuilder, ancestors, se3
+
+if TYPE_CHECKING:
+    from .describe import MechanismReport
 
 
 @dataclass(frozen=True)
@@ -174,6 +178,15 @@ class Mechanism:
                 f"{self.name}: no link {name!r}; links: {choices(self.links)}", name=name
             )
         return self.links[name]
+
+    def describe(self) -> MechanismReport:
+        """Return mobility, rank, redundant rows per loop and what they leave open.
+
+        `print(mechanism.describe())` shows it.
+        """
+        from .describe import describe
+
+        return describe(self)
 
     def zero_positions(self) -> dict[int, np.ndarray]:
         """Return the origins of all bodies (0-based; -1 is the world) with joints at zero [m]."""

@@ -25,7 +25,7 @@ def check_mobility(
             so the greatest one counts.
         drives: names of the driven joints.
         held: names of the held joints.
-        passives: velocity coordinates that are neither driven nor held.
+        passives: velocity coordinates that something must decide.
 
     Raises:
         MobilityError: too many or too few drives, or drives that leave joints free.
@@ -34,11 +34,11 @@ def check_mobility(
     excess = 0
     for solver, closed in zip(kinematics.solvers, here.groups, strict=True):
         rows = np.concatenate([closed.known_rows, closed.passive_rows], axis=1)
-        ranks = _ranks(closed.passive_rows)
-        best = int(np.argmax(ranks))
-        excess += int(np.max(_ranks(rows))) - int(ranks[best])
+        passive = ranks(closed.passive_rows)
+        best = int(np.argmax(passive))
+        excess += int(np.max(ranks(rows))) - int(passive[best])
         vectors, _, _ = np.linalg.svd(closed.passive_rows[best])
-        moves = np.max(np.abs(vectors[:, ranks[best] :]), axis=1, initial=0.0) > 1e-6
+        moves = np.max(np.abs(vectors[:, passive[best] :]), axis=1, initial=0.0) > 1e-6
         free -= set(solver.group.passives[~moves].tolist())
     if not free and not excess:
         return
@@ -70,12 +70,12 @@ def _freedom(kinematics: Kinematics, here: ClosedMechanism, free: set[int]) -> i
     """Return how many independent motions the passives have while the drives rest."""
     count = 0
     for solver, closed in zip(kinematics.solvers, here.groups, strict=True):
-        count += len(solver.group.passives) - int(np.max(_ranks(closed.passive_rows)))
+        count += len(solver.group.passives) - int(np.max(ranks(closed.passive_rows)))
         free = free - set(solver.group.passives.tolist())
     return count + len(free)
 
 
-def _ranks(rows: Array) -> Array:
+def ranks(rows: Array) -> Array:
     """Return the ranks `(K,)` of stacked closure matrices."""
     if 0 in rows.shape[1:]:
         return np.zeros(len(rows), dtype=int)

@@ -20,6 +20,7 @@ from .loads import LinkLoad
 from .mechanism import Mechanism
 from .solver import Closed, Solver
 from .tree import ancestors
+from .twin import placement
 
 UNIQUE_TOLERANCE = 1e-9
 """Greatest influence of an undetermined closure force on a component that counts as unique."""
@@ -58,8 +59,21 @@ class ReactionSolver:
     """
 
     def __init__(
-        self, mechanism: Mechanism, kinematics: Kinematics, choice: Choice | None = None
+        self,
+        mechanism: Mechanism,
+        kinematics: Kinematics,
+        active: set[int] | None = None,
+        choice: Choice | None = None,
     ) -> None:
+        """Make the solver.
+
+        Args:
+            mechanism: the mechanism.
+            kinematics: the groups whose motion is solved.
+            active: ids of the groups whose closure forces are; all if None.
+            choice: rule for what is undetermined; the least norm if None.
+        """
+        self._active = active
         self.mechanism = mechanism
         self.kinematics = kinematics
         self.fixed = [
@@ -83,6 +97,10 @@ class ReactionSolver:
             carried = solver.twin.owner >= 0
             self.subspace[carried] = solver.twin.subspace[carried]
 
+    def solves(self, solver: Solver) -> bool:
+        """Return whether a group's closure forces are solved."""
+        return self._active is None or id(solver.group) in self._active
+
     def solve(
         self,
         here: ClosedMechanism,
@@ -103,13 +121,16 @@ class ReactionSolver:
         wrenches = np.zeros((self.bodies + len(self.fixed), count, 6))
         if dynamics is not None:
             for solver, closed in zip(solvers, here.groups, strict=True):
-                if solver.twin.heavy:
+                if solver.twin.heavy and (not self._active or self.solves(solver)):
                     v, a = (solver.twin.velocity(rates) for rates in dynamics)
                     found = solver.twin.inverse_dynamics(closed.q, v, a)
                     wrenches[solver.twin.bodies] += found.reshape(count, -1, 6).swapaxes(0, 1)
         link_wrenches = []
         for load in link_loads:
-            home = self.home[load.body]
+            home = self.home.get(load.body)
+            if home is None:
+                link_wrenches.append(np.zeros((count, 6)))  # On a body that was left out.
+                continue
             solver, closed = solvers[home], here.groups[home]
             wrench = load.about_origin(closed.actions, solver.twin.local[load.body])
             link_wrenches.append(wrench)
@@ -123,7 +144,7 @@ class ReactionSolver:
         given = np.tile(loads, (count if len(loads) == 1 else 1, 1))
         for solver, closed in zip(reversed(solvers), reversed(here.groups), strict=True):
             group = solver.group
-            if not (group.loops or group.couplings):
+            if not (group.loops or group.couplings) or not self.solves(solver):
                 continue
             unmet = given[:, group.passives] - self._efforts_of(wrenches, group.passives)
             multipliers = closed.solve_transposed(unmet)
@@ -136,10 +157,14 @@ class ReactionSolver:
                 moment = closure[len(self.mechanism.loops) + number]
                 given[:, coupling.successor_columns] += moment
                 given[:, coupling.predecessor_columns] -= coupling.ratio * moment
-            undetermined += self._undetermined(solver, closed)
+            undetermined += self.undetermined(solver, closed)
         influence = np.zeros((len(wrenches), 6))
         if undetermined:
-            influence = self._choice.apply(wrenches, closure, undetermined)
+            rotations = {
+                joint: self._from_parent(here, joint)
+                for joint in self._choice.oriented.intersection(range(self.bodies))
+            }
+            influence = self._choice.apply(wrenches, closure, undetermined, rotations)
         loops = len(self.mechanism.loops)
         open_couplings = {
             number - loops
@@ -157,6 +182,20 @@ class ReactionSolver:
         """Return components of wrenches `(b, N, 6)` along some coordinates, `(N, k)`."""
         chosen = wrenches[self._owners[coordinates]]
         return np.asarray(np.einsum("kni,ki->nk", chosen, self.subspace[coordinates]))
+
+    def _from_parent(self, here: ClosedMechanism, body: int) -> Array:
+        """Return rotations `(N, 3, 3)` from a joint's frame to its frame at coordinate zero."""
+        model = self.mechanism.model
+        joint = next(joint for joint in self.mechanism.joints.values() if joint.index == body + 1)
+        first = joint.parts[0].index
+        home = self.home[body]
+        twin, actions = self.kinematics.solvers[home].twin, here.groups[home].actions
+        own = placement(actions, twin.local[body])[0].transpose(2, 0, 1)
+        zero = model.jointPlacements[first].rotation
+        if model.parents[first]:
+            parent = placement(actions, twin.local[model.parents[first] - 1])[0]
+            zero = parent.transpose(2, 0, 1) @ zero
+        return np.asarray(np.swapaxes(zero, -1, -2) @ own)
 
     def _forces(self, solver: Solver, multipliers: Array) -> dict[int, Array]:
         """Return closure forces `(N, 6, k)` and coupling moments `(N, 1, k)` by their number.
@@ -205,7 +244,7 @@ class ReactionSolver:
             result.append((self.bodies + self.fixed.index(number), action @ forces))
         return result
 
-    def _undetermined(self, solver: Solver, closed: Closed) -> list[Undetermined]:
+    def undetermined(self, solver: Solver, closed: Closed) -> list[Undetermined]:
         """Return the closure forces of a group that no passive effort feels."""
         found = []
         if closed.null.shape[2]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from .coordinates import Array
 from .kinematics import ClosedMechanism
+from .plan import Needs, columns_of
 from .reactions import Reactions, ReactionSolver
 from .solver import Closed, Solver
 from .twin import cross
@@ -25,7 +26,7 @@ class Residuals:
     Attributes:
         balance: wrench that a body is left with, over the greatest wrench of the sample.
         power: power that is left over, over the power that flows and the greatest wrench times
-            the greatest joint speed.
+            the greatest joint speed; nan where the outputs leave part of its flow out.
     """
 
     balance: Array
@@ -55,15 +56,18 @@ class FreeBodies:
         gravity: `(3,)` [m/s²].
     """
 
-    def __init__(self, reactions: ReactionSolver, gravity: Array, passives: Array) -> None:
+    def __init__(self, reactions: ReactionSolver, gravity: Array, needed: Needs) -> None:
         self.reactions = reactions
         self.gravity = gravity
-        self.passives = passives
+        self._open = sorted(set(range(reactions.bodies)) - needed.complete)
+        self._whole = needed.everything
+        self.passives = columns_of(
+            [solver.group for solver in reactions.kinematics.solvers if reactions.solves(solver)]
+        )
         self.length = reactions.mechanism.length
         self._groups = [
             _GroupBalance(solver, gravity, self.length) for solver in reactions.kinematics.solvers
         ]
-        self._parents = np.array(reactions.mechanism.model.parents)[1:] - 1
         slides = np.any(reactions.subspace[:, :3] != 0.0, axis=1)
         self._rate_scale = np.where(slides, self.length, 1.0)
 
@@ -93,12 +97,15 @@ class FreeBodies:
         inertia = np.zeros(len(left))
         power = [np.einsum("nk,nk->n", loads, rates.virtual)]
         for number, (group, closed) in enumerate(zip(self._groups, here.groups, strict=True)):
+            if not solver.solves(group.solver):
+                continue
             external = [
                 (body, wrench)
                 for body, wrench in zip(link_bodies, reactions.link_wrenches, strict=True)
                 if solver.home[body] == number
             ]
             group.add(left, inertia, power, closed, reactions, rates, external)
+        left[:, self._open] = 0.0
         size = np.max(self._size(wrenches), axis=1, initial=0.0)
         unmet = np.abs(efforts[:, self.passives] - loads[:, self.passives])
         worst = np.maximum(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .arguments import (
+    compliances,
     coordinate,
     held_positions,
     rows_of,
@@ -19,18 +19,18 @@ from .arguments import (
 )
 from .assembly import Assembly
 from .coordinates import Array, Coordinates
-from .errors import AccuracyError, ArgumentError, MobilityError, choices
-from .kinematics import ClosedMechanism
+from .errors import ArgumentError, IndeterminateError, MobilityError, choices
+from .indeterminate import Choice, Elastic, LeastNorm
 from .loads import LinkLoad
 from .mechanism import Mechanism
 from .motion import Motion
-from .reactions import UNIQUE_TOLERANCE, Reactions, ReactionSolver
-from .residuals import FreeBodies, Rates
+from .pipeline import Block, Inputs, Pipeline, joined
+from .plan import Plan, describe_group
+from .reactions import UNIQUE_TOLERANCE, ReactionSolver
 from .sweep import Sweep
 
-BALANCE_TOLERANCE = 1e-8
-"""Greatest Newton-Euler or power imbalance of a result, relative."""
 _BLOCK = 512  # Samples worked on at a time, so that their arrays stay in the cache.
+COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 
 
 class Scene:
@@ -48,13 +48,22 @@ class Scene:
             `Wrench`, or with six numbers `(6,)` or `(N, 6)`: force and moment about the link's
             origin in the link's axes.
         gravity: `(3,)` acceleration of free fall in world axes [m/s²]; none unless given.
-        outputs: names of the joints whose wrenches are wanted; all joints if not given.
+        outputs: names of the joints whose wrenches are wanted; all joints if not given. Loops
+            that they do not need are not solved. Drive efforts and what holds joints are among
+            the results if the joint is; the empty list asks for the drive efforts alone, which
+            then come without a balance of the bodies.
+        compliance: joints to their compliance in the axes that stay with the parent: 6 values, or
+            a symmetric `(6, 6)`, force first [m/N, rad/(N·m)]. What the laws of motion leave open
+            is then what makes the elastic energy least, instead of the least norm.
+        strict: refuse to choose what the laws of motion leave open.
+        branch: name of the way in which the loops are assembled, from `branches`; `A` is the
+            description's own.
 
     Raises:
         ModelError: unknown joint or link.
         ArgumentError: a value is not finite or has the wrong shape.
         MobilityError: the drives do not match the mobility.
-        AssemblyError: the loops cannot be closed at the held positions.
+        AssemblyError: the loops cannot be closed at the held positions, or not in this way.
     """
 
     def __init__(
@@ -66,6 +75,9 @@ class Scene:
         loads: Mapping[str, object] | None = None,
         gravity: ArrayLike | None = None,
         outputs: Sequence[str] | None = None,
+        compliance: Mapping[str, ArrayLike] | None = None,
+        strict: bool = False,
+        branch: str = "A",
     ) -> None:
         if not isinstance(mechanism, Mechanism):
             raise ArgumentError(
@@ -92,15 +104,36 @@ class Scene:
                 f"held {list(self.held)}"
             )
         self._joint_loads, self._link_loads = split_loads(mechanism, self._coordinates, loads or {})
-        velocities = self._coordinates.velocities
-        self._drive_velocities = [velocities[name].start for name in self.drives]
+        self.strict = strict
+        wanted = {mechanism.joints[name].index - 1 for name in self.outputs}
+        fixed = {loop.joint: loop for loop in mechanism.loops}
+        for name in self.outputs:
+            # A `fixed` loop has no body; it is solved with the bodies that it connects.
+            if not mechanism.joints[name].parts:
+                wanted |= {fixed[name].predecessor - 1, fixed[name].successor - 1}
         self._assembly = Assembly(
-            mechanism, self._coordinates, self.drives, self.held, self.gravity
+            mechanism,
+            self._coordinates,
+            self.drives,
+            self.held,
+            self.gravity,
+            None if outputs is None else wanted - {-1},
         )
-        self._kinematics = self._assembly.kinematics
-        self._reactions = ReactionSolver(mechanism, self._kinematics)
-        self._bodies = FreeBodies(self._reactions, self.gravity, self._assembly.passives)
-        self._heavy = any(solver.twin.heavy for solver in self._kinematics.solvers)
+        if branch != "A":
+            self._assembly.restart(self._other(branch))
+        self.branch = branch
+        kinematics, needed = self._assembly.kinematics, self._assembly.needed
+        flexible = compliances(mechanism, compliance or {})
+        rule: Choice = LeastNorm(mechanism.length)
+        if flexible:
+            places = {self._place(name): value for name, value in flexible.items()}
+            rule = Elastic(mechanism.length, places)
+        self._elastic = bool(flexible)
+        active = {id(self._assembly.groups[number]) for number in needed.forces}
+        self._reactions = ReactionSolver(mechanism, kinematics, active, rule)
+        self._pipeline = Pipeline(
+            mechanism, kinematics, self._reactions, needed, self.gravity, self._outside()
+        )
 
     def sweep(
         self, position: ArrayLike, speed: ArrayLike = 0.0, acceleration: ArrayLike = 0.0
@@ -128,152 +161,172 @@ class Scene:
         guesses, turns = self._assembly.guesses(positions)
 
         moving = bool(np.any(speeds) or np.any(accelerations))
-        dynamic = self._heavy and (moving or bool(np.any(self.gravity)))
-        blocks: list[_Block] = []
-        influence = np.zeros((self._reactions.bodies + len(self._reactions.fixed), 6))
+        blocks: list[Block] = []
         for start in range(0, len(positions), _BLOCK):
             rows = slice(start, start + _BLOCK)
-            here = self._assembly.close(guesses[rows], turns[rows], positions[rows])
-            block = self._solve(
-                here,
+            inputs = Inputs(
                 speeds[rows],
                 accelerations[rows],
                 loads[rows if len(loads) > 1 else slice(None)],
                 [rows_of(load, rows) for load in link_loads],
-                dynamic,
                 moving,
             )
-            influence = np.maximum(influence, block.influence)
-            blocks.append(block)
-        return self._result(positions, turns, blocks, influence)
+            here = self._assembly.close(guesses[rows], turns[rows], positions[rows])
+            blocks.append(self._pipeline.run(here, inputs))
+        return self._result(joined(blocks, positions), turns)
 
-    def _solve(
-        self,
-        here: ClosedMechanism,
-        speeds: Array,
-        accelerations: Array,
-        loads: Array,
-        link_loads: list[LinkLoad],
-        dynamic: bool,
-        moving: bool,
-    ) -> _Block:
-        kinematics, count = self._kinematics, len(here.x)
-        transmission = np.empty((count, self.mechanism.model.nv, len(self.drives)))
-        for number, unit in enumerate(np.eye(len(self.drives))):
-            transmission[:, :, number] = kinematics.rates(here, np.tile(unit, (count, 1)))
-        v = a = np.zeros(transmission.shape[:2])
-        if moving:
-            v = (transmission @ speeds[:, :, None])[:, :, 0]
-            if np.any(speeds):
-                a = kinematics.accelerations(here, v, accelerations)
-            else:
-                a = (transmission @ accelerations[:, :, None])[:, :, 0]
-        reactions = self._reactions.solve(here, (v, a) if dynamic else None, loads, link_loads)
-        efforts = self._reactions.efforts(reactions.wrenches)
-        # Couplings act between joints: they are neither loads nor drives, and pass on no power.
-        inner = self._coupling_efforts(reactions)
-        external = efforts - inner
-        passives = self._assembly.passives
-        external[:, passives] = np.broadcast_to(loads, efforts.shape)[:, passives]
-        residuals = self._bodies.check(
-            here,
-            reactions,
-            Rates(v, a, transmission.sum(axis=2), moving),
-            efforts - inner,
-            external,
-            [load.body for load in link_loads],
-        )
-        tooth = reactions.closure[len(self.mechanism.loops) :]
-        return _Block(
-            here.x,
-            v,
-            a,
-            transmission,
-            reactions.wrenches,
-            external - loads,
-            np.concatenate([np.zeros((count, 0)), *tooth], axis=1),
-            reactions.open_couplings,
-            reactions.influence,
-            here.condition,
-            here.residual,
-            residuals.balance,
-            residuals.power,
-        )
+    def plan(self) -> Plan:
+        """Return what a sweep does, and what it leaves out; `print` shows it."""
+        assembly, needed = self._assembly, self._assembly.needed
+        heavy = any(solver.twin.heavy for solver in assembly.kinematics.solvers)
+        steps, skipped = [], []
+        for number, group in enumerate(assembly.groups):
+            text = describe_group(self.mechanism, self._coordinates, group)
+            if number not in needed.motion:
+                skipped.append(f"{text}: no output needs it")
+            elif group.loops or group.couplings:
+                steps.append(text)
+                if number not in needed.forces:
+                    skipped.append(f"closure forces of: {text}: no output needs them")
+        if heavy:
+            acting = "weight and inertia" if np.any(self.gravity) else "inertia"
+            steps.append(f"inverse dynamics: {acting}; inertia only in sweeps with speed")
+        else:
+            skipped.append("inverse dynamics: no body has mass")
+        if not np.any(self.gravity):
+            skipped.append("weight: the scene has no gravity")
+        if needed.forces:
+            order = "against the order of motion" if len(needed.forces) > 1 else "at once"
+            steps.append(f"closure forces of {len(needed.forces)} group(s), {order}")
+            steps.append("wrenches of: " + ", ".join(self.outputs))
+        else:
+            steps.append("drive efforts by virtual work")
+        steps.append("residuals: loops" + (", balance of bodies" * bool(needed.complete)))
+        return Plan(steps, skipped)
 
-    def _coupling_efforts(self, reactions: Reactions) -> Array:
-        """Return the efforts `(N, nv)` that couplings exert at the joints."""
-        count = len(reactions.wrenches)
-        efforts = np.zeros((count, self.mechanism.model.nv))
-        moments = reactions.closure[len(self.mechanism.loops) :]
-        for coupling, moment in zip(self.mechanism.couplings, moments, strict=True):
-            efforts[:, coupling.successor_columns] += moment
-            efforts[:, coupling.predecessor_columns] -= coupling.ratio * moment
-        return efforts
+    def range(self) -> tuple[float, float]:
+        """Return between which positions the drive can move [rad or m].
 
-    def _result(
-        self, positions: Array, turns: Array, blocks: list[_Block], influence: Array
-    ) -> Sweep:
-        joined = {
-            name: np.concatenate([getattr(block, name) for block in blocks])
-            for name in _Block.__dataclass_fields__
-            if name not in ("influence", "open_couplings")
+        Returns:
+            The limits; they are dead points of the drive. ±inf where it turns through.
+
+        Raises:
+            MobilityError: the scene has several drives.
+        """
+        if len(self.drives) > 1:
+            raise MobilityError(
+                f"the range of one drive depends on the positions of the others: {self.drives}"
+            )
+        return self._assembly.range()
+
+    def branches(self) -> dict[str, dict[str, float]]:
+        """Return the ways to assemble the loops with all drives at zero.
+
+        Returns:
+            Name for `Scene(branch=...)` to the positions of all joints with one coordinate [rad or
+            m]. The scene's own way comes first, the others by their distance from it. They are
+            searched from many starts, so a way that few starts lead to may be missing.
+        """
+        return {
+            _name(number): {
+                joint: float(state[columns][0])
+                for joint, columns in self._coordinates.columns.items()
+                if columns.stop - columns.start == 1
+            }
+            for number, state in enumerate(self._assembly.others())
         }
-        for name, tolerance in (("balance", BALANCE_TOLERANCE), ("power", BALANCE_TOLERANCE)):
-            worst = int(np.argmax(joined[name]))
-            if not joined[name][worst] <= tolerance:
-                raise AccuracyError(
-                    f"the {name} residual is {joined[name][worst]:.1e} at drive position "
-                    f"{positions[worst].tolist()}, more than {tolerance:.0e}; the closure "
-                    f"equations have condition {joined['condition'][worst]:.1e} there: stay away "
-                    "from this position or choose another drive",
-                    residual=float(joined[name][worst]),
-                    tolerance=tolerance,
-                    position=positions[worst],
-                )
-        numbers = [self._wrench_number(name) for name in self.outputs]
-        wrenches = joined["wrenches"][:, numbers]
-        unique = (influence < UNIQUE_TOLERANCE)[numbers]
-        effort = joined["efforts"]
+
+    def _other(self, branch: str) -> Array:
+        states = self._assembly.others()
+        names = [_name(number) for number in range(len(states))]
+        if branch not in names:
+            raise ArgumentError(f"branch {branch!r} does not exist; branches: {choices(names)}")
+        return states[names.index(branch)]
+
+    def _outside(self) -> Array:
+        """Return the velocity coordinates that are driven or held."""
         velocities = self._coordinates.velocities
-        drive_effort = effort[:, self._drive_velocities]
+        names = (*self.drives, *self.held)
+        return np.array([velocities[name].start for name in names], dtype=int)
+
+    def _result(self, found: Block, turns: Array) -> Sweep:
+        numbers = [self._place(name) for name in self.outputs]
+        unique = (found.influence < UNIQUE_TOLERANCE)[numbers]
+        if self.strict and not (self._elastic or np.all(unique)):
+            self._refuse(unique)
+        velocities, complete = self._coordinates.velocities, self._assembly.needed.complete
+        known = {
+            name: found.efforts[:, velocities[name].start]
+            for name in (*self.drives, *self.held)
+            if not complete or self.mechanism.joints[name].index - 1 in complete
+        }
+        effort = None
+        if all(name in known for name in self.drives):
+            effort = np.stack([known[name] for name in self.drives], axis=1)
+            effort = effort[:, 0] if len(self.drives) == 1 else effort
+        # What was not solved is not a number, rather than where it happened to be.
+        skipped = np.setdiff1d(self._assembly.passives, self._assembly.decided)
+        for part in (found.v, found.a, found.transmission):
+            part[:, skipped] = np.nan
+        for columns, span in zip(
+            self._coordinates.columns.values(), velocities.values(), strict=True
+        ):
+            if set(range(span.start, span.stop)).intersection(skipped.tolist()):
+                found.x[:, columns] = np.nan
+        couplings = self.mechanism.couplings
         return Sweep(
             mechanism=self.mechanism,
             solver=self._reactions,
             outputs=self.outputs,
-            wrenches=wrenches,
+            wrenches=found.wrenches[:, numbers],
             unique=unique,
-            drive_effort=drive_effort[:, 0] if len(self.drives) == 1 else drive_effort,
-            tooth_moment={
-                coupling.name: joined["tooth"][:, number]
-                for number, coupling in enumerate(self.mechanism.couplings)
-            },
+            known_drive_effort=effort,
+            tooth_moment={item.name: found.tooth[:, k] for k, item in enumerate(couplings)},
             tooth_unique={
-                coupling.name: all(number not in block.open_couplings for block in blocks)
-                for number, coupling in enumerate(self.mechanism.couplings)
+                item.name: number not in found.open_couplings
+                for number, item in enumerate(couplings)
             },
-            holding_effort={name: effort[:, velocities[name].start] for name in self.held},
+            holding_effort={name: known[name] for name in self.held if name in known and complete},
             motion=Motion(
                 self.mechanism,
                 self._coordinates,
-                joined["x"],
+                found.x,
                 turns,
-                joined["v"],
-                joined["a"],
-                joined["transmission"],
+                found.v,
+                found.a,
+                found.transmission,
             ),
-            condition=joined["condition"],
-            loop_residual=float(np.max(joined["closure"])),
-            balance_residual=float(np.max(joined["balance"])),
-            power_residual=float(np.max(joined["power"])),
+            condition=found.condition,
+            loop_residual=float(np.max(found.closure)),
+            balance_residual=float(np.max(found.balance)),
+            power_residual=float(np.max(found.power)),
         )
 
-    def _wrench_number(self, joint: str) -> int:
-        """Return a joint's place among the wrenches: twin joints in order, then `fixed` loops."""
-        index = self.mechanism.joints[joint].index
-        if index:
-            return index - 1
-        fixed = [self.mechanism.loops[number].joint for number in self._reactions.fixed]
-        return self._reactions.bodies + fixed.index(joint)
+    def _refuse(self, unique: Array) -> None:
+        open_components = {
+            name: [label for label, sure in zip(COMPONENTS, row, strict=True) if not sure]
+            for name, row in zip(self.outputs, unique, strict=True)
+            if not np.all(row)
+        }
+        listed = "; ".join(
+            f"{name}: {', '.join(labels)}" for name, labels in open_components.items()
+        )
+        raise IndeterminateError(
+            f"{self.mechanism.name}: the laws of motion leave open: {listed}. Give compliances, "
+            "change the mechanism (a slide, a ball) or leave strict out to have the least norm",
+            components=open_components,
+        )
+
+    def _place(self, joint: str) -> int:
+        """Return a joint's place among the wrenches: bodies in order, then `fixed` loops."""
+        record = self.mechanism.joints[joint]
+        if record.parts:
+            return record.index - 1
+        fixed = [loop.joint for loop in self.mechanism.loops if not self._parts(loop.joint)]
+        return self.mechanism.model.njoints - 1 + fixed.index(joint)
+
+    def _parts(self, joint: str) -> int:
+        return len(self.mechanism.joints[joint].parts)
 
     def _loads_at(self, count: int) -> Array:
         """Return efforts added at the joints, `(1, nv)` or `(N, nv)`."""
@@ -297,20 +350,6 @@ class Scene:
         return list(self._link_loads.values())
 
 
-@dataclass(frozen=True)
-class _Block:
-    """What a block of samples leaves behind."""
-
-    x: Array
-    v: Array
-    a: Array
-    transmission: Array
-    wrenches: Array
-    efforts: Array
-    tooth: Array
-    open_couplings: set[int]
-    influence: Array
-    condition: Array
-    closure: Array
-    balance: Array
-    power: Array
+def _name(number: int) -> str:
+    letter = chr(ord("A") + number % 26)
+    return letter if number < 26 else f"{letter}{number // 26}"

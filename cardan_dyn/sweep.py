@@ -31,7 +31,7 @@ class Sweep:
         outputs: names of the joints whose wrenches are kept.
         wrenches: `(N, k, 6)` force [N] and moment [N·m] of the outputs in their joint frames.
         unique: `(k, 6)` see `JointWrench.unique`.
-        drive_effort: `(N,)` what the drive exerts [N·m or N], `(N, d)` for d drives.
+        known_drive_effort: see `drive_effort`; None if the outputs leave it out.
         holding_effort: held joint to what holds it, `(N,)` [N·m or N].
         tooth_moment: coupling to the moment `(N,)` [N·m] that it exerts on its successor's joint.
         tooth_unique: coupling to whether its moment follows from the laws of motion alone.
@@ -40,9 +40,10 @@ class Sweep:
         loop_residual: worst closure error: angle [rad], or gap as a fraction of
             `Mechanism.length`.
         balance_residual: worst Newton-Euler imbalance over all bodies, relative to the greatest
-            wrench of the same sample.
+            wrench of the same sample; nan if only the drive efforts were asked for.
         power_residual: worst imbalance of drive, load, weight and inertia power, relative to the
-            power that flows and to the greatest wrench times the greatest joint speed.
+            power that flows and to the greatest wrench times the greatest joint speed;
+            nan where the outputs leave part of that flow out.
     """
 
     mechanism: Mechanism
@@ -50,7 +51,7 @@ class Sweep:
     outputs: tuple[str, ...]
     wrenches: Array
     unique: Array
-    drive_effort: Array
+    known_drive_effort: Array | None
     holding_effort: dict[str, Array]
     tooth_moment: dict[str, Array]
     tooth_unique: dict[str, bool]
@@ -59,6 +60,20 @@ class Sweep:
     loop_residual: float
     balance_residual: float
     power_residual: float
+
+    @property
+    def drive_effort(self) -> Array:
+        """What the drive exerts `(N,)` [N·m or N], `(N, d)` for d drives.
+
+        Raises:
+            ModelError: the outputs of the scene leave it out.
+        """
+        if self.known_drive_effort is None:
+            raise ModelError(
+                "the drive effort was not asked for; add the driven joint to the outputs, which "
+                f"are: {choices(self.outputs)}"
+            )
+        return self.known_drive_effort
 
     def __len__(self) -> int:
         return len(self.wrenches)

@@ -1,0 +1,183 @@
+"""Describe: mobility, redundant rows and indeterminate reactions of a mechanism, for people."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .coordinates import Array, Coordinates
+from .groups import Group, Structure, partition
+from .kinematics import Kinematics
+from .mechanism import Mechanism
+from .mobility import ranks
+from .reactions import UNIQUE_TOLERANCE, ReactionSolver
+from .solver import Closed, Solver
+
+_MOST_BODIES = 24  # Above, one model of everything is too large; counting has to do.
+_STATES = 6
+
+
+@dataclass(frozen=True)
+class LoopReport:
+    """One loop.
+
+    Attributes:
+        name: of its joint.
+        type: of its joint.
+        rank: how many of its six rows the motion of its joints can reach.
+        blurred: joint to the components (`x y z` of force, then of moment, in the joint's frame)
+            that its redundant rows leave open; None if the mechanism is too large to tell here.
+    """
+
+    name: str
+    type: str
+    rank: int
+    blurred: dict[str, str] | None
+
+    @property
+    def redundant(self) -> int:
+        """Number of redundant rows."""
+        return 6 - self.rank
+
+
+@dataclass(frozen=True)
+class MechanismReport:
+    """What `Mechanism.describe` returns; `print` shows it.
+
+    Attributes:
+        name: of the mechanism.
+        notation: in which the loops are written.
+        coordinates: number of joint coordinates.
+        rank: number of independent closure equations.
+        mobility: number of coordinates that remain free after the loops.
+        counted: whether rank and mobility were counted from the structure alone, which misses
+            mechanisms that move only because of special dimensions.
+        length: characteristic length that weighs forces against moments [m].
+        loops: the loops.
+    """
+
+    name: str
+    notation: str
+    coordinates: int
+    rank: int
+    mobility: int
+    counted: bool
+    length: float
+    loops: list[LoopReport]
+
+    def __str__(self) -> str:
+        how = " (counted)" if self.counted else ""
+        lines = [
+            f"{self.name}: mobility {self.mobility}{how}",
+            f"  {self.coordinates} joint coordinates, {self.rank} independent closure equations",
+            f"  loops: {self.notation}; characteristic length {self.length:.4g} m",
+        ]
+        for loop in self.loops:
+            lines.append(
+                f"  loop {loop.name} ({loop.type}): rank {loop.rank} of 6, "
+                f"{loop.redundant} redundant"
+            )
+            for joint, components in (loop.blurred or {}).items():
+                lines.append(f"    leaves open at {joint}: {components}")
+        return "\n".join(lines)
+
+
+def describe(mechanism: Mechanism) -> MechanismReport:
+    """Return mobility, rank, redundant rows and what they leave open.
+
+    Ranks are those of closed positions around the zero of the description.
+    """
+    coordinates = Coordinates(mechanism)
+    structure = Structure(mechanism, coordinates)
+    every = np.arange(mechanism.model.nv)
+    none = np.zeros(0, dtype=int)
+    small = len(coordinates.parts) <= _MOST_BODIES
+    groups = partition(structure, coordinates.neutral(), none, every, together=small)
+    if small:
+        rank, loops = _measured(mechanism, coordinates, groups)
+    else:
+        reached = structure.ranks(coordinates.neutral(), set(every.tolist()))
+        rank = sum(
+            min(
+                sum(reached[number] for number in group.loops) + len(group.couplings),
+                len(group.passives),
+            )
+            for group in groups
+        )
+        loops = [
+            LoopReport(loop.joint, mechanism.joints[loop.joint].type, reached[number], None)
+            for number, loop in enumerate(mechanism.loops)
+        ]
+    return MechanismReport(
+        mechanism.name,
+        mechanism.notation,
+        len(every),
+        rank,
+        len(every) - rank,
+        not small,
+        mechanism.length,
+        loops,
+    )
+
+
+def _measured(
+    mechanism: Mechanism, coordinates: Coordinates, groups: list[Group]
+) -> tuple[int, list[LoopReport]]:
+    zero = mechanism.zero_positions()
+    solvers = [
+        Solver(mechanism, coordinates, group, np.zeros(3), zero)
+        for group in groups
+        if group.loops or group.couplings
+    ]
+    if not solvers:
+        return 0, []
+    (solver,) = solvers
+    kinematics = Kinematics(coordinates, np.zeros(0, dtype=int), solvers)
+    here = kinematics.close(_around_zero(coordinates), most=60)
+    here = kinematics.evaluate(here.x[here.residual < 1e-10])
+    closed = here.groups[0]
+    rank = int(np.max(ranks(closed.passive_rows), initial=0))
+    solver.reduction = solver.closure.reduction(closed.twists)
+    closed = kinematics.evaluate(here.x).groups[0]
+    reactions = ReactionSolver(mechanism, kinematics)
+    loops = []
+    for place, loop in enumerate(mechanism.loops):
+        blurred = _blurred(mechanism, reactions, solver, closed, place)
+        reached = solver.reduction.rows[place].shape[1]
+        kind = mechanism.joints[loop.joint].type
+        loops.append(LoopReport(loop.joint, kind, reached, blurred))
+    return rank, loops
+
+
+def _around_zero(coordinates: Coordinates) -> Array:
+    rng = np.random.default_rng(1920)
+    x = np.repeat(coordinates.neutral()[None, :], _STATES, axis=0)
+    every = np.arange(coordinates.model.nv)
+    step = 0.05 * rng.uniform(-1.0, 1.0, (_STATES, len(every)))
+    step[0] = 0.0
+    coordinates.moves(every).apply(x, step)
+    return x
+
+
+def _blurred(
+    mechanism: Mechanism, reactions: ReactionSolver, solver: Solver, closed: Closed, place: int
+) -> dict[str, str]:
+    """Return which components of which joints the redundant rows of a loop leave open."""
+    found: dict[str, str] = {}
+    for item in reactions.undetermined(solver, closed):
+        if solver.group.loops[place] not in item.forces:
+            continue
+        for joint in mechanism.joints.values():
+            number = joint.index - 1 if joint.parts else None
+            if number is None or number not in item.spread:
+                continue
+            lengths = np.repeat([mechanism.length, 1.0], 3)
+            size = np.max(np.abs(item.spread[number]), axis=(0, 2), initial=0.0) * lengths
+            marks = size > UNIQUE_TOLERANCE
+            if np.any(marks):
+                force = "".join(axis for axis, mark in zip("xyz", marks[:3], strict=True) if mark)
+                moment = "".join(axis for axis, mark in zip("xyz", marks[3:], strict=True) if mark)
+                parts = [f"force {force}"] * bool(force) + [f"moment {moment}"] * bool(moment)
+                found[joint.name] = ", ".join(parts)
+    return found

@@ -1,0 +1,188 @@
+"""Pipeline: one block of samples through all steps, and blocks put together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from .coordinates import Array
+from .errors import AccuracyError
+from .kinematics import ClosedMechanism, Kinematics
+from .loads import LinkLoad
+from .mechanism import Mechanism
+from .plan import Needs
+from .reactions import Reactions, ReactionSolver
+from .residuals import FreeBodies, Rates
+
+BALANCE_TOLERANCE = 1e-8
+"""Greatest Newton-Euler or power imbalance of a result, relative."""
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What is prescribed for a block of samples.
+
+    Attributes:
+        speeds, accelerations: of the drives, `(N, d)`.
+        loads: efforts added at the joints, `(N, nv)` or `(1, nv)`.
+        link_loads: wrenches on links.
+        moving: whether the sweep has any speed or acceleration.
+    """
+
+    speeds: Array
+    accelerations: Array
+    loads: Array
+    link_loads: list[LinkLoad]
+    moving: bool
+
+
+@dataclass(frozen=True)
+class Block:
+    """What a block of samples, or all of them, leave behind.
+
+    Attributes:
+        x: `(N, size)` coordinates.
+        v, a: joint rates `(N, nv)`.
+        transmission: `(N, nv, d)` joint velocities per unit speed of each drive.
+        wrenches: `(N, b, 6)`, see `Reactions.wrenches`.
+        efforts: `(N, nv)` what drives and held joints exert, loads taken off.
+        tooth: `(N, G)` moments of the couplings at their successors' joints.
+        condition, closure, balance, power: `(N,)` condition number and residuals.
+        influence: `(b, 6)`, see `Reactions.influence`.
+        open_couplings: numbers of the couplings whose moment is not unique.
+    """
+
+    x: Array
+    v: Array
+    a: Array
+    transmission: Array
+    wrenches: Array
+    efforts: Array
+    tooth: Array
+    condition: Array
+    closure: Array
+    balance: Array
+    power: Array
+    influence: Array
+    open_couplings: set[int]
+
+
+class Pipeline:
+    """Motion, reactions and residuals of one scene."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        kinematics: Kinematics,
+        reactions: ReactionSolver,
+        needed: Needs,
+        gravity: Array,
+        outside: Array,
+    ) -> None:
+        """Make the pipeline.
+
+        Args:
+            mechanism: the mechanism.
+            kinematics: the groups that are solved.
+            reactions: their reactions.
+            needed: what the outputs need.
+            gravity: `(3,)` [m/s²].
+            outside: velocity coordinates that are driven or held.
+        """
+        self._mechanism = mechanism
+        self._kinematics = kinematics
+        self._reactions = reactions
+        self._needed = needed
+        self._outside = outside
+        self._weight = bool(np.any(gravity))
+        self._bodies = FreeBodies(reactions, gravity, needed)
+        self._heavy = any(solver.twin.heavy for solver in kinematics.solvers)
+
+    def run(self, here: ClosedMechanism, inputs: Inputs) -> Block:
+        """Return motion, reactions and residuals at closed positions."""
+        kinematics, count = self._kinematics, len(here.x)
+        drives = inputs.speeds.shape[1]
+        transmission = np.empty((count, self._mechanism.model.nv, drives))
+        for number, unit in enumerate(np.eye(drives)):
+            transmission[:, :, number] = kinematics.rates(here, np.tile(unit, (count, 1)))
+        v = a = np.zeros(transmission.shape[:2])
+        if inputs.moving:
+            v = (transmission @ inputs.speeds[:, :, None])[:, :, 0]
+            if np.any(inputs.speeds):
+                a = kinematics.accelerations(here, v, inputs.accelerations)
+            else:
+                a = (transmission @ inputs.accelerations[:, :, None])[:, :, 0]
+        dynamics = (v, a) if self._heavy and (inputs.moving or self._weight) else None
+        reactions = self._reactions.solve(here, dynamics, inputs.loads, inputs.link_loads)
+        efforts = self._reactions.efforts(reactions.wrenches)
+        rates = Rates(v, a, transmission.sum(axis=2), inputs.moving)
+        if self._needed.complete:
+            # Couplings act between joints: they are no loads or drives, and pass on no power.
+            efforts = efforts - self._coupling_efforts(reactions)
+            external = np.tile(inputs.loads, (count if len(inputs.loads) == 1 else 1, 1))
+            external[:, self._outside] = efforts[:, self._outside]
+            bodies = [load.body for load in inputs.link_loads]
+            residuals = self._bodies.check(here, reactions, rates, efforts, external, bodies)
+            exerted, balance, power = external - inputs.loads, residuals.balance, residuals.power
+        else:
+            # Only the drive efforts are wanted: virtual work gives them without closure forces.
+            exerted = np.zeros_like(efforts)
+            drive = (efforts - inputs.loads)[:, None, :] @ transmission
+            exerted[:, kinematics.drives] = drive[:, 0]
+            balance = power = np.full(count, np.nan)
+        tooth = reactions.closure[len(self._mechanism.loops) :]
+        return Block(
+            x=here.x,
+            v=v,
+            a=a,
+            transmission=transmission,
+            wrenches=reactions.wrenches,
+            efforts=exerted,
+            tooth=np.concatenate([np.zeros((count, 0)), *tooth], axis=1),
+            condition=here.condition,
+            closure=here.residual,
+            balance=balance,
+            power=power,
+            influence=reactions.influence,
+            open_couplings=reactions.open_couplings,
+        )
+
+    def _coupling_efforts(self, reactions: Reactions) -> Array:
+        """Return the efforts `(N, nv)` that couplings exert at the joints."""
+        efforts = np.zeros((len(reactions.wrenches), self._mechanism.model.nv))
+        moments = reactions.closure[len(self._mechanism.loops) :]
+        for coupling, moment in zip(self._mechanism.couplings, moments, strict=True):
+            efforts[:, coupling.successor_columns] += moment
+            efforts[:, coupling.predecessor_columns] -= coupling.ratio * moment
+        return efforts
+
+
+def joined(blocks: list[Block], positions: Array) -> Block:
+    """Return all blocks as one.
+
+    Raises:
+        AccuracyError: a residual misses its tolerance.
+    """
+    arrays = {
+        field.name: np.concatenate([getattr(block, field.name) for block in blocks])
+        for field in fields(Block)
+        if field.name not in ("influence", "open_couplings")
+    }
+    for name in ("balance", "power"):
+        worst = int(np.argmax(arrays[name]))
+        if arrays[name][worst] > BALANCE_TOLERANCE:
+            raise AccuracyError(
+                f"the {name} residual is {arrays[name][worst]:.1e} at drive position "
+                f"{positions[worst].tolist()}, more than {BALANCE_TOLERANCE:.0e}; the closure "
+                f"equations have condition {arrays['condition'][worst]:.1e} there: stay away "
+                "from this position or choose another drive",
+                residual=float(arrays[name][worst]),
+                tolerance=BALANCE_TOLERANCE,
+                position=positions[worst],
+            )
+    return Block(
+        influence=np.max([block.influence for block in blocks], axis=0),
+        open_couplings=set().union(*(block.open_couplings for block in blocks)),
+        **arrays,
+    )
