@@ -19,8 +19,9 @@ SINGULAR_CONDITION = 1e12
 """Condition number from which on a position counts as singular."""
 _LONGEST_STEP = 2.0 * np.pi / 16.0
 _SHORTEST_STEP = 1e-9
-_STEP_CORRECTION = 0.03  # How far an extrapolation may be off.
-_GUESS_CORRECTION = 1e-9  # How far an interpolation may be off to need one Newton step only.
+_STEP_CORRECTION = 0.03  # How far an extrapolation should be off,
+_WORST = 4.0  # and how many times as far it may be.
+_GUESS_CORRECTION = 2e-10  # How far an interpolation may be off to need one Newton step only.
 SAFE_CORRECTION = 1e-2
 """Greatest error of a guess that cannot end on another branch."""
 _TURNS_TRIED = 12
@@ -45,7 +46,7 @@ class Branch:
         self.windings = np.zeros(start.size)
         self._positions = np.zeros(0)
         self._nodes = np.zeros((0, 3, start.size))
-        self._append(kinematics.close(start[None, :]))
+        self._insert(self._node(kinematics.close(start[None, :])))
 
     @property
     def span(self) -> tuple[float, float]:
@@ -74,13 +75,16 @@ class Branch:
                 position = target if last else self._positions[end] + sign * step
                 found = self.kinematics.close(self._ahead(end, position)[None, :], most=6)
                 bad = float(found.correction[0]) / _STEP_CORRECTION
-                closed = found.residual[0] < CLOSURE_TOLERANCE and bad < 4.0
                 # A long step can land on another way of assembling the mechanism, just as closed.
+                closed = found.residual[0] < CLOSURE_TOLERANCE and bad < _WORST
                 if closed and self.kinematics.same_side(found, here)[0]:
-                    self._append(found)
-                    here = found
-                    step = min(longest, step * min(2.5, 0.8 * max(bad, 1e-3) ** (-1.0 / 3.0)))
-                    continue
+                    node = self._node(found)
+                    bad = max(bad, self._back(node[0], end) / _STEP_CORRECTION)
+                    if bad < _WORST:
+                        self._insert(node)
+                        here = found
+                        step = min(longest, step * min(2.5, 0.8 * max(bad, 1e-3) ** (-1.0 / 3.0)))
+                        continue
                 step *= 0.35
                 if step < _SHORTEST_STEP * self.unit:
                     self._refuse(position, end, found)
@@ -125,7 +129,7 @@ class Branch:
             flags = np.zeros((len(open_intervals), 2), dtype=bool)
             flags[left] = coarse[:, None]
             split = np.stack([np.ones_like(open_intervals), open_intervals], axis=1)
-            self._append(found)
+            self._insert(self._node(found))
             open_intervals = flags[split]
 
     def guess(self, positions: Array) -> Array:
@@ -163,12 +167,24 @@ class Branch:
         row[self.drive_column] = position
         return self.kinematics.coordinates.normalised(row[None, :])[0]
 
-    def _append(self, closed: ClosedMechanism) -> None:
+    def _back(self, node: Array, end: int) -> float:
+        """Return how far off an end's coordinates a new node's Taylor polynomial puts them.
+
+        Towards a dead point the derivatives grow without bound: a step can be short enough to
+        extrapolate to its end, and too long to interpolate over it.
+        """
+        x, slope, curvature = node
+        step = self._positions[end] - x[self.drive_column]
+        away = x + step * (slope + 0.5 * step * curvature) - self._nodes[end, 0]
+        return float(np.max(np.abs(away) * self.kinematics.coordinates.scale))
+
+    def _node(self, closed: ClosedMechanism) -> Array:
+        """Return coordinates, their first and their second derivative, `(N, 3, size)`."""
         kinematics, coordinates = self.kinematics, self.kinematics.coordinates
         ones = np.ones((len(closed.x), 1))
         v = kinematics.rates(closed, ones)
         a = kinematics.accelerations(closed, v, 0.0 * ones)
-        nodes = np.stack(
+        return np.stack(
             [
                 closed.x,
                 coordinates.derivative(closed.x, v),
@@ -176,7 +192,9 @@ class Branch:
             ],
             axis=1,
         )
-        positions = np.concatenate([self._positions, closed.x[:, self.drive_column]])
+
+    def _insert(self, nodes: Array) -> None:
+        positions = np.concatenate([self._positions, nodes[:, 0, self.drive_column]])
         order = np.argsort(positions, kind="stable")
         self._positions = positions[order]
         self._nodes = np.concatenate([self._nodes, nodes])[order]

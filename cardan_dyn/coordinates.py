@@ -45,6 +45,8 @@ class Coordinates:
         size: numbers per row.
         starts: first column of each part.
         parts: the elementary parts of all joints, in Pinocchio's order.
+        angle_columns: columns that are angles.
+        scale: `(size,)` weights that compare slides with angles [1/m for slides].
         columns: joint name to its columns in a row.
         velocities: joint name to its columns in a velocity.
     """
@@ -82,6 +84,8 @@ class Coordinates:
         self._scalar_columns = np.concatenate([revolute[1], prismatic[1]])
         self._scalar_velocities = np.concatenate([revolute[2], prismatic[2]])
         self.angle_columns = revolute[1]
+        self.scale = np.ones(self.size)
+        self.scale[prismatic[1]] = 1.0 / mechanism.length
 
     def neutral(self) -> Array:
         """Return the `(size,)` row in which every joint is at zero."""

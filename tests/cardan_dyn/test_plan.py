@@ -1,0 +1,226 @@
+"""Plans: what a scene solves for what it is asked, ranges of drives, ways of assembling."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from helpers import relative, text, universal
+from lines import drive_line, two_lines
+from test_loops import POSITIONS, RATES, four_bar, loop
+
+import cardan_dyn as cd
+
+
+def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
+    """Count calls into Pinocchio from now on."""
+    calls = {"computeJointJacobians": 0, "rnea": 0}
+    for name in calls:
+        real = getattr(pin, name)
+
+        def call(*arguments: object, real=real, name=name) -> object:
+            calls[name] += 1
+            return real(*arguments)
+
+        monkeypatch.setattr(pin, name, call)
+    return calls
+
+
+def test_groups_of_a_drive_line() -> None:
+    mechanism = cd.load(drive_line(5))
+    scene = cd.Scene(mechanism, drive="bearing_0", loads={"bearing_5": -1.0})
+    steps = scene.plan().steps
+    assert steps[:5] == [
+        f"close pin_{k}_out: decides pin_{k}_in, pin_{k}_out, bearing_{k}" for k in range(1, 6)
+    ]
+    assert "closure forces of 5 group(s), against the order of motion" in steps
+    shown = str(scene.plan())
+    assert shown.startswith("1. close pin_1_out")
+    assert "- weight: the scene has no gravity" in shown
+
+
+def test_a_line_solved_in_groups_equals_the_line_solved_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from cardan_dyn import assembly
+
+    mechanism = cd.load(drive_line(4))
+    options = {
+        "drive": "bearing_0",
+        "loads": {"bearing_4": -20.0, "bearing_2": 3.0},
+        "gravity": (0.0, -1.0, -9.81),
+    }
+    parts = cd.Scene(mechanism, **options).sweep(POSITIONS, **RATES)
+    real = assembly.partition
+    monkeypatch.setattr(assembly, "partition", lambda *arguments: real(*arguments, together=True))
+    scene = cd.Scene(mechanism, **options)
+    assert len([step for step in scene.plan().steps if step.startswith("close")]) == 1
+    whole = scene.sweep(POSITIONS, **RATES)
+    assert relative(parts.drive_effort, whole.drive_effort) < 1e-12
+    for name in mechanism.joint_names:
+        scale = np.max(np.abs(whole[name].moment)) + np.max(np.abs(whole[name].force))
+        assert np.max(np.abs(parts[name].force - whole[name].force)) < 1e-12 * scale
+        assert np.max(np.abs(parts[name].moment - whole[name].moment)) < 1e-12 * scale
+        np.testing.assert_array_equal(parts[name].unique, whole[name].unique)
+
+
+def test_outputs_of_one_line_leave_the_other_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two lines on one input: what is not asked for costs nothing, and nothing changes."""
+    both = cd.load(two_lines(3))
+    options = {"drive": "bearing_0", "loads": {"left_3": -5.0, "right_3": -7.0}}
+    whole = cd.Scene(both, **options).sweep(POSITIONS, **RATES)
+    scene = cd.Scene(both, **options, outputs=["left_1", "left_3", "left_pin_2_in"])
+    scene.sweep(POSITIONS, **RATES)
+    calls = counted(monkeypatch)
+    some = scene.sweep(POSITIONS, **RATES)
+    assert calls["rnea"] == 3 * len(POSITIONS)
+    for name in ("left_1", "left_3", "left_pin_2_in"):
+        # What is not unique is chosen among the joints that are solved.
+        np.testing.assert_array_equal(some[name].unique, whole[name].unique)
+        assert some[name].unique[3]
+        for part, rows in (("force", slice(3)), ("moment", slice(3, 6))):
+            found, reference = getattr(some[name], part), getattr(whole[name], part)
+            sure = some[name].unique[rows]
+            np.testing.assert_allclose(found[:, sure], reference[:, sure], atol=1e-11)
+    assert np.isnan(some.power_residual)
+    assert some.balance_residual < 1e-13
+    with pytest.raises(cd.ModelError, match="the drive effort was not asked for"):
+        _ = some.drive_effort
+    with pytest.raises(cd.ModelError, match="the wrench of 'right_1' was not asked for"):
+        some["right_1"]
+    assert np.all(np.isnan(some.motion.position("right_3")))
+    np.testing.assert_allclose(
+        some.motion.position("left_3"), whole.motion.position("left_3"), atol=1e-13
+    )
+    skipped = "\n".join(scene.plan().skipped)
+    assert "right_pin_1_out" in skipped
+    assert "left" not in skipped
+    # The shared input needs both lines again.
+    with_input = cd.Scene(both, **options, outputs=["bearing_0"]).sweep(POSITIONS, **RATES)
+    assert relative(with_input.drive_effort, whole.drive_effort) < 1e-13
+
+
+def test_drive_effort_alone_comes_from_virtual_work(
+    shaft: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held = {"joint_angle_1": 0.5, "joint_angle_2": 0.3}
+    options = {
+        "drive": "bearing_in",
+        "held": held,
+        "gravity": (0.0, 3.0, -9.81),
+        "loads": {
+            "bearing_out": -50.0,
+            "tube": cd.Wrench(force=(1.0, 20.0, -300.0), frame="world"),
+        },
+    }
+    whole = cd.Scene(shaft, **options).sweep(POSITIONS, speed=50.0, acceleration=8.0)
+    alone = cd.Scene(shaft, **options, outputs=[])
+    effort = alone.sweep(POSITIONS, speed=50.0, acceleration=8.0)
+    assert relative(effort.drive_effort, whole.drive_effort) < 1e-12
+    assert effort.outputs == ()
+    assert effort.holding_effort == {}
+    assert np.isnan(effort.balance_residual)
+    assert "drive efforts by virtual work" in alone.plan().steps
+
+
+def test_terms_that_are_zero_are_not_computed(
+    joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = universal(joint, 0.5)
+    scene.sweep(POSITIONS)
+    calls = counted(monkeypatch)
+    scene.sweep(POSITIONS)
+    assert calls["rnea"] == 0
+    quasi_static = calls["computeJointJacobians"]
+    assert quasi_static <= 2 * len(POSITIONS)
+    scene.sweep(POSITIONS, speed=3.0)
+    assert calls["rnea"] == len(POSITIONS)
+    assert calls["computeJointJacobians"] == 2 * quasi_static
+    massless = text("universal_joint")
+    while "<inertial>" in massless:
+        start = massless.index("<inertial>")
+        massless = massless[:start] + massless[massless.index("</inertial>") + 11 :]
+    light = universal(cd.load(massless), 0.5, gravity=(0.0, 0.0, -9.81))
+    light.sweep(POSITIONS, speed=3.0)
+    assert calls["rnea"] == len(POSITIONS)
+    assert "inverse dynamics: no body has mass" in light.plan().skipped
+
+
+def test_one_newton_step_per_sample_on_a_fine_sweep(
+    shaft: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held = {"joint_angle_1": 0.9, "joint_angle_2": 0.9}
+    scene = cd.Scene(shaft, drive="bearing_in", held=held, loads={"bearing_out": -1.0})
+    positions = np.linspace(0.0, 2.0 * np.pi, 2000)
+    scene.sweep(positions)
+    calls = counted(monkeypatch)
+    scene.sweep(positions, speed=10.0)
+    assert calls == {"computeJointJacobians": 2 * 2000, "rnea": 2000}
+
+
+def test_range_of_a_rocker_ends_at_its_dead_points() -> None:
+    mechanism = cd.load(four_bar(loop("continuous")))
+    assert cd.Scene(mechanism, drive="a").range() == (-np.inf, np.inf)
+    low, high = cd.Scene(mechanism, drive="d").range()
+    limits = []
+    for reach in (np.sqrt(8.0) + 0.5, np.sqrt(8.0) - 0.5):
+        cosine = (2.0**2 + 2.5**2 - reach**2) / (2.0 * 2.0 * 2.5)
+        limits.append(0.5 * np.pi - np.arccos(cosine))
+    assert low == pytest.approx(limits[0], abs=1e-9)
+    assert high == pytest.approx(limits[1], abs=1e-9)
+    # Up to a micrometre of the limits everything is exact; past them nothing is returned.
+    scene = cd.Scene(mechanism, drive="d", loads={"a": -1.0})
+    near = scene.sweep([low + 1e-6, high - 1e-6])
+    assert near.loop_residual < 1e-13
+    assert near.power_residual < 1e-10
+    with pytest.raises(cd.AssemblyError, match="the nearest position that can be reached is") as e:
+        scene.sweep([0.0, high + 1e-3])
+    assert e.value.nearest == pytest.approx(high, abs=1e-9)
+    with pytest.raises(cd.MobilityError, match="the range of one drive depends"):
+        joint = cd.load("universal_joint")
+        cd.Scene(joint, drive=["bearing_in", "joint_angle"]).range()
+
+
+def test_range_of_a_slide() -> None:
+    from test_joint_types import slider_crank
+
+    scene = cd.Scene(cd.load(slider_crank(None)), drive="d")
+    reach = np.sqrt(1.0 - 0.09)
+    low, high = scene.range()
+    assert low == pytest.approx(0.7 - reach, abs=1e-9)
+    assert high == pytest.approx(1.3 - reach, abs=1e-9)
+
+
+def test_a_four_bar_has_two_ways_of_assembly() -> None:
+    mechanism = cd.load(four_bar(loop("continuous")))
+    scene = cd.Scene(mechanism, drive="a")
+    ways = scene.branches()
+    assert list(ways) == ["A", "B"]
+    assert scene.branch == "A"
+    assert ways["A"]["b"] == pytest.approx(0.0, abs=1e-13)
+    other = cd.Scene(mechanism, drive="a", branch="B")
+    assert other.branch == "B"
+    turn = other.sweep(POSITIONS, **RATES)
+    assert turn.balance_residual < 1e-13
+    # The rocker of the crossed four-bar mirrors the other one about the line tip - pivot.
+    open_turn = scene.sweep(POSITIONS, **RATES)
+    tip = 0.5 * np.stack([-np.sin(POSITIONS), np.cos(POSITIONS)])
+    line = np.arctan2(-tip[1], 2.0 - tip[0])
+    ends = [np.pi / 2.0 + sweep.motion.position("d") for sweep in (open_turn, turn)]
+    mirrored = [np.stack([2.0 + 2.5 * np.cos(end), 2.5 * np.sin(end)]) - tip for end in ends]
+    angles = [np.arctan2(part[1], part[0]) - line for part in mirrored]
+    np.testing.assert_allclose(np.sin(angles[0] + angles[1]), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.cos(angles[0] + angles[1]), 1.0, atol=1e-12)
+    with pytest.raises(cd.ArgumentError, match="branch 'C' does not exist; branches: A, B"):
+        cd.Scene(mechanism, drive="a", branch="C")
+
+
+def test_long_lines_take_small_models() -> None:
+    """The largest model decides Pinocchio's memory: it must not grow with the line."""
+    sizes = []
+    for count in (3, 12):
+        scene = cd.Scene(cd.load(drive_line(count)), drive="bearing_0")
+        solvers = scene._assembly.kinematics.solvers
+        assert len(solvers) == count
+        sizes.append(max(solver.twin.model.nv for solver in solvers))
+    assert sizes[0] == sizes[1] <= 30
