@@ -102,16 +102,16 @@ def coordinate(mechanism: Mechanism, coordinates: Coordinates, name: object, rol
 
 
 def held_positions(
-    mechanism: Mechanism, coordinates: Coordinates, held: Mapping[str, object]
+    mechanism: Mechanism, coordinates: Coordinates, given: Mapping[str, object], role: str
 ) -> dict[str, float]:
-    """Return the positions of held joints."""
+    """Return positions of joints, from the argument called `role`."""
     positions = {}
-    for name, value in held.items():
-        coordinate(mechanism, coordinates, name, "held joint")
-        array = numbers(f"held[{name!r}]", value)
+    for name, value in given.items():
+        coordinate(mechanism, coordinates, name, f"{role} joint")
+        array = numbers(f"{role}[{name!r}]", value)
         if array.ndim:
             raise ArgumentError(
-                f"held[{name!r}] has shape {array.shape}, expected a number; to move this joint, "
+                f"{role}[{name!r}] has shape {array.shape}, expected a number; to move this joint, "
                 "make it a drive"
             )
         positions[name] = float(array)

@@ -29,7 +29,7 @@ class Assembly:
         needed: which of them its outputs need.
         decided: velocity coordinates of the passive joints that those decide.
         kinematics: closes the loops for the scene's drives.
-        start: `(size,)` closed coordinates at the held positions, all drives at zero.
+        start: `(size,)` closed coordinates at the held positions, where drives start.
 
     Raises:
         AssemblyError: the loops cannot be closed at the held positions.
@@ -44,6 +44,7 @@ class Assembly:
         held: dict[str, float],
         gravity: Array,
         wanted: set[int] | None,
+        start: dict[str, float],
     ) -> None:
         """Assemble at the held positions.
 
@@ -54,6 +55,7 @@ class Assembly:
             held: held joints and their positions.
             gravity: `(3,)` [m/s²].
             wanted: see `plan.needs`.
+            start: joints that are brought to positions first, the drives following them.
         """
         self.mechanism = mechanism
         self.drives = drives
@@ -65,15 +67,22 @@ class Assembly:
         prescribed = {coordinates.velocities[name].start for name in (*drives, *held)}
         self.passives = np.array(sorted(set(range(mechanism.model.nv)) - prescribed), dtype=int)
         self._branch: Branch | None = None
-        self.groups = self._groups_for(drives)
+        self.groups = self._groups_for(drives, self.passives)
         self.needed = needs(mechanism, coordinates, self.groups, wanted)
         kept = [self.groups[number] for number in self.needed.motion]
         self.decided = columns_of(kept)
         self.kinematics = self._kinematics_of(drives, kept)
-        way = [self._zero()]
+        state = self._zero()
+        everything = set(range(mechanism.model.nv)) - {
+            coordinates.velocities[name].start for name in held
+        }
+        for joint, value in start.items():
+            others = everything - {coordinates.velocities[joint].start}
+            state = self._brought(state, joint, value, np.array(sorted(others), dtype=int))
+        way = [state]
         self._study(np.array(way))
-        for name, value in held.items():
-            way.append(self._brought(way[-1], name, value))
+        for joint, value in held.items():
+            way.append(self._brought(way[-1], joint, value, self.passives))
         self.start = way[-1]
         # The start may be a dead point; the way to it tells.
         self._study(np.array(way))
@@ -208,22 +217,28 @@ class Assembly:
             )
         return here.x[0]
 
-    def _brought(self, state: Array, joint: str, value: float) -> Array:
+    def _brought(self, state: Array, joint: str, value: float, passives: Array) -> Array:
         try:
-            return self._moved(state, joint, value)
+            return self._moved(state, joint, value, passives)
         except CardanError as error:
             raise type(error)(
-                f"held joint {joint!r} cannot be brought to {value:g}: {error}", **error.details
+                f"joint {joint!r} cannot be brought to {value:g}: {error}", **error.details
             ) from error
 
-    def _moved(self, state: Array, joint: str, value: float) -> Array:
-        """Follow the mechanism from a state while one joint moves to a value, others held."""
+    def _moved(self, state: Array, joint: str, value: float, passives: Array) -> Array:
+        """Follow the mechanism from a state while one joint moves to a value.
+
+        The passives follow; all other joints rest.
+        """
         column = self._coordinates.columns[joint].start
         if value == state[column]:
             return state
-        decided = set(self.decided.tolist())
+        # What the scene leaves out need not follow either.
+        left_out = set(np.setdiff1d(self.passives, self.decided).tolist())
         kept = [
-            group for group in self._groups_for((joint,)) if decided.intersection(group.passives)
+            group
+            for group in self._groups_for((joint,), passives)
+            if set(group.passives.tolist()) - left_out
         ]
         branch = self._branch_of(joint, self._kinematics_of((joint,), kept), state)
         branch.cover(min(value, state[column]), max(value, state[column]))
@@ -235,7 +250,7 @@ class Assembly:
         result = np.empty((len(positions), state.size))
         for number, target in enumerate(positions):
             for name, value in zip(self.drives, target, strict=True):
-                state = self._moved(state, name, float(value))
+                state = self._moved(state, name, float(value), self.passives)
             result[number] = state
         return result
 
@@ -266,11 +281,11 @@ class Assembly:
             np.setdiff1d(self.passives, np.setdiff1d(columns_of(self.groups), self.decided)),
         )
 
-    def _groups_for(self, drives: tuple[str, ...]) -> list[Group]:
+    def _groups_for(self, drives: tuple[str, ...], passives: Array) -> list[Group]:
         x = self._coordinates.neutral()
         for name, value in self.held.items():
             x[self._coordinates.columns[name]] = value
-        return partition(self._structure, x, self._driven(drives), self.passives)
+        return partition(self._structure, x, self._driven(drives), passives)
 
     def _kinematics_of(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
         zero = self.mechanism.zero_positions()

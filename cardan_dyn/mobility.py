@@ -6,7 +6,7 @@ import numpy as np
 
 from .closure import RANK_TOLERANCE
 from .coordinates import Array
-from .errors import MobilityError, choices
+from .errors import MobilityError, SingularConfigurationError, choices
 from .kinematics import ClosedMechanism, Kinematics
 
 
@@ -29,6 +29,7 @@ def check_mobility(
 
     Raises:
         MobilityError: too many or too few drives, or drives that leave joints free.
+        SingularConfigurationError: there are enough drives, but all positions are dead points.
     """
     free: set[int] = set(passives.tolist())
     excess = 0
@@ -52,6 +53,15 @@ def check_mobility(
     # What the loops take away from all coordinates that are not held, at the same positions.
     mobility = len(drives) - excess + _freedom(kinematics, here, free)
     loops = f"its loops leave mobility {mobility}" if mechanism.loops else "it has no <loop>"
+    if mobility == len(drives):
+        position = float(here.x[-1, kinematics.coordinates.columns[drives[0]].start])
+        raise SingularConfigurationError(
+            f"{mechanism.name}: position {position:.9g} of {list(drives)}, where the scene starts, "
+            f"is a dead point: the drive does not decide the motion of {choices(undecided)} there. "
+            "Give start={joint: position} to begin elsewhere, or choose another drive",
+            position=position,
+            condition=float(np.max(here.condition)),
+        )
     if mobility == 0:
         advice = "it is locked: stop holding a joint, or check loops and couplings"
     elif len(drives) > mobility:

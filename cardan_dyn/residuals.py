@@ -114,7 +114,11 @@ class FreeBodies:
         # A balanced mechanism passes no power on; then its wrenches say how exact zero can be.
         fastest = np.max(np.abs(rates.virtual) / self._rate_scale, axis=1, initial=0.0)
         through = sum(np.abs(part) for part in power) + (size + inertia) * fastest
-        return Residuals(_relative(worst, size + inertia), _relative(np.abs(sum(power)), through))
+        balance = _relative(worst, size + inertia)
+        if not self._whole:
+            # Power also flows through what was left out.
+            return Residuals(balance, np.full(len(balance), np.nan))
+        return Residuals(balance, _relative(np.abs(sum(power)), through))
 
     def _size(self, wrenches: Array) -> Array:
         """Return sizes [N·m] of wrenches `(..., 6)`: moments, and forces times the length."""

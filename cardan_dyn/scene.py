@@ -56,6 +56,8 @@ class Scene:
             a symmetric `(6, 6)`, force first [m/N, rad/(N·m)]. What the laws of motion leave open
             is then what makes the elastic energy least, instead of the least norm.
         strict: refuse to choose what the laws of motion leave open.
+        start: joints to positions [rad or m] to which they are brought before the drives take
+            over, for a description whose zero is a dead point of the drives.
         branch: name of the way in which the loops are assembled, from `branches`; `A` is the
             description's own.
 
@@ -63,6 +65,7 @@ class Scene:
         ModelError: unknown joint or link.
         ArgumentError: a value is not finite or has the wrong shape.
         MobilityError: the drives do not match the mobility.
+        SingularConfigurationError: the scene starts in a dead point of its drives.
         AssemblyError: the loops cannot be closed at the held positions, or not in this way.
     """
 
@@ -77,6 +80,7 @@ class Scene:
         outputs: Sequence[str] | None = None,
         compliance: Mapping[str, ArrayLike] | None = None,
         strict: bool = False,
+        start: Mapping[str, float] | None = None,
         branch: str = "A",
     ) -> None:
         if not isinstance(mechanism, Mechanism):
@@ -88,7 +92,7 @@ class Scene:
             drive = [name for name in mechanism.independent if name not in (held or {})]
         self.drives = tuple(drive) if isinstance(drive, (list, tuple)) else (drive,)
         self._coordinates = Coordinates(mechanism)
-        self.held = held_positions(mechanism, self._coordinates, held or {})
+        self.held = held_positions(mechanism, self._coordinates, held or {}, "held")
         self.gravity = np.zeros(3) if gravity is None else vector("gravity", gravity, 3)
         self.outputs = wanted_outputs(mechanism, outputs)
         for name in self.drives:
@@ -118,6 +122,7 @@ class Scene:
             self.held,
             self.gravity,
             None if outputs is None else wanted - {-1},
+            held_positions(mechanism, self._coordinates, start or {}, "start"),
         )
         if branch != "A":
             self._assembly.restart(self._other(branch))
@@ -220,7 +225,7 @@ class Scene:
         return self._assembly.range()
 
     def branches(self) -> dict[str, dict[str, float]]:
-        """Return the ways to assemble the loops with all drives at zero.
+        """Return the ways to assemble the loops with the drives where the scene starts.
 
         Returns:
             Name for `Scene(branch=...)` to the positions of all joints with one coordinate [rad or

@@ -224,3 +224,40 @@ def test_long_lines_take_small_models() -> None:
         assert len(solvers) == count
         sizes.append(max(solver.twin.model.nv for solver in solvers))
     assert sizes[0] == sizes[1] <= 30
+
+
+@pytest.mark.parametrize("name", ["drive_line", "needle_drive", "stewart_platform"])
+def test_each_output_alone_equals_the_full_result(name: str) -> None:
+    mechanism = cd.load(name)
+    options: dict[str, object] = {
+        "drive_line": {
+            "drive": "bearing_in",
+            "held": {f"joint_angle_{k}": 0.2 for k in (1, 2, 3)},
+            "loads": {"bearing_out": -10.0},
+        },
+        "needle_drive": {"drive": "main_shaft", "gravity": (0.0, -9.81, 0.0)},
+        "stewart_platform": {"drive": [f"leg_{k}" for k in range(1, 7)]},
+    }[name]
+    position = 0.3 if name != "stewart_platform" else [[0.01, -0.02, 0.0, 0.01, 0.02, 0.0]]
+    whole = cd.Scene(mechanism, **options).sweep(position, speed=2.0)
+    scale = max(np.max(np.abs(whole[joint].moment)) for joint in mechanism.joint_names)
+    for joint in mechanism.joint_names:
+        alone = cd.Scene(mechanism, **options, outputs=[joint]).sweep(position, speed=2.0)
+        assert np.array_equal(alone[joint].unique, whole[joint].unique)
+        for part, rows in (("force", slice(3)), ("moment", slice(3, 6))):
+            difference = getattr(alone[joint], part) - getattr(whole[joint], part)
+            sure = whole[joint].unique[rows]
+            assert np.max(np.abs(difference[:, sure]), initial=0.0) < 1e-9 * scale
+
+
+def test_a_zero_that_is_a_dead_point() -> None:
+    """The slider-crank is drawn at its outer dead centre: the piston cannot start it."""
+    mechanism = cd.load("slider_crank")
+    with pytest.raises(cd.SingularConfigurationError, match=r"is a dead point: .*Give start="):
+        cd.Scene(mechanism, drive="piston_guide")
+    scene = cd.Scene(mechanism, drive="piston_guide", start={"crank_bearing": 1.0})
+    low, high = scene.range()
+    assert high - low == pytest.approx(0.09, abs=1e-9)
+    crank = cd.Scene(mechanism, drive="crank_bearing").sweep([1.0, 1.2])
+    back = scene.sweep(crank.motion.position("piston_guide"))
+    np.testing.assert_allclose(back.motion.position("crank_bearing"), [1.0, 1.2], rtol=1e-12)
