@@ -19,6 +19,7 @@ from .plan import columns_of, needs
 from .solver import Solver
 
 _STARTS = 400
+_SAFE_STEP = 0.1  # How far an extrapolation to the next sample may be off.
 
 
 class Assembly:
@@ -245,14 +246,50 @@ class Assembly:
         return branch.states()[-1 if value > state[column] else 0]
 
     def _followed(self, positions: Array) -> Array:
-        """Return closed coordinates for several drives, followed from sample to sample."""
-        state = self.start
-        result = np.empty((len(positions), state.size))
+        """Return closed coordinates for several drives, followed from sample to sample.
+
+        All drives move along the straight line between two samples, in as many steps as it takes
+        for each extrapolation to be safe.
+        """
+        kinematics = self.kinematics
+        here = kinematics.close(self.start[None, :])
+        result = np.empty((len(positions), self.start.size))
         for number, target in enumerate(positions):
-            for name, value in zip(self.drives, target, strict=True):
-                state = self._moved(state, name, float(value), self.passives)
-            result[number] = state
+            left = target - here.x[0, self._columns]
+            share = 1.0
+            while np.any(left):
+                to = target if share == 1.0 else here.x[0, self._columns] + share * left
+                found = kinematics.close(self._extrapolated(here, to), most=6)
+                safe = found.residual[0] < CLOSURE_TOLERANCE and found.correction[0] < _SAFE_STEP
+                if safe and kinematics.same_side(found, here)[0]:
+                    here = found
+                    left = target - here.x[0, self._columns]
+                    share = min(1.0, 2.0 * share)
+                    continue
+                share *= 0.5
+                if share < 1e-9:
+                    raise AssemblyError(
+                        f"the loops cannot be closed at drive positions {_shown(target)}; on the "
+                        f"way there the nearest that were reached are "
+                        f"{_shown(here.x[0, self._columns])}",
+                        position=target,
+                        nearest=here.x[0, self._columns],
+                        residual=float(found.residual[0]),
+                    )
+            result[number] = here.x[0]
         return result
+
+    def _extrapolated(self, here: ClosedMechanism, to: Array) -> Array:
+        """Return guesses `(1, size)` with the drives moved on, to second order."""
+        kinematics, coordinates = self.kinematics, self._coordinates
+        step = to - here.x[0, self._columns]
+        v = kinematics.rates(here, step[None, :])
+        a = kinematics.accelerations(here, v, np.zeros((1, len(step))))
+        guess = (
+            here.x + coordinates.derivative(here.x, v) + 0.5 * coordinates.curvature(here.x, v, a)
+        )
+        guess[:, self._columns] = to
+        return guess
 
     def _covered(self, branch: Branch, wanted: Array) -> Array:
         """Follow the branch over all wanted positions; return whole periods `(N,)` to take off."""

@@ -55,6 +55,7 @@ class MechanismReport:
             mechanisms that move only because of special dimensions.
         length: characteristic length that weighs forces against moments [m].
         loops: the loops.
+        remarks: what is wrong with the description and was accepted.
     """
 
     name: str
@@ -65,6 +66,7 @@ class MechanismReport:
     counted: bool
     length: float
     loops: list[LoopReport]
+    remarks: tuple[str, ...]
 
     def __str__(self) -> str:
         how = " (counted)" if self.counted else ""
@@ -80,6 +82,7 @@ class MechanismReport:
             )
             for joint, components in (loop.blurred or {}).items():
                 lines.append(f"    leaves open at {joint}: {components}")
+        lines += [f"  remark: {remark}" for remark in self.remarks]
         return "\n".join(lines)
 
 
@@ -118,6 +121,7 @@ def describe(mechanism: Mechanism) -> MechanismReport:
         not small,
         mechanism.length,
         loops,
+        mechanism.remarks,
     )
 
 

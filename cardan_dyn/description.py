@@ -61,6 +61,7 @@ class Description:
         couplings: the gears in file order.
         independent: names of the joints that its author drives.
         notation: how the loops were written, and what else was found.
+        remarks: what is wrong with it and was accepted.
     """
 
     name: str
@@ -72,3 +73,4 @@ class Description:
     couplings: tuple[CouplingDescription, ...] = ()
     independent: tuple[str, ...] = ()
     notation: str = "URDF+"
+    remarks: tuple[str, ...] = ()

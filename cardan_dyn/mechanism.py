@@ -103,6 +103,7 @@ class Mechanism:
     Attributes:
         name: name in the description.
         notation: how the description writes its loops, and what else it says about them.
+        remarks: what is wrong with the description and was accepted.
         model: `pin.Model` of the spanning tree, the joints of the loops included.
         constraint_models: the welds as `pin.RigidConstraintModel`, for `pin.constraintDynamics`.
         joints: mapping of joint names to `Joint`, tree joints first, then loops.
@@ -119,6 +120,7 @@ class Mechanism:
     def __init__(self, description: Description) -> None:
         self.name = description.name
         self.notation = description.notation
+        self.remarks = description.remarks
         tree = TreeBuilder(description)
         self.model = tree.model
         self.links: dict[str, tuple[int, pinocchio.SE3]] = tree.links
@@ -241,18 +243,21 @@ class Mechanism:
         return columns
 
 
-def load(source: str | os.PathLike[str]) -> Mechanism:
+def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
     """Load a mechanism with closed loops.
 
     Args:
         source: name of a bundled description, path of a URDF or MJCF file, or URDF text. Loops
             may be written in URDF+, as Isaac's `<loop_joint>`, in Gepetto's YAML file beside the
             URDF, or as `<equality>` in MJCF.
+        strict: refuse inertias that no body can have. Many published robots have some: with
+            False they are accepted (a mass of zero as no mass) and listed in
+            `Mechanism.remarks`. A negative mass is refused in any case.
 
     Raises:
         ModelError: the description is missing, malformed or impossible.
     """
-    return Mechanism(read(source))
+    return Mechanism(read(source, strict))
 
 
 def _characteristic_length(model: pinocchio.Model, loops: list[Loop]) -> float:
@@ -277,5 +282,6 @@ def _characteristic_length(model: pinocchio.Model, loops: list[Loop]) -> float:
     for inertia in model.inertias:
         if inertia.mass > 0.0:
             lengths.append(float(np.linalg.norm(inertia.lever)))
-            lengths.append(float(np.sqrt(np.trace(inertia.inertia) / (2.0 * inertia.mass))))
+            spread_of_mass = max(float(np.trace(inertia.inertia)), 0.0) / (2.0 * inertia.mass)
+            lengths.append(float(np.sqrt(spread_of_mass)))
     return max(lengths) or 1.0

@@ -228,7 +228,11 @@ class ReactionSolver:
         """Return what closure forces `(N, 6, k)` add to each joint of a loop, `(N, 6, k)`."""
         signs = solver.closure.signs[place]
         (path,) = np.nonzero(signs)
-        rows = (6 * path[:, None] + np.arange(6)).ravel()
+        first, last = path[0], path[-1] + 1
+        if len(path) == last - first:
+            rows: slice | Array = slice(6 * first, 6 * last)  # No copy where they are neighbours.
+        else:
+            rows = (6 * path[:, None] + np.arange(6)).ravel()
         found = closed.actions[:, rows] @ forces
         found = found.reshape(len(found), len(path), 6, -1)
         result = [

@@ -24,11 +24,12 @@ def bundled_names() -> list[str]:
     return sorted(path.stem for path in bundled_directory().glob("*.urdf"))
 
 
-def read(source: str | os.PathLike[str]) -> Description:
+def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
     """Read a bundled description by name, a file by path, or URDF text.
 
     Args:
         source: name in `bundled_names()`, path, or text that starts with `<`.
+        strict: whether inertias that no body can have are refused.
 
     A file's loops may be written in URDF+ notation (`<loop>`, `<coupling>`), in that of NVIDIA
     Isaac (`<loop_joint>`), in Gepetto's YAML file of the same name beside the URDF, or as
@@ -43,16 +44,16 @@ def read(source: str | os.PathLike[str]) -> Description:
             f"bundled descriptions: {choices(bundled_names())}"
         )
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
-        return _parse(source.lstrip("\ufeff \t\r\n"), "URDF text", None)
+        return _parse(source.lstrip("\ufeff \t\r\n"), "URDF text", None, strict)
     path = _find(os.fspath(source))
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise ModelError(f"{path}: cannot be read as text ({error})") from error
-    return _parse(text, str(path), path)
+    return _parse(text, str(path), path, strict)
 
 
-def _parse(text: str, where: str, path: Path | None) -> Description:
+def _parse(text: str, where: str, path: Path | None, strict: bool) -> Description:
     from . import mjcf, urdf
 
     try:
@@ -65,7 +66,7 @@ def _parse(text: str, where: str, path: Path | None) -> Description:
         raise ModelError(
             f"{where}: the outermost element is <{root.tag}>, expected <robot> or <mujoco>"
         )
-    return urdf.parse(root, where, path)
+    return urdf.parse(root, where, path, strict)
 
 
 def _find(name: str) -> Path:

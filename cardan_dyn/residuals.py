@@ -92,9 +92,9 @@ class FreeBodies:
             link_bodies: bodies on which `reactions.link_wrenches` act.
         """
         solver = self.reactions
-        wrenches = reactions.wrenches[:, : solver.bodies]
-        left = np.zeros_like(wrenches)
-        inertia = np.zeros(len(left))
+        wrenches = reactions.wrenches[:, : solver.bodies].transpose(2, 1, 0)
+        left = np.zeros(wrenches.shape)
+        inertia = np.zeros(len(here.x))
         power = [np.einsum("nk,nk->n", loads, rates.virtual)]
         for number, (group, closed) in enumerate(zip(self._groups, here.groups, strict=True)):
             if not solver.solves(group.solver):
@@ -106,10 +106,10 @@ class FreeBodies:
             ]
             group.add(left, inertia, power, closed, reactions, rates, external)
         left[:, self._open] = 0.0
-        size = np.max(self._size(wrenches), axis=1, initial=0.0)
+        size = np.max(self._size(wrenches), axis=0, initial=0.0)
         unmet = np.abs(efforts[:, self.passives] - loads[:, self.passives])
         worst = np.maximum(
-            np.max(self._size(left), axis=1, initial=0.0), np.max(unmet, axis=1, initial=0.0)
+            np.max(self._size(left), axis=0, initial=0.0), np.max(unmet, axis=1, initial=0.0)
         )
         # A balanced mechanism passes no power on; then its wrenches say how exact zero can be.
         fastest = np.max(np.abs(rates.virtual) / self._rate_scale, axis=1, initial=0.0)
@@ -121,18 +121,13 @@ class FreeBodies:
         return Residuals(balance, _relative(np.abs(sum(power)), through))
 
     def _size(self, wrenches: Array) -> Array:
-        """Return sizes [N·m] of wrenches `(..., 6)`: moments, and forces times the length."""
-        force, moment = wrenches[..., :3], wrenches[..., 3:]
-        return np.sqrt(
-            np.maximum(
-                np.einsum("...i,...i", moment, moment),
-                self.length**2 * np.einsum("...i,...i", force, force),
-            )
-        )
+        """Return sizes [N·m] of wrenches `(6, b, N)`: moments, and forces times the length."""
+        force, moment = np.sum(wrenches[:3] ** 2, axis=0), np.sum(wrenches[3:] ** 2, axis=0)
+        return np.sqrt(np.maximum(moment, self.length**2 * force))
 
 
 class _GroupBalance:
-    """What one group adds to the balance of the bodies."""
+    """What one group adds to the balance of the bodies. Arrays are `(component, body, N)`."""
 
     def __init__(self, solver: Solver, gravity: Array, length: float) -> None:
         self.solver = solver
@@ -147,6 +142,8 @@ class _GroupBalance:
         self.lever = np.array([inertias[place].lever for place in self.heavy]).reshape(-1, 3)
         self.inertia = np.array([inertias[place].inertia for place in self.heavy]).reshape(-1, 3, 3)
         self.columns = np.nonzero(twin.owner >= 0)[0]
+        self.owners = twin.owner[self.columns]
+        self.single = len(set(self.owners.tolist())) == len(self.owners)
 
     def add(
         self,
@@ -158,10 +155,10 @@ class _GroupBalance:
         rates: Rates,
         external: list[tuple[int, Array]],
     ) -> None:
-        """Add this group's wrenches to what is left on the bodies, in their joint frames.
+        """Add this group's wrenches to what is left on the bodies.
 
         Args:
-            left: `(N, b, 6)`, added to in place.
+            left: `(6, b, N)` in world axes about each joint's origin, added to in place.
             inertia: `(N,)` size of the inertial wrenches, raised in place.
             power: terms `(N,)`, appended to.
             closed: this group's closed positions.
@@ -171,51 +168,68 @@ class _GroupBalance:
         """
         twin, closure = self.solver.twin, self.solver.closure
         count, bodies = len(closed.q), len(twin)
-        actions = closed.actions.reshape(count, bodies, 6, 6)
+        frames = np.ascontiguousarray(closed.actions[:, :, :3].transpose(2, 1, 0))
+        frames = frames.reshape(3, bodies, 6, count)
+        axes, moments = frames[:, :, :3], frames[:, :, 3:]
+        position = 0.5 * cross(axes.swapaxes(1, 2), moments.swapaxes(1, 2)).sum(axis=1)
+
         # On every body, about the twin's origin: its own joint's wrench, its children's, loops.
-        wrenches = reactions.wrenches[:, twin.bodies[self.own]]
-        world = _about_origin(actions[:, self.own], wrenches)
-        sum_up = np.zeros((count, bodies, 6))
-        sum_up[:, self.own] = world
+        wrenches = reactions.wrenches[:, twin.bodies[self.own]].transpose(1, 2, 0)
+        total = np.zeros((6, bodies, count))
+        total[:, self.own] = self._about_origin(axes, moments, np.ascontiguousarray(wrenches))
+        world = total[:, self.own]
         for place, joint in enumerate(self.own):
             parent = twin.parents[joint]
             if parent >= 0:
-                sum_up[:, parent] -= world[:, place]
-        for number, (predecessor, successor) in zip(
-            self.solver.group.loops, closure.sides, strict=True
-        ):
-            for side, sign in ((predecessor, -1.0), (successor, 1.0)):
+                total[:, parent] -= world[:, place]
+        for number, sides in zip(self.solver.group.loops, closure.sides, strict=True):
+            for side, sign in zip(sides, (-1.0, 1.0), strict=True):
                 if side.body >= 0:
-                    sum_up[:, side.body] += sign * reactions.closure[number]
+                    total[:, side.body] += sign * reactions.closure[number].T
         inertial = bool(self.heavy.size and (rates.moving or np.any(self.gravity)))
-        displacement = np.zeros((6, bodies, count))
         if inertial or external:
-            displacement = self._accumulated(self._joint_twists(closed, rates.virtual))
-        for body, wrench in external:
-            place = twin.local[body]
-            sum_up[:, place] += wrench
-            power.append(np.einsum("nx,xn->n", wrench, displacement[:, place]))
-        if inertial:
-            wrench = self._inertial(closed, rates, inertia)
-            sum_up[:, self.heavy] += wrench.transpose(2, 1, 0)
-            power.append(np.einsum("xbn,xbn->n", wrench, displacement[:, self.heavy]))
-        # Moments about a far origin would lose digits: every body in its own frame.
-        local = np.matmul(actions, sum_up[:, :, :, None])[:, :, :, 0]
-        left[:, twin.bodies] += local
+            units = np.ascontiguousarray(
+                twin.twists(closed.actions, self.columns).transpose(2, 1, 0)
+            )
+            displacement = self._accumulated(self._joint_twists(units, rates.virtual))
+            for body, wrench in external:
+                place = twin.local[body]
+                total[:, place] += wrench.T
+                power.append(np.einsum("nx,xn->n", wrench, displacement[:, place]))
+            if inertial:
+                wrench = self._inertial(axes, position, units, rates, inertia)
+                total[:, self.heavy] += wrench
+                power.append(np.einsum("xbn,xbn->n", wrench, displacement[:, self.heavy]))
+        # Origins differ between groups, joints do not.
+        total[3:] -= cross(position, total[:3])
+        left[:, twin.bodies] += total
 
-    def _inertial(self, closed: Closed, rates: Rates, inertia: Array) -> Array:
-        """Return weight minus momentum rates of the massive bodies, `(6, b, N)`."""
-        frames = closed.actions[:, :, :3].transpose(2, 1, 0).reshape(3, -1, 6, len(closed.q))
-        frames = np.ascontiguousarray(frames[:, self.heavy])
-        axes, moments = frames[:, :, :3], frames[:, :, 3:]
-        position = 0.5 * cross(axes.swapaxes(1, 2), moments.swapaxes(1, 2)).sum(axis=1)
+    def _about_origin(self, axes: Array, moments: Array, wrenches: Array) -> Array:
+        """Return wrenches `(b, 6, N)` in joint frames as seen in world axes about the origin."""
+        if len(self.own) != axes.shape[1]:
+            axes, moments = axes[:, self.own], moments[:, self.own]
+        force, moment = wrenches[:, :3], wrenches[:, 3:]
+        return np.concatenate(
+            [
+                np.einsum("bin,xbin->xbn", force, axes),
+                np.einsum("bin,xbin->xbn", moment, axes)
+                + np.einsum("bin,xbin->xbn", force, moments),
+            ]
+        )
+
+    def _inertial(
+        self, axes: Array, position: Array, units: Array, rates: Rates, inertia: Array
+    ) -> Array:
+        """Return weight minus momentum rates of the massive bodies."""
+        if len(self.heavy) != axes.shape[1]:
+            axes, position = axes[:, self.heavy], position[:, self.heavy]
         centre = position + np.einsum("bi,xbin->xbn", self.lever, axes)
         force = self.gravity[:, None, None] * self.mass[:, None] * np.ones(centre.shape[2])
         moment = np.zeros_like(force)
         if rates.moving:
-            joint_twists = self._joint_twists(closed, rates.v)
+            joint_twists = self._joint_twists(units, rates.v)
             velocity = self._accumulated(joint_twists)
-            acceleration = self._accelerations(closed, joint_twists, velocity, rates.a)
+            acceleration = self._accelerations(units, joint_twists, velocity, rates.a)
             velocity, acceleration = velocity[:, self.heavy], acceleration[:, self.heavy]
             speed = velocity[:3] + cross(velocity[3:], centre)
             force = force - self.mass[:, None] * (
@@ -233,42 +247,32 @@ class _GroupBalance:
             np.maximum(inertia, size, out=inertia)
         return np.concatenate([force, moment + cross(centre, force)])
 
-    def _joint_twists(self, closed: Closed, rates: Array) -> Array:
-        """Return the twist of every joint `(6, b, N)` for joint rates `(N, nv)`."""
-        twin = self.solver.twin
-        result = np.zeros((6, len(twin), len(rates)))
-        units = twin.twists(closed.actions, self.columns)
-        for place, column in enumerate(self.columns):
-            result[:, twin.owner[column]] += (units[:, place] * rates[:, column, None]).T
+    def _joint_twists(self, units: Array, rates: Array) -> Array:
+        """Return the twist of every joint for unit twists and joint rates `(N, nv)`."""
+        twists = units * rates[:, self.columns].T
+        result = np.zeros((6, len(self.solver.twin), len(rates)))
+        if self.single:
+            result[:, self.owners] = twists
+        else:
+            for place, owner in enumerate(self.owners):
+                result[:, owner] += twists[:, place]
         return result
 
     def _accumulated(self, joint_twists: Array) -> Array:
-        """Return the bodies' twists `(6, b, N)`: those of all joints between them and the root."""
+        """Return the bodies' twists: those of all joints between them and the root."""
         result = joint_twists.copy()
         for body, parent in enumerate(self.solver.twin.parents):
             if parent >= 0:
                 result[:, body] += result[:, parent]
         return result
 
-    def _accelerations(
-        self, closed: Closed, joint_twists: Array, velocity: Array, a: Array
-    ) -> Array:
-        """Return the bodies' spatial accelerations `(6, b, N)`."""
-        result = self._joint_twists(closed, a)
+    def _accelerations(self, units: Array, joint_twists: Array, velocity: Array, a: Array) -> Array:
+        """Return the bodies' spatial accelerations."""
+        result = self._joint_twists(units, a)
         carried = velocity - joint_twists
         result[:3] += cross(carried[3:], joint_twists[:3]) + cross(carried[:3], joint_twists[3:])
         result[3:] += cross(carried[3:], joint_twists[3:])
         return self._accumulated(result)
-
-
-def _about_origin(actions: Array, wrenches: Array) -> Array:
-    """Return wrenches `(N, b, 6)` in joint frames as seen in world axes about the origin."""
-    axes, moments = actions[:, :, :3, :3], actions[:, :, 3:, :3]
-    force, moment = wrenches[:, :, None, :3], wrenches[:, :, None, 3:]
-    result = np.empty_like(wrenches)
-    result[:, :, :3] = (force @ axes)[:, :, 0]
-    result[:, :, 3:] = (force @ moments + moment @ axes)[:, :, 0]
-    return result
 
 
 def _relative(error: Array, scale: Array) -> Array:

@@ -231,7 +231,15 @@ def _same(joint: pinocchio.JointModel, chain: list[tuple[str, Array]]) -> bool:
 
 
 def _share(whole: pinocchio.Inertia, parts: int) -> pinocchio.Inertia:
-    return pinocchio.Inertia(whole.mass / parts, whole.lever, whole.inertia / parts)
+    if parts == 1:
+        return whole.copy()  # Made anew, an inertia that no body can have would be refused.
+    try:
+        return pinocchio.Inertia(whole.mass / parts, whole.lever, whole.inertia / parts)
+    except (RuntimeError, ValueError) as error:
+        raise ModelError(
+            f"the inertia of a loop's successor is one that no body can have ({error}); mend it, "
+            "or swap predecessor and successor"
+        ) from error
 
 
 def ancestors(model: pinocchio.Model, index: int) -> list[int]:

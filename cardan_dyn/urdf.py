@@ -32,13 +32,14 @@ _INERTIA_TOLERANCE = 1e-9
 """Relative violation of the triangle inequality that rounding in a file may cause."""
 
 
-def parse(robot: ElementTree.Element, where: str, path: Path | None) -> Description:
+def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: bool) -> Description:
     """Check a URDF and the loops that belong to it.
 
     Args:
         robot: its outermost element.
         where: how messages name the source of the text.
         path: the file, beside which Gepetto's YAML file may stand.
+        strict: whether inertias that no body can have are refused.
 
     Raises:
         ModelError: what is wrong, where, and the valid choices.
@@ -48,8 +49,11 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None) -> Descript
     links = _names(robot, "link", where)
     if not links:
         raise ModelError(f"{where}: there is no <link>")
-    for link in robot.findall("link"):
-        _check_inertial(link, f"{where}: link {link.get('name')!r}")
+    remarks = [
+        remark
+        for link in robot.findall("link")
+        if (remark := _check_inertial(link, f"{where}: link {link.get('name')!r}", strict))
+    ]
 
     joints: dict[str, str] = {}
     axes: dict[str, np.ndarray] = {}
@@ -72,7 +76,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None) -> Descript
         children[parent].append(child)
         joints[name] = kind
         _placement(joint, at)
-        axes[name] = _axis(joint, at)
+        axes[name] = np.array([1.0, 0.0, 0.0]) if kind == "fixed" else _axis(joint, at)
     _names(robot, "joint", where)
     extra = notations.gepetto(path, robot, joints) if path is not None else None
     if extra is not None:
@@ -113,6 +117,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None) -> Descript
         couplings=couplings,
         independent=independent,
         notation=notation,
+        remarks=tuple(remarks),
     )
 
 
@@ -274,18 +279,26 @@ def loop(
     return LoopDescription(name, kind, predecessor, successor, origins[0], origins[1], axis, axis_2)
 
 
-def _check_inertial(link: ElementTree.Element, at: str) -> None:
+def _check_inertial(link: ElementTree.Element, at: str, strict: bool) -> str:
+    """Check a link's inertia; return what is wrong with it where that is to be accepted.
+
+    A massless inertia that is accepted is taken out of the link.
+    """
     inertial = link.find("inertial")
     if inertial is None:
-        return
+        return ""
     _placement(inertial, at)
     mass_element, inertia_element = inertial.find("mass"), inertial.find("inertia")
     if mass_element is None or inertia_element is None:
         raise ModelError(f"{at}: <inertial> needs <mass> and <inertia>; a massless link has none")
     mass = float(_numbers(mass_element.get("value"), 1, "", f"{at}: mass")[0])
+    if mass == 0.0 and not strict:
+        link.remove(inertial)
+        return f"{at}: mass 0 kg: taken as massless"
     if mass <= 0.0:
         raise ModelError(
             f"{at}: mass {mass:g} kg is not positive; a massless link has no <inertial>"
+            + ("; load(..., strict=False) takes zero for that" if mass == 0.0 else "")
         )
     xx, yy, zz, xy, xz, yz = (
         float(_numbers(inertia_element.get(name), 1, "0", f"{at}: inertia {name}")[0])
@@ -294,10 +307,14 @@ def _check_inertial(link: ElementTree.Element, at: str) -> None:
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     small, middle, large = np.linalg.eigvalsh(tensor)
     slack = _INERTIA_TOLERANCE * abs(large)
+    wrong = ""
     if small < -slack:
-        raise ModelError(f"{at}: the inertia has a negative principal moment {small:g} kg·m²")
-    if small + middle < large - slack:
-        raise ModelError(
+        wrong = f"{at}: the inertia has a negative principal moment {small:g} kg·m²"
+    elif small + middle < large - slack:
+        wrong = (
             f"{at}: principal moments {small:g}, {middle:g}, {large:g} kg·m² violate the triangle "
             "inequality: the greatest exceeds the sum of the other two, which no body can have"
         )
+    if wrong and strict:
+        raise ModelError(f"{wrong}; load(..., strict=False) accepts it")
+    return wrong
