@@ -16,6 +16,7 @@ from .mechanism import Joint, Mechanism, load
 from .motion import Motion
 from .plan import Plan
 from .read import bundled_names
+from .response import Response
 from .scene import Scene
 from .sweep import Sweep
 from .wrench import JointWrench
@@ -36,6 +37,7 @@ __all__ = [
     "ModelError",
     "Motion",
     "Plan",
+    "Response",
     "Scene",
     "SingularConfigurationError",
     "Sweep",

@@ -151,6 +151,26 @@ class Assembly:
             )
         return here
 
+    def period(self) -> float | None:
+        """Return the displacement after which the only drive is back where it was, if it is."""
+        if self.mechanism.joints[self.drives[0]].type == "prismatic":
+            return None
+        if not self.decided.size:
+            return 2.0 * np.pi
+        self._branch = self._branch or self._branch_of(self.drives[0], self.kinematics, self.start)
+        if self._branch.period is None:
+            known = self._branch.span
+            found = self._branch.find_period()
+            if self._branch.span != known:
+                self._study(self._branch.states())
+            if not found:
+                return None
+        return self._branch.period
+
+    def branch_start(self) -> float:
+        """Return the drive position where a period begins."""
+        return float(self._branch.span[0]) if self._branch else float(self.start[self._columns[0]])
+
     def range(self) -> tuple[float, float]:
         """Return between which positions the only drive can move, ±inf where it turns through."""
         name = self.drives[0]

@@ -102,24 +102,12 @@ class Pipeline:
     def run(self, here: ClosedMechanism, inputs: Inputs) -> Block:
         """Return motion, reactions and residuals at closed positions."""
         kinematics, count = self._kinematics, len(here.x)
-        drives = inputs.speeds.shape[1]
-        transmission = np.empty((count, self._mechanism.model.nv, drives))
-        for number, unit in enumerate(np.eye(drives)):
-            transmission[:, :, number] = kinematics.rates(here, np.tile(unit, (count, 1)))
-        v = a = np.zeros(transmission.shape[:2])
-        if inputs.moving:
-            v = (transmission @ inputs.speeds[:, :, None])[:, :, 0]
-            if np.any(inputs.speeds):
-                a = kinematics.accelerations(here, v, inputs.accelerations)
-            else:
-                a = (transmission @ inputs.accelerations[:, :, None])[:, :, 0]
+        transmission, v, a = self.rates(here, inputs.speeds, inputs.accelerations)
         dynamics = (v, a) if self._heavy and (inputs.moving or self._weight) else None
         reactions = self._reactions.solve(here, dynamics, inputs.loads, inputs.link_loads)
-        efforts = self._reactions.efforts(reactions.wrenches)
+        efforts = self.efforts(reactions)
         rates = Rates(v, a, transmission.sum(axis=2), inputs.moving)
         if self._needed.complete:
-            # Couplings act between joints: they are no loads or drives, and pass on no power.
-            efforts = efforts - self._coupling_efforts(reactions)
             external = np.tile(inputs.loads, (count if len(inputs.loads) == 1 else 1, 1))
             external[:, self._outside] = efforts[:, self._outside]
             bodies = [load.body for load in inputs.link_loads]
@@ -148,13 +136,32 @@ class Pipeline:
             open_couplings=reactions.open_couplings,
         )
 
-    def _coupling_efforts(self, reactions: Reactions) -> Array:
-        """Return the efforts `(N, nv)` that couplings exert at the joints."""
-        efforts = np.zeros((len(reactions.wrenches), self._mechanism.model.nv))
+    def rates(
+        self, here: ClosedMechanism, speeds: Array, accelerations: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return transmission `(N, nv, d)`, velocities and accelerations `(N, nv)`."""
+        kinematics, count = self._kinematics, len(here.x)
+        transmission = np.empty((count, self._mechanism.model.nv, speeds.shape[1]))
+        for number, unit in enumerate(np.eye(speeds.shape[1])):
+            transmission[:, :, number] = kinematics.rates(here, np.tile(unit, (count, 1)))
+        if np.any(speeds):
+            v = (transmission @ speeds[:, :, None])[:, :, 0]
+            return transmission, v, kinematics.accelerations(here, v, accelerations)
+        v = np.zeros(transmission.shape[:2])
+        if np.any(accelerations):
+            return transmission, v, (transmission @ accelerations[:, :, None])[:, :, 0]
+        return transmission, v, v
+
+    def efforts(self, reactions: Reactions) -> Array:
+        """Return what loads, drives and held joints exert along the coordinates, `(N, nv)`.
+
+        Couplings act between joints: they are neither of these, and pass on no power.
+        """
+        efforts = self._reactions.efforts(reactions.wrenches)
         moments = reactions.closure[len(self._mechanism.loops) :]
         for coupling, moment in zip(self._mechanism.couplings, moments, strict=True):
-            efforts[:, coupling.successor_columns] += moment
-            efforts[:, coupling.predecessor_columns] -= coupling.ratio * moment
+            efforts[:, coupling.successor_columns] -= moment
+            efforts[:, coupling.predecessor_columns] += coupling.ratio * moment
         return efforts
 
 

@@ -27,7 +27,8 @@ from .motion import Motion
 from .pipeline import Block, Inputs, Pipeline, joined
 from .plan import Plan, describe_group
 from .reactions import UNIQUE_TOLERANCE, ReactionSolver
-from .sweep import Sweep
+from .response import Response
+from .sweep import Solved, Sweep
 
 _BLOCK = 512  # Samples worked on at a time, so that their arrays stay in the cache.
 COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
@@ -61,6 +62,14 @@ class Scene:
         branch: name of the way in which the loops are assembled, from `branches`; `A` is the
             description's own.
 
+    Attributes:
+        mechanism, drives, held, gravity, outputs, strict, branch: as given.
+        joint_loads, link_loads: efforts at joints and wrenches on links, by name.
+        heavy: whether any body has mass.
+        coordinates: layout of joint coordinates.
+        assembly: closes the loops.
+        reactions, pipeline: compute wrenches at closed positions.
+
     Raises:
         ModelError: unknown joint or link.
         ArgumentError: a value is not finite or has the wrong shape.
@@ -91,15 +100,15 @@ class Scene:
         if drive is None:
             drive = [name for name in mechanism.independent if name not in (held or {})]
         self.drives = tuple(drive) if isinstance(drive, (list, tuple)) else (drive,)
-        self._coordinates = Coordinates(mechanism)
-        self.held = held_positions(mechanism, self._coordinates, held or {}, "held")
+        self.coordinates = Coordinates(mechanism)
+        self.held = held_positions(mechanism, self.coordinates, held or {}, "held")
         self.gravity = np.zeros(3) if gravity is None else vector("gravity", gravity, 3)
         self.outputs = wanted_outputs(mechanism, outputs)
         for name in self.drives:
-            coordinate(mechanism, self._coordinates, name, "drive")
+            coordinate(mechanism, self.coordinates, name, "drive")
         if not self.drives:
             raise MobilityError(
-                f"a scene needs at least one drive; joints: {choices(self._coordinates.columns)}"
+                f"a scene needs at least one drive; joints: {choices(self.coordinates.columns)}"
             )
         doubled = {name for name in self.drives if name in self.held}
         if doubled or len(set(self.drives)) != len(self.drives):
@@ -107,7 +116,7 @@ class Scene:
                 f"a joint is driven once or held, not both: drives {list(self.drives)}, "
                 f"held {list(self.held)}"
             )
-        self._joint_loads, self._link_loads = split_loads(mechanism, self._coordinates, loads or {})
+        self.joint_loads, self.link_loads = split_loads(mechanism, self.coordinates, loads or {})
         self.strict = strict
         wanted = {mechanism.joints[name].index - 1 for name in self.outputs}
         fixed = {loop.joint: loop for loop in mechanism.loops}
@@ -115,29 +124,30 @@ class Scene:
             # A `fixed` loop has no body; it is solved with the bodies that it connects.
             if not mechanism.joints[name].parts:
                 wanted |= {fixed[name].predecessor - 1, fixed[name].successor - 1}
-        self._assembly = Assembly(
+        self.assembly = Assembly(
             mechanism,
-            self._coordinates,
+            self.coordinates,
             self.drives,
             self.held,
             self.gravity,
             None if outputs is None else wanted - {-1},
-            held_positions(mechanism, self._coordinates, start or {}, "start"),
+            held_positions(mechanism, self.coordinates, start or {}, "start"),
         )
         if branch != "A":
-            self._assembly.restart(self._other(branch))
+            self.assembly.restart(self._other(branch))
         self.branch = branch
-        kinematics, needed = self._assembly.kinematics, self._assembly.needed
+        kinematics, needed = self.assembly.kinematics, self.assembly.needed
+        self.heavy = any(solver.twin.heavy for solver in kinematics.solvers)
         flexible = compliances(mechanism, compliance or {})
         rule: Choice = LeastNorm(mechanism.length)
         if flexible:
-            places = {self._place(name): value for name, value in flexible.items()}
+            places = {self.place(name): value for name, value in flexible.items()}
             rule = Elastic(mechanism.length, places)
         self._elastic = bool(flexible)
-        active = {id(self._assembly.groups[number]) for number in needed.forces}
-        self._reactions = ReactionSolver(mechanism, kinematics, active, rule)
-        self._pipeline = Pipeline(
-            mechanism, kinematics, self._reactions, needed, self.gravity, self._outside()
+        active = {id(self.assembly.groups[number]) for number in needed.forces}
+        self.reactions = ReactionSolver(mechanism, kinematics, active, rule)
+        self.pipeline = Pipeline(
+            mechanism, kinematics, self.reactions, needed, self.gravity, self._outside()
         )
 
     def sweep(
@@ -161,9 +171,9 @@ class Scene:
         positions = samples("position", position, count, None)
         speeds = samples("speed", speed, count, len(positions))
         accelerations = samples("acceleration", acceleration, count, len(positions))
-        loads = self._loads_at(len(positions))
+        loads = self.loads_at(len(positions))
         link_loads = self._link_loads_at(len(positions))
-        guesses, turns = self._assembly.guesses(positions)
+        guesses, turns = self.assembly.guesses(positions)
 
         moving = bool(np.any(speeds) or np.any(accelerations))
         blocks: list[Block] = []
@@ -176,24 +186,59 @@ class Scene:
                 [rows_of(load, rows) for load in link_loads],
                 moving,
             )
-            here = self._assembly.close(guesses[rows], turns[rows], positions[rows])
-            blocks.append(self._pipeline.run(here, inputs))
+            here = self.assembly.close(guesses[rows], turns[rows], positions[rows])
+            blocks.append(self.pipeline.run(here, inputs))
         return self._result(joined(blocks, positions), turns)
+
+    def response(
+        self, tolerance: float = 1e-13, *, low: float | None = None, high: float | None = None
+    ) -> Response:
+        """Return wrenches and efforts as functions of the drive's position.
+
+        Built from a few hundred solved positions, they hold everywhere to rounding, at any speed,
+        acceleration, load and gravity, for nanoseconds per value.
+
+        Args:
+            tolerance: error of the functions relative to the greatest wrench of their joint, or a
+                tenth of the greatest of all joints.
+            low: where the range of positions begins [rad or m]; without a range the drive has to
+                come back to where it was.
+            high: where it ends.
+
+        Raises:
+            ArgumentError: the range is empty, or the scene has several drives.
+            AccuracyError: the tolerance cannot be reached; the message says what can.
+            CardanError: the drive does not turn through and no range was given.
+        """
+        from .response_build import build
+
+        return build(self, tolerance, low, high)
+
+    def motion(self, positions: Array, speeds: Array, accelerations: Array) -> Motion:
+        """Return the motion alone at positions, speeds and accelerations `(N,)` of one drive."""
+        guesses, turns = self.assembly.guesses(positions[:, None])
+        parts = []
+        for start in range(0, len(positions), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            here = self.assembly.close(guesses[rows], turns[rows], positions[rows, None])
+            given = speeds[rows, None], accelerations[rows, None]
+            parts.append((here.x, *self.pipeline.rates(here, *given)))
+        x, transmission, v, a = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return Motion(self.mechanism, self.coordinates, x, turns, v, a, transmission)
 
     def plan(self) -> Plan:
         """Return what a sweep does, and what it leaves out; `print` shows it."""
-        assembly, needed = self._assembly, self._assembly.needed
-        heavy = any(solver.twin.heavy for solver in assembly.kinematics.solvers)
+        assembly, needed = self.assembly, self.assembly.needed
         steps, skipped = [], []
         for number, group in enumerate(assembly.groups):
-            text = describe_group(self.mechanism, self._coordinates, group)
+            text = describe_group(self.mechanism, self.coordinates, group)
             if number not in needed.motion:
                 skipped.append(f"{text}: no output needs it")
             elif group.loops or group.couplings:
                 steps.append(text)
                 if number not in needed.forces:
                     skipped.append(f"closure forces of: {text}: no output needs them")
-        if heavy:
+        if self.heavy:
             acting = "weight and inertia" if np.any(self.gravity) else "inertia"
             steps.append(f"inverse dynamics: {acting}; inertia only in sweeps with speed")
         else:
@@ -222,7 +267,7 @@ class Scene:
             raise MobilityError(
                 f"the range of one drive depends on the positions of the others: {self.drives}"
             )
-        return self._assembly.range()
+        return self.assembly.range()
 
     def branches(self) -> dict[str, dict[str, float]]:
         """Return the ways to assemble the loops with the drives where the scene starts.
@@ -235,14 +280,14 @@ class Scene:
         return {
             _name(number): {
                 joint: float(state[columns][0])
-                for joint, columns in self._coordinates.columns.items()
+                for joint, columns in self.coordinates.columns.items()
                 if columns.stop - columns.start == 1
             }
-            for number, state in enumerate(self._assembly.others())
+            for number, state in enumerate(self.assembly.others())
         }
 
     def _other(self, branch: str) -> Array:
-        states = self._assembly.others()
+        states = self.assembly.others()
         names = [_name(number) for number in range(len(states))]
         if branch not in names:
             raise ArgumentError(f"branch {branch!r} does not exist; branches: {choices(names)}")
@@ -250,16 +295,16 @@ class Scene:
 
     def _outside(self) -> Array:
         """Return the velocity coordinates that are driven or held."""
-        velocities = self._coordinates.velocities
+        velocities = self.coordinates.velocities
         names = (*self.drives, *self.held)
         return np.array([velocities[name].start for name in names], dtype=int)
 
     def _result(self, found: Block, turns: Array) -> Sweep:
-        numbers = [self._place(name) for name in self.outputs]
+        numbers = [self.place(name) for name in self.outputs]
         unique = (found.influence < UNIQUE_TOLERANCE)[numbers]
         if self.strict and not (self._elastic or np.all(unique)):
             self._refuse(unique)
-        velocities, complete = self._coordinates.velocities, self._assembly.needed.complete
+        velocities, complete = self.coordinates.velocities, self.assembly.needed.complete
         known = {
             name: found.efforts[:, velocities[name].start]
             for name in (*self.drives, *self.held)
@@ -270,37 +315,36 @@ class Scene:
             effort = np.stack([known[name] for name in self.drives], axis=1)
             effort = effort[:, 0] if len(self.drives) == 1 else effort
         # What was not solved is not a number, rather than where it happened to be.
-        skipped = np.setdiff1d(self._assembly.passives, self._assembly.decided)
+        skipped = np.setdiff1d(self.assembly.passives, self.assembly.decided)
         for part in (found.v, found.a, found.transmission):
             part[:, skipped] = np.nan
         for columns, span in zip(
-            self._coordinates.columns.values(), velocities.values(), strict=True
+            self.coordinates.columns.values(), velocities.values(), strict=True
         ):
             if set(range(span.start, span.stop)).intersection(skipped.tolist()):
                 found.x[:, columns] = np.nan
+        motion = Motion(
+            self.mechanism,
+            self.coordinates,
+            found.x,
+            turns,
+            found.v,
+            found.a,
+            found.transmission,
+        )
+        holding = {name: known[name] for name in self.held if name in known and complete}
         couplings = self.mechanism.couplings
         return Sweep(
             mechanism=self.mechanism,
-            solver=self._reactions,
+            solver=self.reactions,
             outputs=self.outputs,
-            wrenches=found.wrenches[:, numbers],
+            source=Solved(found.wrenches[:, numbers], effort, holding, motion),
             unique=unique,
-            known_drive_effort=effort,
             tooth_moment={item.name: found.tooth[:, k] for k, item in enumerate(couplings)},
             tooth_unique={
                 item.name: number not in found.open_couplings
                 for number, item in enumerate(couplings)
             },
-            holding_effort={name: known[name] for name in self.held if name in known and complete},
-            motion=Motion(
-                self.mechanism,
-                self._coordinates,
-                found.x,
-                turns,
-                found.v,
-                found.a,
-                found.transmission,
-            ),
             condition=found.condition,
             loop_residual=float(np.max(found.closure)),
             balance_residual=float(np.max(found.balance)),
@@ -322,7 +366,7 @@ class Scene:
             components=open_components,
         )
 
-    def _place(self, joint: str) -> int:
+    def place(self, joint: str) -> int:
         """Return a joint's place among the wrenches: bodies in order, then `fixed` loops."""
         record = self.mechanism.joints[joint]
         if record.parts:
@@ -333,26 +377,26 @@ class Scene:
     def _parts(self, joint: str) -> int:
         return len(self.mechanism.joints[joint].parts)
 
-    def _loads_at(self, count: int) -> Array:
+    def loads_at(self, count: int) -> Array:
         """Return efforts added at the joints, `(1, nv)` or `(N, nv)`."""
-        many = any(effort.ndim for effort in self._joint_loads.values())
+        many = any(effort.ndim for effort in self.joint_loads.values())
         loads = np.zeros((count if many else 1, self.mechanism.model.nv))
-        for name, effort in self._joint_loads.items():
+        for name, effort in self.joint_loads.items():
             if effort.ndim and len(effort) != count:
                 raise ArgumentError(
                     f"the load on {name!r} has {len(effort)} values, the sweep {count} positions"
                 )
-            loads[:, self._coordinates.velocities[name].start] += effort
+            loads[:, self.coordinates.velocities[name].start] += effort
         return loads
 
     def _link_loads_at(self, count: int) -> list[LinkLoad]:
-        for name, load in self._link_loads.items():
+        for name, load in self.link_loads.items():
             for part in (load.force, load.moment):
                 if len(part) not in (1, count):
                     raise ArgumentError(
                         f"the wrench on {name!r} has {len(part)} samples, the sweep {count}"
                     )
-        return list(self._link_loads.values())
+        return list(self.link_loads.values())
 
 
 def _name(number: int) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -13,9 +14,69 @@ from .mechanism import Mechanism
 from .motion import Motion
 from .reactions import ReactionSolver
 from .twin import placement
-from .wrench import JointWrench
+from .wrench import Components, JointWrench, Known
 
 FRAMES = ("joint", "parent", "world")
+
+
+class Source(Protocol):
+    """What a sweep takes its arrays from, as far as they are asked for."""
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        ...
+
+    def wrench(self, number: int) -> Components:
+        """Return the wrench of an output in its joint frame."""
+        ...
+
+    def drive_effort(self) -> Array | None:
+        """Return what the drive exerts, None if the outputs leave it out."""
+        ...
+
+    def holding_effort(self) -> dict[str, Array]:
+        """Return what holds the held joints."""
+        ...
+
+    def motion(self) -> Motion:
+        """Return positions, speeds and accelerations."""
+        ...
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A `Source` whose arrays are all there.
+
+    Attributes:
+        wrenches: `(N, k, 6)`.
+        efforts: `(N,)`, `(N, d)` or None.
+        holding: per held joint `(N,)`.
+        moved: the motion.
+    """
+
+    wrenches: Array
+    efforts: Array | None
+    holding: dict[str, Array]
+    moved: Motion
+
+    def __len__(self) -> int:
+        return len(self.wrenches)
+
+    def wrench(self, number: int) -> Components:
+        """Return the wrench of an output in its joint frame."""
+        return Known(self.wrenches[:, number])
+
+    def drive_effort(self) -> Array | None:
+        """Return what the drive exerts, None if the outputs leave it out."""
+        return self.efforts
+
+    def holding_effort(self) -> dict[str, Array]:
+        """Return what holds the held joints."""
+        return self.holding
+
+    def motion(self) -> Motion:
+        """Return positions, speeds and accelerations."""
+        return self.moved
 
 
 @dataclass(frozen=True)
@@ -23,20 +84,19 @@ class Sweep:
     """Joint wrenches, drive efforts and motion of a scene over N samples.
 
     `sweep["bearing_out"]` is the `JointWrench` of a joint in its own frame; `wrench(name, frame)`
-    gives it in other axes.
+    gives it in other axes. A sweep of a `Response` may have operating points in several
+    dimensions: then `(N,)` stands for their shape.
 
     Attributes:
         mechanism: the mechanism.
         solver: what computed it, for placements.
         outputs: names of the joints whose wrenches are kept.
-        wrenches: `(N, k, 6)` force [N] and moment [N·m] of the outputs in their joint frames.
+        source: where the arrays come from.
         unique: `(k, 6)` see `JointWrench.unique`.
-        known_drive_effort: see `drive_effort`; None if the outputs leave it out.
-        holding_effort: held joint to what holds it, `(N,)` [N·m or N].
         tooth_moment: coupling to the moment `(N,)` [N·m] that it exerts on its successor's joint.
         tooth_unique: coupling to whether its moment follows from the laws of motion alone.
-        motion: positions, speeds and accelerations of all joints.
-        condition: `(N,)` condition number of the closure equations.
+        condition: `(N,)` condition number of the closure equations; one value, the greatest of
+            its samples, if it comes from a `Response`.
         loop_residual: worst closure error: angle [rad], or gap as a fraction of
             `Mechanism.length`.
         balance_residual: worst Newton-Euler imbalance over all bodies, relative to the greatest
@@ -49,34 +109,42 @@ class Sweep:
     mechanism: Mechanism
     solver: ReactionSolver
     outputs: tuple[str, ...]
-    wrenches: Array
+    source: Source
     unique: Array
-    known_drive_effort: Array | None
-    holding_effort: dict[str, Array]
     tooth_moment: dict[str, Array]
     tooth_unique: dict[str, bool]
-    motion: Motion
     condition: Array
     loop_residual: float
     balance_residual: float
     power_residual: float
 
-    @property
+    @cached_property
     def drive_effort(self) -> Array:
         """What the drive exerts `(N,)` [N·m or N], `(N, d)` for d drives.
 
         Raises:
             ModelError: the outputs of the scene leave it out.
         """
-        if self.known_drive_effort is None:
+        effort = self.source.drive_effort()
+        if effort is None:
             raise ModelError(
                 "the drive effort was not asked for; add the driven joint to the outputs, which "
                 f"are: {choices(self.outputs)}"
             )
-        return self.known_drive_effort
+        return effort
+
+    @cached_property
+    def holding_effort(self) -> dict[str, Array]:
+        """Held joint to what holds it, `(N,)` [N·m or N]."""
+        return self.source.holding_effort()
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Positions, speeds and accelerations of all joints."""
+        return self.source.motion()
 
     def __len__(self) -> int:
-        return len(self.wrenches)
+        return len(self.source)
 
     def __getitem__(self, joint: str) -> JointWrench:
         return self.wrench(joint)
@@ -98,7 +166,7 @@ class Sweep:
 
         Raises:
             ModelError: the joint is unknown or was not asked for.
-            ArgumentError: unknown frame.
+            ArgumentError: unknown frame, or one that needs a sweep over one dimension.
         """
         if joint not in self.outputs:
             self.mechanism.joint(joint)
@@ -109,14 +177,21 @@ class Sweep:
             raise ArgumentError(f"frame {frame!r} is unknown; frames: {choices(FRAMES)}")
         number = self.outputs.index(joint)
         record = self.mechanism.joints[joint]
-        force, moment = self.wrenches[:, number, :3], self.wrenches[:, number, 3:]
+        components = self.source.wrench(number)
         axis = record.axis
         if frame != "joint":
+            force, moment = components.vectors(0), components.vectors(3)
+            if force.ndim != 2:
+                raise ArgumentError(
+                    "only sweeps over one dimension turn wrenches into other axes, not those of "
+                    f"shape {force.shape[:-1]}"
+                )
             rotation = self._parent_rotation(joint) if frame == "parent" else self.rotation(joint)
-            force, moment = (np.einsum("nij,nj->ni", rotation, part) for part in (force, moment))
+            turned = [np.einsum("nij,nj->ni", rotation, part) for part in (force, moment)]
+            components = Known(np.concatenate(turned, axis=1))
             if frame == "world" or record.type in ("spherical", "universal", "floating"):
                 axis = rotation @ axis
-        return JointWrench(joint, frame, force, moment, axis, self.unique[number])
+        return JointWrench(joint, frame, components, axis, self.unique[number])
 
     def rotation(self, joint: str) -> Array:
         """Return rotations `(N, 3, 3)` that take components in a joint's frame to world axes."""

@@ -3,10 +3,39 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 from .coordinates import Array
+
+
+class Components(Protocol):
+    """Where a wrench takes its components from: 0 … 2 of the force, 3 … 5 of the moment."""
+
+    def one(self, number: int) -> Array:
+        """Return a component `(N,)`."""
+        ...
+
+    def vectors(self, first: int) -> Array:
+        """Return three components, from the `first` on, `(N, 3)`."""
+        ...
+
+
+@dataclass(frozen=True)
+class Known:
+    """Components that are all there, `(N, 6)`."""
+
+    values: Array
+
+    def one(self, number: int) -> Array:
+        """Return a component `(N,)`."""
+        return self.values[..., number]
+
+    def vectors(self, first: int) -> Array:
+        """Return three components, from the `first` on, `(N, 3)`."""
+        return self.values[..., first : first + 3]
 
 
 @dataclass(frozen=True)
@@ -20,40 +49,48 @@ class JointWrench:
         joint: name of the joint.
         frame: axes of all components: `joint` (fixed in the child), `parent` (fixed in the parent
             and equal to `joint` at coordinate zero) or `world`.
-        force: `(N, 3)` [N].
-        moment: `(N, 3)` [N·m].
+        components: where its components come from.
         axis: unit axis of the joint in these axes, `(3,)`, or `(N, 3)` in `world`.
         unique: `(6,)` whether each component of force and moment, in the joint frame, follows
             from the equations of motion alone at every position. Where it is False, the value is
-            the least-norm choice among those that satisfy them.
+            the one of least norm, or least elastic energy, among those that satisfy them.
     """
 
     joint: str
     frame: str
-    force: Array
-    moment: Array
+    components: Components
     axis: Array
     unique: Array
+
+    @cached_property
+    def force(self) -> Array:
+        """Force `(N, 3)` [N]."""
+        return self.components.vectors(0)
+
+    @cached_property
+    def moment(self) -> Array:
+        """Moment `(N, 3)` [N·m]."""
+        return self.components.vectors(3)
 
     @property
     def torsion(self) -> Array:
         """Moment along the joint axis `(N,)` [N·m], positive in the coordinate's sense."""
-        return self._along(self.moment)
+        return self._along(3)
 
     @property
     def axial(self) -> Array:
         """Force along the joint axis `(N,)` [N], positive in the axis' sense."""
-        return self._along(self.force)
+        return self._along(0)
 
     @property
     def bending(self) -> Array:
         """Size of the moment across the joint axis `(N,)` [N·m]."""
-        return _norm(self.bending_vector)
+        return self._size_across(3)
 
     @property
     def shear(self) -> Array:
         """Size of the force across the joint axis `(N,)` [N]."""
-        return _norm(self.shear_vector)
+        return self._size_across(0)
 
     @property
     def bending_vector(self) -> Array:
@@ -65,12 +102,36 @@ class JointWrench:
         """Force across the joint axis `(N, 3)` [N], in the axes of `frame`."""
         return self._across(self.force)
 
-    def _along(self, vectors: Array) -> Array:
+    def _along(self, first: int) -> Array:
+        if self.axis.ndim == 1:
+            return self._sum(first, self.axis)
+        vectors = self.moment if first else self.force
         return np.asarray(np.einsum("...i,...i->...", vectors, self.axis))
 
     def _across(self, vectors: Array) -> Array:
         # a × (v × a) loses no digits where v is almost parallel to the axis a.
         return np.asarray(np.cross(self.axis, np.cross(vectors, self.axis)))
+
+    def _size_across(self, first: int) -> Array:
+        if self.axis.ndim > 1:
+            return _norm(self._across(self.moment if first else self.force))
+        one = np.cross(self.axis, np.eye(3)[np.argmin(np.abs(self.axis))])
+        one /= np.linalg.norm(one)
+        sums = (self._sum(first, way) for way in (one, np.cross(self.axis, one)))
+        # In a Cardan joint one of the two is zero throughout.
+        parts = [part for part in sums if np.any(part)]
+        if len(parts) == 2:
+            return np.asarray(np.hypot(*parts))
+        return np.abs(parts[0]) if parts else np.abs(self._sum(first, one))
+
+    def _sum(self, first: int, direction: Array) -> Array:
+        """Return components along a constant direction; most directions are frame axes."""
+        parts = [
+            self.components.one(first + axis) * factor
+            for axis, factor in enumerate(direction)
+            if factor != 0.0
+        ]
+        return np.asarray(sum(parts[1:], parts[0]))
 
 
 def _norm(vectors: Array) -> Array:

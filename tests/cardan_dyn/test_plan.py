@@ -220,7 +220,7 @@ def test_long_lines_take_small_models() -> None:
     sizes = []
     for count in (3, 12):
         scene = cd.Scene(cd.load(drive_line(count)), drive="bearing_0")
-        solvers = scene._assembly.kinematics.solvers
+        solvers = scene.assembly.kinematics.solvers
         assert len(solvers) == count
         sizes.append(max(solver.twin.model.nv for solver in solvers))
     assert sizes[0] == sizes[1] <= 30

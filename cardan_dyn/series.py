@@ -1,0 +1,160 @@
+"""Series: many functions of one variable, known to rounding from a few hundred samples.
+
+A periodic function sampled at equal steps has Fourier coefficients that fall off geometrically,
+one on a range sampled at Chebyshev points likewise. Once they reach rounding, the series gives the
+function everywhere: on uniform grids by FFT, elsewhere by interpolation of low degree in a table
+that was made by FFT and is fine enough for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .coordinates import Array
+
+_DEGREE = 9
+_FINENESS = 16  # Table steps per sample: the interpolation's error stays below rounding.
+
+
+@dataclass(frozen=True)
+class Location:
+    """Positions as steps in the tables of a series.
+
+    Attributes:
+        shape: of the positions.
+        left: first table step that each one reads.
+        weights: of the steps that it reads.
+    """
+
+    shape: tuple[int, ...]
+    left: Array
+    weights: list[Array]
+
+
+@dataclass(frozen=True)
+class Series:
+    """Functions on a period or on a range.
+
+    Attributes:
+        values: `(C, M)` samples of C functions: at `origin + period k / M`, or at the Chebyshev
+            points `middle + half cos(π k / (M - 1))` of a range.
+        origin: where a period starts; the middle of a range.
+        length: the period; half the range.
+        periodic: whether it is a period.
+    """
+
+    values: Array
+    origin: float
+    length: float
+    periodic: bool
+    _tables: dict[int, Array] = field(default_factory=dict)
+
+    @staticmethod
+    def nodes(origin: float, length: float, periodic: bool, count: int) -> Array:
+        """Return the positions `(M,)` of samples; those of `count` are among those of its double.
+
+        A range has one sample more than `count`.
+        """
+        if periodic:
+            return origin + length * np.arange(count) / count
+        # Sines of the distance from the middle keep the points symmetric.
+        return origin + length * np.sin(0.5 * np.pi * (count - 2.0 * np.arange(count + 1)) / count)
+
+    def spectrum(self) -> Array:
+        """Return sizes `(C, K)` of the coefficients by order, lowest first."""
+        return np.asarray(np.abs(np.fft.rfft(self._circle(self.values), norm="forward")))
+
+    def tail(self) -> Array:
+        """Return `(C,)` the greatest coefficient in the last quarter of the orders."""
+        spectrum = self.spectrum()
+        return np.asarray(np.max(spectrum[:, 3 * spectrum.shape[1] // 4 :], axis=1))
+
+    def uniform(self, rows: Array, count: int) -> Array:
+        """Return functions at `origin + period k / count`, `(len(rows), count)`, by FFT."""
+        size = self.values.shape[1]
+        spectrum = np.fft.rfft(self.values[rows])
+        if count < size:
+            # Orders that a coarser grid cannot tell apart: take them from a finer one.
+            factor = -(-size // count)
+            return self.uniform(rows, factor * count)[:, ::factor]
+        if count > size and size % 2 == 0:
+            spectrum[:, -1] *= 0.5  # The highest order stands for both signs.
+        return np.asarray(np.fft.irfft(spectrum, count)) * (count / size)
+
+    def locate(self, positions: Array) -> Location:
+        """Return where positions of any shape lie in the tables."""
+        flat = positions.ravel()
+        if self.periodic:
+            phase = _reduced(flat, self.origin, self.length)
+        else:
+            # Near the ends of a range the arc cosine alone would lose half of the digits.
+            x = np.clip((flat - self.origin) / self.length, -1.0, 1.0)
+            phase = np.arctan2(np.sqrt((1.0 - x) * (1.0 + x)), x) / (2.0 * np.pi)
+        step = phase * self._table_size()
+        left = np.floor(step).astype(np.intp)
+        return Location(positions.shape, left, _weights(step - left))
+
+    def at(self, rows: Array, where: Location) -> Array:
+        """Return functions at located positions, `(len(rows), *shape)`."""
+        result = np.empty((len(rows), where.left.size))
+        for place, row in enumerate(rows):
+            table = self._table(int(row))
+            total = where.weights[0] * table[where.left]
+            for offset in range(1, _DEGREE + 1):
+                total += where.weights[offset] * table[where.left + offset]
+            result[place] = total
+        return result.reshape(len(rows), *where.shape)
+
+    def _circle(self, values: Array) -> Array:
+        """Return samples over a whole turn: a range is walked forth and back."""
+        if self.periodic:
+            return values
+        return np.concatenate([values, values[:, -2:0:-1]], axis=1)
+
+    def _table_size(self) -> int:
+        count = self.values.shape[1]
+        return _FINENESS * (count if self.periodic else 2 * (count - 1))
+
+    def _table(self, row: int) -> Array:
+        """Return a function at equal steps of phase, with what interpolation reads beyond."""
+        if row not in self._tables:
+            circle = Series(self._circle(self.values[[row]]), 0.0, 1.0, True)
+            table = circle.uniform(np.array([0]), self._table_size())[0]
+            before = _DEGREE // 2
+            self._tables[row] = np.concatenate([table[-before:], table, table[: _DEGREE + 1]])
+        return self._tables[row]
+
+
+def _reduced(positions: Array, origin: float, period: float) -> Array:
+    """Return phases 0 … 1 of positions in a period of whole turns, to rounding at any size.
+
+    Beyond a period its remainder would carry the rounding of the period times the number of
+    turns; sine and cosine are reduced exactly.
+    """
+    offset = positions - origin
+    count = round(period / (2.0 * np.pi))
+    if np.max(np.abs(offset), initial=0.0) > period and count >= 1:
+        angle = np.arctan2(np.sin(positions), np.cos(positions))
+        turns = np.rint((positions - angle) / (2.0 * np.pi))
+        offset = angle + 2.0 * np.pi * (turns - count * np.floor(turns / count)) - origin
+    phase = offset / period
+    phase -= np.floor(phase)
+    return np.where(phase < 1.0, phase, 0.0)
+
+
+def _weights(t: Array) -> list[Array]:
+    """Return Lagrange weights of the nodes 0 … 9 at 4 + t, 0 ≤ t < 1."""
+    nodes = np.arange(_DEGREE + 1)
+    place = t + _DEGREE // 2
+    scale = [float(np.prod([j - m for m in nodes if m != j])) for j in nodes]
+    before = [np.ones_like(t)]
+    for m in nodes[:-1]:
+        before.append(before[-1] * (place - m))
+    after = np.ones_like(t)
+    weights: list[Array] = [after] * (_DEGREE + 1)
+    for j in nodes[::-1]:
+        weights[j] = before[j] * after / scale[j]
+        after = after * (place - j)
+    return weights
