@@ -68,6 +68,7 @@ class Assembly:
         prescribed = {coordinates.velocities[name].start for name in (*drives, *held)}
         self.passives = np.array(sorted(set(range(mechanism.model.nv)) - prescribed), dtype=int)
         self._branch: Branch | None = None
+        self._served = 0
         self.groups = self._groups_for(drives, self.passives)
         self.needed = needs(mechanism, coordinates, self.groups, wanted)
         kept = [self.groups[number] for number in self.needed.motion]
@@ -113,7 +114,11 @@ class Assembly:
         periods = self._covered(branch, wanted)
         if branch.span != known:
             self._study(branch.states())
-            branch.refine(most=max(len(positions) // 4, 32))
+        # Nodes pay once enough samples have used them.
+        self._served += len(positions)
+        branch.refine(most=max(self._served // 24, 32))
+        for solver in self.kinematics.solvers:
+            solver.set_amplitudes(branch.states())
         reduced = wanted - periods * (branch.period or 0.0)
         guesses = branch.guess(reduced)
         guesses[:, self._columns] = positions

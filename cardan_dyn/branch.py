@@ -21,7 +21,8 @@ _LONGEST_STEP = 2.0 * np.pi / 16.0
 _SHORTEST_STEP = 1e-9
 _STEP_CORRECTION = 0.03  # How far an extrapolation should be off,
 _WORST = 4.0  # and how many times as far it may be.
-_GUESS_CORRECTION = 2e-10  # How far an interpolation may be off to need one Newton step only.
+_GUESS_CORRECTION = 1e-15  # How far an interpolation may be off to need no Newton step.
+_ENOUGH = 2**62  # More nodes than anybody asks for: the branch is known to rounding.
 SAFE_CORRECTION = 1e-2
 """Greatest error of a guess that cannot end on another branch."""
 _TURNS_TRIED = 12
@@ -44,6 +45,7 @@ class Branch:
         self.unit = unit
         self.period: float | None = None
         self.windings = np.zeros(start.size)
+        self._most = 0
         self._positions = np.zeros(0)
         self._nodes = np.zeros((0, 3, start.size))
         self._insert(self._node(kinematics.close(start[None, :])))
@@ -64,6 +66,7 @@ class Branch:
             sign = 1.0 if end else -1.0
             if sign * (target - self._positions[end]) <= 0.0:
                 continue
+            self._most = 0  # What is new is as coarse as the steps that follow it.
             here = self.kinematics.evaluate(self._nodes[[end], 0])
             if here.condition[0] > SINGULAR_CONDITION:
                 self._refuse(target, end, here)
@@ -104,13 +107,16 @@ class Branch:
         return False
 
     def refine(self, most: int) -> None:
-        """Halve intervals until guesses need one Newton step, or there are `most` nodes.
+        """Halve intervals until guesses are exact to rounding, or there are `most` nodes.
 
         Guesses are made safe in any case.
 
         Raises:
             AssemblyError: the branch cannot be resolved.
         """
+        if most < 2 * self._most:
+            return
+        self._most = most
         open_intervals = np.ones(len(self._positions) - 1, dtype=bool)
         while np.any(open_intervals):
             left = np.nonzero(open_intervals)[0]
@@ -131,6 +137,8 @@ class Branch:
             split = np.stack([np.ones_like(open_intervals), open_intervals], axis=1)
             self._insert(self._node(found))
             open_intervals = flags[split]
+            if not np.any(coarse) and wanted == _GUESS_CORRECTION:
+                self._most = _ENOUGH
 
     def guess(self, positions: Array) -> Array:
         """Return `(N, size)` coordinates near the branch, exact in the drive's coordinate.

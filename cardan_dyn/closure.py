@@ -164,7 +164,9 @@ class Closure:
         rows, null = [], []
         for signs in self.column_signs:
             on_path = twists[:, signs != 0.0] * self.weights
-            vectors, values, _ = np.linalg.svd(on_path.reshape(-1, 6).T, full_matrices=True)
+            # Six columns decide; the triangle of a QR factorisation says all about them.
+            triangle = np.asarray(np.linalg.qr(on_path.reshape(-1, 6), mode="r"))
+            vectors, values, _ = np.linalg.svd(triangle.T, full_matrices=True)
             rank = int(np.sum(values > RANK_TOLERANCE * values[0])) if values.size else 0
             rows.append(_tidy(vectors[:, :rank]))
             null.append(_tidy(vectors[:, rank:]))

@@ -16,6 +16,7 @@ from .groups import Group
 from .mechanism import Mechanism
 from .twin import Twin
 
+_EXACT = 2e-15  # A Newton step of this size, relative to an angle's amplitude, is its rounding.
 _CONVERGED = 1e-9  # A Newton step of this size leaves an error of its square.
 _STALE = 1e-8  # An inverse off by this much is mended to rounding by one refinement.
 
@@ -102,6 +103,19 @@ class Solver:
         self._moves = coordinates.moves(group.passives)
         linear = np.any(self.twin.subspace[group.passives, :3] != 0.0, axis=1)
         self._scale = np.where(linear, 1.0 / mechanism.length, 1.0)
+        self._exact = np.zeros(len(self._scale))
+
+    def set_amplitudes(self, states: Array) -> None:
+        """Say how far the passives move, over coordinates `(K, size)` all over the motion.
+
+        A guess is exact when it is off by the rounding of that; where the motion is small, so is
+        what its wrenches follow from.
+        """
+        moved = np.zeros(len(self._scale))
+        moved[self._moves.steps] = np.max(np.abs(states[:, self._moves.columns]), axis=0)
+        for _, start in self._moves.balls:
+            moved[start : start + 3] = 1.0
+        self._exact = _EXACT * np.minimum(1.0, moved * self._scale)
 
     def evaluate(
         self, x: Array, turns: Array | None = None, inverse: Array | None = None
@@ -154,6 +168,8 @@ class Solver:
         for _ in range(most if self.group.passives.size else 0):
             step = -_times(_flip(here.inverse), error)
             sizes = np.max(np.abs(step * self._scale), axis=1)
+            if np.all(np.abs(step * self._scale) <= self._exact):
+                break
             # Far from closed, a full step may leave the branch.
             step *= np.minimum(1.0, 0.5 / np.maximum(sizes, 0.5))[:, None]
             correction += sizes
