@@ -115,7 +115,9 @@ class Solver:
         moved[self._moves.steps] = np.max(np.abs(states[:, self._moves.columns]), axis=0)
         for _, start in self._moves.balls:
             moved[start : start + 3] = 1.0
-        self._exact = _EXACT * np.minimum(1.0, moved * self._scale)
+        moved *= self._scale
+        # A slide that stays where it is only shows its rounding.
+        self._exact = _EXACT * np.where(moved < 1e-13, 1.0, np.minimum(1.0, moved))
 
     def evaluate(
         self, x: Array, turns: Array | None = None, inverse: Array | None = None

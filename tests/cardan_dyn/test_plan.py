@@ -158,13 +158,18 @@ def test_calls_into_pinocchio_per_sample(
     first = scene.sweep(positions, speed=10.0)
     assert calls["rnea"] == count
     assert calls["computeJointJacobians"] <= 2.3 * count
+    slow = scene.sweep(positions)
     for _ in range(4):
         scene.sweep(positions)
     calls["computeJointJacobians"] = 0
-    again = scene.sweep(positions, speed=10.0)
+    fast = scene.sweep(positions)
     assert calls["computeJointJacobians"] <= 1.3 * count
     for name in shaft.joint_names:
-        assert relative(again[name].moment, first[name].moment) < 1e-13
+        assert relative(fast[name].moment, slow[name].moment) < 1e-13
+    # At speed the joints of balanced bodies carry the rounding of m L² ω² (here about 10 kN·m).
+    again = scene.sweep(positions, speed=10.0)
+    for name in shaft.joint_names:
+        assert np.max(np.abs(again[name].moment - first[name].moment)) < 1e-11
 
 
 def test_range_of_a_rocker_ends_at_its_dead_points() -> None:
