@@ -1,5 +1,9 @@
 """Joint wrenches of closed-chain mechanisms, with Pinocchio."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from .arguments import Wrench
 from .errors import (
     AccuracyError,
@@ -21,6 +25,9 @@ from .scene import Scene
 from .sweep import Sweep
 from .wrench import JointWrench
 
+if TYPE_CHECKING:
+    from .viewer import View, view
+
 __version__ = "0.1.0"
 
 __all__ = [
@@ -41,7 +48,18 @@ __all__ = [
     "Scene",
     "SingularConfigurationError",
     "Sweep",
+    "View",
     "Wrench",
     "bundled_names",
     "load",
+    "view",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """Import the viewer when it is first asked for: most scripts never are."""
+    if name in ("View", "view"):
+        from . import viewer
+
+        return getattr(viewer, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -4,9 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pinocchio
+
+
+@dataclass(frozen=True)
+class SourceText:
+    """Where a description comes from, for what is read only when it is shown.
+
+    Attributes:
+        text: the whole text.
+        path: the file, beside which meshes are found; None for text.
+    """
+
+    text: str
+    path: Path | None
 
 
 @dataclass(frozen=True)
@@ -62,6 +76,7 @@ class Description:
         independent: names of the joints that its author drives.
         notation: how the loops were written, and what else was found.
         remarks: what is wrong with it and was accepted.
+        source: its text and file.
     """
 
     name: str
@@ -74,3 +89,4 @@ class Description:
     independent: tuple[str, ...] = ()
     notation: str = "URDF+"
     remarks: tuple[str, ...] = ()
+    source: SourceText | None = None

@@ -104,6 +104,7 @@ class Mechanism:
         name: name in the description.
         notation: how the description writes its loops, and what else it says about them.
         remarks: what is wrong with the description and was accepted.
+        source: text and file of the description, from which a viewer reads what it shows.
         model: `pin.Model` of the spanning tree, the joints of the loops included.
         constraint_models: the welds as `pin.RigidConstraintModel`, for `pin.constraintDynamics`.
         joints: mapping of joint names to `Joint`, tree joints first, then loops.
@@ -121,6 +122,7 @@ class Mechanism:
         self.name = description.name
         self.notation = description.notation
         self.remarks = description.remarks
+        self.source = description.source
         tree = TreeBuilder(description)
         self.model = tree.model
         self.links: dict[str, tuple[int, pinocchio.SE3]] = tree.links

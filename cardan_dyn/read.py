@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
-from .description import Description
+from .description import Description, SourceText
 from .errors import ModelError, choices
 
 
@@ -61,12 +62,12 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
     except (ElementTree.ParseError, ValueError) as error:
         raise ModelError(f"{where}: malformed XML: {error}") from error
     if root.tag == "mujoco":
-        return mjcf.parse(root, text, where, path)
+        return replace(mjcf.parse(root, text, where, path), source=SourceText(text, path))
     if root.tag != "robot":
         raise ModelError(
             f"{where}: the outermost element is <{root.tag}>, expected <robot> or <mujoco>"
         )
-    return urdf.parse(root, where, path, strict)
+    return replace(urdf.parse(root, where, path, strict), source=SourceText(text, path))
 
 
 def _find(name: str) -> Path:

@@ -1,9 +1,8 @@
-"""Report: the comparisons as a table, figures and one HTML page."""
+"""Report: the comparisons as a table, figures, turning scenes and one HTML page."""
 
 from __future__ import annotations
 
 import base64
-import io
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -13,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from . import __version__, figures
-from .comparisons import BETAS_DEG, Comparison, double_shaft_turn, universal_joint_turn
+from .comparisons import BETAS_DEG, TORQUE, Comparison, double_shaft_turn, universal_joint_turn
 from .errors import MissingExtraError
 from .mechanism import load
+from .viewer import view
 
 FIGURE_BETA_DEG = 50.0
 """Joint angle of the figures, Grossmann's."""
@@ -66,7 +66,7 @@ def rows(comparisons: Sequence[Comparison]) -> list[dict[str, Any]]:
 
 
 def write(comparisons: Sequence[Comparison], directory: Path) -> Path:
-    """Write the figures as SVG and PNG and one HTML page that shows them.
+    """Write the figures as SVG and PNG, the scenes as HTML, and one page that shows all of them.
 
     Args:
         comparisons: from `comparisons.run`.
@@ -76,7 +76,7 @@ def write(comparisons: Sequence[Comparison], directory: Path) -> Path:
         Path of the page.
 
     Raises:
-        MissingExtraError: matplotlib or Jinja is not installed.
+        MissingExtraError: matplotlib, meshcat or Jinja is not installed.
         OSError: the directory cannot be written.
     """
     figures.require_matplotlib()
@@ -110,12 +110,17 @@ def write(comparisons: Sequence[Comparison], directory: Path) -> Path:
     }
     shown = []
     for name, (caption, figure) in drawn.items():
-        figure.savefig(directory / f"{name}.png", dpi=150)
-        buffer = io.BytesIO()
-        # Without a date in it, the same figure is the same file.
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-        (directory / f"{name}.svg").write_bytes(buffer.getvalue())
-        shown.append((caption, base64.b64encode(buffer.getvalue()).decode("ascii")))
+        vector, _ = figures.save(figure, directory / name)
+        shown.append((caption, base64.b64encode(vector.read_bytes()).decode("ascii")))
+    scenes = []
+    for name, caption, turn in (
+        ("scene_universal_joint", "Universal joint", joint_turn),
+        ("scene_double_shaft", "Double shaft", shaft_turn),
+    ):
+        title = f"{caption}, β = {FIGURE_BETA_DEG:g}°, load {TORQUE:g} N·m"
+        scene = view(turn, title=title)
+        scene.export(directory / f"{name}.html")
+        scenes.append((title, scene.embedded()))
     environment = Environment(loader=PackageLoader("cardan_dyn", "templates"), autoescape=True)
     page = environment.get_template("report.html").render(
         version=__version__,
@@ -123,6 +128,7 @@ def write(comparisons: Sequence[Comparison], directory: Path) -> Path:
         rows=rows(comparisons),
         passed=all(comparison.passed for comparison in comparisons),
         figures=shown,
+        scenes=scenes,
     )
     path = directory / "index.html"
     path.write_text(page, encoding="utf-8")

@@ -1,58 +1,21 @@
-"""Figures: wrenches from Pinocchio as points over the closed forms as lines.
-
-Needs the extra `viz` (matplotlib). Every function returns a matplotlib figure.
-"""
+"""Closed forms as lines, wrenches from Pinocchio as points."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from analytic import grossmann, single_joint, thoma
 
-from .comparisons import POSITIONS, TORQUE, thoma_moments
-from .coordinates import Array
-from .errors import MissingExtraError
-from .sweep import Sweep
+from ..comparisons import POSITIONS, TORQUE, thoma_moments
+from ..coordinates import Array
+from ..sweep import Sweep
+from .style import Axes, Figure, angle_axis, axes_grid, legend, line_style, point_style
 
-Figure = Any
-"""A `matplotlib.figure.Figure`; matplotlib is imported only where a figure is drawn."""
-
+INPUT_LABEL = "rotation of the input shaft φ₁ [°]"
 _FINE = np.linspace(0.0, 2.0 * np.pi, 1441)
-_POINTS = slice(None, None, 20)
-# Line styles differ besides colours, so that a black-and-white print can be read.
-_STYLES = (
-    {"color": "#1b4f8a", "linestyle": "-"},
-    {"color": "#c2571a", "linestyle": "--"},
-    {"color": "#3a7d44", "linestyle": ":"},
-)
-_MARKERS = ("o", "s", "^")
-_LOOK: Any = {
-    "figure.figsize": (7.2, 4.8),
-    "figure.constrained_layout.use": True,
-    "font.size": 11,
-    "axes.titlesize": 11,
-    "axes.grid": True,
-    "grid.color": "0.88",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "lines.linewidth": 1.6,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "cardan-dyn",
-}
-
-
-def require_matplotlib() -> None:
-    """Import matplotlib.
-
-    Raises:
-        MissingExtraError: it is not installed; the message names the install command.
-    """
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError as error:
-        raise MissingExtraError('figures need matplotlib: pip install "cardan-dyn[viz]"') from error
 
 
 def torque_ratio(turn: Sweep, beta: float) -> Figure:
@@ -60,7 +23,7 @@ def torque_ratio(turn: Sweep, beta: float) -> Figure:
     figure, axes = _axes("Torque ratio of the universal joint", beta, "D₂/D₁ [–]")
     found = -turn["bearing_out"].torsion / turn["bearing_in"].torsion
     _draw(axes, 0, "D₂/D₁", found, grossmann.moments(beta, _FINE).torsion_2)
-    _legend(figure)
+    legend(figure)
     return figure
 
 
@@ -82,14 +45,14 @@ def bending_polar(turn: Sweep, beta: float) -> Figure:
             ),
         )
     ):
-        axes.plot(line_angle, line, **_STYLES[number], label=f"{label}, closed form")
+        axes.plot(line_angle, line, **line_style(number), label=f"{label}, closed form")
         axes.plot(
-            angle[_POINTS],
-            (found / torque)[_POINTS],
-            **_points(number),
+            angle[::20],
+            (found / torque)[::20],
+            **point_style(number),
             label=f"{label}, Pinocchio",
         )
-    _legend(figure)
+    legend(figure)
     return figure
 
 
@@ -101,7 +64,7 @@ def thoma_bending(turn: Sweep, beta: float) -> Figure:
         zip(("$M_x/M_t$ (6)", "$M_z/M_t$ (7)"), thoma_moments(turn), strict=True)
     ):
         _draw(axes, number, label, found / TORQUE, closed[number])
-    _legend(figure)
+    legend(figure)
     return figure
 
 
@@ -115,63 +78,75 @@ def speed_ratio(joint_turn: Sweep, shaft_turn: Sweep, beta: float) -> Figure:
         )
     ):
         _draw(axes, number, label, turn.motion.ratio("bearing_out"), line)
-    _legend(figure)
+    legend(figure)
     return figure
 
 
-def _draw(axes: Any, number: int, label: str, found: Array, line: Array) -> None:
-    axes.plot(np.rad2deg(_FINE), line, **_STYLES[number], label=f"{label}, closed form")
+def compared(
+    position: ArrayLike,
+    found: Mapping[str, ArrayLike],
+    closed: Mapping[str, ArrayLike],
+    *,
+    quantity: str,
+    title: str = "",
+    over: str = INPUT_LABEL,
+    points: int = 36,
+) -> Figure:
+    """Draw results as points over closed forms as lines.
+
+    Args:
+        position: `(N,)` angles [rad], the abscissa of all values.
+        found: label to computed values `(N,)`, drawn as points.
+        closed: label to values of a formula `(N,)`, drawn as lines. A label that both have is
+            drawn in one colour.
+        quantity: label of the ordinate, with its unit.
+        title: of the figure.
+        over: label of the abscissa, with its unit.
+        points: about how many points are drawn of each result.
+    """
+    angle = np.asarray(position, dtype=float)
+    every = slice(None, None, max(1, (len(angle) - 1) // points))
+    numbers = {label: number for number, label in enumerate({**found, **closed})}
+    figure, axes = axes_grid()
+    for label, values in closed.items():
+        name = f"{label}, closed form" if label in found else label
+        axes.plot(np.rad2deg(angle), np.asarray(values), **line_style(numbers[label]), label=name)
+    for label, values in found.items():
+        shown = np.asarray(values)[every]
+        style = point_style(numbers[label])
+        axes.plot(np.rad2deg(angle)[every], shown, **style, label=f"{label}, Pinocchio")
+    axes.set_title(title)
+    axes.set_ylabel(quantity)
+    angle_axis(axes, over, angle)
+    legend(figure, 3 if len(found) + len(closed) > 6 else 2)
+    return figure
+
+
+def _draw(axes: Axes, number: int, label: str, found: Array, line: Array) -> None:
+    axes.plot(np.rad2deg(_FINE), line, **line_style(number), label=f"{label}, closed form")
     axes.plot(
-        np.rad2deg(POSITIONS)[_POINTS],
-        found[_POINTS],
-        **_points(number),
+        np.rad2deg(POSITIONS)[::20],
+        found[::20],
+        **point_style(number),
         label=f"{label}, Pinocchio",
     )
 
 
-def _points(number: int) -> dict[str, Any]:
-    return {
-        "linestyle": "none",
-        "marker": _MARKERS[number],
-        "markersize": 5,
-        "markerfacecolor": "white",
-        "color": _STYLES[number]["color"],
-    }
-
-
-def _axes(title: str, beta: float, label: str) -> tuple[Figure, Any]:
-    figure, axes = _subplots()
+def _axes(title: str, beta: float, label: str) -> tuple[Figure, Axes]:
+    figure, axes = axes_grid()
     axes.set_title(f"{title}, β = {_deg(beta)}°")
-    axes.set_xlabel("rotation of the input shaft φ₁ [°]")
     axes.set_ylabel(label)
-    axes.set_xlim(0.0, 360.0)
-    axes.set_xticks(range(0, 361, 45))
+    angle_axis(axes, INPUT_LABEL, POSITIONS)
     return figure, axes
 
 
-def _polar_axes(title: str) -> tuple[Figure, Any]:
-    figure, axes = _subplots(projection="polar")
-    figure.set_size_inches(6.4, 6.0)
+def _polar_axes(title: str) -> tuple[Figure, Axes]:
+    figure, axes = axes_grid(size=(6.4, 6.0), projection="polar")
     axes.set_title(title, pad=14)
     axes.set_rticks([0.4, 0.8, 1.2])
     axes.set_rlabel_position(67.5)
     for label in axes.get_yticklabels():
         label.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0})
-    return figure, axes
-
-
-def _legend(figure: Figure) -> None:
-    figure.legend(loc="outside lower center", ncols=2, frameon=False)
-
-
-def _subplots(**projection: str) -> tuple[Figure, Any]:
-    require_matplotlib()
-    import matplotlib
-    from matplotlib.figure import Figure as MatplotlibFigure
-
-    with matplotlib.rc_context(_LOOK):
-        figure = MatplotlibFigure()
-        axes = figure.add_subplot(**projection)
     return figure, axes
 
 

@@ -1,0 +1,108 @@
+"""Orders: how often per revolution a quantity swings, and how strongly."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..coordinates import Array
+from ..errors import ArgumentError
+from .style import Figure, axes_grid, legend, line_style
+
+_HATCHES = ("", "///", "...", "xx", "\\\\\\", "++")
+
+
+def order_amplitudes(position: ArrayLike, values: ArrayLike) -> tuple[Array, Array]:
+    """Return the Fourier amplitudes of a quantity over the orders of revolution.
+
+    Args:
+        position: `(N,)` angles [rad], evenly spaced over one or more whole turns; the end of the
+            last turn may be among them or not.
+        values: `(N,)` of any unit.
+
+    Returns:
+        Orders and amplitudes, each `(K,)`: order 2 swings twice per turn, its amplitude is half
+        the swing from peak to peak [unit of `values`]. Order 0 is the size of the mean.
+
+    Raises:
+        ArgumentError: the angles are not evenly spaced over whole turns.
+
+    >>> phi = np.linspace(0.0, 2.0 * np.pi, 73)
+    >>> orders, amplitudes = order_amplitudes(phi, 1.0 - 3.0 * np.sin(2.0 * phi))
+    >>> orders[:4].tolist(), amplitudes[:4].round(12).tolist()
+    ([0.0, 1.0, 2.0, 3.0], [1.0, 0.0, 3.0, 0.0])
+    """
+    angle, quantity = np.asarray(position, dtype=float), np.asarray(values, dtype=float)
+    if angle.ndim != 1 or angle.shape != quantity.shape or len(angle) < 3:
+        raise ArgumentError(
+            f"orders need at least 3 angles and as many values, not {angle.shape} and "
+            f"{quantity.shape}"
+        )
+    steps = np.diff(angle)
+    step = float(np.mean(steps))
+    if not (step > 0.0 and np.max(np.abs(steps - step)) < 1e-6 * step):
+        raise ArgumentError("orders need angles that rise evenly")
+    turns = (angle[-1] - angle[0]) / (2.0 * np.pi)
+    if abs(turns - round(turns)) < 1e-9 and round(turns):
+        quantity = quantity[:-1]
+    else:
+        turns = len(angle) * step / (2.0 * np.pi)
+        if abs(turns - round(turns)) > 1e-9 or not round(turns):
+            raise ArgumentError(f"orders need whole turns, the angles cover {turns:.6g}")
+    count = len(quantity)
+    amplitudes = np.abs(np.fft.rfft(quantity)) / count
+    # All but the mean and the highest order of an even count occur twice, as ±k.
+    amplitudes[1 : (count + 1) // 2] *= 2.0
+    return np.arange(len(amplitudes)) / round(turns), amplitudes
+
+
+def order_spectrum(
+    position: ArrayLike,
+    values: Mapping[str, ArrayLike],
+    *,
+    unit: str,
+    highest: int = 8,
+    logarithmic: bool = False,
+    title: str = "",
+) -> Figure:
+    """Draw the amplitudes of quantities over the orders of revolution as bars.
+
+    Args:
+        position: `(N,)` angles [rad], as in `order_amplitudes`.
+        values: label to values `(N,)`.
+        unit: of the values.
+        highest: order up to which is drawn.
+        logarithmic: draw amplitudes to a logarithmic scale.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: the angles are not evenly spaced over whole turns.
+    """
+    figure, axes = axes_grid()
+    width = 0.8 / max(len(values), 1)
+    greatest = 0.0
+    for number, (label, quantity) in enumerate(values.items()):
+        orders, amplitudes = order_amplitudes(position, quantity)
+        shown = orders <= highest + 1e-9
+        greatest = max(greatest, float(np.max(amplitudes[shown])))
+        axes.bar(
+            orders[shown] + (number - 0.5 * (len(values) - 1)) * width,
+            amplitudes[shown],
+            width,
+            label=label,
+            color="white" if number % 2 else line_style(number)["color"],
+            edgecolor=line_style(number)["color"],
+            hatch=_HATCHES[number % len(_HATCHES)] if number % 2 else "",
+        )
+    axes.set_xlabel("order: swings per revolution of the input [–]")
+    axes.set_ylabel(f"amplitude [{unit}]")
+    axes.set_xticks(range(highest + 1))
+    axes.grid(visible=False, axis="x")
+    if logarithmic:
+        axes.set_yscale("log")
+        axes.set_ylim(bottom=1e-6 * greatest if greatest > 0.0 else None)
+    axes.set_title(title)
+    legend(figure, min(len(values), 3))
+    return figure

@@ -1,0 +1,93 @@
+"""Over the angle: torsion, bending and forces of joints, speed ratio and angle error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..errors import ArgumentError, choices
+from ..sweep import Sweep
+from .style import Figure, angle_axis, axes_grid, legend, line_style, names
+
+UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
+"""Quantities of a `JointWrench` over the angle, and their units."""
+
+
+def over_angle(
+    turn: Sweep,
+    joints: str | Sequence[str],
+    quantities: str | Sequence[str] = ("torsion", "bending"),
+    *,
+    drive: str = "bearing_in",
+    title: str = "",
+) -> Figure:
+    """Draw torsion and bending of joints, or their forces, over the angle of the drive.
+
+    What is drawn is exerted by the parent link on the child link, at the joint origin.
+
+    Args:
+        turn: the sweep.
+        joints: one joint or several; each is a line.
+        quantities: of `torsion`, `bending`, `axial`, `shear`; each has its own axes.
+        drive: joint whose angle is the abscissa.
+        title: of the figure.
+
+    Raises:
+        ModelError: a joint is unknown or was not asked for.
+        ArgumentError: unknown quantity.
+    """
+    asked = names(quantities)
+    for quantity in asked:
+        if quantity not in UNITS:
+            raise ArgumentError(f"quantity {quantity!r} is unknown; quantities: {choices(UNITS)}")
+    wrenches = [turn[name] for name in names(joints)]
+    angle = turn.motion.position(drive)
+    figure, axes = axes_grid(len(asked), size=(7.2, 1.4 + 2.6 * len(asked)), share_x=True)
+    for quantity, here in zip(asked, np.atleast_1d(axes), strict=True):
+        for number, wrench in enumerate(wrenches):
+            values = getattr(wrench, quantity)
+            here.plot(np.rad2deg(angle), values, **line_style(number), label=wrench.joint)
+        here.set_ylabel(f"{quantity} [{UNITS[quantity]}]")
+        here.set_xlim(np.rad2deg([np.min(angle), np.max(angle)]))
+    angle_axis(np.atleast_1d(axes)[-1], f"{drive} [°]", angle)
+    figure.suptitle(title, fontsize=11)
+    legend(figure, min(len(wrenches), 4))
+    return figure
+
+
+def ratio_and_angle_error(
+    turns: Mapping[str, Sweep],
+    *,
+    output: str = "bearing_out",
+    drive: str = "bearing_in",
+    title: str = "",
+) -> Figure:
+    """Draw speed ratio and angle error of an output, one line per sweep.
+
+    The angle error is the lead of the output over the drive, output angle minus drive angle; a
+    constant part of it is left out.
+
+    Args:
+        turns: label to sweep. Each must cover whole turns for its mean lead to be left out.
+        output: joint whose motion is shown.
+        drive: joint that it is compared with.
+        title: of the figure.
+
+    Raises:
+        ModelError: unknown joint.
+    """
+    figure, (ratio, lead) = axes_grid(2, size=(7.2, 6.0), share_x=True)
+    for number, (label, turn) in enumerate(turns.items()):
+        angle = turn.motion.position(drive)
+        error = turn.motion.position(output) - angle
+        style = {**line_style(number), "label": label}
+        ratio.plot(np.rad2deg(angle), turn.motion.ratio(output), **style)
+        lead.plot(np.rad2deg(angle), np.rad2deg(error - np.mean(error[:-1])), **style)
+        angle_axis(lead, f"{drive} [°]", angle)
+    ratio.set_ylabel("speed ratio ω₂/ω₁ [–]")
+    lead.set_ylabel("angle error φ₂ − φ₁ [°]")
+    ratio.ticklabel_format(useOffset=False)
+    figure.suptitle(title, fontsize=11)
+    legend(figure, min(len(turns), 3))
+    return figure

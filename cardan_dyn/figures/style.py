@@ -1,0 +1,161 @@
+"""Style: the one look of all figures, and the axes they are drawn on."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..coordinates import Array
+from ..errors import MissingExtraError
+
+Figure = Any
+"""A `matplotlib.figure.Figure`."""
+Axes = Any
+"""A `matplotlib.axes.Axes`."""
+
+# Line styles differ besides colours, so that a black-and-white print can be read.
+_LINES: tuple[tuple[str, Any], ...] = (
+    ("#1b4f8a", "-"),
+    ("#c2571a", "--"),
+    ("#3a7d44", ":"),
+    ("#7a3b8f", "-."),
+    ("#8a6d1b", (0, (6, 1.5, 1, 1.5, 1, 1.5))),
+    ("#444444", (0, (1, 0.8))),
+    ("#a8324a", (0, (8, 2))),
+    ("#2a8a8a", (0, (3, 1, 1, 1))),
+)
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
+LOOK: Any = {
+    "figure.figsize": (7.2, 4.8),
+    "figure.constrained_layout.use": True,
+    "font.size": 11,
+    "axes.titlesize": 11,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "0.88",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "lines.linewidth": 1.6,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "cardan-dyn",
+}
+
+
+def require_matplotlib() -> None:
+    """Import matplotlib.
+
+    Raises:
+        MissingExtraError: it is not installed; the message names the install command.
+    """
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise MissingExtraError('figures need matplotlib: pip install "cardan-dyn[viz]"') from error
+
+
+def line_style(number: int) -> dict[str, Any]:
+    """Return colour and line style of the line with this number, for `Axes.plot`."""
+    color, style = _LINES[number % len(_LINES)]
+    return {"color": color, "linestyle": style}
+
+
+def point_style(number: int) -> dict[str, Any]:
+    """Return marker and colour of the points with this number, for `Axes.plot`."""
+    return {
+        "linestyle": "none",
+        "marker": _MARKERS[number % len(_MARKERS)],
+        "markersize": 5,
+        # Filled where the markers start again.
+        "markerfacecolor": "white" if number % (2 * len(_MARKERS)) < len(_MARKERS) else None,
+        "color": _LINES[number % len(_LINES)][0],
+    }
+
+
+def axes_grid(
+    rows: int = 1,
+    columns: int = 1,
+    *,
+    size: tuple[float, float] | None = None,
+    share_x: bool = False,
+    **projection: str,
+) -> tuple[Figure, Any]:
+    """Return an empty figure in the look of this package, and its axes.
+
+    Args:
+        rows: of axes.
+        columns: of axes.
+        size: width and height [inch].
+        share_x: one abscissa for the axes of a column.
+        projection: `projection="polar"` or `"3d"`.
+
+    Returns:
+        The figure, and its axes: one, or an array `(rows * columns,)` row by row.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    require_matplotlib()
+    import matplotlib
+    from matplotlib.figure import Figure as MatplotlibFigure
+
+    with matplotlib.rc_context(LOOK):
+        figure = MatplotlibFigure(figsize=size) if size else MatplotlibFigure()
+        axes = figure.subplots(
+            rows, columns, squeeze=False, sharex="col" if share_x else False, subplot_kw=projection
+        ).ravel()
+    return figure, axes[0] if len(axes) == 1 else axes
+
+
+def legend(figure: Figure, columns: int = 2) -> None:
+    """Put one legend below all axes of a figure, each label once."""
+    named: dict[str, Any] = {}
+    for axes in figure.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            named.setdefault(label, handle)
+    figure.legend(
+        named.values(), named.keys(), loc="outside lower center", ncols=columns, frameon=False
+    )
+
+
+def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[Path]:
+    """Write a figure as SVG and PNG; the same figure makes the same files.
+
+    Args:
+        figure: the figure.
+        path: where to, without a suffix or with any; its directory is made if need be.
+        dpi: resolution of the PNG [1/inch].
+
+    Returns:
+        Paths of the SVG and of the PNG.
+
+    Raises:
+        OSError: they cannot be written.
+    """
+    import matplotlib
+
+    base = Path(path)
+    base.parent.mkdir(parents=True, exist_ok=True)
+    vector, pixels = base.with_suffix(".svg"), base.with_suffix(".png")
+    with matplotlib.rc_context(LOOK):
+        # Without a date in it, the same figure is the same file.
+        figure.savefig(vector, metadata={"Date": None})
+        figure.savefig(pixels, dpi=dpi, metadata={"Software": None})
+    return [vector, pixels]
+
+
+def angle_axis(axes: Axes, label: str, position: Array) -> None:
+    """Make the abscissa an angle in degrees, with a tick every 45° over one turn."""
+    axes.set_xlabel(label)
+    low, high = (float(np.rad2deg(end)) for end in (np.min(position), np.max(position)))
+    axes.set_xlim(low, high)
+    if 180.0 <= high - low <= 361.0:
+        axes.set_xticks(np.arange(45 * np.ceil(low / 45 - 1e-9), high + 1e-6, 45))
+
+
+def names(joints: str | Sequence[str]) -> list[str]:
+    """Return one name or several as a list."""
+    return [joints] if isinstance(joints, str) else list(joints)

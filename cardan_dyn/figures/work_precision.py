@@ -1,0 +1,113 @@
+"""Work and precision: what an accurate value costs, method by method."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import ArgumentError
+from .style import Axes, Figure, axes_grid, legend, line_style, point_style
+
+FIELDS = ("method", "task", "error", "microseconds")
+"""Fields that every record needs; `beta_deg` [deg] is read as well."""
+_FLOOR = 1e-17  # Where an error of exactly zero is drawn.
+
+
+def read_records(directory: str | os.PathLike[str]) -> list[dict[str, Any]]:
+    """Read the results of benchmarks.
+
+    Args:
+        directory: with JSON files, each a list of records or a mapping that holds such lists. A
+            record is a mapping with `method`, `task`, `error` [–] and `microseconds` per value;
+            what lacks one of them is left out, and what was not measured (no number, no time).
+
+    Returns:
+        The records of all files in the order of their names; none if there is no file.
+
+    Raises:
+        ArgumentError: a file is not JSON.
+    """
+    records: list[dict[str, Any]] = []
+    for path in sorted(Path(directory).glob("*.json")):
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise ArgumentError(f"{path} is not JSON: {error}") from error
+        lists = [content] if isinstance(content, list) else _lists(content)
+        records += [record for entries in lists for record in entries if _complete(record)]
+    return records
+
+
+def work_precision(records: Iterable[Mapping[str, Any]], title: str = "") -> Figure:
+    """Draw error against time per value, one line per method and one axes per task.
+
+    Args:
+        records: mappings with `method`, `task`, `error` (relative), `microseconds` (time per
+            value). An error of exactly zero is drawn at 1e-17.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: there is no record, or one lacks a field.
+    """
+    table = [dict(record) for record in records]
+    if not table or not all(_complete(record) for record in table):
+        raise ArgumentError(f"work-precision needs records with the fields {', '.join(FIELDS)}")
+    tasks = list(dict.fromkeys(record["task"] for record in table))
+    methods = list(dict.fromkeys(record["method"] for record in table))
+    columns = min(len(tasks), 2)
+    rows = -(-len(tasks) // columns)
+    figure, axes = axes_grid(rows, columns, size=(4.6 * columns + 2.0 * (columns == 1), 4.2 * rows))
+    places = [axes] if rows * columns == 1 else list(axes)
+    for place, task in zip(places, tasks, strict=False):
+        for number, method in enumerate(methods):
+            points = sorted(
+                (float(record["microseconds"]), max(float(record["error"]), _FLOOR))
+                for record in table
+                if record["task"] == task and record["method"] == method
+            )
+            if points:
+                style = {**point_style(number), **line_style(number), "label": method}
+                place.plot(*zip(*points, strict=True), **style)
+        place.set_xscale("log")
+        place.set_yscale("log")
+        _whole_decades(place)
+        place.set_xlabel("time per value [µs]")
+        place.set_ylabel("relative error [–]")
+        place.set_title(task)
+    for place in places[len(tasks) :]:
+        place.remove()
+    figure.suptitle(title, fontsize=11)
+    legend(figure, min(len(methods), 3 if columns == 2 else 2))
+    return figure
+
+
+def _whole_decades(axes: Axes) -> None:
+    """Let both scales cover at least two decades, with numbers at whole decades only."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    limits = (
+        (axes.get_xlim, axes.set_xlim, axes.xaxis),
+        (axes.get_ylim, axes.set_ylim, axes.yaxis),
+    )
+    for get, put, axis in limits:
+        low, high = np.log10(get())
+        spare = max(0.0, 2.2 - (high - low)) / 2.0
+        put(10.0 ** (low - spare), 10.0 ** (high + spare))
+        axis.set_major_locator(LogLocator(numticks=8))
+        axis.set_minor_formatter(NullFormatter())
+
+
+def _lists(content: Any) -> list[list[Any]]:
+    return [part for part in content.values() if isinstance(part, list)] if content else []
+
+
+def _complete(record: Any) -> bool:
+    if not isinstance(record, Mapping) or any(record.get(field) is None for field in FIELDS):
+        return False
+    error, time = (record[field] for field in FIELDS[2:])
+    return bool(np.isfinite(error) and np.isfinite(time) and time > 0.0)

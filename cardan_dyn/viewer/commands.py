@@ -1,0 +1,212 @@
+"""Meshcat: a scene as the commands of meshcat's viewer.
+
+Needs the extra `viz` (meshcat); it is imported when the first object is drawn.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from ..coordinates import Array
+from ..errors import MissingExtraError
+
+STEADY = 1e-7
+"""Change of a pose, as a fraction of the scene's size, below which it needs no track."""
+
+
+@cache
+def meshcat() -> Any:
+    """Return meshcat's `geometry` and `commands`, its `pack`, and its viewer's `script`.
+
+    Raises:
+        MissingExtraError: meshcat is not installed; the message names the install command.
+    """
+    try:
+        with warnings.catch_warnings():
+            # Its server, which is not used here, imports what newer versions of pyzmq deprecate.
+            warnings.simplefilter("ignore")
+            from meshcat import commands, geometry, visualizer
+            from meshcat.servers import zmqserver
+    except ImportError as error:
+        raise MissingExtraError(
+            'the viewer needs meshcat: pip install "cardan-dyn[viz]"'
+        ) from error
+    script = Path(zmqserver.VIEWER_ROOT) / "main.min.js"
+    return SimpleNamespace(
+        geometry=geometry,
+        commands=commands,
+        pack=visualizer.umsgpack.packb,
+        extension=visualizer.umsgpack.Ext,
+        script=script.read_text(encoding="utf-8"),
+    )
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a node of the scene is.
+
+    Attributes:
+        position: `(N, 3)` [m], or `(1, 3)` if it stands still.
+        quaternion: `(N, 4)` unit quaternions x, y, z, w, or `(1, 4)`.
+        scale: `(N,)` uniform scale, or `(1,)`.
+    """
+
+    position: Array
+    quaternion: Array
+    scale: Array
+
+    @classmethod
+    def of(
+        cls, position: Array, quaternion: Array | None = None, scale: Array | None = None
+    ) -> Pose:
+        """Return a pose; what is not given stays upright and at its own size."""
+        still = np.array([[0.0, 0.0, 0.0, 1.0]])
+        return cls(
+            np.atleast_2d(position),
+            still if quaternion is None else np.atleast_2d(quaternion),
+            np.ones(1) if scale is None else scale,
+        )
+
+
+class Drawing:
+    """Collects the commands of a scene and the tracks of its animation.
+
+    Args:
+        size: size of the scene [m], against which movements are judged.
+        times: `(N,)` of the samples [s]; no animation for a single one.
+
+    Attributes:
+        commands: what meshcat's viewer is told, in order, as mappings.
+        labels: path, text and CSS colour of each label.
+    """
+
+    def __init__(self, size: float, times: Array) -> None:
+        self.commands: list[dict[str, Any]] = []
+        self.labels: list[tuple[str, str, str]] = []
+        self._size = size
+        self._times = times
+        self._clips: list[dict[str, Any]] = []
+
+    def place(self, path: str, pose: Pose) -> None:
+        """Place a node at its first sample, and animate what changes."""
+        tracks = []
+        for name, kind, values, tolerance in (
+            ("position", "vector3", pose.position, STEADY * self._size),
+            ("quaternion", "quaternion", pose.quaternion, STEADY),
+            ("scale", "vector3", np.repeat(pose.scale[:, None], 3, axis=1), STEADY),
+        ):
+            self.property(path, name, [float(value) for value in values[0]])
+            if len(values) > 1 and np.max(np.ptp(values, axis=0)) > tolerance:
+                tracks.append(
+                    {
+                        "name": f".{name}",
+                        "type": kind,
+                        "times": _floats(self._times),
+                        "values": _floats(values),
+                    }
+                )
+        if tracks:
+            # With one frame per second, meshcat takes the times as they are.
+            clip = {"fps": 1, "name": "sweep", "tracks": tracks}
+            self._clips.append({"path": path, "clip": clip})
+
+    def add(self, path: str, geometry: Any, color: Color, placement: Array | None = None) -> None:
+        """Add an object.
+
+        Args:
+            path: node that gets it.
+            geometry: from `meshcat().geometry`.
+            color: how it looks.
+            placement: `(4, 4)` of the object in its parent node.
+        """
+        tools = meshcat()
+        material = tools.geometry.MeshPhongMaterial(
+            color=color.number,
+            opacity=color.opacity,
+            transparent=color.opacity < 1.0 or color.on_top,
+            side=0,
+            depthTest=not color.on_top,
+            depthWrite=color.opacity == 1.0 and not color.on_top,
+        )
+        entries = tuple(path.strip("/").split("/"))
+        where = tools.commands.Path(entries)
+        self.commands.append(tools.commands.SetObject(geometry, material, where).lower())
+        if color.on_top:
+            self.property(f"{path}/<object>", "renderOrder", 1 + color.layer)
+        if placement is not None:
+            self.commands.append(tools.commands.SetTransform(placement, where).lower())
+
+    def label(self, path: str, text: str, color: Color, pose: Pose) -> None:
+        """Add a text that faces the camera."""
+        self.place(path, pose)
+        self.labels.append((path, text, color.css))
+
+    def property(self, path: str, name: str, value: object) -> None:
+        """Set a property of a node."""
+        # meshcat's own class writes names in lower case, which `renderOrder` is not.
+        self.commands.append(
+            {"type": "set_property", "path": path, "property": name, "value": value}
+        )
+
+    def packed(self) -> list[bytes]:
+        """Return all commands, the animation last, in msgpack as meshcat's viewer reads it."""
+        pack, commands = meshcat().pack, list(self.commands)
+        if self._clips:
+            # More turns than anyone watches; msgpack has no way to write "for ever" here.
+            options = {"play": True, "repetitions": 1_000_000_000}
+            commands.append(
+                {
+                    "type": "set_animation",
+                    "path": "",
+                    "animations": self._clips,
+                    "options": options,
+                }
+            )
+        return [pack(command) for command in commands]
+
+
+@dataclass(frozen=True)
+class Color:
+    """How an object looks.
+
+    Attributes:
+        red, green, blue, opacity: 0 to 1.
+        on_top: whether it is drawn over what stands before it.
+        layer: of objects on top, the one with the greater number covers the other.
+    """
+
+    red: float
+    green: float
+    blue: float
+    opacity: float = 1.0
+    on_top: bool = False
+    layer: int = 0
+
+    @property
+    def number(self) -> int:
+        """The colour as meshcat's materials take it."""
+        return int(self.css[1:], 16)
+
+    @property
+    def css(self) -> str:
+        """The colour as `#rrggbb`."""
+        parts = (round(255 * part) for part in (self.red, self.green, self.blue))
+        return "#" + "".join(f"{part:02x}" for part in parts)
+
+    @classmethod
+    def of(cls, css: str, **more: Any) -> Color:
+        """Return the colour `#rrggbb`."""
+        red, green, blue = (int(css[start : start + 2], 16) / 255 for start in (1, 3, 5))
+        return cls(red, green, blue, **more)
+
+
+def _floats(values: Array) -> Any:
+    # 0x17: msgpack-lite's extension for a Float32Array.
+    return meshcat().extension(0x17, np.ascontiguousarray(values, dtype="<f4").tobytes())

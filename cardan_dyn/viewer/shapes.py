@@ -1,0 +1,133 @@
+"""Shapes of the viewer: arrows, traces and where they point, as arrays."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from ..coordinates import Array
+
+_SIDES = 20
+
+
+def arrow(thickness: float) -> tuple[Array, Array]:
+    """Return vertices `(n, 3)` and faces `(m, 3)` of an arrow of length 1 along z.
+
+    Args:
+        thickness: radius of its shaft.
+    """
+    head, neck = 3.2 * thickness, 1.0 - 9.0 * thickness
+    # Corners stand twice, so that edges stay sharp when normals are averaged at vertices.
+    profile = [
+        *((0.0, 0.0), (thickness, 0.0)),
+        *((thickness, 0.0), (thickness, neck)),
+        *((thickness, neck), (head, neck)),
+        *((head, neck), (0.0, 1.0)),
+    ]
+    return _turned(np.array(profile))
+
+
+def rod(radius: float, low: float, high: float) -> tuple[Array, Array]:
+    """Return vertices and faces of a cylinder along z between two heights."""
+    corners = [(0.0, low), (radius, low), (radius, high), (0.0, high)]
+    profile = [point for pair in itertools.pairwise(corners) for point in pair]
+    return _turned(np.array(profile))
+
+
+def path(points: Array, radius: float) -> tuple[Array, Array]:
+    """Return vertices and faces of a wire along a curve `(n, 3)`; none if it is a point."""
+    steps = np.diff(points, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    kept = lengths > 1e-6 * radius
+    start, steps = points[:-1][kept], steps[kept] / lengths[kept, None]
+    end = points[1:][kept]
+    across = np.cross(steps, np.eye(3)[np.argmin(np.abs(steps), axis=1)])
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    other = np.cross(steps, across)
+    turn = np.arange(3) * 2.0 * np.pi / 3.0
+    ring = radius * (
+        across[:, None] * np.cos(turn)[:, None] + other[:, None] * np.sin(turn)[:, None]
+    )
+    vertices = np.concatenate([start[:, None] + ring, end[:, None] + ring], axis=1)
+    sides = np.array([[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]])
+    faces = sides + 6 * np.arange(len(steps))[:, None, None]
+    return vertices.reshape(-1, 3), faces.reshape(-1, 3)
+
+
+def towards(directions: Array) -> Array:
+    """Return quaternions `(N, 4)` that turn z into unit vectors `(N, 3)`.
+
+    The twist about the direction is free; it is chosen such that neighbouring samples stay
+    neighbours.
+    """
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    # The shortest turn from the axis that is farthest from being opposite to any direction.
+    base = axes[np.argmax(np.min(directions @ axes.T, axis=0))]
+    return _product(_shortest(base, directions), _shortest(np.array([0.0, 0.0, 1.0]), base[None]))
+
+
+def filled(vectors: Array, threshold: float) -> tuple[Array, Array]:
+    """Return unit directions `(N, 3)` and lengths `(N,)` of vectors.
+
+    Where a vector is shorter than `threshold`, it has the direction of the sample before.
+    """
+    lengths = np.linalg.norm(vectors, axis=1)
+    usable = lengths > threshold
+    if not np.any(usable):
+        return np.tile([0.0, 0.0, 1.0], (len(vectors), 1)), lengths
+    numbers = np.where(usable, np.arange(len(vectors)), -1)
+    last = np.maximum.accumulate(numbers)
+    last[last < 0] = int(np.argmax(usable))
+    return vectors[last] / lengths[last, None], lengths
+
+
+def extremes(points: Array, count: int = 96) -> Array:
+    """Return those of many points `(n, 3)` that lie outermost in `count` directions."""
+    number = np.arange(count) + 0.5
+    height, turn = 1.0 - 2.0 * number / count, np.pi * (1.0 + 5.0**0.5) * number
+    width = np.sqrt(1.0 - height**2)
+    directions = np.stack([width * np.cos(turn), width * np.sin(turn), height])
+    return np.asarray(points[np.unique(np.argmax(points @ directions, axis=0))])
+
+
+def rounded(value: float) -> float:
+    """Return the greatest of 1, 2, 5, 10, … that does not exceed a positive value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(
+        power * max(step for step in (1.0, 2.0, 5.0) if step * power <= value * (1 + 1e-9))
+    )
+
+
+def _turned(profile: Array) -> tuple[Array, Array]:
+    """Return the surface of revolution of pairs of points `(2 k, 2)`: radius and height."""
+    turn = np.linspace(0.0, 2.0 * np.pi, _SIDES, endpoint=False)
+    radius, height = profile[:, 0, None], profile[:, 1, None]
+    vertices = np.stack(
+        [radius * np.cos(turn), radius * np.sin(turn), height + 0.0 * turn], axis=-1
+    ).reshape(-1, 3)
+    here, after = np.arange(_SIDES), np.roll(np.arange(_SIDES), -1)
+    faces = []
+    for low in range(0, len(profile), 2):
+        first, second = low * _SIDES, (low + 1) * _SIDES
+        faces.append(np.stack([first + here, first + after, second + after], axis=1))
+        faces.append(np.stack([first + here, second + after, second + here], axis=1))
+    return vertices, np.concatenate(faces)
+
+
+def _shortest(source: Array, target: Array) -> Array:
+    """Return quaternions of the shortest turns from a unit vector to unit vectors `(N, 3)`."""
+    cosine = target @ source
+    result = np.concatenate([np.cross(source, target), 1.0 + cosine[:, None]], axis=1)
+    opposite = cosine < -1.0 + 1e-12
+    across = np.cross(source, np.eye(3)[np.argmin(np.abs(source))])
+    result[opposite] = [*across, 0.0]
+    return np.asarray(result / np.linalg.norm(result, axis=1)[:, None])
+
+
+def _product(first: Array, second: Array) -> Array:
+    """Return the products of quaternions: the turn `second`, then `first`."""
+    u, a = first[:, :3], first[:, 3:]
+    v, b = second[:, :3], second[:, 3:]
+    scalar = a * b - np.sum(u * v, axis=1, keepdims=True)
+    return np.concatenate([a * v + b * u + np.cross(u, v), scalar], axis=1)

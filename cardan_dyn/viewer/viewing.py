@@ -1,0 +1,171 @@
+"""Viewer: watch a sweep turn, with its moments drawn on it, in a browser or as one HTML file.
+
+Needs the extra `viz` (meshcat). The browser shows it with meshcat's own viewer and animation.
+"""
+
+from __future__ import annotations
+
+import html
+import os
+import sys
+import webbrowser
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import ArgumentError
+from ..sweep import Sweep
+from .commands import meshcat
+from .page import Server, render
+from .scene import Parts, build
+
+
+def view(
+    sweep: Sweep,
+    *,
+    joints: Sequence[str] | None = None,
+    visuals: bool = True,
+    moments: bool = True,
+    forces: bool = True,
+    axes: bool = True,
+    traces: bool = True,
+    labels: bool = True,
+    duration: float = 8.0,
+    frames: int = 1440,
+    title: str | None = None,
+) -> View:
+    """Draw a sweep as a scene that moves.
+
+    Moments are split into torsion (along the joint axis) and bending (across it); where a shaft
+    turns in a bearing that stands still, its whole moment 𝔐 draws a trace in the axes that turn
+    with the shaft (Grossmann 1939). Every arrow shows what the parent exerts on the child.
+
+    Args:
+        sweep: over one dimension, of any number of samples.
+        joints: whose arrows, axes and names are drawn; all outputs of the sweep if not given.
+        visuals: draw the shapes of the links; lines between the joints where there are none.
+        moments: draw torsion and bending.
+        forces: draw forces.
+        axes: draw the joint axes, those of loops marked.
+        traces: draw the moments of the shafts and the curves they trace.
+        labels: draw the joint names.
+        duration: time in which the sweep is shown once [s].
+        frames: at most so many samples are shown, evenly chosen.
+        title: of the page; the mechanism's name if not given.
+
+    Returns:
+        A view: `.open()` shows it in a browser, `.export(path)` writes it as one HTML file, a
+        notebook shows it as it is.
+
+    Raises:
+        MissingExtraError: meshcat is not installed; the message names the install command.
+        ModelError: a joint is unknown or not among the outputs.
+        ArgumentError: the sweep has no or several dimensions, or a number is out of range.
+    """
+    meshcat()
+    if not isinstance(sweep, Sweep):
+        raise ArgumentError(f"view() takes the result of a sweep, not {type(sweep).__name__}")
+    chosen = tuple(sweep.outputs if joints is None else joints)
+    for name in chosen:
+        if sweep[name].force.ndim != 2:
+            raise ArgumentError("view() takes a sweep over one dimension")
+    if len(sweep) == 0:
+        raise ArgumentError("view() needs at least one sample")
+    if not (np.isfinite(duration) and duration > 0.0):
+        raise ArgumentError(f"duration {duration!r} is not a positive number of seconds")
+    if frames < 1:
+        raise ArgumentError(f"frames {frames!r} is not positive")
+    count = min(len(sweep), frames)
+    rows = np.unique(np.linspace(0, len(sweep) - 1, count).round().astype(int))
+    times = np.linspace(0.0, duration, len(rows))
+    parts = Parts(visuals, moments, forces, axes, traces, labels)
+    return View(render(build(sweep, chosen, parts, times, rows), title or sweep.mechanism.name))
+
+
+class View:
+    """A scene that can be shown.
+
+    Attributes:
+        html: the page, complete: no other file and no network is needed.
+    """
+
+    def __init__(self, page: str) -> None:
+        self.html = page
+        self._server: Server | None = None
+
+    @property
+    def url(self) -> str:
+        """Address at which a browser on this machine finds the page.
+
+        A server on 127.0.0.1 starts when this is first asked for, and ends with the process.
+        """
+        if self._server is None:
+            self._server = Server(self.html)
+        return self._server.url
+
+    def open(self, patience: float = 10.0) -> bool:
+        """Show the page in a browser, if there is one with a display.
+
+        Args:
+            patience: how long to wait for the browser to fetch the page [s], so that a script may
+                end after this.
+
+        Returns:
+            Whether a browser has fetched it.
+        """
+        if not _has_display():
+            return False
+        try:
+            started = webbrowser.open(self.url, new=2)
+        except webbrowser.Error:
+            return False
+        return started and self._server is not None and self._server.wait(patience)
+
+    def export(self, path: str | os.PathLike[str]) -> Path:
+        """Write the page and return its path.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        file = Path(path)
+        file.write_text(self.html, encoding="utf-8")
+        return file
+
+    def serve(self) -> None:
+        """Serve the page until `close` is called or the process is interrupted."""
+        if self.url and self._server is not None:
+            self._server.join()
+
+    def close(self) -> None:
+        """End the server, if there is one."""
+        if self._server is not None:
+            self._server.close()
+            self._server = None
+
+    def embedded(self, height: int = 560) -> str:
+        """Return an HTML element that contains the page.
+
+        Args:
+            height: of the element [px].
+        """
+        # Spelt so, a search for links in a document finds only the document's own.
+        page = html.escape(self.html).replace("http", "&#104;ttp")
+        return (
+            f'<iframe srcdoc="{page}" loading="lazy" '
+            f'style="width: 100%; height: {height}px; border: 1px solid #ddd"></iframe>'
+        )
+
+    def _repr_html_(self) -> str:
+        return self.embedded()
+
+    def __repr__(self) -> str:
+        where = "not served yet" if self._server is None else f"at {self._server.url}"
+        return f"<View of {len(self.html) / 1e6:.1f} MB, {where}>"
+
+
+def _has_display() -> bool:
+    """Return whether a browser could show a window: text browsers would take over the terminal."""
+    if sys.platform in ("win32", "darwin"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -1,0 +1,137 @@
+"""Exported scenes in a real headless browser: what they show, and that they stay offline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn import comparisons, report
+from cardan_dyn.viewer.defaults import default_sweep
+
+# Hues of the bundled descriptions' materials: channel that leads, channel that trails.
+BLUE, ORANGE = (2, 0), (0, 2)
+
+
+def share(picture: np.ndarray, hue: tuple[int, int], gap: int = 70) -> float:
+    """Fraction of the pixels in the scene whose colour has this hue."""
+    scene = picture[:, :940]
+    lead, trail = (scene[..., channel] for channel in hue)
+    middle = scene[..., 1]
+    seen = (lead - trail > gap) & (middle < lead) & (middle > trail)
+    return float(np.mean(seen))
+
+
+def changed(first: np.ndarray, second: np.ndarray) -> float:
+    """Fraction of the pixels in the scene that differ visibly."""
+    return float(np.mean(np.max(np.abs(first - second)[:, :940], axis=2) > 20))
+
+
+@pytest.mark.parametrize("name", ["universal_joint", "double_shaft_z"])
+def test_scene_shows_both_shafts_turning(name: str, opened: Callable, tmp_path: Path) -> None:
+    sweep = default_sweep(cd.load(name))
+    file = cd.view(sweep).export(tmp_path / "scene.html")
+    page = opened(file)
+    pictures = [page.picture(moment) for moment in (0.0, 0.1, 0.3)]
+    for picture in pictures:
+        assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 500
+        assert share(picture, BLUE) > 0.004
+        assert share(picture, ORANGE) > 0.003
+        # Nothing is cut off: the outermost pixels of the scene show the background alone.
+        border = np.concatenate([picture[:3, :940], picture[-3:, :940]]).reshape(-1, 3)
+        assert np.max(np.ptp(border, axis=1)) < 25
+        assert np.max(np.ptp(picture[5:-5, :3].reshape(-1, 3), axis=1)) < 25
+    assert changed(pictures[0], pictures[1]) > 0.005
+    assert changed(pictures[1], pictures[2]) > 0.005
+    # The revolution closes, up to a last frame that differs by rounding.
+    assert changed(pictures[0], page.picture(1.0)) < 0.002
+    assert page.complaints == []
+    assert page.requests == [file.as_uri()]
+
+
+def test_arrows_end_where_the_wrench_says(
+    opened: Callable, joint_turn: cd.Sweep, tmp_path: Path
+) -> None:
+    """Length and direction of the bending arrow at a sample, as the browser places it."""
+    page = opened(cd.view(joint_turn, frames=721).export(tmp_path / "scene.html"))
+    greatest = max(np.max(np.linalg.norm(joint_turn[k].moment, axis=1)) for k in joint_turn.outputs)
+    for sample in (40, 250):
+        page.picture(sample / 720)
+        tips = []
+        for kind in ("torsion", "bending"):
+            node = f'viewer.scene_tree.find(["{kind}", "bearing_out"]).object'
+            tips.append(
+                page.evaluate(
+                    f"(() => {{ const n = {node}; const v = new THREE.Vector3(0, 0, 1);"
+                    "v.applyQuaternion(n.quaternion).multiplyScalar(n.scale.x);"
+                    "return [v.x, v.y, v.z]; })()"
+                )
+            )
+        wrench = joint_turn.wrench("bearing_out", "world")
+        torsion = wrench.torsion[sample] * np.broadcast_to(wrench.axis, (721, 3))[sample]
+        bending = wrench.bending_vector[sample]
+        for tip, expected in zip(tips, (torsion, bending), strict=True):
+            ratio = np.linalg.norm(tip) / np.linalg.norm(expected)
+            np.testing.assert_allclose(np.array(tip) / ratio, expected, atol=1e-4 * greatest)
+        assert np.linalg.norm(tips[0]) / np.linalg.norm(tips[1]) == pytest.approx(
+            np.linalg.norm(torsion) / np.linalg.norm(bending), rel=1e-4
+        )
+
+
+def test_slider_and_parts_of_the_control_panel(
+    opened: Callable, joint_turn: cd.Sweep, tmp_path: Path
+) -> None:
+    page = opened(cd.view(joint_turn, duration=5.0).export(tmp_path / "scene.html"))
+    assert page.evaluate("viewer.animator.duration") == pytest.approx(5.0)
+    assert page.evaluate("document.querySelectorAll('.slider').length") >= 1
+    legend = page.evaluate("document.getElementById('legend').innerText")
+    for word in ("torsion", "bending", "trace", "loop", "N·m"):
+        assert word in legend
+    box = page.evaluate("document.getElementById('legend').getBoundingClientRect().bottom")
+    assert box < 760
+
+
+def test_served_page_is_the_exported_one(opened: Callable, joint_turn: cd.Sweep) -> None:
+    with_url = cd.view(joint_turn)
+    page = opened(with_url.url)
+    assert share(page.picture(0.1), BLUE) > 0.004
+    assert page.complaints == []
+    assert page.requests == [with_url.url]
+    with_url.close()
+    # The page is complete: it goes on without its server.
+    assert changed(page.picture(0.1), page.picture(0.3)) > 0.005
+
+
+def test_without_visuals_rods_and_axes_are_shown(opened: Callable, tmp_path: Path) -> None:
+    from xml.etree import ElementTree
+
+    from cardan_dyn.read import bundled_directory
+
+    root = ElementTree.parse(bundled_directory() / "four_bar.urdf").getroot()
+    for link in root.findall("link"):
+        for visual in link.findall("visual"):
+            link.remove(visual)
+    mechanism = cd.load(ElementTree.tostring(root, encoding="unicode"))
+    page = opened(cd.view(default_sweep(mechanism)).export(tmp_path / "scene.html"))
+    first, second = page.picture(0.0), page.picture(0.3)
+    assert len(np.unique(first.reshape(-1, 3), axis=0)) > 300
+    assert changed(first, second) > 0.002
+    assert page.complaints == []
+
+
+def test_report_page_shows_both_scenes_offline(opened: Callable, tmp_path: Path) -> None:
+    path = report.write(comparisons.run(), tmp_path)
+    page = opened(path, scene=False)
+    assert page.evaluate("document.querySelectorAll('iframe').length") == 2
+    for number in (0, 1):
+        page.evaluate(f"document.querySelectorAll('iframe')[{number}].scrollIntoView()")
+        page.page.wait_for_function(
+            f"document.querySelectorAll('iframe')[{number}].contentWindow.eval("
+            "'typeof viewer === \"object\" && viewer.animator.actions.length > 0')"
+        )
+        page.page.wait_for_timeout(300)
+    assert page.complaints == []
+    assert [url for url in page.requests if not url.startswith(("file:", "data:", "about:"))] == []
