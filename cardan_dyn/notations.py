@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from . import urdf
 from .description import LoopDescription
+from .elements import JOINT_TYPES, loop
 from .errors import ModelError, choices
 
 GEPETTO_TYPES = {"6d": "fixed", "3d": "spherical"}
@@ -46,12 +46,10 @@ def agreed(
     """
     found = {
         "URDF+ <loop>": tuple(
-            urdf.loop(item, ("predecessor", "successor"), links, where)
-            for item in robot.findall("loop")
+            loop(item, ("predecessor", "successor"), links, where) for item in robot.findall("loop")
         ),
         "Isaac <loop_joint>": tuple(
-            urdf.loop(item, ("link1", "link2"), links, where)
-            for item in robot.findall("loop_joint")
+            loop(item, ("link1", "link2"), links, where) for item in robot.findall("loop_joint")
         ),
         f"Gepetto {extra.path.name}" if extra else "": extra.loops if extra else (),
     }
@@ -133,7 +131,7 @@ def gepetto(path: Path, robot: ElementTree.Element, joints: dict[str, str]) -> G
     for name in (*motors, *names):
         if name not in joints:
             raise ModelError(f"{where}: joint {name!r} does not exist; joints: {choices(joints)}")
-    known = urdf.JOINT_TYPES | {"spherical"}
+    known = JOINT_TYPES | {"spherical"}
     for kind in kinds:
         if kind.lower() not in known:
             raise ModelError(f"{where}: joint_type {kind!r} is unknown; types: {choices(known)}")

@@ -107,7 +107,54 @@ class Plan:
         return "\n".join(lines)
 
 
-def describe_group(mechanism: Mechanism, coordinates: Coordinates, group: Group) -> str:
+def plan_of(
+    mechanism: Mechanism,
+    coordinates: Coordinates,
+    groups: list[Group],
+    needed: Needs,
+    outputs: tuple[str, ...],
+    *,
+    heavy: bool,
+    weight: bool,
+) -> Plan:
+    """Return what a sweep of a scene does, and what it leaves out.
+
+    Args:
+        mechanism: the mechanism.
+        coordinates: layout of its coordinates.
+        groups: all groups of the scene.
+        needed: which of them its outputs need.
+        outputs: names of the joints whose wrenches are wanted.
+        heavy: whether any body has mass.
+        weight: whether there is gravity.
+    """
+    steps, skipped = [], []
+    for number, group in enumerate(groups):
+        text = _named(mechanism, coordinates, group)
+        if number not in needed.motion:
+            skipped.append(f"{text}: no output needs it")
+        elif group.loops or group.couplings:
+            steps.append(text)
+            if number not in needed.forces:
+                skipped.append(f"closure forces of: {text}: no output needs them")
+    if heavy:
+        acting = "weight and inertia" if weight else "inertia"
+        steps.append(f"inverse dynamics: {acting}; inertia only in sweeps with speed")
+    else:
+        skipped.append("inverse dynamics: no body has mass")
+    if not weight:
+        skipped.append("weight: the scene has no gravity")
+    if needed.forces:
+        order = "against the order of motion" if len(needed.forces) > 1 else "at once"
+        steps.append(f"closure forces of {len(needed.forces)} group(s), {order}")
+        steps.append("wrenches of: " + ", ".join(outputs))
+    else:
+        steps.append("drive efforts by virtual work")
+    steps.append("residuals: loops" + ", balance of bodies" * bool(needed.complete))
+    return Plan(steps, skipped)
+
+
+def _named(mechanism: Mechanism, coordinates: Coordinates, group: Group) -> str:
     """Return what a group closes and decides, by name."""
     closed = [mechanism.loops[number].joint for number in group.loops]
     closed += [mechanism.couplings[number].name for number in group.couplings]

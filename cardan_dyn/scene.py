@@ -25,7 +25,7 @@ from .loads import LinkLoad
 from .mechanism import Mechanism
 from .motion import Motion
 from .pipeline import Block, Inputs, Pipeline, joined
-from .plan import Plan, describe_group
+from .plan import Plan, plan_of
 from .reactions import UNIQUE_TOLERANCE, ReactionSolver
 from .response import Response
 from .sweep import Solved, Sweep
@@ -228,31 +228,16 @@ class Scene:
 
     def plan(self) -> Plan:
         """Return what a sweep does, and what it leaves out; `print` shows it."""
-        assembly, needed = self.assembly, self.assembly.needed
-        steps, skipped = [], []
-        for number, group in enumerate(assembly.groups):
-            text = describe_group(self.mechanism, self.coordinates, group)
-            if number not in needed.motion:
-                skipped.append(f"{text}: no output needs it")
-            elif group.loops or group.couplings:
-                steps.append(text)
-                if number not in needed.forces:
-                    skipped.append(f"closure forces of: {text}: no output needs them")
-        if self.heavy:
-            acting = "weight and inertia" if np.any(self.gravity) else "inertia"
-            steps.append(f"inverse dynamics: {acting}; inertia only in sweeps with speed")
-        else:
-            skipped.append("inverse dynamics: no body has mass")
-        if not np.any(self.gravity):
-            skipped.append("weight: the scene has no gravity")
-        if needed.forces:
-            order = "against the order of motion" if len(needed.forces) > 1 else "at once"
-            steps.append(f"closure forces of {len(needed.forces)} group(s), {order}")
-            steps.append("wrenches of: " + ", ".join(self.outputs))
-        else:
-            steps.append("drive efforts by virtual work")
-        steps.append("residuals: loops" + (", balance of bodies" * bool(needed.complete)))
-        return Plan(steps, skipped)
+        assembly = self.assembly
+        return plan_of(
+            self.mechanism,
+            self.coordinates,
+            assembly.groups,
+            assembly.needed,
+            self.outputs,
+            heavy=self.heavy,
+            weight=bool(np.any(self.gravity)),
+        )
 
     def range(self) -> tuple[float, float]:
         """Return between which positions the drive can move [rad or m].

@@ -1,0 +1,136 @@
+"""Elements: what URDF-like XML elements say, read and checked."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from xml.etree import ElementTree
+
+import numpy as np
+
+from .description import LoopDescription
+from .errors import ModelError, choices
+
+JOINT_TYPES = frozenset({"revolute", "continuous", "prismatic", "fixed", "planar", "floating"})
+"""Types of tree joints that can be loaded."""
+LOOP_TYPES = frozenset(
+    {
+        *("revolute", "continuous", "prismatic", "fixed", "planar"),
+        *("spherical", "universal", "cylindrical"),
+    }
+)
+"""Types of loops that can be closed."""
+
+
+def names(robot: ElementTree.Element, tag: str, where: str) -> list[str]:
+    """Return the names of all elements of a kind, each of which occurs once."""
+    found = [name_of(element, where) for element in robot.findall(tag)]
+    check_unique(found, tag, where)
+    return found
+
+
+def check_unique(names: list[str], what: str, where: str) -> None:
+    """Refuse names that occur twice."""
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise ModelError(f"{where}: {what} names that occur twice: {choices(twice)}")
+
+
+def name_of(element: ElementTree.Element, where: str) -> str:
+    """Return the name of an element, which must have one."""
+    name = element.get("name")
+    if not name:
+        raise ModelError(f"{where}: a <{element.tag}> has no name")
+    return name
+
+
+def link_of(element: ElementTree.Element, tag: str, links: list[str], at: str) -> str:
+    """Return the name of an existing link that a child element points to."""
+    found = element.find(tag)
+    if found is None or not found.get("link"):
+        raise ModelError(f'{at}: <{tag} link="..."/> is missing')
+    name = found.get("link", "")
+    if name not in links:
+        raise ModelError(f"{at}: {tag} link {name!r} does not exist; links: {choices(links)}")
+    return name
+
+
+def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
+    """Return the numbers that an attribute lists."""
+    words = (default if text is None else text).split()
+    try:
+        values = np.array([float(word) for word in words])
+    except ValueError as error:
+        raise ModelError(f"{at}: {text!r} is not {count} number(s)") from error
+    if values.size != count or not np.all(np.isfinite(values)):
+        raise ModelError(f"{at}: {text!r} is not {count} finite number(s)")
+    return values
+
+
+def placement(element: ElementTree.Element, at: str) -> np.ndarray:
+    """Return the `(4, 4)` placement of an element's <origin>; identity where it has none."""
+    origin = element.find("origin")
+    return np.eye(4) if origin is None else pose(origin, at)
+
+
+def pose(origin: ElementTree.Element, at: str) -> np.ndarray:
+    """Return the `(4, 4)` placement that an element's attributes xyz and rpy describe."""
+    placement = np.eye(4)
+    placement[:3, 3] = numbers(origin.get("xyz"), 3, "0 0 0", f"{at}: origin xyz")
+    roll, pitch, yaw = numbers(origin.get("rpy"), 3, "0 0 0", f"{at}: origin rpy")
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    placement[:3, :3] = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    return placement
+
+
+def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndarray:
+    """Return the `(3,)` unit axis of an element."""
+    found = element.find(tag)
+    axis = numbers(None if found is None else found.get("xyz"), 3, "1 0 0", f"{at}: {tag} xyz")
+    length = float(np.linalg.norm(axis))
+    if length == 0.0 or not math.isfinite(length):
+        raise ModelError(f"{at}: the {tag} {axis.tolist()} has no direction")
+    return axis / length
+
+
+def loop(
+    element: ElementTree.Element, sides: Iterable[str], links: list[str], where: str
+) -> LoopDescription:
+    """Return a loop from an element that names a link and a placement for each side.
+
+    Args:
+        element: with `name`, `type`, a child per side, and `<axis>`.
+        sides: tags of the predecessor's and the successor's child.
+        links: names of all links.
+        where: how messages name the source of the text.
+    """
+    name = name_of(element, where)
+    at = f"{where}: {element.tag} {name!r}"
+    kind = element.get("type")
+    if kind not in LOOP_TYPES:
+        raise ModelError(f"{at}: type {kind!r} is not supported; types: {choices(LOOP_TYPES)}")
+    predecessor, successor = (link_of(element, side, links, at) for side in sides)
+    if predecessor == successor:
+        raise ModelError(f"{at}: predecessor and successor are the same link {successor!r}")
+    # URDF+ has an <origin> in each side; Isaac writes its attributes on the side itself.
+    children = [child for side in sides if (child := element.find(side)) is not None]
+    origins = [
+        placement(child, at) if child.find("origin") is not None else pose(child, at)
+        for child in children
+    ]
+    axis = axis_2 = axis_of(element, at)
+    if kind == "universal":
+        axis_2 = axis_of(element, at, "axis2")
+        if abs(float(axis @ axis_2)) > 1e-9:
+            raise ModelError(
+                f"{at}: a universal joint needs <axis> and <axis2> at right angles, not "
+                f"{axis.tolist()} and {axis_2.tolist()}"
+            )
+    return LoopDescription(name, kind, predecessor, successor, origins[0], origins[1], axis, axis_2)
