@@ -16,7 +16,7 @@ from .series import Series
 if TYPE_CHECKING:
     from .scene import Scene
 
-_FIRST = 32
+_FIRST = 64
 _MOST = 2**15
 _CHECKS = 12
 
@@ -201,7 +201,7 @@ def _measured(
     start = series.origin - (0.0 if series.periodic else series.length)
     positions = start + share * series.length * (1.0 if series.periodic else 2.0)
     direct = columns.solve(positions)
-    found = series.at(np.arange(len(direct)), series.locate(positions))
+    found = series.summed(positions)
     error = float(np.max(np.abs(found - direct) / scale[:, None], initial=0.0))
     sweep = scene.sweep(positions, speed=1.0, acceleration=1.0)
     return error, (sweep.loop_residual, sweep.balance_residual, sweep.power_residual)

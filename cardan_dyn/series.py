@@ -67,9 +67,22 @@ class Series:
         return np.asarray(np.abs(np.fft.rfft(self._circle(self.values), norm="forward")))
 
     def tail(self) -> Array:
-        """Return `(C,)` the greatest coefficient in the last quarter of the orders."""
+        """Return `(C,)` the greatest coefficient in the last eighth of the orders.
+
+        What the samples cannot tell apart is smaller still.
+        """
         spectrum = self.spectrum()
-        return np.asarray(np.max(spectrum[:, 3 * spectrum.shape[1] // 4 :], axis=1))
+        return np.asarray(np.max(spectrum[:, 7 * spectrum.shape[1] // 8 :], axis=1))
+
+    def summed(self, positions: Array) -> Array:
+        """Return all functions at a few positions `(N,)` by summing the series, `(C, N)`."""
+        coefficients = np.fft.rfft(self._circle(self.values), norm="forward")
+        angle = 2.0 * np.pi * self._phase(positions)
+        orders = np.arange(coefficients.shape[1])
+        waves = np.exp(1j * np.multiply.outer(orders, angle))
+        weights = np.full(len(orders), 2.0)
+        weights[[0, -1]] = 1.0
+        return np.asarray(((coefficients * weights) @ waves).real)
 
     def uniform(self, rows: Array, count: int) -> Array:
         """Return functions at `origin + period k / count`, `(len(rows), count)`, by FFT."""
@@ -85,14 +98,7 @@ class Series:
 
     def locate(self, positions: Array) -> Location:
         """Return where positions of any shape lie in the tables."""
-        flat = positions.ravel()
-        if self.periodic:
-            phase = _reduced(flat, self.origin, self.length)
-        else:
-            # Near the ends of a range the arc cosine alone would lose half of the digits.
-            x = np.clip((flat - self.origin) / self.length, -1.0, 1.0)
-            phase = np.arctan2(np.sqrt((1.0 - x) * (1.0 + x)), x) / (2.0 * np.pi)
-        step = phase * self._table_size()
+        step = self._phase(positions.ravel()) * self._table_size()
         left = np.floor(step).astype(np.intp)
         return Location(positions.shape, left, _weights(step - left))
 
@@ -106,6 +112,14 @@ class Series:
                 total += where.weights[offset] * table[where.left + offset]
             result[place] = total
         return result.reshape(len(rows), *where.shape)
+
+    def _phase(self, positions: Array) -> Array:
+        """Return `(N,)` how far round the circle of samples positions are, 0 … 1."""
+        if self.periodic:
+            return _reduced(positions, self.origin, self.length)
+        # Near the ends of a range the arc cosine alone would lose half of the digits.
+        x = np.clip((positions - self.origin) / self.length, -1.0, 1.0)
+        return np.asarray(np.arctan2(np.sqrt((1.0 - x) * (1.0 + x)), x) / (2.0 * np.pi))
 
     def _circle(self, values: Array) -> Array:
         """Return samples over a whole turn: a range is walked forth and back."""
