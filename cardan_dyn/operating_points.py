@@ -23,7 +23,7 @@ class OperatingPoints:
 
     Attributes:
         response: the response.
-        positions: drive positions of any shape.
+        given: drive positions of any shape; None if they are equal steps of a period.
         count: number of positions if they are equal steps of a period.
         factors: what each column is multiplied with; broadcasts with the positions.
         shape: of all operating points.
@@ -31,12 +31,20 @@ class OperatingPoints:
     """
 
     response: Response
-    positions: Array
+    given: Array | None
     count: int | None
     factors: dict[str, Array]
     shape: tuple[int, ...]
     speeds: Array
     accelerations: Array
+
+    @cached_property
+    def positions(self) -> Array:
+        """Drive positions."""
+        if self.given is not None:
+            return self.given
+        series = self.response.series
+        return np.asarray(series.origin + series.length * np.arange(self.shape[0]) / self.shape[0])
 
     @cached_property
     def where(self) -> Location:
@@ -88,17 +96,22 @@ class OperatingPoints:
         for column, row in rows.items():
             if response.zero[row]:
                 continue
+            factor = self.factors[column]
             if response.constant[row]:
-                values = np.asarray(response.series.values[row].mean())
-            elif self.count is None:
-                values = response.series.at(np.array([row]), self.where)[0]
+                part = np.asarray(response.series.values[row].mean() * factor)
             else:
-                values = response.series.uniform(np.array([row]), self.count)[0]
-            part = values * self.factors[column]
+                if self.count is None:
+                    part = response.series.at(np.array([row]), self.where)[0]
+                else:
+                    part = response.series.uniform(np.array([row]), self.count)[0]
+                if factor.ndim:
+                    part = part * factor
+                elif factor != 1.0:
+                    part *= factor
             result = part if result is None else result + part
         if result is None:
             return np.zeros(self.shape)
-        return result if result.shape == self.shape else result + np.zeros(self.shape)
+        return result if result.shape == self.shape else np.broadcast_to(result, self.shape).copy()
 
 
 @dataclass(frozen=True)
@@ -120,6 +133,10 @@ class Evaluated:
             rows = {column: int(places[number]) for column, places in self.rows.items()}
             self._done[number] = self.points.combined(rows)
         return self._done[number]
+
+    def vanishes(self, number: int) -> bool:
+        """Return whether a component is zero throughout."""
+        return all(self.points.response.zero[places[number]] for places in self.rows.values())
 
     def vectors(self, first: int) -> Array:
         """Return three components, from the `first` on, `(N, 3)`."""

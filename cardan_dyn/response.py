@@ -144,8 +144,7 @@ class Response:
             raise ArgumentError("the drive does not turn through; use sweep() on its range")
         if not isinstance(count, (int, np.integer)) or count < 1:
             raise ArgumentError(f"count is {count!r}, expected a number of positions")
-        positions = self.series.origin + self.series.length * np.arange(count) / count
-        return self._sweep(positions, int(count), speed, acceleration, loads, gravity)
+        return self._sweep(None, int(count), speed, acceleration, loads, gravity)
 
     def inertia(self, position: ArrayLike) -> Array:
         """Return the inertia [kg·m² or kg] that the drive feels at positions of any shape."""
@@ -210,7 +209,7 @@ class Response:
 
     def _sweep(
         self,
-        positions: Array,
+        positions: Array | None,
         count: int | None,
         speed: ArrayLike,
         acceleration: ArrayLike,
@@ -219,14 +218,15 @@ class Response:
     ) -> Sweep:
         speeds, accelerations = numbers("speed", speed), numbers("acceleration", acceleration)
         factors = self._factors(speeds, accelerations, loads, gravity)
+        placed = (count,) if positions is None else positions.shape
         try:
             shape = np.broadcast_shapes(
-                *(part.shape for part in (positions, speeds, accelerations, *factors.values()))
+                placed, *(part.shape for part in (speeds, accelerations, *factors.values()))
             )
         except ValueError as error:
             shapes = {name: part.shape for name, part in factors.items()}
             raise ArgumentError(
-                f"shapes do not broadcast: position {positions.shape}, speed {speeds.shape}, "
+                f"shapes do not broadcast: position {placed}, speed {speeds.shape}, "
                 f"acceleration {accelerations.shape}, {shapes}"
             ) from error
         points = OperatingPoints(self, positions, count, factors, shape, speeds, accelerations)

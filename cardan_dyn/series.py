@@ -15,6 +15,8 @@ import numpy as np
 from .coordinates import Array
 
 _DEGREE = 9
+_ROUNDING = 4e-15
+_SHORT = 16384  # Longer transforms leave the cache.
 _FINENESS = 16  # Table steps per sample: the interpolation's error stays below rounding.
 
 
@@ -88,13 +90,29 @@ class Series:
         """Return functions at `origin + period k / count`, `(len(rows), count)`, by FFT."""
         size = self.values.shape[1]
         spectrum = np.fft.rfft(self.values[rows])
+        odd = np.sum(np.abs(spectrum[:, 1::2]), axis=1)
+        if count % 2 == 0 and size % 4 == 0 and np.all(odd <= _ROUNDING * np.max(np.abs(spectrum))):
+            # Twice the same within a period, as most of a Cardan joint is: half the work.
+            half = Series(self.values[rows, : size // 2], self.origin, 0.5 * self.length, True)
+            once = half.uniform(np.arange(len(rows)), count // 2)
+            return np.concatenate([once, once], axis=1)
         if count < size:
             # Orders that a coarser grid cannot tell apart: take them from a finer one.
             factor = -(-size // count)
             return self.uniform(rows, factor * count)[:, ::factor]
         if count > size and size % 2 == 0:
             spectrum[:, -1] *= 0.5  # The highest order stands for both signs.
-        return np.asarray(np.fft.irfft(spectrum, count)) * (count / size)
+        parts = 1
+        while count % (2 * parts) == 0 and count // (2 * parts) >= max(size, _SHORT):
+            parts *= 2
+        # Interleaved grids of a length that fits the cache, each turned to its place.
+        result = np.empty((len(rows), count))
+        orders = np.arange(spectrum.shape[1])
+        spectrum = spectrum * (count / (size * parts))
+        for part in range(parts):
+            shifted = spectrum * np.exp(2j * np.pi * part / count * orders)
+            result[:, part::parts] = np.fft.irfft(shifted, count // parts)
+        return result
 
     def locate(self, positions: Array) -> Location:
         """Return where positions of any shape lie in the tables."""

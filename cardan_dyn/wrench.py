@@ -22,6 +22,10 @@ class Components(Protocol):
         """Return three components, from the `first` on, `(N, 3)`."""
         ...
 
+    def vanishes(self, number: int) -> bool:
+        """Return whether a component is zero throughout."""
+        ...
+
 
 @dataclass(frozen=True)
 class Known:
@@ -36,6 +40,10 @@ class Known:
     def vectors(self, first: int) -> Array:
         """Return three components, from the `first` on, `(N, 3)`."""
         return self.values[..., first : first + 3]
+
+    def vanishes(self, number: int) -> bool:
+        """Return whether a component is zero throughout."""
+        return not np.any(self.values[..., number])
 
 
 @dataclass(frozen=True)
@@ -117,19 +125,22 @@ class JointWrench:
             return _norm(self._across(self.moment if first else self.force))
         one = np.cross(self.axis, np.eye(3)[np.argmin(np.abs(self.axis))])
         one /= np.linalg.norm(one)
-        sums = (self._sum(first, way) for way in (one, np.cross(self.axis, one)))
+        ways = [one, np.cross(self.axis, one)]
         # In a Cardan joint one of the two is zero throughout.
-        parts = [part for part in sums if np.any(part)]
-        if len(parts) == 2:
-            return np.asarray(np.hypot(*parts))
-        return np.abs(parts[0]) if parts else np.abs(self._sum(first, one))
+        ways = [way for way in ways if not self._vanishes(first, way)] or ways[:1]
+        parts = [self._sum(first, way) for way in ways]
+        return np.asarray(np.hypot(*parts) if len(parts) == 2 else np.abs(parts[0]))
+
+    def _vanishes(self, first: int, direction: Array) -> bool:
+        return all(self.components.vanishes(first + int(axis)) for axis in np.nonzero(direction)[0])
 
     def _sum(self, first: int, direction: Array) -> Array:
         """Return components along a constant direction; most directions are frame axes."""
+        (axes,) = np.nonzero(direction)
         parts = [
-            self.components.one(first + axis) * factor
-            for axis, factor in enumerate(direction)
-            if factor != 0.0
+            part if direction[axis] == 1.0 else part * direction[axis]
+            for axis in axes
+            for part in [self.components.one(first + int(axis))]
         ]
         return np.asarray(sum(parts[1:], parts[0]))
 
