@@ -6,6 +6,9 @@ the held joints are brought to their positions one after the other, then the dri
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 
 from .branch import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION, Branch
@@ -19,6 +22,8 @@ from .plan import columns_of, needs
 from .solver import Solver
 
 _STARTS = 400
+_STUDIED = 32
+_MOST_TURNS = 1000
 _SAFE_STEP = 0.1  # How far an extrapolation to the next sample may be off.
 
 
@@ -105,13 +110,17 @@ class Assembly:
             guesses[:, self._columns] = positions
             return guesses, turns
         if len(self.drives) > 1:
-            return self._followed(positions), turns
-        if self._branch is None:
-            self._branch = self._branch_of(self.drives[0], self.kinematics, self.start)
-        branch = self._branch
-        known = branch.span
+            with self._all_rows():
+                followed = self._followed(positions)
+            self._study(followed[:: 1 + len(followed) // _STUDIED])
+            return followed, turns
+        known = self._branch.span if self._branch else None
         wanted = positions[:, 0]
-        periods = self._covered(branch, wanted)
+        with self._all_rows():
+            if self._branch is None:
+                self._branch = self._branch_of(self.drives[0], self.kinematics, self.start)
+            branch = self._branch
+            periods = self._covered(branch, wanted)
         if branch.span != known:
             self._study(branch.states())
         # Nodes pay once enough samples have used them.
@@ -162,12 +171,13 @@ class Assembly:
             return None
         if not self.decided.size:
             return 2.0 * np.pi
-        self._branch = self._branch or self._branch_of(self.drives[0], self.kinematics, self.start)
-        if self._branch.period is None:
-            known = self._branch.span
-            found = self._branch.find_period()
-            if self._branch.span != known:
-                self._study(self._branch.states())
+        if self._branch is None or self._branch.period is None:
+            with self._all_rows():
+                self._branch = self._branch or self._branch_of(
+                    self.drives[0], self.kinematics, self.start
+                )
+                found = self._branch.find_period()
+            self._study(self._branch.states())
             if not found:
                 return None
         return self._branch.period
@@ -181,18 +191,19 @@ class Assembly:
         name = self.drives[0]
         if not self.decided.size:
             return -np.inf, np.inf
-        branch = self._branch_of(name, self.kinematics, self.start)
-        if self.mechanism.joints[name].type == "prismatic":
-            reach = 10.0 * self.mechanism.length
-        else:
-            try:
-                if branch.find_period():
-                    return -np.inf, np.inf
-            except CardanError:
-                pass
-            reach = 4.0 * np.pi
-        here = self.start[self._columns[0]]
-        return branch.limit(here - reach), branch.limit(here + reach)
+        with self._all_rows():
+            branch = self._branch_of(name, self.kinematics, self.start)
+            if self.mechanism.joints[name].type == "prismatic":
+                reach = 10.0 * self.mechanism.length
+            else:
+                try:
+                    if branch.find_period():
+                        return -np.inf, np.inf
+                except CardanError:
+                    pass
+                reach = 4.0 * np.pi
+            here = self.start[self._columns[0]]
+            return branch.limit(here - reach), branch.limit(here + reach)
 
     def others(self) -> list[Array]:
         """Return the ways to assemble the loops with all drives at zero, the scene's own first.
@@ -207,7 +218,7 @@ class Assembly:
         step[:, passive.slides] *= self.mechanism.length / np.pi
         step[0] = 0.0
         passive.apply(starts, step)
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"), self._all_rows():
             found = self.kinematics.close(starts, most=60)
         good = (found.residual < CLOSURE_TOLERANCE) & (found.condition < SINGULAR_CONDITION)
         kept: list[Array] = []
@@ -326,8 +337,33 @@ class Assembly:
                 branch.find_period()
             if branch.period is not None:
                 return np.asarray(np.floor((wanted - branch.span[0]) / branch.period))
+            if high - low > _MOST_TURNS * turn:
+                raise AssemblyError(
+                    f"the mechanism does not repeat within a few turns of {self.drives[0]!r}, so "
+                    f"{(high - low) / turn:.0f} turns cannot be followed; sweep over at most "
+                    f"{_MOST_TURNS} turns",
+                    position=high,
+                    nearest=branch.span[1],
+                    residual=0.0,
+                )
         branch.cover(low, high)
         return np.zeros(len(wanted))
+
+    @contextmanager
+    def _all_rows(self) -> Iterator[None]:
+        """Solve all rows of every loop for a while.
+
+        At the few positions known so far a loop may look planar or spherical that is not.
+        """
+        solvers = self.kinematics.solvers
+        before = [solver.reduction for solver in solvers]
+        for solver in solvers:
+            solver.reduction = solver.closure.full()
+        try:
+            yield
+        finally:
+            for solver, reduction in zip(solvers, before, strict=True):
+                solver.reduction = reduction
 
     def _study(self, states: Array) -> None:
         """Find the redundant rows over closed states `(K, size)`, then check the mobility."""
