@@ -20,6 +20,7 @@ SINGULAR_CONDITION = 1e12
 _LONGEST_STEP = 2.0 * np.pi / 16.0
 _SHORTEST_STEP = 1e-9
 _STEP_CORRECTION = 0.03  # How far an extrapolation should be off,
+_GENTLE = 100.0  # Condition up to which it may be off as far as that.
 _WORST = 4.0  # and how many times as far it may be.
 _GUESS_CORRECTION = 1e-15  # How far an interpolation may be off to need no Newton step.
 _ENOUGH = 2**62  # More nodes than anybody asks for: the branch is known to rounding.
@@ -77,12 +78,14 @@ class Branch:
                 last = sign * (target - self._positions[end]) <= step
                 position = target if last else self._positions[end] + sign * step
                 found = self.kinematics.close(self._ahead(end, position)[None, :], most=6)
-                bad = float(found.correction[0]) / _STEP_CORRECTION
+                # Other ways of assembling the mechanism come as near as its condition is bad.
+                room = _STEP_CORRECTION * min(1.0, _GENTLE / float(found.condition[0]))
+                bad = float(found.correction[0]) / room
                 # A long step can land on another way of assembling the mechanism, just as closed.
                 closed = found.residual[0] < CLOSURE_TOLERANCE and bad < _WORST
                 if closed and self.kinematics.same_side(found, here)[0]:
                     node = self._node(found)
-                    bad = max(bad, self._back(node[0], end) / _STEP_CORRECTION)
+                    bad = max(bad, self._back(node[0], end) / room)
                     if bad < _WORST:
                         self._insert(node)
                         here = found
@@ -128,7 +131,13 @@ class Branch:
                 lost = unsafe & ~self.kinematics.same_side(found, nodes)
                 lost |= found.correction > 0.5
                 if np.any(lost):
-                    self._refuse(float(middle[lost][0]), -1, found)
+                    first = int(np.argmax(lost))
+                    raise SingularConfigurationError(
+                        f"the branch cannot be resolved near drive position {middle[first]:.9g}: "
+                        f"the closure equations have condition {nodes.condition[first]:.1e} there",
+                        position=float(middle[first]),
+                        condition=float(nodes.condition[first]),
+                    )
             # Halving an interval divides the interpolation's error by 2**6.
             wanted = _GUESS_CORRECTION if len(self._positions) < most else 0.1 * SAFE_CORRECTION
             coarse = found.correction / 64.0 > wanted
