@@ -7,16 +7,13 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from .coordinates import Array
-from .errors import AccuracyError
+from .free_bodies import FreeBodies, Rates
 from .kinematics import ClosedMechanism, Kinematics
 from .loads import LinkLoad
 from .mechanism import Mechanism
 from .plan import Needs
 from .reactions import Reactions, ReactionSolver
-from .residuals import FreeBodies, Rates
-
-BALANCE_TOLERANCE = 1e-8
-"""Greatest Newton-Euler or power imbalance of a result, relative."""
+from .residuals import Residuals, overflow
 
 
 @dataclass(frozen=True)
@@ -48,7 +45,9 @@ class Block:
         wrenches: `(N, b, 6)`, see `Reactions.wrenches`.
         efforts: `(N, nv)` what drives and held joints exert, loads taken off.
         tooth: `(N, G)` moments of the couplings at their successors' joints.
-        condition, closure, balance, power: `(N,)` condition number and residuals.
+        condition: `(N,)` see `Sweep.condition`.
+        closure: `(N,)` closure error.
+        residuals: balance of bodies and power.
         influence: `(b, 6)`, see `Reactions.influence`.
         open_couplings: numbers of the couplings whose moment is not unique.
     """
@@ -62,8 +61,7 @@ class Block:
     tooth: Array
     condition: Array
     closure: Array
-    balance: Array
-    power: Array
+    residuals: Residuals
     influence: Array
     open_couplings: set[int]
 
@@ -112,13 +110,13 @@ class Pipeline:
             external[:, self._outside] = efforts[:, self._outside]
             bodies = [load.body for load in inputs.link_loads]
             residuals = self._bodies.check(here, reactions, rates, efforts, external, bodies)
-            exerted, balance, power = external - inputs.loads, residuals.balance, residuals.power
+            exerted = external - inputs.loads
         else:
             # Only the drive efforts are wanted: virtual work gives them without closure forces.
             exerted = np.zeros_like(efforts)
             drive = (efforts - inputs.loads)[:, None, :] @ transmission
             exerted[:, kinematics.drives] = drive[:, 0]
-            balance = power = np.full(count, np.nan)
+            residuals = Residuals.unknown(count)
         tooth = reactions.closure[len(self._mechanism.loops) :]
         return Block(
             x=here.x,
@@ -128,10 +126,9 @@ class Pipeline:
             wrenches=reactions.wrenches,
             efforts=exerted,
             tooth=np.concatenate([np.zeros((count, 0)), *tooth], axis=1),
-            condition=here.condition,
+            condition=self.condition(here, transmission) * residuals.cancellation,
             closure=here.residual,
-            balance=balance,
-            power=power,
+            residuals=residuals,
             influence=reactions.influence,
             open_couplings=reactions.open_couplings,
         )
@@ -152,6 +149,17 @@ class Pipeline:
             return transmission, v, (transmission @ accelerations[:, :, None])[:, :, 0]
         return transmission, v, v
 
+    def condition(self, here: ClosedMechanism, transmission: Array) -> Array:
+        """Return by how much rounding of positions is magnified in velocities `(N,)`.
+
+        Args:
+            here: closed positions.
+            transmission: `(N, nv, d)`.
+        """
+        scale = self._bodies.rate_scale
+        ratios = np.abs(transmission) / scale[:, None] * scale[self._kinematics.drives]
+        return here.condition * np.max(ratios, axis=(1, 2), initial=1.0)
+
     def efforts(self, reactions: Reactions) -> Array:
         """Return what loads, drives and held joints exert along the coordinates, `(N, nv)`.
 
@@ -169,26 +177,20 @@ def joined(blocks: list[Block], positions: Array) -> Block:
     """Return all blocks as one.
 
     Raises:
-        AccuracyError: a residual misses its tolerance.
+        AccuracyError: a residual misses its tolerance, or numbers overflow.
     """
     arrays = {
         field.name: np.concatenate([getattr(block, field.name) for block in blocks])
         for field in fields(Block)
-        if field.name not in ("influence", "open_couplings")
+        if field.name not in ("influence", "open_couplings", "residuals")
     }
-    for name in ("balance", "power"):
-        worst = int(np.argmax(arrays[name]))
-        if arrays[name][worst] > BALANCE_TOLERANCE:
-            raise AccuracyError(
-                f"the {name} residual is {arrays[name][worst]:.1e} at drive position "
-                f"{positions[worst].tolist()}, more than {BALANCE_TOLERANCE:.0e}; the closure "
-                f"equations have condition {arrays['condition'][worst]:.1e} there: stay away "
-                "from this position or choose another drive",
-                residual=float(arrays[name][worst]),
-                tolerance=BALANCE_TOLERANCE,
-                position=positions[worst],
-            )
+    for name in ("wrenches", "efforts"):
+        if not np.all(np.isfinite(arrays[name])):
+            raise overflow(f"the {name}")
+    residuals = Residuals.joined([block.residuals for block in blocks])
+    residuals.prove(positions, arrays["condition"])
     return Block(
+        residuals=residuals,
         influence=np.max([block.influence for block in blocks], axis=0),
         open_couplings=set().union(*(block.open_couplings for block in blocks)),
         **arrays,

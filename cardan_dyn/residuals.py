@@ -1,9 +1,4 @@
-"""Residuals: proofs of a result that use none of the equations it was computed with.
-
-Newton's and Euler's laws are written for every body by itself, with its velocity and acceleration
-summed up from joint twists in world axes and with the joint wrenches as they are returned. RNEA,
-which computed them, takes no part.
-"""
+"""Residuals: proofs of a result that use none of the equations it was computed with."""
 
 from __future__ import annotations
 
@@ -12,268 +7,136 @@ from dataclasses import dataclass
 import numpy as np
 
 from .coordinates import Array
-from .kinematics import ClosedMechanism
-from .plan import Needs, columns_of
-from .reactions import Reactions, ReactionSolver
-from .solver import Closed, Solver
-from .twin import cross
+from .errors import AccuracyError
+
+BALANCE_TOLERANCE = 1e-8
+"""Greatest Newton-Euler or power imbalance of a result, relative."""
+_ROUNDING = 1e-13  # Wrenches this much smaller than inertial terms are what rounding left of them.
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """Relative residuals per sample `(N,)`.
+    """What is left over, and what that is compared with, per sample `(N,)`.
 
     Attributes:
-        balance: wrench that a body is left with, over the greatest wrench of the sample.
-        power: power that is left over, over the power that flows and the greatest wrench times
-            the greatest joint speed; nan where the outputs leave part of its flow out.
+        unmet: greatest wrench [N·m] that a body or a free coordinate is left with; forces count
+            times the length of the mechanism.
+        unspent: power [W at unit drive speeds] that is left over.
+        wrench: greatest joint wrench [N·m].
+        inertia: greatest size [N·m] of the terms that inertial wrenches are the sum of.
+        flow: sum of the powers that flow [W at unit drive speeds].
+        fastest: greatest joint speed at unit drive speeds, of slides over the length.
+        bodies_balanced: whether the outputs tell the balance of any body.
+        power_balanced: whether they tell the balance of power.
     """
 
-    balance: Array
-    power: Array
+    unmet: Array
+    unspent: Array
+    wrench: Array
+    inertia: Array
+    flow: Array
+    fastest: Array
+    bodies_balanced: bool = True
+    power_balanced: bool = True
 
-
-@dataclass(frozen=True)
-class Rates:
-    """Joint rates of a block of samples.
-
-    Attributes:
-        v, a: joint velocities and accelerations `(N, nv)`.
-        virtual: joint velocities of the drives at unit speed, for which power is balanced.
-        moving: whether `v` or `a` is not zero anywhere.
-    """
-
-    v: Array
-    a: Array
-    virtual: Array
-    moving: bool
-
-
-class FreeBodies:
-    """Newton-Euler balance of the bodies of one scene.
-
-    Attributes:
-        gravity: `(3,)` [m/s²].
-    """
-
-    def __init__(self, reactions: ReactionSolver, gravity: Array, needed: Needs) -> None:
-        self.reactions = reactions
-        self.gravity = gravity
-        self._open = sorted(set(range(reactions.bodies)) - needed.complete)
-        self._whole = needed.everything
-        self.passives = columns_of(
-            [solver.group for solver in reactions.kinematics.solvers if reactions.solves(solver)]
+    @staticmethod
+    def unknown(count: int) -> Residuals:
+        """Return the residuals of samples whose outputs leave all bodies out."""
+        zero = np.zeros(count)
+        return Residuals(
+            zero, zero, zero, zero, zero, zero, bodies_balanced=False, power_balanced=False
         )
-        self.length = reactions.mechanism.length
-        self._groups = [
-            _GroupBalance(solver, gravity, self.length) for solver in reactions.kinematics.solvers
-        ]
-        slides = np.any(reactions.subspace[:, :3] != 0.0, axis=1)
-        self._rate_scale = np.where(slides, self.length, 1.0)
 
-    def check(
-        self,
-        here: ClosedMechanism,
-        reactions: Reactions,
-        rates: Rates,
-        efforts: Array,
-        loads: Array,
-        link_bodies: list[int],
-    ) -> Residuals:
-        """Return the residuals of a block of samples.
+    @staticmethod
+    def joined(parts: list[Residuals]) -> Residuals:
+        """Return the residuals of blocks of one sweep as one."""
+        return Residuals(
+            unmet=np.concatenate([part.unmet for part in parts]),
+            unspent=np.concatenate([part.unspent for part in parts]),
+            wrench=np.concatenate([part.wrench for part in parts]),
+            inertia=np.concatenate([part.inertia for part in parts]),
+            flow=np.concatenate([part.flow for part in parts]),
+            fastest=np.concatenate([part.fastest for part in parts]),
+            bodies_balanced=parts[0].bodies_balanced,
+            power_balanced=parts[0].power_balanced,
+        )
+
+    @property
+    def cancellation(self) -> Array:
+        """By how much single terms exceed the greatest wrench that their sum leaves `(N,)`."""
+        return 1.0 + _relative(self.inertia, self.wrench)
+
+    @property
+    def balance(self) -> float:
+        """Greatest imbalance of the bodies relative to the greatest wrench of all samples."""
+        if not self.bodies_balanced:
+            return float("nan")
+        return float(np.max(_relative(self.unmet, self._greatest())))
+
+    @property
+    def power(self) -> float:
+        """Greatest imbalance of power relative to the power that flows.
+
+        A balanced mechanism passes no power on; then the greatest wrench times the greatest joint
+        speed says how exact zero can be.
+        """
+        if not self.power_balanced:
+            return float("nan")
+        through = self.flow + self._greatest() * self.fastest
+        return float(np.max(_relative(self.unspent, through)))
+
+    def prove(self, positions: Array, condition: Array) -> None:
+        """Refuse samples that miss the tolerance, rounding of inertial terms allowed for.
 
         Args:
-            here: closed positions.
-            reactions: what is checked.
-            rates: of the motion.
-            efforts: `(N, nv)` components of the wrenches along the coordinates, without what
-                couplings exert there.
-            loads: `(N, nv)` efforts that act from outside: loads, drives and what holds joints.
-            link_bodies: bodies on which `reactions.link_wrenches` act.
+            positions: of the drives `(N, d)`.
+            condition: `(N,)` condition numbers for the message.
+
+        Raises:
+            AccuracyError: a residual misses its tolerance, or is not a number.
         """
-        solver = self.reactions
-        wrenches = reactions.wrenches[:, : solver.bodies].transpose(2, 1, 0)
-        left = np.zeros(wrenches.shape)
-        inertia = np.zeros(len(here.x))
-        power = [np.einsum("nk,nk->n", loads, rates.virtual)]
-        for number, (group, closed) in enumerate(zip(self._groups, here.groups, strict=True)):
-            if not solver.solves(group.solver):
-                continue
-            external = [
-                (body, wrench)
-                for body, wrench in zip(link_bodies, reactions.link_wrenches, strict=True)
-                if solver.home[body] == number
-            ]
-            group.add(left, inertia, power, closed, reactions, rates, external)
-        left[:, self._open] = 0.0
-        size = np.max(self._size(wrenches), axis=0, initial=0.0)
-        unmet = np.abs(efforts[:, self.passives] - loads[:, self.passives])
-        worst = np.maximum(
-            np.max(self._size(left), axis=0, initial=0.0), np.max(unmet, axis=1, initial=0.0)
-        )
-        # A balanced mechanism passes no power on; then its wrenches say how exact zero can be.
-        fastest = np.max(np.abs(rates.virtual) / self._rate_scale, axis=1, initial=0.0)
-        through = sum(np.abs(part) for part in power) + (size + inertia) * fastest
-        balance = _relative(worst, size + inertia)
-        if not self._whole:
-            # Power also flows through what was left out.
-            return Residuals(balance, np.full(len(balance), np.nan))
-        return Residuals(balance, _relative(np.abs(sum(power)), through))
+        size = self.wrench + self.inertia
+        if self.bodies_balanced:
+            _prove("balance", self.unmet, size, positions, condition)
+        if self.power_balanced:
+            _prove("power", self.unspent, self.flow + size * self.fastest, positions, condition)
 
-    def _size(self, wrenches: Array) -> Array:
-        """Return sizes [N·m] of wrenches `(6, b, N)`: moments, and forces times the length."""
-        force, moment = np.sum(wrenches[:3] ** 2, axis=0), np.sum(wrenches[3:] ** 2, axis=0)
-        return np.sqrt(np.maximum(moment, self.length**2 * force))
+    def _greatest(self) -> Array:
+        greatest = np.max(self.wrench)
+        noise = greatest <= _ROUNDING * self.inertia
+        return np.where(noise, self.inertia, greatest)
 
 
-class _GroupBalance:
-    """What one group adds to the balance of the bodies. Arrays are `(component, body, N)`."""
+def overflow(what: str) -> AccuracyError:
+    """Return the error that numbers are too great, or too different, for doubles."""
+    return AccuracyError(
+        f"{what} cannot be computed, since numbers overflow; choose units in which lengths, "
+        "masses, speeds and loads are not so far from 1",
+        residual=float("nan"),
+        tolerance=BALANCE_TOLERANCE,
+        position=None,
+    )
 
-    def __init__(self, solver: Solver, gravity: Array, length: float) -> None:
-        self.solver = solver
-        twin = solver.twin
-        own = [twin.local[body] for body in sorted(solver.group.massive)]
-        self.own = np.array(own, dtype=int)
-        self.gravity = gravity
-        self.length = length
-        inertias = list(twin.model.inertias)[1:]
-        self.heavy = np.array([place for place in own if twin.mass[place] > 0.0], dtype=int)
-        self.mass = twin.mass[self.heavy]
-        self.lever = np.array([inertias[place].lever for place in self.heavy]).reshape(-1, 3)
-        self.inertia = np.array([inertias[place].inertia for place in self.heavy]).reshape(-1, 3, 3)
-        self.columns = np.nonzero(twin.owner >= 0)[0]
-        self.owners = twin.owner[self.columns]
-        self.single = len(set(self.owners.tolist())) == len(self.owners)
 
-    def add(
-        self,
-        left: Array,
-        inertia: Array,
-        power: list[Array],
-        closed: Closed,
-        reactions: Reactions,
-        rates: Rates,
-        external: list[tuple[int, Array]],
-    ) -> None:
-        """Add this group's wrenches to what is left on the bodies.
-
-        Args:
-            left: `(6, b, N)` in world axes about each joint's origin, added to in place.
-            inertia: `(N,)` size of the inertial wrenches, raised in place.
-            power: terms `(N,)`, appended to.
-            closed: this group's closed positions.
-            reactions: of all groups.
-            rates: of the motion.
-            external: bodies and the wrenches on them about this group's origin.
-        """
-        twin, closure = self.solver.twin, self.solver.closure
-        count, bodies = len(closed.q), len(twin)
-        frames = np.ascontiguousarray(closed.actions[:, :, :3].transpose(2, 1, 0))
-        frames = frames.reshape(3, bodies, 6, count)
-        axes, moments = frames[:, :, :3], frames[:, :, 3:]
-        position = 0.5 * cross(axes.swapaxes(1, 2), moments.swapaxes(1, 2)).sum(axis=1)
-
-        # On every body, about the twin's origin: its own joint's wrench, its children's, loops.
-        wrenches = reactions.wrenches[:, twin.bodies[self.own]].transpose(1, 2, 0)
-        total = np.zeros((6, bodies, count))
-        total[:, self.own] = self._about_origin(axes, moments, np.ascontiguousarray(wrenches))
-        world = total[:, self.own]
-        for place, joint in enumerate(self.own):
-            parent = twin.parents[joint]
-            if parent >= 0:
-                total[:, parent] -= world[:, place]
-        for number, sides in zip(self.solver.group.loops, closure.sides, strict=True):
-            for side, sign in zip(sides, (-1.0, 1.0), strict=True):
-                if side.body >= 0:
-                    total[:, side.body] += sign * reactions.closure[number].T
-        inertial = bool(self.heavy.size and (rates.moving or np.any(self.gravity)))
-        if inertial or external:
-            units = np.ascontiguousarray(
-                twin.twists(closed.actions, self.columns).transpose(2, 1, 0)
-            )
-            displacement = self._accumulated(self._joint_twists(units, rates.virtual))
-            for body, wrench in external:
-                place = twin.local[body]
-                total[:, place] += wrench.T
-                power.append(np.einsum("nx,xn->n", wrench, displacement[:, place]))
-            if inertial:
-                wrench = self._inertial(axes, position, units, rates, inertia)
-                total[:, self.heavy] += wrench
-                power.append(np.einsum("xbn,xbn->n", wrench, displacement[:, self.heavy]))
-        # Origins differ between groups, joints do not.
-        total[3:] -= cross(position, total[:3])
-        left[:, twin.bodies] += total
-
-    def _about_origin(self, axes: Array, moments: Array, wrenches: Array) -> Array:
-        """Return wrenches `(b, 6, N)` in joint frames as seen in world axes about the origin."""
-        if len(self.own) != axes.shape[1]:
-            axes, moments = axes[:, self.own], moments[:, self.own]
-        force, moment = wrenches[:, :3], wrenches[:, 3:]
-        return np.concatenate(
-            [
-                np.einsum("bin,xbin->xbn", force, axes),
-                np.einsum("bin,xbin->xbn", moment, axes)
-                + np.einsum("bin,xbin->xbn", force, moments),
-            ]
-        )
-
-    def _inertial(
-        self, axes: Array, position: Array, units: Array, rates: Rates, inertia: Array
-    ) -> Array:
-        """Return weight minus momentum rates of the massive bodies."""
-        if len(self.heavy) != axes.shape[1]:
-            axes, position = axes[:, self.heavy], position[:, self.heavy]
-        centre = position + np.einsum("bi,xbin->xbn", self.lever, axes)
-        force = self.gravity[:, None, None] * self.mass[:, None] * np.ones(centre.shape[2])
-        moment = np.zeros_like(force)
-        if rates.moving:
-            joint_twists = self._joint_twists(units, rates.v)
-            velocity = self._accumulated(joint_twists)
-            acceleration = self._accelerations(units, joint_twists, velocity, rates.a)
-            velocity, acceleration = velocity[:, self.heavy], acceleration[:, self.heavy]
-            speed = velocity[:3] + cross(velocity[3:], centre)
-            force = force - self.mass[:, None] * (
-                acceleration[:3] + cross(acceleration[3:], centre) + cross(velocity[3:], speed)
-            )
-            spin, change = (
-                np.einsum("xbin,xbn->ibn", axes, part[3:]) for part in (velocity, acceleration)
-            )
-            momentum, rate = (
-                np.einsum("bij,jbn->ibn", self.inertia, part) for part in (spin, change)
-            )
-            moment = -np.einsum("xbin,ibn->xbn", axes, rate + cross(spin, momentum))
-            turning = np.sum(spin * spin, axis=0) + np.sqrt(np.sum(change * change, axis=0))
-            size = np.max(self.mass[:, None] * self.length**2 * turning, axis=0)
-            np.maximum(inertia, size, out=inertia)
-        return np.concatenate([force, moment + cross(centre, force)])
-
-    def _joint_twists(self, units: Array, rates: Array) -> Array:
-        """Return the twist of every joint for unit twists and joint rates `(N, nv)`."""
-        twists = units * rates[:, self.columns].T
-        result = np.zeros((6, len(self.solver.twin), len(rates)))
-        if self.single:
-            result[:, self.owners] = twists
-        else:
-            for place, owner in enumerate(self.owners):
-                result[:, owner] += twists[:, place]
-        return result
-
-    def _accumulated(self, joint_twists: Array) -> Array:
-        """Return the bodies' twists: those of all joints between them and the root."""
-        result = joint_twists.copy()
-        for body, parent in enumerate(self.solver.twin.parents):
-            if parent >= 0:
-                result[:, body] += result[:, parent]
-        return result
-
-    def _accelerations(self, units: Array, joint_twists: Array, velocity: Array, a: Array) -> Array:
-        """Return the bodies' spatial accelerations."""
-        result = self._joint_twists(units, a)
-        carried = velocity - joint_twists
-        result[:3] += cross(carried[3:], joint_twists[:3]) + cross(carried[:3], joint_twists[3:])
-        result[3:] += cross(carried[3:], joint_twists[3:])
-        return self._accumulated(result)
+def _prove(name: str, left: Array, scale: Array, positions: Array, condition: Array) -> None:
+    found = _relative(left, scale)
+    # Not a number is no proof either.
+    bad = ~((left <= BALANCE_TOLERANCE * scale) & (scale < np.inf))
+    if not np.any(bad):
+        return
+    worst = int(np.argmax(np.where(bad, np.nan_to_num(found, nan=np.inf), -1.0)))
+    if not np.isfinite(found[worst]) or not np.isfinite(scale[worst]):
+        raise overflow(f"the {name} residual at drive position {positions[worst].tolist()}")
+    raise AccuracyError(
+        f"the {name} residual is {found[worst]:.1e} at drive position "
+        f"{positions[worst].tolist()}, more than {BALANCE_TOLERANCE:.0e}; the closure "
+        f"equations have condition {condition[worst]:.1e} there: stay away "
+        "from this position or choose another drive",
+        residual=float(found[worst]),
+        tolerance=BALANCE_TOLERANCE,
+        position=positions[worst],
+    )
 
 
 def _relative(error: Array, scale: Array) -> Array:
-    return np.asarray(np.divide(error, scale, out=np.zeros_like(error), where=scale > 0.0))
+    return np.asarray(np.divide(error, scale, out=np.zeros_like(error), where=scale != 0.0))

@@ -11,6 +11,7 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from .scene import Scene
 
 GRAVITY = ("gravity x", "gravity y", "gravity z")
+_MOST = 1e300
 
 
 @dataclass(frozen=True)
@@ -36,14 +38,17 @@ class Proof:
     Attributes:
         tolerance: what was asked for.
         error: greatest deviation from directly solved positions between the samples, relative to
-            the greatest wrench of the joint (or a tenth of the greatest of all joints).
-        condition: greatest condition number of the closure equations.
+            the greatest wrench of the joint (or a tenth of the greatest of all joints); at least
+            the rounding of the solved positions, eps times `condition`.
+        condition: greatest condition number of the solved positions, see `Sweep`.
+        cancellation: by how much inertial terms exceed the greatest wrench of the column `speed²`.
         loop_residual, balance_residual, power_residual: worst of the samples, see `Sweep`.
     """
 
     tolerance: float
     error: float
     condition: float
+    cancellation: float
     loop_residual: float
     balance_residual: float
     power_residual: float
@@ -231,6 +236,7 @@ class Response:
             ) from error
         points = OperatingPoints(self, positions, count, factors, shape, speeds, accelerations)
         scene = self.scene
+        lost = self.proof.cancellation if "speed²" in factors else 1.0
         return Sweep(
             mechanism=scene.mechanism,
             solver=scene.reactions,
@@ -239,7 +245,7 @@ class Response:
             unique=self.unique,
             tooth_moment={},
             tooth_unique={},
-            condition=np.array([self.proof.condition]),
+            condition=np.array([self.proof.condition * lost]),
             loop_residual=self.proof.loop_residual,
             balance_residual=self.proof.balance_residual,
             power_residual=self.proof.power_residual,
@@ -254,7 +260,8 @@ class Response:
     ) -> dict[str, Array]:
         """Return what each column is multiplied with."""
         given = {**self.scene.joint_loads, **(loads or {})}
-        factors = {"speed²": speeds * speeds, "acceleration": accelerations}
+        with np.errstate(over="ignore"):  # What overflows is refused below.
+            factors = {"speed²": speeds * speeds, "acceleration": accelerations}
         factors |= {name: numbers(f"loads[{name!r}]", value) for name, value in given.items()}
         factors |= {name: np.ones(()) for name in self.scene.link_loads}
         pull = self.scene.gravity if gravity is None else numbers("gravity", gravity)
@@ -270,7 +277,15 @@ class Response:
                 f"the response has no columns for {choices(missing)}, only for "
                 f"{choices(self.columns)}; give the scene such loads or a gravity"
             )
-        return {name: part for name, part in acting.items() if name in self.columns}
+        acting = {name: part for name, part in acting.items() if name in self.columns}
+        for name, part in acting.items():
+            if not float(np.max(np.abs(part))) * self._greatest < _MOST:
+                raise ArgumentError(f"{name} is so great that wrenches overflow")
+        return acting
+
+    @cached_property
+    def _greatest(self) -> float:
+        return max(1.0, float(np.max(np.abs(self.series.values), initial=0.0)))
 
     def _effort(self, column: str, position: ArrayLike) -> Array:
         positions = numbers("position", position)

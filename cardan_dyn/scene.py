@@ -171,6 +171,10 @@ class Scene:
         positions = samples("position", position, count, None)
         speeds = samples("speed", speed, count, len(positions))
         accelerations = samples("acceleration", acceleration, count, len(positions))
+        return self._result(*self.solved(positions, speeds, accelerations))
+
+    def solved(self, positions: Array, speeds: Array, accelerations: Array) -> tuple[Block, Array]:
+        """Return what `sweep` makes its result of, and whole turns, for arrays `(N, d)`."""
         loads = self.loads_at(len(positions))
         link_loads = self._link_loads_at(len(positions))
         guesses, turns = self.assembly.guesses(positions)
@@ -188,7 +192,7 @@ class Scene:
             )
             here = self.assembly.close(guesses[rows], turns[rows], positions[rows])
             blocks.append(self.pipeline.run(here, inputs))
-        return self._result(joined(blocks, positions), turns)
+        return joined(blocks, positions), turns
 
     def response(
         self, tolerance: float = 1e-13, *, low: float | None = None, high: float | None = None
@@ -200,7 +204,8 @@ class Scene:
 
         Args:
             tolerance: error of the functions relative to the greatest wrench of their joint, or a
-                tenth of the greatest of all joints.
+                tenth of the greatest of all joints; where rounding stops short of it, times the
+                condition number. `Response.error` is what was reached.
             low: where the range of positions begins [rad or m]; without a range the drive has to
                 come back to where it was.
             high: where it ends.
@@ -332,8 +337,8 @@ class Scene:
             },
             condition=found.condition,
             loop_residual=float(np.max(found.closure)),
-            balance_residual=float(np.max(found.balance)),
-            power_residual=float(np.max(found.power)),
+            balance_residual=found.residuals.balance,
+            power_residual=found.residuals.power,
         )
 
     def _refuse(self, unique: Array) -> None:

@@ -33,7 +33,7 @@ class Closed:
         inverse: `(N, R, p)`: inverse of `passive_rows`, or its pseudoinverse.
         null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
         residual: `(N,)` closure error, see `Closure.error`.
-        condition: `(N,)` condition number of `passive_rows`.
+        condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
         correction: `(N,)` how far the guess was off.
     """
 
@@ -103,6 +103,8 @@ class Solver:
         self._moves = coordinates.moves(group.passives)
         linear = np.any(self.twin.subspace[group.passives, :3] != 0.0, axis=1)
         self._scale = np.where(linear, 1.0 / mechanism.length, 1.0)
+        # Slides count in lengths of the mechanism, or units would decide about condition.
+        self._row_scale = mechanism.length ** linear[:, None] if np.any(linear) else None
         self._exact = np.zeros(len(self._scale))
 
     def set_amplitudes(self, states: Array) -> None:
@@ -140,9 +142,10 @@ class Solver:
         if slips.size:
             residual = np.maximum(residual, np.max(np.abs(slips), axis=1))
         if inverse is not None and _near(passive, inverse):
-            null, condition = np.zeros((len(x), inverse.shape[1], 0)), _conditions(passive, inverse)
+            null = np.zeros((len(x), inverse.shape[1], 0))
+            condition = _conditions(passive, inverse, self._row_scale)
         else:
-            inverse, null, condition = _factorised(passive)
+            inverse, null, condition = _factorised(passive, self._row_scale)
         closed = Closed(
             q=q,
             actions=actions,
@@ -209,20 +212,21 @@ class Solver:
         return np.asarray(angles[:, columns] @ self.closure.gear_ratios)
 
 
-def _factorised(rows: Array) -> tuple[Array, Array, Array]:
+def _factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
     """Return inverses `(N, R, p)`, null spaces `(N, R, R - p)` and condition numbers `(N,)`.
 
     Args:
         rows: transposed closure matrices `(N, p, R)`, p ≤ R.
+        scale: `(p, 1)` units of their rows for condition and rank, None if all are 1.
     """
     count, p, r = rows.shape
     if p == r:
         try:
             inverse = np.linalg.inv(rows)
-            return inverse, np.zeros((count, r, 0)), _conditions(rows, inverse)
+            return inverse, np.zeros((count, r, 0)), _conditions(rows, inverse, scale)
         except np.linalg.LinAlgError:
             pass
-    left, values, right = np.linalg.svd(rows)
+    left, values, right = np.linalg.svd(rows if scale is None else rows * scale)
     size = min(p, r)
     greatest = values[:, :1] if size else np.ones((count, 1))
     small = values <= RANK_TOLERANCE * greatest
@@ -230,6 +234,8 @@ def _factorised(rows: Array) -> tuple[Array, Array, Array]:
     inverse = (right[:, :size].transpose(0, 2, 1) * reciprocal[:, None]) @ left[
         :, :, :size
     ].transpose(0, 2, 1)
+    if scale is not None:
+        inverse *= scale.T
     smallest = values[:, -1] if size else np.ones(count)
     condition = np.divide(
         greatest[:, 0], smallest, out=np.full(count, np.inf), where=smallest > 0.0
@@ -252,7 +258,9 @@ def _flip(matrices: Array) -> Array:
     return matrices.transpose(0, 2, 1)
 
 
-def _conditions(rows: Array, inverse: Array) -> Array:
+def _conditions(rows: Array, inverse: Array, scale: Array | None) -> Array:
+    if scale is not None:
+        rows, inverse = rows * scale, inverse / scale.T
     return _size(rows) * _size(inverse)
 
 

@@ -95,12 +95,15 @@ class Sweep:
         unique: `(k, 6)` see `JointWrench.unique`.
         tooth_moment: coupling to the moment `(N,)` [N·m] that it exerts on its successor's joint.
         tooth_unique: coupling to whether its moment follows from the laws of motion alone.
-        condition: `(N,)` condition number of the closure equations; one value, the greatest of
+        condition: `(N,)` condition number of the wrenches: that of the closure equations, times
+            the greatest transmission ratio if that exceeds 1, times by how much inertial terms
+            exceed what is left of them. Errors are some eps times it. One value, the greatest of
             its samples, if it comes from a `Response`.
         loop_residual: worst closure error: angle [rad], or gap as a fraction of
             `Mechanism.length`.
         balance_residual: worst Newton-Euler imbalance over all bodies, relative to the greatest
-            wrench of the same sample; nan if only the drive efforts were asked for.
+            wrench of all samples (to inertial terms where wrenches are mere rounding of them);
+            nan if only the drive efforts were asked for.
         power_residual: worst imbalance of drive, load, weight and inertia power, relative to the
             power that flows and to the greatest wrench times the greatest joint speed;
             nan where the outputs leave part of that flow out.

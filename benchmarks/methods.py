@@ -1,0 +1,20 @@
+"""The library's ways of computing reactions: the sweep, and the response where it exists."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cardan_dyn as cd
+
+
+def methods() -> tuple[str, ...]:
+    """Return `sweep`, and `response` where the library has it."""
+    return ("sweep", "response") if hasattr(cd.Scene, "response") else ("sweep",)
+
+
+def prepared(scene: cd.Scene, method: str, span: tuple[float, float] | None = None) -> Any:
+    """Return what sweeps positions: the scene, or its response."""
+    if method == "sweep":
+        return scene
+    low, high = span or (None, None)
+    return scene.response(low=low, high=high)  # type: ignore[attr-defined]

@@ -1,0 +1,54 @@
+"""Where are digits lost, what explains it, and are the proofs honest? All stress maps."""
+
+from __future__ import annotations
+
+import time
+from types import ModuleType
+
+from . import (
+    stress_angle,
+    stress_dead_point,
+    stress_length,
+    stress_mass,
+    stress_misalignment,
+    stress_speed,
+    stress_turns,
+)
+from .maps import picture, table
+from .records import RESULTS, save
+
+MAPS: tuple[ModuleType, ...] = (
+    stress_angle,
+    stress_mass,
+    stress_length,
+    stress_speed,
+    stress_turns,
+    stress_dead_point,
+    stress_misalignment,
+)
+
+
+def run() -> str:
+    """Run all maps, write them, and return the Markdown text."""
+    RESULTS.mkdir(exist_ok=True)
+    sections = []
+    for module in MAPS:
+        start = time.perf_counter()
+        found = sorted(module.points(), key=lambda point: point.method != "sweep")
+        text = module.answer(found)
+        save(f"stress_{module.NAME}", [point.record() for point in found], text)
+        picture(found, RESULTS / f"stress_{module.NAME}.png", module.LABEL)
+        question = (module.__doc__ or "").split("\n\n")[0]
+        sections.append(
+            f"## {question}\n\n{text}\n\n![{module.LABEL}](stress_{module.NAME}.png)\n\n"
+            + table(found)
+        )
+        seconds = time.perf_counter() - start
+        print(f"stress {module.NAME} ({seconds:.0f} s): {text}\n", flush=True)
+    body = "# Stress maps\n\n" + "\n\n".join(sections) + "\n"
+    (RESULTS / "stress.md").write_text(body, encoding="utf-8")
+    return body
+
+
+if __name__ == "__main__":
+    run()

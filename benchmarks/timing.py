@@ -1,0 +1,39 @@
+"""Fair times on a machine that others use: candidates take turns, the least time of each counts."""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Callable, Mapping, Sequence
+
+
+def least_seconds(
+    candidates: Mapping[str, Callable[[], object]], repeats: int = 5, patience: float = 2.0
+) -> dict[str, float]:
+    """Return the least time of each candidate [s].
+
+    Args:
+        candidates: what to time.
+        repeats: rounds in which every candidate has its turn.
+        patience: a candidate that has used more time than this [s] sits out further rounds.
+    """
+    least = dict.fromkeys(candidates, float("inf"))
+    used = dict.fromkeys(candidates, 0.0)
+    for _ in range(repeats):
+        for name, candidate in candidates.items():
+            if used[name] > patience:
+                continue
+            gc.collect()
+            gc.disable()
+            start = time.perf_counter()
+            candidate()
+            seconds = time.perf_counter() - start
+            gc.enable()
+            least[name] = min(least[name], seconds)
+            used[name] += seconds
+    return least
+
+
+def quick(values: Sequence[float], fast: bool) -> Sequence[float]:
+    """Return all values, or only the ends of them for a fast look."""
+    return [values[0], values[-1]] if fast and len(values) > 2 else values

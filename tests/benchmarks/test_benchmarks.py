@@ -1,0 +1,68 @@
+"""The benchmarks run, and their records have the fields that tables and plots need."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mpmath")
+
+from benchmarks import records, skipping, timing, universal_joint
+from benchmarks.engines import common
+from benchmarks.maps import picture, table, verdict
+from benchmarks.stress import Point
+
+ROOT = Path(__file__).parents[2]
+FILES = sorted((ROOT / "benchmarks").glob("**/*.py"))
+PHI = np.linspace(0.0, 2.0 * np.pi, 25)
+
+
+@pytest.mark.filterwarnings("ignore")  # Other packages' warnings are theirs.
+def test_engines_that_are_installed_agree_with_the_exact_moments() -> None:
+    bounds = {"MuJoCo, defaults": 1e-2, "Drake, SAP": 1e-2, "MuJoCo, stiff": 1e-4}
+    reference = universal_joint.exact(0.6, PHI)
+    for method in common.engines():
+        if method.once or "settled" in method.name:
+            continue  # Takes too long for a test.
+        found = method.prepare(0.6, PHI)()
+        assert universal_joint.error(found, reference) < bounds.get(method.name, 1e-12), method.name
+
+
+def test_skipping_has_complete_records() -> None:
+    for record in skipping.measure(fast=True):
+        assert record.microseconds and record.ratio and record.flat()["samples"] == 721
+
+
+def test_candidates_take_turns_until_patience_ends() -> None:
+    calls: list[str] = []
+    runs = {name: (lambda name=name: calls.append(name)) for name in "ab"}
+    assert set(timing.least_seconds(runs, repeats=3)) == set("ab")
+    assert calls == list("ababab")
+
+
+def test_records_are_written_with_their_answer(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(records, "RESULTS", tmp_path)
+    records.save("x", [records.Record("x", "y", error=1.0 / 3.0).flat()], "An answer.")
+    text = (tmp_path / "x.json").read_text(encoding="utf-8")
+    assert '"error": 0.3333' in text and '"answer": "An answer."' in text
+
+
+def test_maps_say_what_is_beyond_its_bound(tmp_path: Path) -> None:
+    good = Point("m", "c", 1.0, 1e-16, 1.0, 1.0, 1e-16, 1e-16, 1e-16, 1e-16, 0.5, 0.5)
+    bad = Point("m", "c", 2.0, 1e-10, 1.0, 1.0, 1e-16, 1e-16, 1e-16, 1e-10, 4e5, 4e5)
+    refused = Point("m", "c", 3.0, refused="AssemblyError")
+    text = verdict([good, bad, refused], "Here.")
+    assert "1 refused" in text and "1 points (c: 2)" in text and "unexplained: 1" in text
+    assert "AssemblyError" in table([refused])
+    picture([good, bad, refused], tmp_path / "m.png", "x")
+    assert (tmp_path / "m.png").stat().st_size < 150_000
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_every_file_opens_with_its_question_or_purpose(path: Path) -> None:
+    source = path.read_text(encoding="utf-8")
+    assert source.startswith('"""')
+    if path.stem.startswith("stress_") or path.stem in ("universal_joint", "double_shaft"):
+        assert "?" in source.split("\n\n")[0]
