@@ -20,12 +20,12 @@ from .mechanism import Joint, Mechanism, load
 from .motion import Motion
 from .plan import Plan
 from .read import bundled_names
-from .response import Response
 from .scene import Scene
 from .sweep import Sweep
 from .wrench import JointWrench
 
 if TYPE_CHECKING:
+    from .response import Response
     from .viewer import View, view
 
 __version__ = "0.1.0"
@@ -57,7 +57,11 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """Import the viewer when it is first asked for: most scripts never are."""
+    """Import what most scripts never ask for when it is first asked for."""
+    if name == "Response":
+        from .response import Response
+
+        return Response
     if name in ("View", "view"):
         from . import viewer
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
-from xml.etree import ElementTree
 
 from .description import Description, SourceText
 from .errors import ModelError, choices
@@ -55,6 +54,8 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
 
 
 def _parse(text: str, where: str, path: Path | None, strict: bool) -> Description:
+    from xml.etree import ElementTree
+
     from . import mjcf, urdf
 
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,8 +28,10 @@ from .motion import Motion
 from .pipeline import Block, Inputs, Pipeline, joined
 from .plan import Plan, plan_of
 from .reactions import UNIQUE_TOLERANCE, ReactionSolver
-from .response import Response
 from .sweep import Solved, Sweep
+
+if TYPE_CHECKING:
+    from .response import Response
 
 _BLOCK = 512  # Samples worked on at a time, so that their arrays stay in the cache.
 COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
