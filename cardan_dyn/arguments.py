@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .coordinates import Array, Coordinates
 from .errors import ArgumentError, choices
 from .loads import LinkLoad
 from .mechanism import Mechanism
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Wrench:
     """A wrench that acts on a link, for `Scene(loads={"link": Wrench(...)})`.
 

@@ -22,7 +22,7 @@ RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the greatest count as zero in rank decisions."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Side:
     """One side of a weld: where it sits and the moving coordinates on its path to the other side.
 
@@ -62,7 +62,7 @@ class Side:
         return np.concatenate([linear.sum(axis=1), angular.sum(axis=1)]).T
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Reduction:
     """The rows of each loop that its motion can reach, and those that it cannot.
 

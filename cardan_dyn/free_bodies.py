@@ -19,7 +19,7 @@ from .solver import Closed, Solver
 from .twin import cross
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rates:
     """Joint rates of a block of samples.
 

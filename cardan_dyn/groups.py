@@ -21,7 +21,7 @@ _PIECE = 8  # Bodies on no loop are taken in pieces of this size.
 _WHOLE = 14  # Up to this many bodies, one model costs less than two.
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Group:
     """Loops that are solved together.
 

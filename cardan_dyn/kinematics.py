@@ -10,7 +10,7 @@ from .coordinates import Array, Coordinates
 from .solver import Closed, Solver
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ClosedMechanism:
     """Positions whose loops are all closed.
 

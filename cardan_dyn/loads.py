@@ -10,7 +10,7 @@ from .coordinates import Array
 from .twin import placement
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LinkLoad:
     """A wrench that acts on a link.
 

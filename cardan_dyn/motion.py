@@ -11,7 +11,7 @@ from .errors import ModelError, choices
 from .mechanism import Mechanism
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """The motion of every joint over the samples of a sweep.
 

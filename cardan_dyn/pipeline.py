@@ -16,7 +16,7 @@ from .reactions import Reactions, ReactionSolver
 from .residuals import Residuals, overflow
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Inputs:
     """What is prescribed for a block of samples.
 
@@ -34,7 +34,7 @@ class Inputs:
     moving: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Block:
     """What a block of samples, or all of them, leave behind.
 
@@ -95,6 +95,8 @@ class Pipeline:
         self._outside = outside
         self._weight = bool(np.any(gravity))
         self._bodies = FreeBodies(reactions, gravity, needed)
+        scale = self._bodies.rate_scale
+        self._ratio_scale = scale[kinematics.drives] / scale[:, None]
         self._heavy = any(solver.twin.heavy for solver in kinematics.solvers)
 
     def run(self, here: ClosedMechanism, inputs: Inputs) -> Block:
@@ -156,8 +158,7 @@ class Pipeline:
             here: closed positions.
             transmission: `(N, nv, d)`.
         """
-        scale = self._bodies.rate_scale
-        ratios = np.abs(transmission) / scale[:, None] * scale[self._kinematics.drives]
+        ratios = np.abs(transmission) * self._ratio_scale
         return here.condition * np.max(ratios, axis=(1, 2), initial=1.0)
 
     def efforts(self, reactions: Reactions) -> Array:

@@ -11,7 +11,7 @@ from .groups import Group
 from .mechanism import Mechanism
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Needs:
     """What the wanted outputs need.
 
@@ -88,7 +88,7 @@ def needs(
     return Needs(sorted(motion), forces, complete, forces == everything)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Plan:
     """What a scene does per sample, for people.
 

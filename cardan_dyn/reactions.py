@@ -26,7 +26,7 @@ UNIQUE_TOLERANCE = 1e-9
 """Greatest influence of an undetermined closure force on a component that counts as unique."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Reactions:
     """Wrenches of one block of samples.
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .arguments import (
     compliances,
@@ -31,6 +30,8 @@ from .reactions import UNIQUE_TOLERANCE, ReactionSolver
 from .sweep import Solved, Sweep
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from .response import Response
 
 _BLOCK = 512  # Samples worked on at a time, so that their arrays stay in the cache.

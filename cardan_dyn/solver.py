@@ -21,7 +21,7 @@ _CONVERGED = 1e-9  # A Newton step of this size leaves an error of its square.
 _STALE = 1e-8  # An inverse off by this much is mended to rounding by one refinement.
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Closed:
     """Positions whose loops are closed, with what the next steps need of them.
 

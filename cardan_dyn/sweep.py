@@ -43,7 +43,7 @@ class Source(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solved:
     """A `Source` whose arrays are all there.
 
@@ -79,7 +79,7 @@ class Solved:
         return self.moved
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sweep:
     """Joint wrenches, drive efforts and motion of a scene over N samples.
 

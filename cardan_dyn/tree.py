@@ -18,7 +18,7 @@ from .errors import ModelError
 Array = np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Part:
     """An elementary part of a joint.
 

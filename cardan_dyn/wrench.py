@@ -27,7 +27,7 @@ class Components(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Known:
     """Components that are all there, `(N, 6)`."""
 
@@ -46,7 +46,7 @@ class Known:
         return not np.any(self.values[..., number])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class JointWrench:
     """The wrench **exerted by the parent link on the child link**, at the joint origin.
 
