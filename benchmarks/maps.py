@@ -13,18 +13,17 @@ from .stress import BOUND, EPS, OPTIMISM, Point
 def table(points: Sequence[Point]) -> str:
     """Return a map as a Markdown table."""
     head = (
-        "case", "method", "parameter", "error", "stated κ", "error/(eps κ)", "explaining κ",
-        "error/(eps κ)", "balance: said", "true", "loops: said", "true",
+        "case", "method", "parameter", "error", "stated κ", "error/(eps κ)",
+        "balance: said", "true", "loops: said", "true",
     )  # fmt: skip
     rows = []
     for p in points:
         start = [p.case, p.method, f"{p.parameter:g}"]
         if p.refused:
-            rows.append([*start, p.refused] + [""] * 8)
+            rows.append([*start, p.refused] + [""] * 6)
             continue
         numbers = (
-            p.error, p.stated, p.over_stated, p.explained, p.over_explained,
-            p.balance, p.balance_true, p.loop, p.loop_true,
+            p.error, p.stated, p.over_stated, p.balance, p.balance_true, p.loop, p.loop_true,
         )  # fmt: skip
         rows.append([*start, *(f"{value:.1e}" for value in numbers)])
     return markdown(head, rows)
@@ -39,17 +38,13 @@ def verdict(points: Sequence[Point], where: str) -> str:
     """
     solved = [point for point in points if not point.refused]
     beyond = [point for point in solved if point.over_stated > BOUND]
-    unexplained = [point for point in solved if point.over_explained > BOUND]
     optimistic = [point for point in solved if point.optimism > OPTIMISM]
     lines = [
         f"{len(points)} points, {len(points) - len(solved)} refused. {where}",
         f"Greatest error: {max((p.error or 0.0 for p in solved), default=0.0):.1e}; over eps times "
-        f"the stated condition number: {max((p.over_stated for p in solved), default=0.0):.2g}; "
-        f"over eps times the explaining one: "
-        f"{max((p.over_explained for p in solved), default=0.0):.2g}.",
+        f"the stated condition number: {max((p.over_stated for p in solved), default=0.0):.2g}.",
         f"Beyond {BOUND:g} eps times the stated condition number: {len(beyond)} points"
-        + (f" ({_places(beyond)})" if beyond else "")
-        + f"; unexplained: {len(unexplained)}.",
+        + (f" ({_places(beyond)})." if beyond else "."),
         f"Reported residuals too small by more than {OPTIMISM:g} times: {len(optimistic)} points"
         + (
             f", at worst {max(p.optimism for p in optimistic):.1e} times ({_places(optimistic)})."
@@ -90,10 +85,6 @@ def picture(points: Sequence[Point], path: Path, label: str) -> None:
             axis.loglog(
                 at, [EPS * (p.stated or 1) for p in solved], color="0.35", ls="--",
                 label="eps × stated condition",
-            )  # fmt: skip
-            axis.loglog(
-                at, [EPS * (p.explained or 1) for p in solved], color="0.35", ls=":", lw=1.8,
-                label="eps × explaining condition",
             )  # fmt: skip
             axis.loglog(
                 at, [max(p.balance or 0, EPS / 10) for p in solved], color="0.6", ls="-",

@@ -2,13 +2,13 @@
 
 At every point of a map: the error of all unique wrench components against 50 digits, relative to
 the greatest wrench of the sample (forces times `Mechanism.length`); the stated condition number
-`Sweep.condition`; the number that explains the error; and the reported residuals beside the same
-residuals evaluated with 50 digits from the returned doubles.
+`Sweep.condition`; and the reported residuals beside the same residuals evaluated with 50 digits
+from the returned doubles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from .methods import prepared
 
 EPS = float(np.finfo(float).eps)
 BOUND = 100.0
-"""Greatest error that counts as explained, in units of eps times a condition number."""
+"""Greatest error that counts as stated, in units of eps times the condition number."""
 OPTIMISM = 10.0
 """How far a true residual may exceed the reported one (or eps, if that is more)."""
 
@@ -35,8 +35,7 @@ class Point:
         parameter: where on the map.
         error: greatest error, see the module.
         stated: condition number that the sweep states there.
-        explained: condition number that explains the error there.
-        over_stated, over_explained: greatest error of all samples in units of eps times these.
+        over_stated: greatest error of all samples in units of eps times that number.
         loop, loop_true: reported and true closure error.
         balance, balance_true: reported and true imbalance of the bodies; a response reports its
             measured error as well, and the greater of both counts.
@@ -49,13 +48,11 @@ class Point:
     parameter: float
     error: float | None = None
     stated: float | None = None
-    explained: float | None = None
     loop: float | None = None
     loop_true: float | None = None
     balance: float | None = None
     balance_true: float | None = None
     over_stated: float = 0.0
-    over_explained: float = 0.0
     method: str = "sweep"
     refused: str = ""
     message: str = ""
@@ -101,46 +98,13 @@ class Case:
     span: tuple[float, float] | None = None
 
 
-@dataclass(frozen=True)
-class Measured:
-    """Exact figures of one sample.
-
-    Attributes:
-        error: see `Point`.
-        greatest: greatest exact wrench [N·m].
-        inertia: greatest mass times length² times rate of turning² of a body [N·m].
-    """
-
-    error: float
-    greatest: float
-    inertia: float
-
-
-Explanation = Callable[[cd.Sweep, int, Measured], float]
-
-
 def condition(sweep: cd.Sweep, sample: int) -> float:
     """Return the condition number that a result states."""
     # A response states the greatest of all positions that it was built from.
     return float(sweep.condition[min(sample, len(sweep.condition) - 1)])
 
 
-def by_condition(sweep: cd.Sweep, sample: int, measured: Measured) -> float:
-    """The stated condition number itself."""
-    return condition(sweep, sample)
-
-
-def by_inertia(sweep: cd.Sweep, sample: int, measured: Measured) -> float:
-    """Condition times how much greater single inertial terms are than what is left of them."""
-    return condition(sweep, sample) * (1.0 + measured.inertia / measured.greatest)
-
-
-def by_square(sweep: cd.Sweep, sample: int, measured: Measured) -> float:
-    """Square of the condition number: an error of the positions, magnified again by the rates."""
-    return condition(sweep, sample) * by_inertia(sweep, sample, measured)
-
-
-def measure(name: str, label: str, parameter: float, case: Case, explain: Explanation) -> Point:
+def measure(name: str, label: str, parameter: float, case: Case) -> Point:
     """Sweep a case and return its worst sample as a point of a map."""
     exact = Exact(case.urdf)
     try:
@@ -163,7 +127,7 @@ def measure(name: str, label: str, parameter: float, case: Case, explain: Explan
             refused=type(error).__name__,
             message=str(error)[:240],
         )
-    points = []
+    points, imbalances, wrenches = [], [], []
     for sample, position in enumerate(case.positions):
         guess = _coordinates(exact, sweep, sample)
         state = exact.at(
@@ -174,29 +138,33 @@ def measure(name: str, label: str, parameter: float, case: Case, explain: Explan
             case.loads,
             case.gravity,
         )
-        measured = _compared(sweep, sample, state, case)
-        stated, explained = condition(sweep, sample), explain(sweep, sample, measured)
+        error = _compared(sweep, sample, state)
+        stated = condition(sweep, sample)
+        left, wrench = _imbalance(exact, sweep, sample, case)
+        imbalances.append(left)
+        wrenches.append(wrench)
         points.append(
             Point(
                 name,
                 label,
                 parameter,
-                error=measured.error,
+                error=error,
                 stated=stated,
-                explained=explained,
                 loop=float(sweep.loop_residual),
                 loop_true=_loop_error(exact, guess, mechanism.length),
                 balance=max(float(sweep.balance_residual), getattr(ready, "error", 0.0)),
-                balance_true=_imbalance(exact, sweep, sample, case),
-                over_stated=measured.error / (EPS * stated),
-                over_explained=measured.error / (EPS * explained),
+                over_stated=error / (EPS * stated),
                 method=case.method,
             )
         )
     # Reported residuals are those of all samples, so the true ones are as well.
-    whole = ("loop_true", "balance_true", "over_stated", "over_explained")
+    whole = ("loop_true", "over_stated")
     worst = max(points, key=lambda point: point.error or 0.0)
-    return replace(worst, **{key: max(getattr(point, key) for point in points) for key in whole})
+    return replace(
+        worst,
+        balance_true=max(imbalances) / max(wrenches),
+        **{key: max(getattr(point, key) for point in points) for key in whole},
+    )
 
 
 def _coordinates(exact: Exact, sweep: cd.Sweep, sample: int) -> dict[str, float]:
@@ -210,7 +178,8 @@ def _coordinates(exact: Exact, sweep: cd.Sweep, sample: int) -> dict[str, float]
     }
 
 
-def _compared(sweep: cd.Sweep, sample: int, state: State, case: Case) -> Measured:
+def _compared(sweep: cd.Sweep, sample: int, state: State) -> float:
+    """Return the greatest error of all unique components, see the module."""
     length = sweep.mechanism.length
     scale = np.repeat([length, 1.0], 3)
     error = greatest = 0.0
@@ -221,11 +190,7 @@ def _compared(sweep: cd.Sweep, sample: int, state: State, case: Case) -> Measure
             if exact_k is not None:
                 error = max(error, abs(float(exact_k - ours_k)) * factor)
                 greatest = max(greatest, abs(float(exact_k)) * factor)
-    heaviest = max(float(inertia.mass) for inertia in sweep.mechanism.model.inertias)
-    rates = [abs(float(rate)) ** 2 for rate in state.velocities.values()]
-    rates += [abs(float(rate)) for rate in state.accelerations.values()]
-    inertia = heaviest * length**2 * max(rates)
-    return Measured(float(error / greatest), float(greatest), float(inertia))
+    return float(error / greatest)
 
 
 def _loop_error(exact: Exact, coordinates: Mapping[str, float], length: float) -> float:
@@ -240,8 +205,8 @@ def _loop_error(exact: Exact, coordinates: Mapping[str, float], length: float) -
     return worst
 
 
-def _imbalance(exact: Exact, sweep: cd.Sweep, sample: int, case: Case) -> float:
-    """Return the relative imbalance of the returned doubles, with 50 digits."""
+def _imbalance(exact: Exact, sweep: cd.Sweep, sample: int, case: Case) -> tuple[float, float]:
+    """Return the imbalance of the returned doubles and their greatest wrench, with 50 digits."""
     from mpmath import mpf
 
     from .exact import STEP, _add, _cross, _turn
@@ -287,7 +252,7 @@ def _imbalance(exact: Exact, sweep: cd.Sweep, sample: int, case: Case) -> float:
                     _add(left[link][0], [sign * x for x in force]),
                     _add(left[link][1], [sign * x for x in turned]),
                 )
-    return max(_size(*parts, length) for parts in left.values()) / greatest
+    return max(_size(*parts, length) for parts in left.values()), greatest
 
 
 def _size(force: list, moment: list, length: float) -> float:

@@ -1,4 +1,4 @@
-"""Where are digits lost, what explains it, and are the proofs honest? All stress maps."""
+"""Where are digits lost, is it stated, and are the proofs honest? All stress maps."""
 
 from __future__ import annotations
 

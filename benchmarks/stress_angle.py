@@ -11,7 +11,7 @@ import numpy as np
 from .descriptions import mechanics
 from .maps import verdict
 from .methods import methods
-from .stress import Case, Point, by_condition, measure
+from .stress import Case, Point, measure
 
 NAME, LABEL = "angle", "90° − β [°]"
 GRID = (89.0, 81.5, 60.0, 40.0, 20.0, 10.0, 5.0, 3.0, 1.0, 0.3, 0.1, 0.03, 0.01)
@@ -34,7 +34,6 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
                 {"bearing_out": -1.0},
                 method=method,
             ),
-            by_condition,
         )
         for method in methods()
         for rest in grid

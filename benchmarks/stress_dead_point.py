@@ -14,7 +14,7 @@ from .descriptions import mechanics
 from .exact import DIGITS
 from .maps import verdict
 from .methods import methods
-from .stress import Case, Point, by_square, measure
+from .stress import Case, Point, measure
 
 NAME, LABEL = "dead_point", "distance from the dead point [rad]"
 GRID = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 3e-8, 1e-8, 3e-9, 1e-9, 1e-10, 1e-11, 1e-12)
@@ -54,7 +54,7 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
                         method=method,
                         span=tuple(sorted((place, place + inwards * 0.1))),
                     )
-                    found.append(measure(NAME, f"{end}, {kind}", distance, case, by_square))
+                    found.append(measure(NAME, f"{end}, {kind}", distance, case))
     return sorted(found, key=lambda point: (point.method, point.case))
 
 
@@ -62,7 +62,8 @@ def answer(found: list[Point]) -> str:
     """Return where digits are lost."""
     return verdict(
         found,
-        "At a distance δ the condition number is of the order δ^-½. It magnifies the rounding of "
-        "the positions, and rates and reactions magnify that once more, so errors follow "
-        "eps κ² ~ eps/δ: the drive position itself is not known better than eps in δ.",
+        "At a distance δ the condition number of the closure equations is of the order δ^-½. It "
+        "magnifies the rounding of the positions, and rates and reactions magnify that once more: "
+        "the stated condition number and the errors grow with 1/δ, for the drive "
+        "position itself is not known better than eps in δ.",
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 from .descriptions import mechanics, with_length
 from .maps import verdict
 from .methods import methods
-from .stress import Case, Point, by_condition, by_inertia, measure
+from .stress import Case, Point, measure
 
 NAME, LABEL = "length", "lengths over those of the description"
 GRID = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6)
@@ -38,8 +38,8 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
             case = ("bearing_in", POSITIONS, HELD, {"bearing_out": -1.0})
             still = Case(urdf, *case, method=method)
             fast = Case(urdf, *case, 30.0, 5.0, method=method)
-            found.append(measure(NAME, "quasi-static", factor, still, by_condition))
-            found.append(measure(NAME, "at speed", factor, fast, by_inertia))
+            found.append(measure(NAME, "quasi-static", factor, still))
+            found.append(measure(NAME, "at speed", factor, fast))
             linkage = with_length(mechanics("four_bar"), factor)
             bars = Case(
                 linkage,
@@ -50,11 +50,11 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
                 3.0,
                 method=method,
             )
-            found.append(measure(NAME, "four-bar at 3 rad/s", factor, bars, by_condition))
+            found.append(measure(NAME, "four-bar at 3 rad/s", factor, bars))
             if factor >= 1.0:
                 away = distant(mechanics("double_shaft_z"), factor)
                 far = Case(away, *case, method=method)
-                found.append(measure(NAME, "this far from the origin", factor, far, by_condition))
+                found.append(measure(NAME, "this far from the origin", factor, far))
     return sorted(found, key=lambda point: (point.method, point.case))
 
 
@@ -62,7 +62,5 @@ def answer(found: list[Point]) -> str:
     """Return where digits are lost."""
     return verdict(
         found,
-        "Lengths lose no digits. The stated condition number is free of units for linkages with "
-        "hinges alone; with a slide it grows with the factor and with its reciprocal, though the "
-        "errors do not.",
+        "Lengths lose no digits, and the stated condition number is free of their unit.",
     )

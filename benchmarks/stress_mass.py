@@ -9,7 +9,7 @@ from __future__ import annotations
 from .descriptions import mechanics, with_mass
 from .maps import verdict
 from .methods import methods
-from .stress import Case, Point, by_condition, by_inertia, measure
+from .stress import Case, Point, measure
 
 NAME, LABEL = "mass", "mass over that of the description"
 GRID = (1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9)
@@ -27,9 +27,9 @@ def points(grid: tuple[float, ...] = GRID, links: tuple[str, ...] = LINKS) -> li
                 urdf = with_mass(mechanics("double_shaft_z"), link, factor)
                 case = ("bearing_in", POSITIONS, HELD, {"bearing_out": -1.0})
                 weight = Case(urdf, *case, gravity=(0.0, 0.0, -9.81), method=method)
-                found.append(measure(NAME, f"{link}, gravity", factor, weight, by_condition))
+                found.append(measure(NAME, f"{link}, gravity", factor, weight))
                 fast = Case(urdf, *case, 30.0, 5.0, method=method)
-                found.append(measure(NAME, f"{link}, at speed", factor, fast, by_inertia))
+                found.append(measure(NAME, f"{link}, at speed", factor, fast))
     return sorted(found, key=lambda point: (point.method, point.case))
 
 

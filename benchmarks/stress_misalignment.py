@@ -9,7 +9,7 @@ from __future__ import annotations
 from .descriptions import mechanics, with_miss
 from .maps import verdict
 from .methods import methods
-from .stress import Case, Point, by_condition, by_inertia, measure
+from .stress import Case, Point, measure
 
 NAME, LABEL = "misalignment", "distance between axes [m]"
 GRID = (1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
@@ -34,9 +34,9 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
                 method=method,
             )
             found += [
-                measure(NAME, "double shaft, quasi-static", miss, still, by_condition),
-                measure(NAME, "double shaft, at speed", miss, fast, by_inertia),
-                measure(NAME, "joint between fixed bearings", miss, locked, by_condition),
+                measure(NAME, "double shaft, quasi-static", miss, still),
+                measure(NAME, "double shaft, at speed", miss, fast),
+                measure(NAME, "joint between fixed bearings", miss, locked),
             ]
     return sorted(found, key=lambda point: (point.method, point.case))
 

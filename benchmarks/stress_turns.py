@@ -11,7 +11,7 @@ import numpy as np
 from .descriptions import mechanics
 from .maps import verdict
 from .methods import methods
-from .stress import Case, Point, by_condition, measure
+from .stress import Case, Point, measure
 
 NAME, LABEL = "turns", "turns made"
 GRID = (1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6)
@@ -32,7 +32,7 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
                     {"bearing_out": -1.0},
                     method=method,
                 )
-                found.append(measure(NAME, f"universal joint, {sense}", turns, joint, by_condition))
+                found.append(measure(NAME, f"universal joint, {sense}", turns, joint))
                 linkage = Case(
                     mechanics("four_bar"),
                     "crank_bearing",
@@ -41,7 +41,7 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
                     {"rocker_bearing": -1.0},
                     method=method,
                 )
-                found.append(measure(NAME, f"four-bar, {sense}", turns, linkage, by_condition))
+                found.append(measure(NAME, f"four-bar, {sense}", turns, linkage))
     return sorted(found, key=lambda point: (point.method, point.case))
 
 
