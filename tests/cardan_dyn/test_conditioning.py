@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from helpers import double
+from helpers import double, text, universal
 
 import cardan_dyn as cd
 
 POSITIONS = np.linspace(0.1, 6.2, 9)
 
 
-def in_units(text: str, length: float) -> str:
+def in_units(description: str, length: float) -> str:
     """Return a description with all lengths multiplied, inertia left out."""
-    root = ElementTree.fromstring(text)
+    root = ElementTree.fromstring(description)
     for link in root.iter("link"):
         for part in list(link):
             link.remove(part)
@@ -29,20 +28,15 @@ def in_units(text: str, length: float) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-@pytest.fixture(scope="module")
-def slider_crank() -> str:
-    path = Path(__file__).parents[2] / "urdf" / "slider_crank.urdf"
-    return path.read_text(encoding="utf-8")
-
-
-def crank_sweep(text: str) -> cd.Sweep:
-    scene = cd.Scene(cd.load(text), drive="crank_bearing", loads={"piston_guide": -1.0})
+def crank_sweep(length: float) -> cd.Sweep:
+    mechanism = cd.load(in_units(text("slider_crank"), length))
+    scene = cd.Scene(mechanism, drive="crank_bearing", loads={"piston_guide": -1.0})
     return scene.sweep(POSITIONS)
 
 
 @pytest.mark.parametrize("length", [1e-6, 1e-3, 1e3, 1e6])
-def test_condition_does_not_depend_on_the_unit_of_length(slider_crank: str, length: float) -> None:
-    here, there = (crank_sweep(in_units(slider_crank, unit)) for unit in (1.0, length))
+def test_condition_does_not_depend_on_the_unit_of_length(length: float) -> None:
+    here, there = crank_sweep(1.0), crank_sweep(length)
     assert there.condition == pytest.approx(here.condition, rel=1e-9)
     assert there.drive_effort == pytest.approx(length * here.drive_effort, rel=1e-12)
     assert there.balance_residual < 1e-14
@@ -50,42 +44,28 @@ def test_condition_does_not_depend_on_the_unit_of_length(slider_crank: str, leng
 
 @pytest.mark.parametrize("load", [1e-250, 1e-160, 1e160, 1e250])
 def test_loads_of_any_size_are_proved(load: float) -> None:
-    scene = cd.Scene(
-        cd.load("universal_joint"),
-        drive="bearing_in",
-        held={"joint_angle": 0.7},
-        loads={"bearing_out": -load},
-    )
-    one = cd.Scene(
-        cd.load("universal_joint"),
-        drive="bearing_in",
-        held={"joint_angle": 0.7},
-        loads={"bearing_out": -1.0},
-    )
+    scene, one = (universal(cd.load("universal_joint"), 0.7, -size) for size in (load, 1.0))
     found, unit = scene.sweep(POSITIONS), one.sweep(POSITIONS)
     assert found.drive_effort / load == pytest.approx(unit.drive_effort, rel=1e-13)
     assert max(found.balance_residual, found.power_residual) < 1e-14
 
 
 @pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value", "ignore:divide by zero")
+@pytest.mark.parametrize("speed", [1e156, 1e160])
 @pytest.mark.parametrize("outputs", [None, ["bearing_out"], []])
-def test_what_overflows_is_refused(outputs: list[str] | None) -> None:
-    scene = cd.Scene(
-        cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 0.7}, outputs=outputs
-    )
+def test_what_overflows_is_refused(outputs: list[str] | None, speed: float) -> None:
+    scene = universal(cd.load("universal_joint"), 0.7, outputs=outputs)
     with pytest.raises(cd.AccuracyError, match="overflow"):
-        scene.sweep(POSITIONS, speed=1e160)
+        scene.sweep(POSITIONS, speed)
     with pytest.raises(cd.ArgumentError, match="overflow"):
-        scene.response().sweep(POSITIONS, speed=1e160)
+        scene.response().sweep(POSITIONS, speed)
 
 
 def test_balance_at_speed_is_relative_to_wrenches_and_condition_says_why() -> None:
     scene = double(cd.load("double_shaft_z"), 0.4, 0.3, load=-10.0)
     slow, fast = scene.sweep(POSITIONS, speed=1e-3), scene.sweep(POSITIONS, speed=1e3)
     assert fast.balance_residual <= 1e-11
-    assert np.all(fast.condition >= slow.condition)
-    for name in fast.outputs:
-        assert np.all(np.isfinite(fast[name].moment))
+    assert np.min(fast.condition / slow.condition) > 1e3
 
 
 @pytest.mark.parametrize("angles", [(0.4, 0.3), (0.2, 0.1), (0.7, 0.5), (1.0, 0.9)])

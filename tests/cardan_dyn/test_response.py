@@ -14,7 +14,6 @@ from analytic import grossmann
 from cardan_dyn import response_build
 from cardan_dyn.series import Series
 
-EPS = float(np.finfo(float).eps)
 POSITIONS = np.random.default_rng(11).uniform(-30.0, 30.0, 200)
 
 
@@ -44,9 +43,8 @@ def test_grossmann_everywhere(
         assert relative(-sweep["bearing_out"].torsion / torque, closed.torsion_2) < allowed
         assert relative(sweep["bearing_out"].bending / torque, closed.bending_2) < allowed
         assert relative(sweep.drive_effort, 1.0 / closed.torsion_2) < allowed
-    # At small angles the cross's own wrenches are what rounding leaves of inertial terms.
-    rounding = EPS * response.proof.condition * response.proof.cancellation
-    assert response.error < 10.0 * max(tolerance, rounding)
+    # At 1° the wrenches that depend on speed are what rounding leaves of inertial terms.
+    assert response.error < (10.0 if beta_deg > 1.0 else 20.0) * tolerance
 
 
 def test_every_wrench_equals_the_direct_sweep(shaft: cd.Mechanism) -> None:

@@ -15,6 +15,16 @@ from cardan_dyn.viewer.defaults import default_sweep
 # Hues of the bundled descriptions' materials: channel that leads, channel that trails.
 BLUE, ORANGE = (2, 0), (0, 2)
 
+# Middle, width and height of each label in the picture [pixels].
+BOXES = """sprites.map((sprite) => {
+  const high = window.innerHeight;
+  const at = new THREE.Vector3().setFromMatrixPosition(sprite.matrixWorld).project(camera);
+  const unit = high / (2 * Math.tan(camera.fov * Math.PI / 360));
+  const [width, height] = [sprite.scale.x * unit, sprite.scale.y * unit];
+  return [at.x * window.innerWidth / 2, at.y * high / 2 + (0.5 - sprite.center.y) * height,
+    width, height];
+})"""
+
 
 def share(picture: np.ndarray, hue: tuple[int, int], gap: int = 70) -> float:
     """Fraction of the pixels in the scene whose colour has this hue."""
@@ -50,6 +60,19 @@ def test_scene_shows_both_shafts_turning(name: str, opened: Callable, tmp_path: 
     assert changed(pictures[0], page.picture(1.0)) < 0.002
     assert page.complaints == []
     assert page.requests == [file.as_uri()]
+
+
+@pytest.mark.parametrize("name", ["double_shaft_spatial", "drive_line", "stewart_platform"])
+def test_labels_do_not_cover_each_other(name: str, opened: Callable, tmp_path: Path) -> None:
+    page = opened(cd.view(default_sweep(cd.load(name))).export(tmp_path / "scene.html"))
+    for moment in (0.1, 0.3, 0.5):
+        page.picture(moment)
+        boxes = np.array(page.evaluate(BOXES))
+        assert len(boxes) > 10
+        gap = np.abs(boxes[:, None, :2] - boxes[None, :, :2])
+        reach = 0.5 * (boxes[:, None, 2:] + boxes[None, :, 2:])
+        covered = np.all(gap < reach - 1e-3, axis=2)
+        assert np.sum(covered) == len(boxes)  # Each covers itself alone.
 
 
 def test_arrows_end_where_the_wrench_says(
