@@ -17,8 +17,20 @@ from dataclasses import dataclass
 
 from mpmath import mp, mpf
 
-Vector = list[mpf]
-Matrix = list[list[mpf]]
+from .vectors import (
+    Matrix,
+    Vector,
+    about,
+    add,
+    axial,
+    combined,
+    cross,
+    dot,
+    flip,
+    identity,
+    product,
+    turn,
+)
 
 DIGITS = 130
 STEP = "1e-30"
@@ -143,18 +155,18 @@ class Exact:
 
     def poses(self, positions: Mapping[str, mpf]) -> dict[str, tuple[Matrix, Vector]]:
         """Return rotation and origin of every link in the world."""
-        poses = {self.root: (_identity(), [mpf(0)] * 3)}
+        poses = {self.root: (identity(), [mpf(0)] * 3)}
         left = list(self.joints)
         while left:
             for joint in [joint for joint in left if joint.parent in poses]:
                 rotation, origin = poses[joint.parent]
-                origin = _add(origin, _turn(rotation, joint.translation))
-                rotation = _product(rotation, joint.rotation)
+                origin = add(origin, turn(rotation, joint.translation))
+                rotation = product(rotation, joint.rotation)
                 value = positions.get(joint.name, mpf(0))
                 if joint.kind == "prismatic":
-                    origin = _add(origin, _turn(rotation, [value * a for a in joint.axis]))
+                    origin = add(origin, turn(rotation, [value * a for a in joint.axis]))
                 elif joint.kind != "fixed":
-                    rotation = _product(rotation, _about(joint.axis, value))
+                    rotation = product(rotation, about(joint.axis, value))
                 poses[joint.child] = (rotation, origin)
                 left.remove(joint)
         return poses
@@ -164,10 +176,10 @@ class Exact:
         poses = self.poses(positions)
         result = []
         for loop in self.loops:
-            frames = self._ends(loop, poses)
-            axes = [_turn(rotation, loop.axis) for rotation, _ in frames]
+            frames = self.ends(loop, poses)
+            axes = [turn(rotation, loop.axis) for rotation, _ in frames]
             gap = [a - b for a, b in zip(frames[0][1], frames[1][1], strict=True)]
-            result.append(gap + _cross(axes[1], axes[0]))
+            result.append(gap + cross(axes[1], axes[0]))
         return result
 
     def close(self, passive: Mapping[str, mpf], fixed: Mapping[str, mpf]) -> dict[str, mpf]:
@@ -203,13 +215,13 @@ class Exact:
         by_name = {joint.name: joint for joint in self.joints}
         above = {joint.child: joint for joint in self.joints}
         columns = []
-        ends = [self._ends(loop, poses) for loop in self.loops]
+        ends = [self.ends(loop, poses) for loop in self.loops]
         for name in names:
             joint, column = by_name[name], []
             rotation, origin = poses[joint.child]
-            axis = _turn(rotation, joint.axis)
+            axis = turn(rotation, joint.axis)
             for loop, frames in zip(self.loops, ends, strict=True):
-                gap, axes = [mpf(0)] * 3, [_turn(frame[0], loop.axis) for frame in frames]
+                gap, axes = [mpf(0)] * 3, [turn(frame[0], loop.axis) for frame in frames]
                 change = [[mpf(0)] * 3, [mpf(0)] * 3]
                 for side, (link, sign) in enumerate(((loop.parent, 1), (loop.child, -1))):
                     while link in above and above[link].name != name:
@@ -220,23 +232,24 @@ class Exact:
                         gap = [g + sign * a for g, a in zip(gap, axis, strict=True)]
                     else:
                         arm = [a - b for a, b in zip(frames[side][1], origin, strict=True)]
-                        gap = [g + sign * a for g, a in zip(gap, _cross(axis, arm), strict=True)]
-                        change[side] = _cross(axis, axes[side])
-                tilt = _add(_cross(change[1], axes[0]), _cross(axes[1], change[0]))
+                        gap = [g + sign * a for g, a in zip(gap, cross(axis, arm), strict=True)]
+                        change[side] = cross(axis, axes[side])
+                tilt = add(cross(change[1], axes[0]), cross(axes[1], change[0]))
                 column += [g / size for g in gap] + tilt
             columns.append(column)
         return columns
 
-    def _ends(
+    def ends(
         self, loop: Joint, poses: Mapping[str, tuple[Matrix, Vector]]
     ) -> list[tuple[Matrix, Vector]]:
+        """Return rotation and origin of a loop's frame on its predecessor and on its successor."""
         ends = []
-        for link, turn, shift in (
+        for link, tilt, shift in (
             (loop.parent, loop.rotation, loop.translation),
             (loop.child, loop.successor_rotation, loop.successor_translation),
         ):
             rotation, origin = poses[link]
-            ends.append((_product(rotation, turn), _add(origin, _turn(rotation, shift))))
+            ends.append((product(rotation, tilt), add(origin, turn(rotation, shift))))
         return ends
 
     def inertia_wrench(
@@ -244,19 +257,19 @@ class Exact:
     ) -> tuple[Vector, Vector, Vector]:
         """Return what must act on a body: force, moment about its centre, and its centre."""
         body = self.bodies[name]
-        centres = [_add(pose[name][1], _turn(pose[name][0], body.centre)) for pose in poses]
+        centres = [add(pose[name][1], turn(pose[name][0], body.centre)) for pose in poses]
         force, moment = [-body.mass * g for g in gravity], [mpf(0)] * 3
         if len(poses) == 3:
             here, before, after = centres
             for k in range(3):
                 force[k] += body.mass * (after[k] - 2 * here[k] + before[k]) / step**2
             here, before, after = (pose[name][0] for pose in poses)
-            first = _combined(after, before, here, (1, -1, 0), 2 * step)
-            second = _combined(after, before, here, (1, 1, -2), step**2)
-            flipped = _flip(here)
-            spin, change = _axial(_product(first, flipped)), _axial(_product(second, flipped))
-            inertia = _product(_product(here, body.inertia), flipped)
-            moment = _add(_turn(inertia, change), _cross(spin, _turn(inertia, spin)))
+            first = combined(after, before, here, (1, -1, 0), 2 * step)
+            second = combined(after, before, here, (1, 1, -2), step**2)
+            flipped = flip(here)
+            spin, change = axial(product(first, flipped)), axial(product(second, flipped))
+            inertia = product(product(here, body.inertia), flipped)
+            moment = add(turn(inertia, change), cross(spin, turn(inertia, spin)))
         return force, moment, centres[0]
 
     def _wrenches(
@@ -272,7 +285,7 @@ class Exact:
         frames = {}
         for joint in everything:
             frames[joint.name] = (
-                self._ends(joint, poses[0])[1] if joint.loop else poses[0][joint.child]
+                self.ends(joint, poses[0])[1] if joint.loop else poses[0][joint.child]
             )
         names = [name for name in self.bodies if name != self.root]
         rows: Matrix = []
@@ -287,7 +300,7 @@ class Exact:
                 arm = [a - b for a, b in zip(origin, centre, strict=True)]
                 for k in range(3):
                     unit = [rotation[i][k] for i in range(3)]
-                    turned = _cross(arm, unit)
+                    turned = cross(arm, unit)
                     for i in range(3):
                         block[i][6 * number + k] = sign * unit[i]
                         block[3 + i][6 * number + k] = sign * turned[i]
@@ -316,16 +329,16 @@ def least_squares(columns: list[Vector], right: Vector) -> Vector:
         rest, parts = list(column), [mpf(0)] * len(columns)
         for _ in range(2):
             for number, unit in enumerate(basis):
-                part = _dot(unit, rest)
+                part = dot(unit, rest)
                 parts[number] += part
                 rest = [a - part * b for a, b in zip(rest, unit, strict=True)]
-        norm = mp.sqrt(_dot(rest, rest))
+        norm = mp.sqrt(dot(rest, rest))
         if norm < mpf(_RANK):
             raise ArithmeticError("the exact closure equations do not decide the motion")
         parts[len(basis)] = norm
         basis.append([a / norm for a in rest])
         upper.append(parts)
-    result = [_dot(unit, right) for unit in basis]
+    result = [dot(unit, right) for unit in basis]
     for number in reversed(range(len(columns))):
         for later in range(number + 1, len(columns)):
             result[number] -= upper[later][number] * result[later]
@@ -384,7 +397,7 @@ def _body(link: ElementTree.Element) -> Body:
         [entry["ixy"], entry["iyy"], entry["iyz"]],
         [entry["ixz"], entry["iyz"], entry["izz"]],
     ]
-    inertia = _product(_product(rotation, inertia), _flip(rotation))
+    inertia = product(product(rotation, inertia), flip(rotation))
     return Body(mpf(float(mass.get("value", "0"))), centre, inertia)
 
 
@@ -399,7 +412,7 @@ def _joint(item: ElementTree.Element) -> Joint:
         translation=translation,
         axis=_axis(item),
         loop=False,
-        successor_rotation=_identity(),
+        successor_rotation=identity(),
         successor_translation=[mpf(0)] * 3,
     )
 
@@ -429,7 +442,7 @@ def _attribute(item: ElementTree.Element, tag: str, key: str) -> str:
 def _axis(item: ElementTree.Element) -> Vector:
     text = _attribute(item, "axis", "xyz") or "1 0 0"
     axis = [mpf(float(value)) for value in text.split()]
-    norm = mp.sqrt(_dot(axis, axis))
+    norm = mp.sqrt(dot(axis, axis))
     return [value / norm for value in axis]
 
 
@@ -439,57 +452,6 @@ def _origin(item: ElementTree.Element) -> tuple[Matrix, Vector]:
     shift = [mpf(float(value)) for value in attributes.get("xyz", "0 0 0").split()]
     roll, pitch, yaw = (mpf(float(x)) for x in attributes.get("rpy", "0 0 0").split())
     units = [[mpf(i == k) for i in range(3)] for k in range(3)]
-    turn = _product(_about(units[1], pitch), _about(units[0], roll))
-    turn = _product(_about(units[2], yaw), turn)
+    turn = product(about(units[1], pitch), about(units[0], roll))
+    turn = product(about(units[2], yaw), turn)
     return turn, shift
-
-
-def _identity() -> Matrix:
-    return [[mpf(i == k) for k in range(3)] for i in range(3)]
-
-
-def _about(axis: Vector, angle: mpf) -> Matrix:
-    """Rotation about a unit axis (Rodrigues)."""
-    sine, cosine = mp.sin(angle), mp.cos(angle)
-    x, y, z = axis
-    skew = [[mpf(0), -z, y], [z, mpf(0), -x], [-y, x, mpf(0)]]
-    return [
-        [cosine * (i == k) + sine * skew[i][k] + (1 - cosine) * axis[i] * axis[k] for k in range(3)]
-        for i in range(3)
-    ]
-
-
-def _product(a: Matrix, b: Matrix) -> Matrix:
-    return [[sum(a[i][j] * b[j][k] for j in range(3)) for k in range(3)] for i in range(3)]
-
-
-def _flip(a: Matrix) -> Matrix:
-    return [list(row) for row in zip(*a, strict=True)]
-
-
-def _turn(a: Matrix, v: Vector) -> Vector:
-    return [_dot(row, v) for row in a]
-
-
-def _combined(a: Matrix, b: Matrix, c: Matrix, w: tuple[int, int, int], over: mpf) -> Matrix:
-    return [
-        [(w[0] * a[i][k] + w[1] * b[i][k] + w[2] * c[i][k]) / over for k in range(3)]
-        for i in range(3)
-    ]
-
-
-def _axial(a: Matrix) -> Vector:
-    """Return the vector of the antisymmetric part: of Ṙ Rᵀ the spin, of R̈ Rᵀ its rate."""
-    return [(a[2][1] - a[1][2]) / 2, (a[0][2] - a[2][0]) / 2, (a[1][0] - a[0][1]) / 2]
-
-
-def _add(a: Vector, b: Vector) -> Vector:
-    return [x + y for x, y in zip(a, b, strict=True)]
-
-
-def _dot(a: Vector, b: Vector) -> mpf:
-    return sum((x * y for x, y in zip(a, b, strict=True)), mpf(0))
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]

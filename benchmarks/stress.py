@@ -209,7 +209,8 @@ def _imbalance(exact: Exact, sweep: cd.Sweep, sample: int, case: Case) -> tuple[
     """Return the imbalance of the returned doubles and their greatest wrench, with 50 digits."""
     from mpmath import mpf
 
-    from .exact import STEP, _add, _cross, _turn
+    from .exact import STEP
+    from .vectors import add, cross, turn
 
     motion, length = sweep.motion, sweep.mechanism.length
     joints = [joint for joint in exact.joints if joint.kind != "fixed"]
@@ -233,24 +234,24 @@ def _imbalance(exact: Exact, sweep: cd.Sweep, sample: int, case: Case) -> tuple[
             force, moment, centre = exact.inertia_wrench(name, poses, step, gravity)
             origin = poses[0][name][1]
             arm = [a - b for a, b in zip(centre, origin, strict=True)]
-            left[name] = ([-x for x in force], [-x for x in _add(moment, _cross(arm, force))])
+            left[name] = ([-x for x in force], [-x for x in add(moment, cross(arm, force))])
     greatest = 0.0
     for joint in exact.joints + exact.loops:
         wrench = sweep[joint.name]
         if joint.loop:
-            rotation, origin = exact._ends(joint, poses[0])[1]
+            rotation, origin = exact.ends(joint, poses[0])[1]
         else:
             rotation, origin = poses[0][joint.child]
-        force = _turn(rotation, [mpf(float(x)) for x in wrench.force[sample]])
-        moment = _turn(rotation, [mpf(float(x)) for x in wrench.moment[sample]])
+        force = turn(rotation, [mpf(float(x)) for x in wrench.force[sample]])
+        moment = turn(rotation, [mpf(float(x)) for x in wrench.moment[sample]])
         greatest = max(greatest, _size(force, moment, length))
         for link, sign in ((joint.child, 1), (joint.parent, -1)):
             if link in left:
                 arm = [a - b for a, b in zip(origin, poses[0][link][1], strict=True)]
-                turned = _add(moment, _cross(arm, force))
+                turned = add(moment, cross(arm, force))
                 left[link] = (
-                    _add(left[link][0], [sign * x for x in force]),
-                    _add(left[link][1], [sign * x for x in turned]),
+                    add(left[link][0], [sign * x for x in force]),
+                    add(left[link][1], [sign * x for x in turned]),
                 )
     return max(_size(*parts, length) for parts in left.values()), greatest
 
