@@ -48,7 +48,6 @@ class Assembly:
         coordinates: Coordinates,
         drives: tuple[str, ...],
         held: dict[str, float],
-        gravity: Array,
         wanted: set[int] | None,
         start: dict[str, float],
     ) -> None:
@@ -59,14 +58,12 @@ class Assembly:
             coordinates: layout of its coordinates.
             drives: names of the driven joints.
             held: held joints and their positions.
-            gravity: `(3,)` [m/s²].
             wanted: see `plan.needs`.
             start: joints that are brought to positions first, the drives following them.
         """
         self.mechanism = mechanism
         self.drives = drives
         self.held = held
-        self._gravity = gravity
         self._structure = Structure(mechanism, coordinates)
         self._coordinates = coordinates
         self._columns = [coordinates.columns[name].start for name in drives]
@@ -388,7 +385,7 @@ class Assembly:
     def _kinematics_of(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
         zero = self.mechanism.zero_positions()
         solvers = [
-            Solver(self.mechanism, self._coordinates, group, self._gravity, zero)
+            Solver(self.mechanism, self._coordinates, group, zero)
             for group in groups
         ]
         return Kinematics(self._coordinates, self._driven(drives), solvers)

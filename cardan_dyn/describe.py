@@ -130,7 +130,7 @@ def _measured(
 ) -> tuple[int, list[LoopReport]]:
     zero = mechanism.zero_positions()
     solvers = [
-        Solver(mechanism, coordinates, group, np.zeros(3), zero)
+        Solver(mechanism, coordinates, group, zero)
         for group in groups
         if group.loops or group.couplings
     ]

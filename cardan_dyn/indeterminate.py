@@ -40,11 +40,11 @@ class Choice(Protocol):
         undetermined: list[Undetermined],
         rotations: dict[int, Array],
     ) -> Array:
-        """Add the chosen forces to `wrenches (b, N, 6)` and `closure`, in place.
+        """Add the chosen forces to wrenches and closure forces of load cases, in place.
 
         Args:
-            wrenches: of all joints.
-            closure: of all loops, then couplings.
+            wrenches: of all joints, `(b, N, 6, c)`.
+            closure: of all loops `(N, 6, c)`, then couplings `(N, 1, c)`.
             undetermined: what to choose.
             rotations: for `oriented` joints, `(N, 3, 3)` from the joint's frame to its parent's.
 
@@ -84,7 +84,7 @@ class LeastNorm:
         for joint, numbers in touching.items():
             for first in numbers:
                 flipped = undetermined[first].spread[joint].transpose(0, 2, 1) * self._lengths**2
-                part = -(flipped @ wrenches[joint][:, :, None])
+                part = -(flipped @ wrenches[joint])
                 right[first] = right[first] + part if first in right else part
                 for second in numbers:
                     if second >= first:
@@ -129,12 +129,12 @@ class Elastic:
             for joint, part in item.spread.items():
                 spread.setdefault(joint, []).append((number, part))
         elastic, norm = np.zeros((2, count, total, total))
-        right_elastic, right_norm = np.zeros((2, count, total, 1))
+        right_elastic, right_norm = np.zeros((2, count, total, wrenches.shape[3]))
         for joint, parts in spread.items():
             whole = np.zeros((count, 6, total))
             for number, part in parts:
                 whole[:, :, starts[number] : starts[number + 1]] = part
-            flipped, wrench = whole.transpose(0, 2, 1), wrenches[joint][:, :, None]
+            flipped, wrench = whole.transpose(0, 2, 1), wrenches[joint]
             norm += flipped @ (whole * self._lengths[:, None] ** 2)
             right_norm -= flipped @ (wrench * self._lengths[:, None] ** 2)
             if joint in self._compliances:
@@ -168,9 +168,9 @@ def influence(wrenches: Array, undetermined: list[Undetermined], lengths: Array)
 
 def _add(wrenches: Array, closure: list[Array], item: Undetermined, amount: Array) -> None:
     for joint, spread in item.spread.items():
-        wrenches[joint] += (spread @ amount)[:, :, 0]
+        wrenches[joint] += spread @ amount
     for number, forces in item.forces.items():
-        closure[number] += (forces @ amount)[:, :, 0]
+        closure[number] += forces @ amount
 
 
 def _lexicographic(first: Array, right_1: Array, second: Array, right_2: Array) -> Array:
@@ -196,7 +196,7 @@ def _solve_sparse(
 
     Args:
         blocks: upper triangle: `(i, j)` with i ≤ j to `(N, k_i, k_j)`.
-        right: `i` to `(N, k_i, 1)`; used up.
+        right: `i` to `(N, k_i, c)`; used up.
     """
     order = sorted(right)
     later = {

@@ -54,11 +54,6 @@ class Kinematics:
         x = self.coordinates.normalised(x.copy())
         return _joined(x, [solver.close(x, turns, most) for solver in self.solvers])
 
-    def pull(self, gravity: Array) -> None:
-        """Set the gravity `(3,)` [m/s²] of all groups."""
-        for solver in self.solvers:
-            solver.twin.model.gravity.linear = gravity
-
     def evaluate(self, x: Array) -> ClosedMechanism:
         """Return what is known at coordinates `x (N, size)` without changing them."""
         return _joined(x, [solver.evaluate(x)[0] for solver in self.solvers])

@@ -12,7 +12,7 @@ from .kinematics import ClosedMechanism, Kinematics
 from .loads import LinkLoad
 from .mechanism import Mechanism
 from .plan import Needs
-from .reactions import Reactions, ReactionSolver
+from .reactions import LoadCase, Reactions, ReactionSolver
 from .residuals import Residuals, overflow
 
 
@@ -93,6 +93,7 @@ class Pipeline:
         self._reactions = reactions
         self._needed = needed
         self._outside = outside
+        self._gravity = gravity
         self._weight = bool(np.any(gravity))
         self._bodies = FreeBodies(reactions, gravity, needed)
         scale = self._bodies.rate_scale
@@ -101,23 +102,42 @@ class Pipeline:
 
     def run(self, here: ClosedMechanism, inputs: Inputs) -> Block:
         """Return motion, reactions and residuals at closed positions."""
-        kinematics, count = self._kinematics, len(here.x)
         transmission, v, a = self.rates(here, inputs.speeds, inputs.accelerations)
         dynamics = (v, a) if self._heavy and (inputs.moving or self._weight) else None
-        reactions = self._reactions.solve(here, dynamics, inputs.loads, inputs.link_loads)
+        case = LoadCase(dynamics, inputs.loads, inputs.link_loads, self._gravity)
+        (reactions,) = self._reactions.solve(here, [case])
+        return self.proven(here, inputs, (transmission, v, a), reactions)
+
+    def proven(
+        self,
+        here: ClosedMechanism,
+        inputs: Inputs,
+        rates: tuple[Array, Array, Array],
+        reactions: Reactions,
+    ) -> Block:
+        """Return reactions with the residuals that prove them, and all else that they tell.
+
+        Args:
+            here: closed positions.
+            inputs: what is prescribed.
+            rates: from `rates`.
+            reactions: at those positions, rates and inputs.
+        """
+        count = len(here.x)
+        transmission, v, a = rates
         efforts = self.efforts(reactions)
-        rates = Rates(v, a, transmission.sum(axis=2), inputs.moving)
         if self._needed.complete:
             external = np.tile(inputs.loads, (count if len(inputs.loads) == 1 else 1, 1))
             external[:, self._outside] = efforts[:, self._outside]
             bodies = [load.body for load in inputs.link_loads]
-            residuals = self._bodies.check(here, reactions, rates, efforts, external, bodies)
+            joint_rates = Rates(v, a, transmission.sum(axis=2), inputs.moving)
+            residuals = self._bodies.check(here, reactions, joint_rates, efforts, external, bodies)
             exerted = external - inputs.loads
         else:
             # Only the drive efforts are wanted: virtual work gives them without closure forces.
             exerted = np.zeros_like(efforts)
             drive = (efforts - inputs.loads)[:, None, :] @ transmission
-            exerted[:, kinematics.drives] = drive[:, 0]
+            exerted[:, self._kinematics.drives] = drive[:, 0]
             residuals = Residuals.unknown(count)
         tooth = reactions.closure[len(self._mechanism.loops) :]
         return Block(

@@ -27,8 +27,26 @@ UNIQUE_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
+class LoadCase:
+    """What acts on a mechanism at closed positions.
+
+    Attributes:
+        dynamics: joint velocities and accelerations `(N, nv)`, or None where neither inertia nor
+            gravity acts.
+        loads: `(N, nv)` or `(1, nv)` efforts added at the joints [N·m, N].
+        link_loads: wrenches on links.
+        gravity: `(3,)` [m/s²].
+    """
+
+    dynamics: tuple[Array, Array] | None
+    loads: Array
+    link_loads: Sequence[LinkLoad]
+    gravity: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Reactions:
-    """Wrenches of one block of samples.
+    """Wrenches of one load case.
 
     Attributes:
         wrenches: `(N, b, 6)` wrench of every joint in its frame: the bodies of the model in order,
@@ -46,6 +64,28 @@ class Reactions:
     open_couplings: set[int]
     link_wrenches: list[Array]
     influence: Array
+
+
+def superposed(cases: Sequence[Reactions], factors: Sequence[float]) -> Reactions:
+    """Return the reactions of load cases, each times a factor, that act together."""
+
+    def total(parts: Sequence[Array]) -> Array:
+        return np.asarray(
+            sum(factor * part for factor, part in zip(factors, parts, strict=True))
+        )
+
+    first = cases[0]
+    return Reactions(
+        total([case.wrenches for case in cases]),
+        [total([case.closure[k] for case in cases]) for k in range(len(first.closure))],
+        first.open_couplings,
+        [
+            factor * wrench
+            for factor, case in zip(factors, cases, strict=True)
+            for wrench in case.link_wrenches
+        ],
+        first.influence,
+    )
 
 
 class ReactionSolver:
@@ -101,57 +141,37 @@ class ReactionSolver:
         """Return whether a group's closure forces are solved."""
         return self._active is None or id(solver.group) in self._active
 
-    def solve(
-        self,
-        here: ClosedMechanism,
-        dynamics: tuple[Array, Array] | None,
-        loads: Array,
-        link_loads: Sequence[LinkLoad],
-    ) -> Reactions:
-        """Return the reactions of a block of samples.
+    def solve(self, here: ClosedMechanism, cases: Sequence[LoadCase]) -> list[Reactions]:
+        """Return the reactions of every load case at closed positions.
 
-        Args:
-            here: closed positions.
-            dynamics: joint velocities and accelerations `(N, nv)`, or None where neither inertia
-                nor gravity acts.
-            loads: `(N, nv)` or `(1, nv)` efforts added at the joints [N·m, N].
-            link_loads: wrenches on links.
+        What depends on the positions alone is done once for all cases.
         """
         count, solvers = len(here.x), self.kinematics.solvers
-        wrenches = np.zeros((self.bodies + len(self.fixed), count, 6))
-        if dynamics is not None:
-            for solver, closed in zip(solvers, here.groups, strict=True):
-                if solver.twin.heavy and (not self._active or self.solves(solver)):
-                    v, a = (solver.twin.velocity(rates) for rates in dynamics)
-                    found = solver.twin.inverse_dynamics(closed.q, v, a)
-                    wrenches[solver.twin.bodies] += found.reshape(count, -1, 6).swapaxes(0, 1)
-        link_wrenches = []
-        for load in link_loads:
-            home = self.home.get(load.body)
-            if home is None:
-                link_wrenches.append(np.zeros((count, 6)))  # On a body that was left out.
-                continue
-            solver, closed = solvers[home], here.groups[home]
-            wrench = load.about_origin(closed.actions, solver.twin.local[load.body])
-            link_wrenches.append(wrench)
-            for body in ancestors(self.mechanism.model, load.body + 1):
-                wrenches[body] -= _carried(closed, solver.twin.local[body], wrench)
-
-        closure = [np.zeros((count, 6)) for _ in self.mechanism.loops]
-        closure += [np.zeros((count, 1)) for _ in self.mechanism.couplings]
+        wrenches = np.zeros((self.bodies + len(self.fixed), count, 6, len(cases)))
+        for number, case in enumerate(cases):
+            self._inertial(wrenches[..., number], here, case)
+        link_wrenches = [
+            [self._applied(wrenches[..., number], here, load) for load in case.link_loads]
+            for number, case in enumerate(cases)
+        ]
+        closure = [np.zeros((count, 6, len(cases))) for _ in self.mechanism.loops]
+        closure += [np.zeros((count, 1, len(cases))) for _ in self.mechanism.couplings]
         undetermined: list[Undetermined] = []
         # Given efforts, and what couplings of later groups exert.
-        given = np.tile(loads, (count if len(loads) == 1 else 1, 1))
+        given = np.empty((count, self.mechanism.model.nv, len(cases)))
+        for number, case in enumerate(cases):
+            given[..., number] = case.loads
         for solver, closed in zip(reversed(solvers), reversed(here.groups), strict=True):
             group = solver.group
             if not (group.loops or group.couplings) or not self.solves(solver):
                 continue
             unmet = given[:, group.passives] - self._efforts_of(wrenches, group.passives)
             multipliers = closed.solve_transposed(unmet)
-            for number, forces in self._forces(solver, multipliers[:, :, None]).items():
-                closure[number] += forces[:, :, 0]
+            for number, forces in self._forces(solver, multipliers).items():
+                closure[number] += forces
             for place, number in enumerate(group.loops):
-                self._spread(wrenches, solver, closed, place, number, closure[number])
+                for body, spread in self._on_path(solver, closed, place, number, closure[number]):
+                    wrenches[body] += spread
             for number in group.couplings:
                 coupling = self.mechanism.couplings[number]
                 moment = closure[len(self.mechanism.loops) + number]
@@ -172,16 +192,49 @@ class ReactionSolver:
             for number, forces in item.forces.items()
             if number >= loops and np.max(np.abs(forces), initial=0.0) > UNIQUE_TOLERANCE
         }
-        return Reactions(wrenches.swapaxes(0, 1), closure, open_couplings, link_wrenches, influence)
+        return [
+            Reactions(
+                wrenches[..., number].swapaxes(0, 1),
+                [forces[..., number] for forces in closure],
+                open_couplings,
+                link_wrenches[number],
+                influence,
+            )
+            for number in range(len(cases))
+        ]
+
+    def _inertial(self, wrenches: Array, here: ClosedMechanism, case: LoadCase) -> None:
+        """Add what inertia and gravity ask of the open tree to wrenches `(b, N, 6)`."""
+        if case.dynamics is None:
+            return
+        for solver, closed in zip(self.kinematics.solvers, here.groups, strict=True):
+            twin = solver.twin
+            if twin.heavy and (not self._active or self.solves(solver)):
+                twin.model.gravity.linear = case.gravity
+                v, a = (twin.velocity(rates) for rates in case.dynamics)
+                found = twin.inverse_dynamics(closed.q, v, a)
+                wrenches[twin.bodies] += found.reshape(len(v), -1, 6).swapaxes(0, 1)
+
+    def _applied(self, wrenches: Array, here: ClosedMechanism, load: LinkLoad) -> Array:
+        """Take a load on a link off wrenches `(b, N, 6)`; return it `(N, 6)`, see `Reactions`."""
+        home = self.home.get(load.body)
+        if home is None:
+            return np.zeros((len(here.x), 6))  # On a body that was left out.
+        twin, actions = self.kinematics.solvers[home].twin, here.groups[home].actions
+        wrench = load.about_origin(actions, twin.local[load.body])
+        for body in ancestors(self.mechanism.model, load.body + 1):
+            first = 6 * twin.local[body]
+            wrenches[body] -= np.matmul(actions[:, first : first + 6], wrench[:, :, None])[:, :, 0]
+        return wrench
 
     def efforts(self, wrenches: Array) -> Array:
         """Return the components of wrenches `(N, b, 6)` along the coordinates, `(N, nv)`."""
         return np.asarray(np.einsum("nki,ki->nk", wrenches[:, self._owners], self.subspace))
 
     def _efforts_of(self, wrenches: Array, coordinates: Array) -> Array:
-        """Return components of wrenches `(b, N, 6)` along some coordinates, `(N, k)`."""
+        """Return components of wrenches `(b, N, 6, c)` along some coordinates, `(N, k, c)`."""
         chosen = wrenches[self._owners[coordinates]]
-        return np.asarray(np.einsum("kni,ki->nk", chosen, self.subspace[coordinates]))
+        return np.asarray(np.einsum("knic,ki->nkc", chosen, self.subspace[coordinates]))
 
     def _from_parent(self, here: ClosedMechanism, body: int) -> Array:
         """Return rotations `(N, 3, 3)` from a joint's frame to its frame at coordinate zero."""
@@ -214,13 +267,6 @@ class ReactionSolver:
             result[len(self.mechanism.loops) + number] = multipliers[:, start : start + 1]
             start += 1
         return result
-
-    def _spread(
-        self, wrenches: Array, solver: Solver, closed: Closed, place: int, number: int, force: Array
-    ) -> None:
-        """Add a closure force `(N, 6)` to the wrenches `(b, N, 6)` of the joints on its loop."""
-        for body, spread in self._on_path(solver, closed, place, number, force[:, :, None]):
-            wrenches[body] += spread[:, :, 0]
 
     def _on_path(
         self, solver: Solver, closed: Closed, place: int, number: int, forces: Array
@@ -269,8 +315,3 @@ class ReactionSolver:
                 spread[body] = spread[body] + part if body in spread else part
         return spread
 
-
-def _carried(closed: Closed, place: int, wrench: Array) -> Array:
-    """Return a wrench about the twin's origin `(N, 6)` in a body's joint frame."""
-    rows = closed.actions[:, 6 * place : 6 * place + 6]
-    return np.asarray(np.matmul(rows, wrench[:, :, None])[:, :, 0])

@@ -9,14 +9,15 @@ import numpy as np
 from .coordinates import Array
 from .errors import AccuracyError, ArgumentError, CardanError
 from .kinematics import ClosedMechanism
-from .reactions import UNIQUE_TOLERANCE
+from .pipeline import Block, Inputs, joined
+from .reactions import UNIQUE_TOLERANCE, LoadCase, Reactions, superposed
 from .response import GRAVITY, Proof, Response
 from .series import Series
 
 if TYPE_CHECKING:
     from .scene import Scene
 
-_FIRST = 64
+_FIRST = 128
 _MOST = 2**15
 _CHECKS = 64
 _EPS = float(np.finfo(float).eps)
@@ -30,17 +31,12 @@ def build(scene: Scene, tolerance: float, low: float | None, high: float | None)
         raise ArgumentError(f"tolerance is {tolerance}, expected 1e-15 … 1")
     origin, length, periodic = _domain(scene, low, high)
     columns = Columns(scene)
-    count, values, worst_before = _FIRST, None, np.inf
+    count, worst_before = _FIRST, np.inf
+    nodes, checks = Series.nodes(origin, length, periodic, count), _checks(origin, length, periodic)
+    # One call costs less than two, and the positions in between prove the result.
+    values, proven = columns.prove(np.concatenate([nodes, checks]))
+    values, direct = values[:, : len(nodes)], values[:, len(nodes) :]
     while True:
-        positions = Series.nodes(origin, length, periodic, count)
-        if values is None:
-            values = columns.solve(positions)
-        else:
-            # Every other position is one of the last round's.
-            finer = np.empty((len(values), len(positions)))
-            finer[:, ::2] = values
-            finer[:, 1::2] = columns.solve(positions[1::2])
-            values = finer
         series = Series(values, origin, length, periodic)
         scale = columns.scales(values)
         worst = float(np.max(series.tail() / scale, initial=0.0))
@@ -59,7 +55,13 @@ def build(scene: Scene, tolerance: float, low: float | None, high: float | None)
             )
         worst_before = worst
         count *= 2
-    proof, errors = _measured(scene, columns, series, scale, tolerance)
+        # Every other position is one of the last round's.
+        finer = np.empty((len(values), 2 * values.shape[1] - (not periodic)))
+        finer[:, ::2] = values
+        finer[:, 1::2] = columns.solve(Series.nodes(origin, length, periodic, count)[1::2])
+        values = finer
+    errors = np.max(np.abs(series.summed(checks) - direct) / scale[:, None], axis=1)
+    proof = _proof(columns, direct, proven, tolerance, errors)
     allowed = np.full(len(errors), max(10.0 * tolerance, 1e-12 * columns.condition))
     # What depends on speed alone is what is left of inertial terms, and so is its rounding.
     allowed[columns.of("speed²")] += 10.0 * _EPS * columns.condition * proof.cancellation
@@ -115,7 +117,6 @@ class Columns:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._loads = np.zeros((1, scene.mechanism.model.nv))
         self.names: list[str] = []
         if scene.heavy:
             self.names += ["speed²", "acceleration"]
@@ -131,37 +132,32 @@ class Columns:
 
     def solve(self, positions: Array) -> Array:
         """Return all functions `(C, M)` at drive positions `(M,)`."""
-        scene, assembly = self._scene, self._scene.assembly
-        guesses, turns = assembly.guesses(positions[:, None])
-        here = assembly.close(guesses, turns, positions[:, None])
-        kinematics = assembly.kinematics
-        ones = np.ones((len(positions), 1))
-        v = kinematics.rates(here, ones)
-        condition = scene.pipeline.condition(here, v[:, :, None])
-        self.condition = max(self.condition, float(np.max(condition)))
-        none = np.zeros_like(v)
-        wrenches, efforts = [], []
-        gravity = scene.gravity
-        try:
-            for name in self.names:
-                axis = GRAVITY.index(name) if name in GRAVITY else None
-                kinematics.pull(np.zeros(3) if axis is None else np.eye(3)[axis])
-                dynamics = None
-                if name == "speed²":
-                    dynamics = (v, kinematics.accelerations(here, v, 0.0 * ones))
-                elif name == "acceleration":
-                    dynamics = (none, v)
-                elif axis is not None:
-                    dynamics = (none, none)
-                found, effort = self._column(here, name, dynamics, v)
-                wrenches.append(found)
-                efforts.append(effort)
-        finally:
-            kinematics.pull(gravity)
-        count = len(positions)
-        return np.concatenate(
-            [np.array(wrenches).reshape(-1, count), np.array(efforts).reshape(-1, count)]
+        here = self._closed(positions)
+        rates = self._rates(here)
+        return self._stacked(self._reactions(here, rates), rates[1])
+
+    def prove(self, positions: Array) -> tuple[Array, Block]:
+        """Return all functions, and the scene's own loads at unit rates with their residuals.
+
+        The latter are the sum of the columns, so their residuals prove the columns.
+
+        Raises:
+            AccuracyError: a residual misses its tolerance.
+        """
+        scene = self._scene
+        here = self._closed(positions)
+        rates = transmission, v, a = self._rates(here)
+        cases = self._reactions(here, rates)
+        factors = [self._factor(name) for name in self.names] or [1.0]
+        loads = sum(
+            (factor * self._loads(name) for factor, name in zip(factors, self.names, strict=False)),
+            start=self._loads(""),
         )
+        ones = np.ones((len(positions), 1))
+        inputs = Inputs(ones, ones, loads, list(scene.link_loads.values()), moving=True)
+        together = superposed(cases, factors)
+        block = scene.pipeline.proven(here, inputs, (transmission, v, a + v), together)
+        return self._stacked(cases, v), joined([block], positions[:, None])
 
     def greatest(self, values: Array) -> dict[str, float]:
         """Return the greatest wrench or effort of each column, forces times the length."""
@@ -191,48 +187,91 @@ class Columns:
         efforts = greatest[6 * outputs * count :].reshape(count, len(self._outside))
         return np.max(wrenches * self._weights, axis=2, initial=0.0), efforts
 
-    def _column(
-        self, here: ClosedMechanism, name: str, dynamics: tuple[Array, Array] | None, v: Array
-    ) -> tuple[Array, Array]:
-        """Return wrenches `(k, 6, M)` and efforts `(e, M)` of one column."""
-        scene = self._scene
-        loads = self._loads.copy()
-        if name in scene.joint_loads:
-            loads[:, scene.coordinates.velocities[name].start] = 1.0
-        links = [scene.link_loads[name]] if name in scene.link_loads else []
-        reactions = scene.reactions.solve(here, dynamics, loads, links)
-        self.influence = np.maximum(self.influence, reactions.influence)
-        efforts = scene.pipeline.efforts(reactions) - loads
-        if not scene.assembly.needed.complete:
-            # Without closure forces virtual work gives the drive's effort.
-            efforts[:, self._outside[0]] = np.sum(efforts * v, axis=1)
-            efforts[:, self._outside[1:]] = 0.0
-        kept = reactions.wrenches[:, self.numbers].transpose(1, 2, 0)
-        return kept, efforts[:, self._outside].T
+    def _closed(self, positions: Array) -> ClosedMechanism:
+        assembly = self._scene.assembly
+        guesses, turns = assembly.guesses(positions[:, None])
+        return assembly.close(guesses, turns, positions[:, None])
+
+    def _rates(self, here: ClosedMechanism) -> tuple[Array, Array, Array]:
+        """Return transmission, velocities and accelerations at constant unit speed."""
+        ones = np.ones((len(here.x), 1))
+        rates = self._scene.pipeline.rates(here, ones, 0.0 * ones)
+        condition = self._scene.pipeline.condition(here, rates[0])
+        self.condition = max(self.condition, float(np.max(condition)))
+        return rates
+
+    def _reactions(
+        self, here: ClosedMechanism, rates: tuple[Array, Array, Array]
+    ) -> list[Reactions]:
+        """Return the reactions of every column, those of rest if there is none."""
+        _, v, a = rates
+        still = np.zeros_like(v)
+        dynamics = {"speed²": (v, a), "acceleration": (still, v)}
+        dynamics |= dict.fromkeys(GRAVITY, (still, still))
+        links = self._scene.link_loads
+        cases = [
+            LoadCase(
+                dynamics.get(name),
+                self._loads(name),
+                [links[name]] if name in links else [],
+                np.eye(3)[GRAVITY.index(name)] if name in GRAVITY else np.zeros(3),
+            )
+            for name in self.names or [""]
+        ]
+        found = self._scene.reactions.solve(here, cases)
+        self.influence = np.maximum(self.influence, found[0].influence)
+        return found
+
+    def _loads(self, name: str) -> Array:
+        """Return the unit load `(1, nv)` of a column."""
+        loads = np.zeros((1, self._scene.mechanism.model.nv))
+        if name in self._scene.joint_loads:
+            loads[:, self._scene.coordinates.velocities[name].start] = 1.0
+        return loads
+
+    def _factor(self, name: str) -> float:
+        """Return what the scene multiplies a column with at unit speed and acceleration."""
+        if name in GRAVITY:
+            return float(self._scene.gravity[GRAVITY.index(name)])
+        given = self._scene.joint_loads.get(name)
+        # A load that changes from sample to sample is as good as one that does not.
+        return 1.0 if given is None or given.ndim else float(given)
+
+    def _stacked(self, cases: list[Reactions], v: Array) -> Array:
+        """Return wrenches and efforts of all columns as functions `(C, M)`."""
+        count = len(v)
+        wrenches, efforts = [np.zeros((0, count))], [np.zeros((0, count))]
+        for name, reactions in zip(self.names, cases, strict=False):
+            wrenches.append(reactions.wrenches[:, self.numbers].reshape(count, -1).T)
+            effort = self._scene.pipeline.efforts(reactions) - self._loads(name)
+            if not self._scene.assembly.needed.complete:
+                # Without closure forces virtual work gives the drive's effort.
+                effort[:, self._outside[0]] = np.sum(effort * v, axis=1)
+                effort[:, self._outside[1:]] = 0.0
+            efforts.append(effort[:, self._outside].T)
+        return np.concatenate([*wrenches, *efforts])
 
 
-def _measured(
-    scene: Scene, columns: Columns, series: Series, scale: Array, tolerance: float
-) -> tuple[Proof, Array]:
-    """Compare with positions between the samples; return their proof and the errors `(C,)`."""
-    rng = np.random.default_rng(1939)
-    share = rng.uniform(0.02, 0.98, _CHECKS)
-    start = series.origin - (0.0 if series.periodic else series.length)
-    positions = start + share * series.length * (1.0 if series.periodic else 2.0)
-    direct = columns.solve(positions)
-    found = series.summed(positions)
-    errors = np.max(np.abs(found - direct) / scale[:, None], axis=1)
-    ones = np.ones((_CHECKS, 1))
-    block, _ = scene.solved(positions[:, None], ones, ones)
+def _checks(origin: float, length: float, periodic: bool) -> Array:
+    """Return positions between the samples."""
+    share = np.random.default_rng(1939).uniform(0.02, 0.98, _CHECKS)
+    if periodic:
+        return origin + share * length
+    return origin + (2.0 * share - 1.0) * length
+
+
+def _proof(
+    columns: Columns, direct: Array, proven: Block, tolerance: float, errors: Array
+) -> Proof:
+    """Return the proof of columns from values `(C, K)` and errors `(C,)` at positions between."""
     greatest = columns.greatest(direct)["speed²"] if "speed²" in columns.names else 0.0
-    inertia = float(np.max(block.residuals.inertia))
-    proof = Proof(
+    inertia = float(np.max(proven.residuals.inertia))
+    return Proof(
         tolerance=tolerance,
         error=max(float(np.max(errors, initial=0.0)), _EPS * columns.condition),
         condition=columns.condition,
         cancellation=1.0 + (inertia / greatest if greatest else 0.0),
-        loop_residual=float(np.max(block.closure)),
-        balance_residual=block.residuals.balance,
-        power_residual=block.residuals.power,
+        loop_residual=float(np.max(proven.closure)),
+        balance_residual=proven.residuals.balance,
+        power_residual=proven.residuals.power,
     )
-    return proof, errors

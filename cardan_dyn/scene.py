@@ -133,7 +133,6 @@ class Scene:
             self.coordinates,
             self.drives,
             self.held,
-            self.gravity,
             None if outputs is None else wanted - {-1},
             held_positions(mechanism, self.coordinates, start or {}, "start"),
         )

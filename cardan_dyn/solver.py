@@ -58,10 +58,10 @@ class Closed:
 
     def solve(self, right: Array) -> Array:
         """Solve the closure equations for passive rates: `(N, R)` to `(N, p)`."""
-        return _refined(_flip(self.passive_rows), _flip(self.inverse), right)
+        return _refined(_flip(self.passive_rows), _flip(self.inverse), right[:, :, None])[:, :, 0]
 
     def solve_transposed(self, right: Array) -> Array:
-        """Solve for closure forces: passive efforts `(N, p)` to multipliers `(N, R)`."""
+        """Solve for closure forces: passive efforts `(N, p, k)` to multipliers `(N, R, k)`."""
         return _refined(self.passive_rows, self.inverse, right)
 
 
@@ -80,7 +80,6 @@ class Solver:
         mechanism: Mechanism,
         coordinates: Coordinates,
         group: Group,
-        gravity: Array,
         zero: dict[int, Array],
     ) -> None:
         """Make the solver.
@@ -89,7 +88,6 @@ class Solver:
             mechanism: the mechanism.
             coordinates: layout of its coordinate rows.
             group: what to solve.
-            gravity: `(3,)` [m/s²].
             zero: positions `(3,)` of the bodies with every joint at zero.
         """
         self.group = group
@@ -97,7 +95,7 @@ class Solver:
         points = [zero[mechanism.loops[number].predecessor - 1] for number in group.loops]
         points = points or [zero[body] for body in group.massive]
         origin = np.mean(points, axis=0) if points else np.zeros(3)
-        self.twin = Twin(mechanism, coordinates, group.bodies, group.massive, origin, gravity)
+        self.twin = Twin(mechanism, coordinates, group.bodies, group.massive, origin)
         self.closure = Closure(mechanism, self.twin, group)
         self.reduction: Reduction = self.closure.full()
         self._moves = coordinates.moves(group.passives)
@@ -245,8 +243,9 @@ def _factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
 
 def _refined(matrices: Array, inverses: Array, right: Array) -> Array:
     # One refinement makes an explicit inverse as stable as an elimination.
-    solution = _times(inverses, right)
-    return solution + _times(inverses, right - _times(matrices, solution))
+    solution = np.matmul(inverses, right)
+    solution += np.matmul(inverses, right - np.matmul(matrices, solution))
+    return solution
 
 
 def _times(matrices: Array, vectors: Array) -> Array:

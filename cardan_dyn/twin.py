@@ -36,7 +36,6 @@ class Twin:
         bodies: list[int],
         massive: set[int],
         origin: Array,
-        gravity: Array,
     ) -> None:
         """Build the twin.
 
@@ -46,14 +45,12 @@ class Twin:
             bodies: bodies carried, ancestors included, ascending.
             massive: those of them whose inertia is accounted for here.
             origin: see the attribute.
-            gravity: `(3,)` [m/s²].
         """
         source = mechanism.model
         self.bodies = np.array(bodies, dtype=int)
         self.local = {body: place for place, body in enumerate(bodies)}
         self.origin = origin
         self.model = pinocchio.Model()
-        self.model.gravity.linear = gravity
         for body in bodies:
             index, parent = body + 1, source.parents[body + 1] - 1
             placement = source.jointPlacements[index].copy()
