@@ -24,42 +24,66 @@ RANK_TOLERANCE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """One side of a weld: where it sits and the moving coordinates on its path to the other side.
+    """One side of a weld.
 
     Attributes:
         body: number of the joint that moves the body (0-based), -1 for the world.
         rotation, translation: constant placement of the weld in that body.
-        columns: moving coordinates on the path, from the common ancestor outwards.
-        starts: where in `columns` each joint begins.
+        turned, moved: whether they are more than the identity.
     """
 
     body: int
     rotation: Array
     translation: Array
-    columns: Array
-    starts: Array
+    turned: bool
+    moved: bool
+
+    @staticmethod
+    def of(body: int, rotation: Array, translation: Array) -> Side:
+        """Return the side of a weld placed like this in a body."""
+        turned, moved = bool(np.any(rotation != np.eye(3))), bool(np.any(translation))
+        return Side(body, rotation, translation, turned, moved)
 
     def place(self, actions: Array) -> tuple[Array, Array]:
-        """Return rotation `(3, 3, N)` and position `(3, N)` of the weld."""
+        """Return rotation `(3, 3, N)` and position `(3, N)` of the weld, N = 1 in the world."""
         if self.body < 0:
-            ones = np.ones(len(actions))
-            return self.rotation[:, :, None] * ones, self.translation[:, None] * ones
+            return self.rotation[:, :, None], self.translation[:, None]
         rotation, position = placement(actions, self.body)
-        return (
-            np.einsum("ikn,kj->ijn", rotation, self.rotation),
-            position + np.einsum("ikn,k->in", rotation, self.translation),
-        )
+        if self.moved:
+            position = position + np.einsum("ikn,k->in", rotation, self.translation)
+        if self.turned:
+            rotation = np.einsum("ikn,kj->ijn", rotation, self.rotation)
+        return rotation, position
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """The moving coordinates of a loop, from the common ancestor outwards on both sides.
+
+    Attributes:
+        columns: their places among the moving coordinates.
+        signs: `(k, 1)` 1 on the predecessor's side, -1 on the successor's.
+        before: `(k, k)` 1 where the second one moves the joint of the first.
+    """
+
+    columns: Array
+    signs: Array
+    before: Array
 
     def drift(self, twists: Array, rates: Array) -> Array:
-        """Return `(N, 6)` accelerations of the weld that the velocities alone cause."""
-        if not self.columns.size:
-            return np.zeros((len(twists), 6))
+        """Return `(6, N)` accelerations, predecessor less successor, that rates alone cause."""
         own = twists[:, self.columns] * rates[:, self.columns, None]
-        own = np.add.reduceat(np.ascontiguousarray(own.transpose(2, 1, 0)), self.starts, axis=1)
-        carried = np.cumsum(own, axis=1) - own
-        linear = cross(carried[3:], own[:3]) + cross(carried[:3], own[3:])
-        angular = cross(carried[3:], own[3:])
-        return np.concatenate([linear.sum(axis=1), angular.sum(axis=1)]).T
+        own = own.transpose(2, 1, 0)
+        carried = np.matmul(self.before, own)
+        own = own * self.signs
+        # Of a twist (v, w) carried with another one: linear w × v + v × w, angular w × w.
+        count = len(self.columns)
+        parts = cross(
+            np.concatenate((carried[3:], carried[:3], carried[3:]), axis=1),
+            np.concatenate((own[:3], own[3:], own[3:]), axis=1),
+        )
+        linear, angular = parts[:, : 2 * count].sum(axis=1), parts[:, 2 * count :].sum(axis=1)
+        return np.concatenate((linear, angular))
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +128,13 @@ class Closure:
         self.couplings = [mechanism.couplings[number] for number in group.couplings]
         self.weights = np.repeat([1.0 / mechanism.length, 1.0], 3)
         self.signs = np.zeros((len(self.loops), len(twin)))
-        self.sides = [self._sides(number, loop) for number, loop in enumerate(self.loops)]
         self._owners = twin.owner[self.moving]
+        self.sides: list[tuple[Side, Side]] = []
+        self._paths: list[Path] = []
+        for number, loop in enumerate(self.loops):
+            sides, path = self._sides(number, loop)
+            self.sides.append(sides)
+            self._paths.append(path)
         self.column_signs = self.signs[:, self._owners]
         gears = np.array([self._gear(coupling) for coupling in self.couplings])
         gears = gears.reshape(-1, mechanism.model.nv).T
@@ -113,30 +142,26 @@ class Closure:
         self.geared = np.nonzero(np.any(gears != 0.0, axis=1))[0]
         self.gear_ratios = gears[self.geared]
 
-    def _sides(self, number: int, loop: Loop) -> tuple[Side, Side]:
-        owners = self.twin.owner[self.moving]
+    def _sides(self, number: int, loop: Loop) -> tuple[tuple[Side, Side], Path]:
         paths = [self._path(body) for body in (loop.predecessor, loop.successor)]
-        sides = []
+        sides, columns, signs = [], [], []
         for sign, path, other, body, frame in (
             (1.0, paths[0], paths[1], loop.predecessor, loop.predecessor_placement),
             (-1.0, paths[1], paths[0], loop.successor, loop.successor_placement),
         ):
             own = [place for place in path if place not in other]
             self.signs[number, own] = sign
-            columns = [column for place in own for column in np.nonzero(owners == place)[0]]
-            on_path = owners[columns]
-            starts = [k for k in range(len(columns)) if k == 0 or on_path[k] != on_path[k - 1]]
+            found = [column for place in own for column in np.nonzero(self._owners == place)[0]]
+            columns += found
+            signs += [sign] * len(found)
             translation = frame.translation - (self.twin.origin if body == 0 else 0.0)
-            sides.append(
-                Side(
-                    self.twin.local[body - 1] if body else -1,
-                    frame.rotation,
-                    translation,
-                    np.array(columns, dtype=int),
-                    np.array(starts, dtype=int),
-                )
-            )
-        return sides[0], sides[1]
+            place = self.twin.local[body - 1] if body else -1
+            sides.append(Side.of(place, frame.rotation, translation))
+        owners = self._owners[columns]
+        # Bodies are numbered from the root outwards.
+        before = (owners[:, None] > owners) & np.equal.outer(signs, signs)
+        path = Path(np.array(columns, dtype=int), np.array(signs)[:, None], before.astype(float))
+        return (sides[0], sides[1]), path
 
     def _path(self, index: int) -> list[int]:
         return [self.twin.local[body] for body in ancestors(self.mechanism.model, index)]
@@ -211,41 +236,51 @@ class Closure:
         for number, (predecessor, successor) in enumerate(self.sides):
             rotation_1, position_1 = predecessor.place(actions)
             rotation_2, position_2 = successor.place(actions)
-            turn = _rotation_vector(np.einsum("ikn,jkn->ijn", rotation_1, rotation_2))
+            turn = _turns(rotation_1, rotation_2)
             gap = position_1 - position_2
             # A rotation about the origin shifts the weld as well; the twist makes up for it.
             result[:, number, :3] = (gap - cross(turn, 0.5 * (position_1 + position_2))).T
             result[:, number, 3:] = turn.T
-            for part in (turn, gap / self.mechanism.length):
-                worst = np.maximum(worst, np.sqrt(np.sum(part * part, axis=0)))
+            gap /= self.mechanism.length
+            for part in (turn, gap):
+                part *= part
+                np.maximum(worst, part.sum(axis=0), out=worst)
+        np.sqrt(worst, out=worst)
         return result, worst
 
     def drift(self, twists: Array, rates: Array) -> Array:
         """Return loop accelerations `(N, L, 6)` that joint rates `(N, m)` alone cause."""
-        result = np.empty((len(twists), len(self.sides), 6))
-        for number, (predecessor, successor) in enumerate(self.sides):
-            result[:, number] = predecessor.drift(twists, rates) - successor.drift(twists, rates)
+        result = np.empty((len(twists), len(self._paths), 6))
+        for number, path in enumerate(self._paths):
+            result[:, number] = path.drift(twists, rates).T
         return result
 
 
-def _rotation_vector(rotation: Array) -> Array:
-    """Return rotation vectors `(3, N)` of rotations `(3, 3, N)` below half a turn."""
-    vector = 0.5 * np.stack(
-        (
-            rotation[2, 1] - rotation[1, 2],
-            rotation[0, 2] - rotation[2, 0],
-            rotation[1, 0] - rotation[0, 1],
-        )
-    )
-    sine = np.linalg.norm(vector, axis=0)
-    cosine = 0.5 * (np.trace(rotation) - 1.0)
-    small = sine < 1e-8
-    vector *= np.where(small, 1.0, np.arctan2(sine, cosine) / np.where(small, 1.0, sine))
-    for sample in np.nonzero(small & (cosine < 0.0))[0]:
-        # Half a turn has no antisymmetric part; without this it would pass as closed.
-        columns = rotation[:, :, sample] + np.eye(3)
+def _turns(first: Array, second: Array) -> Array:
+    """Return the rotations `(3, N)` that take second frames to first ones, both `(3, 3, N)`.
+
+    Along the axis, twice the sine of half the angle: the angle itself where it is small.
+    """
+    # The cross products of corresponding axes sum up to the axis times twice the sine.
+    vector = cross(second, first).sum(axis=1)
+    product = first * second
+    # The trace of the rotation and one more are four times the squared cosine of half the angle.
+    square = product.reshape(9, -1).sum(axis=0) + 1.0
+    if not square.min() > 1e-12:
+        return _half_turns(vector, square, first, second)
+    vector /= np.sqrt(square)
+    return np.asarray(vector)
+
+
+def _half_turns(vector: Array, square: Array, first: Array, second: Array) -> Array:
+    """Return rotations some of which are half turns, whose axis the products do not tell."""
+    half = ~(square > 1e-12)
+    vector /= np.sqrt(np.where(half, 1.0, square))
+    for sample in np.nonzero(half)[0]:
+        one, other = (part[:, :, sample % part.shape[2]] for part in (first, second))
+        columns = one @ other.T + np.eye(3)
         axis = columns[:, int(np.argmax(np.linalg.norm(columns, axis=0)))]
-        vector[:, sample] = np.pi * axis / np.linalg.norm(axis)
+        vector[:, sample] = 2.0 * axis / np.linalg.norm(axis)
     return vector
 
 

@@ -90,6 +90,7 @@ class Twin:
                 self.subspace[start : start + 3, 3:] = np.eye(3)
             else:
                 self.subspace[start, 0 if part.kind == "prismatic" else 3 :][:3] = part.axis
+        self._plain = np.count_nonzero(self.subspace, axis=1) == 1
         self._revolute, self._prismatic, self._spherical = map(_columns, rows.values())
 
     def __len__(self) -> int:
@@ -153,15 +154,15 @@ class Twin:
 
     def twists(self, actions: Array, coordinates: Array) -> Array:
         """Return unit twists `(N, k, 6)` of velocity coordinates, in world axes about `origin`."""
+        units = self.subspace[coordinates]
+        owners = self.owner[coordinates]
+        if self._plain[coordinates].all():
+            # Along an axis of its frame, a unit twist is a row of the action up to its sign.
+            rows = 6 * owners + np.argmax(np.abs(units), axis=1)
+            return np.asarray(actions[:, rows] * units.sum(axis=1)[:, None])
         result = np.empty((len(actions), len(coordinates), 6))
-        for column, coordinate in enumerate(coordinates):
-            rows = actions[:, 6 * self.owner[coordinate] : 6 * self.owner[coordinate] + 6]
-            unit = self.subspace[coordinate]
-            (axes,) = np.nonzero(unit)
-            if len(axes) == 1:
-                np.multiply(rows[:, axes[0]], unit[axes[0]], out=result[:, column])
-            else:
-                np.matmul(unit, rows, out=result[:, column])
+        for column, (unit, owner) in enumerate(zip(units, owners, strict=True)):
+            np.matmul(unit, actions[:, 6 * owner : 6 * owner + 6], out=result[:, column])
         return result
 
 
@@ -176,9 +177,8 @@ def placement(actions: Array, joint: int) -> tuple[Array, Array]:
 
 def cross(a: Array, b: Array) -> Array:
     """Return the cross product along the first axis, which `np.cross` does several times slower."""
-    return np.stack(
-        (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-    )
+    a, b = np.concatenate((a, a[:2])), np.concatenate((b, b[:2]))
+    return np.asarray(a[1:4] * b[2:5] - a[2:5] * b[1:4])
 
 
 def _columns(rows: list[tuple[int, int, int, Array]]) -> tuple[Array, Array, Array, Array]:
