@@ -21,6 +21,7 @@ from .mobility import check_mobility
 from .plan import columns_of, needs
 from .solver import Solver
 
+_REGULAR = 1e6  # Condition number of positions that leave no doubt about the rank.
 _STARTS = 400
 _STUDIED = 32
 _MOST_TURNS = 1000
@@ -84,10 +85,16 @@ class Assembly:
             others = everything - {coordinates.velocities[joint].start}
             state = self._brought(state, joint, value, np.array(sorted(others), dtype=int))
         way = [state]
-        self._study(np.array(way))
-        for joint, value in held.items():
-            way.append(self._brought(way[-1], joint, value, self.passives))
+        self._settled = False
+        self._open = [solver.reduction for solver in self.kinematics.solvers]
+        try:
+            for joint, value in held.items():
+                way.append(self._brought(way[-1], joint, value, self.passives))
+        except CardanError:
+            self._study(np.array(way))  # Too few or too many drives are the better reason.
+            raise
         self.start = way[-1]
+        self._open = [solver.open_reduction(self.start) for solver in self.kinematics.solvers]
         # The start may be a dead point; the way to it tells.
         self._study(np.array(way))
 
@@ -107,13 +114,13 @@ class Assembly:
             guesses[:, self._columns] = positions
             return guesses, turns
         if len(self.drives) > 1:
-            with self._all_rows():
+            with self._open_rows():
                 followed = self._followed(positions)
             self._study(followed[:: 1 + len(followed) // _STUDIED])
             return followed, turns
         known = self._branch.span if self._branch else None
         wanted = positions[:, 0]
-        with self._all_rows():
+        with self._open_rows():
             if self._branch is None:
                 self._branch = self._branch_of(self.drives[0], self.kinematics, self.start)
             branch = self._branch
@@ -169,7 +176,7 @@ class Assembly:
         if not self.decided.size:
             return 2.0 * np.pi
         if self._branch is None or self._branch.period is None:
-            with self._all_rows():
+            with self._open_rows():
                 self._branch = self._branch or self._branch_of(
                     self.drives[0], self.kinematics, self.start
                 )
@@ -188,7 +195,7 @@ class Assembly:
         name = self.drives[0]
         if not self.decided.size:
             return -np.inf, np.inf
-        with self._all_rows():
+        with self._open_rows():
             branch = self._branch_of(name, self.kinematics, self.start)
             if self.mechanism.joints[name].type == "prismatic":
                 reach = 10.0 * self.mechanism.length
@@ -215,7 +222,7 @@ class Assembly:
         step[:, passive.slides] *= self.mechanism.length / np.pi
         step[0] = 0.0
         passive.apply(starts, step)
-        with np.errstate(all="ignore"), self._all_rows():
+        with np.errstate(all="ignore"), self._open_rows():
             found = self.kinematics.close(starts, most=60)
         good = (found.residual < CLOSURE_TOLERANCE) & (found.condition < SINGULAR_CONDITION)
         kept: list[Array] = []
@@ -274,7 +281,10 @@ class Assembly:
             for group in self._groups_for((joint,), passives)
             if set(group.passives.tolist()) - left_out
         ]
-        branch = self._branch_of(joint, self._kinematics_of((joint,), kept), state)
+        kinematics = self._kinematics_of((joint,), kept)
+        for solver in kinematics.solvers:
+            solver.reduction = solver.open_reduction(state)
+        branch = self._branch_of(joint, kinematics, state)
         branch.cover(min(value, state[column]), max(value, state[column]))
         return branch.states()[-1 if value > state[column] else 0]
 
@@ -294,7 +304,7 @@ class Assembly:
                 to = target if share == 1.0 else here.x[0, self._columns] + share * left
                 found = kinematics.close(self._extrapolated(here, to), most=6)
                 safe = found.residual[0] < CLOSURE_TOLERANCE and found.correction[0] < _SAFE_STEP
-                if safe and kinematics.same_side(found, here)[0]:
+                if safe and kinematics.same_side(found, here.inverses)[0]:
                     here = found
                     left = target - here.x[0, self._columns]
                     share = min(1.0, 2.0 * share)
@@ -347,15 +357,15 @@ class Assembly:
         return np.zeros(len(wanted))
 
     @contextmanager
-    def _all_rows(self) -> Iterator[None]:
-        """Solve all rows of every loop for a while.
+    def _open_rows(self) -> Iterator[None]:
+        """Solve all rows that open loops can reach, for a while.
 
-        At the few positions known so far a loop may look planar or spherical that is not.
+        At the few positions known so far a closed loop may look planar or spherical that is not.
         """
         solvers = self.kinematics.solvers
         before = [solver.reduction for solver in solvers]
-        for solver in solvers:
-            solver.reduction = solver.closure.full()
+        for solver, reduction in zip(solvers, self._open, strict=True):
+            solver.reduction = reduction
         try:
             yield
         finally:
@@ -364,7 +374,16 @@ class Assembly:
 
     def _study(self, states: Array) -> None:
         """Find the redundant rows over closed states `(K, size)`, then check the mobility."""
-        here = self.kinematics.evaluate(states)
+        if self._settled:
+            return
+        with self._open_rows():
+            here = self.kinematics.evaluate(states)
+        if self._determined(here):
+            # All rows that can be reached are, and the passives follow from them.
+            for solver, reduction in zip(self.kinematics.solvers, self._open, strict=True):
+                solver.reduction = reduction
+            self._settled = True
+            return
         for solver, closed in zip(self.kinematics.solvers, here.groups, strict=True):
             solver.reduction = solver.closure.reduction(closed.twists)
         check_mobility(
@@ -376,6 +395,15 @@ class Assembly:
             np.setdiff1d(self.passives, np.setdiff1d(columns_of(self.groups), self.decided)),
         )
 
+    def _determined(self, here: ClosedMechanism) -> bool:
+        """Return whether every group has as many independent equations as passives somewhere."""
+        decided = columns_of(self.groups)
+        return np.array_equal(decided, self.passives) and all(
+            closed.passive_rows.shape[1] == closed.passive_rows.shape[2]
+            and float(np.min(closed.condition)) < _REGULAR
+            for closed in here.groups
+        )
+
     def _groups_for(self, drives: tuple[str, ...], passives: Array) -> list[Group]:
         x = self._coordinates.neutral()
         for name, value in self.held.items():
@@ -384,10 +412,7 @@ class Assembly:
 
     def _kinematics_of(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
         zero = self.mechanism.zero_positions()
-        solvers = [
-            Solver(self.mechanism, self._coordinates, group, zero)
-            for group in groups
-        ]
+        solvers = [Solver(self.mechanism, self._coordinates, group, zero) for group in groups]
         return Kinematics(self._coordinates, self._driven(drives), solvers)
 
     def _driven(self, drives: tuple[str, ...]) -> Array:

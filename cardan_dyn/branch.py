@@ -7,6 +7,8 @@ assembling the mechanism.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from .coordinates import Array
@@ -27,6 +29,33 @@ _ENOUGH = 2**62  # More nodes than anybody asks for: the branch is known to roun
 SAFE_CORRECTION = 1e-2
 """Greatest error of a guess that cannot end on another branch."""
 _TURNS_TRIED = 12
+
+
+@dataclass
+class _Front:
+    """An end of a branch on its way.
+
+    Attributes:
+        end: 0 or -1, its place among the nodes.
+        sign: where it goes.
+        target: drive position to reach.
+        step: what to try next.
+    """
+
+    end: int
+    sign: float
+    target: float
+    step: float
+
+    def left(self, position: float) -> float:
+        """Return how far the target still is."""
+        return self.sign * (self.target - position)
+
+    def ahead(self, position: float) -> float:
+        """Return the next position: at the end the target itself, not a sum of steps."""
+        if self.left(position) <= self.step:
+            return self.target
+        return position + self.sign * self.step
 
 
 class Branch:
@@ -63,49 +92,74 @@ class Branch:
             AssemblyError: a position cannot be reached.
             SingularConfigurationError: a dead point lies on the way.
         """
-        for end, target in ((0, low), (-1, high)):
-            sign = 1.0 if end else -1.0
-            if sign * (target - self._positions[end]) <= 0.0:
-                continue
-            self._most = 0  # What is new is as coarse as the steps that follow it.
-            here = self.kinematics.evaluate(self._nodes[[end], 0])
-            if here.condition[0] > SINGULAR_CONDITION:
-                self._refuse(target, end, here)
-            longest = step = _LONGEST_STEP * self.unit
-            while sign * (target - self._positions[end]) > 0.0:
-                # The position is set, not summed up, so that the span ends where it should.
-                step = min(step, sign * (target - self._positions[end]))
-                last = sign * (target - self._positions[end]) <= step
-                position = target if last else self._positions[end] + sign * step
-                found = self.kinematics.close(self._ahead(end, position)[None, :], most=6)
+        fronts = [
+            _Front(end, sign, target, _LONGEST_STEP * self.unit)
+            for end, sign, target in ((0, -1.0, low), (-1, 1.0, high))
+            if sign * (target - self._positions[end]) > 0.0
+        ]
+        if not fronts:
+            return
+        self._most = 0  # What is new is as coarse as the steps that follow it.
+        ends = [front.end for front in fronts]
+        here = self.kinematics.evaluate(self._nodes[ends, 0])
+        for front, condition in zip(fronts, here.condition.tolist(), strict=True):
+            if condition > SINGULAR_CONDITION:
+                self._refuse(front.target, front.end, 0.0, condition)
+        inverses = here.inverses
+        while fronts:
+            ends = [front.end for front in fronts]
+            positions = np.array([front.ahead(self._positions[front.end]) for front in fronts])
+            found = self.kinematics.close(self._ahead(ends, positions), most=6)
+            with np.errstate(all="ignore"):  # What is not closed is not used.
+                side = self.kinematics.same_side(found, inverses)
+                nodes = self._node(found)
+                off = np.maximum(found.correction, self._back(nodes, ends))
                 # Other ways of assembling the mechanism come as near as its condition is bad.
-                room = _STEP_CORRECTION * min(1.0, _GENTLE / float(found.condition[0]))
-                bad = float(found.correction[0]) / room
-                # A long step can land on another way of assembling the mechanism, just as closed.
-                closed = found.residual[0] < CLOSURE_TOLERANCE and bad < _WORST
-                if closed and self.kinematics.same_side(found, here)[0]:
-                    node = self._node(found)
-                    bad = max(bad, self._back(node[0], end) / room)
-                    if bad < _WORST:
-                        self._insert(node)
-                        here = found
-                        step = min(longest, step * min(2.5, 0.8 * max(bad, 1e-3) ** (-1.0 / 3.0)))
-                        continue
-                step *= 0.35
-                if step < _SHORTEST_STEP * self.unit:
-                    self._refuse(position, end, found)
+                room = _STEP_CORRECTION * np.minimum(1.0, _GENTLE / found.condition)
+                # A long step can land on another way of assembling it, just as closed.
+                good = (found.residual < CLOSURE_TOLERANCE) & (off < _WORST * room) & side
+            self._insert(nodes[good])
+            for front, accepted, bad in zip(
+                fronts, good.tolist(), (off / room).tolist(), strict=True
+            ):
+                row = fronts.index(front)
+                if accepted:
+                    front.step *= min(2.5, 0.8 * max(bad, 1e-3) ** (-1.0 / 3.0))
+                    front.step = min(front.step, _LONGEST_STEP * self.unit)
+                    continue
+                front.step *= 0.35
+                if front.step < _SHORTEST_STEP * self.unit:
+                    residual, condition = found.residual[row], found.condition[row]
+                    self._refuse(positions[row], front.end, float(residual), float(condition))
+            left = [
+                row
+                for row, front in enumerate(fronts)
+                if front.left(self._positions[front.end]) > 0.0
+            ]
+            inverses = [
+                np.where(good[:, None, None], new, old)[left]
+                for new, old in zip(found.inverses, inverses, strict=True)
+            ]
+            fronts = [fronts[row] for row in left]
 
     def find_period(self) -> bool:
         """Follow the branch over whole turns of the drive until it repeats, if it does."""
-        low, _ = self.span
         for turns in range(1, _TURNS_TRIED + 1):
-            self.cover(low, low + turns * 2.0 * np.pi)
-            moved = self._nodes[-1, 0] - self._nodes[0, 0]
+            period = turns * 2.0 * np.pi
+            low, high = self.span
+            missing = period - (high - low)
+            if missing > 0.0:
+                self.cover(low - 0.5 * missing, high + 0.5 * missing)
+            low = self.span[0]
+            ends = self.guess(np.array([low, low + period]))
+            if missing < 0.0:
+                ends = self.kinematics.close(ends).x
+            moved = ends[1] - ends[0]
             windings = np.zeros(moved.size)
             angles = self.kinematics.coordinates.angle_columns
             windings[angles] = np.round(moved[angles] / (2.0 * np.pi))
             if np.allclose(moved, 2.0 * np.pi * windings, rtol=0.0, atol=1e-7):
-                self.period, self.windings = turns * 2.0 * np.pi, windings
+                self.period, self.windings = period, windings
                 return True
         return False
 
@@ -128,7 +182,7 @@ class Branch:
             unsafe = found.correction > SAFE_CORRECTION
             if np.any(unsafe):
                 nodes = self.kinematics.evaluate(self._nodes[left, 0])
-                lost = unsafe & ~self.kinematics.same_side(found, nodes)
+                lost = unsafe & ~self.kinematics.same_side(found, nodes.inverses)
                 lost |= found.correction > 0.5
                 if np.any(lost):
                     first = int(np.argmax(lost))
@@ -176,24 +230,26 @@ class Branch:
         """Return coordinates `(K, size)` of closed positions all over the branch."""
         return self._nodes[:, 0]
 
-    def _ahead(self, end: int, position: float) -> Array:
-        """Continue from an end of the branch by its Taylor polynomial."""
-        x, slope, curvature = self._nodes[end]
-        step = position - self._positions[end]
-        row = x + step * (slope + 0.5 * step * curvature)
-        row[self.drive_column] = position
-        return self.kinematics.coordinates.normalised(row[None, :])[0]
+    def _ahead(self, ends: list[int], positions: Array) -> Array:
+        """Continue from ends of the branch by their Taylor polynomials, `(E, size)`."""
+        rows = self._extrapolated(self._nodes[ends], positions - self._positions[ends])
+        rows[:, self.drive_column] = positions
+        return self.kinematics.coordinates.normalised(rows)
 
-    def _back(self, node: Array, end: int) -> float:
-        """Return how far off an end's coordinates a new node's Taylor polynomial puts them.
+    def _back(self, nodes: Array, ends: list[int]) -> Array:
+        """Return how far off the coordinates of ends new nodes' Taylor polynomials put them.
 
         Towards a dead point the derivatives grow without bound: a step can be short enough to
         extrapolate to its end, and too long to interpolate over it.
         """
-        x, slope, curvature = node
-        step = self._positions[end] - x[self.drive_column]
-        away = x + step * (slope + 0.5 * step * curvature) - self._nodes[end, 0]
-        return float(np.max(np.abs(away) * self.kinematics.coordinates.scale))
+        step = self._positions[ends] - nodes[:, 0, self.drive_column]
+        away = self._extrapolated(nodes, step) - self._nodes[ends, 0]
+        return np.asarray(np.max(np.abs(away) * self.kinematics.coordinates.scale, axis=1))
+
+    @staticmethod
+    def _extrapolated(nodes: Array, step: Array) -> Array:
+        step = step[:, None]
+        return np.asarray(nodes[:, 0] + step * (nodes[:, 1] + 0.5 * step * nodes[:, 2]))
 
     def _node(self, closed: ClosedMechanism) -> Array:
         """Return coordinates, their first and their second derivative, `(N, 3, size)`."""
@@ -226,10 +282,17 @@ class Branch:
             return float(error.details["position"])  # type: ignore[arg-type]
         return float(np.copysign(np.inf, target - self._positions[0]))
 
-    def _refuse(self, position: float, end: int, found: ClosedMechanism) -> None:
-        """Raise what stops the branch at one of its ends, on the way to `position`."""
+    def _refuse(self, position: float, end: int, residual: float, condition: float) -> None:
+        """Raise what stops the branch at one of its ends, on the way to `position`.
+
+        Args:
+            position: where the branch should go.
+            end: which end.
+            residual: closure error of what was found on the way.
+            condition: its condition number.
+        """
         nearest = self._turning_point(end)
-        if found.residual[0] < CLOSURE_TOLERANCE or found.condition[0] > SINGULAR_CONDITION:
+        if residual < CLOSURE_TOLERANCE or condition > SINGULAR_CONDITION:
             condition = float(self.kinematics.evaluate(self._nodes[[end], 0]).condition[0])
             raise SingularConfigurationError(
                 f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "
@@ -243,7 +306,7 @@ class Branch:
             f"that can be reached is {nearest:.9g}, a dead point of the drive",
             position=position,
             nearest=nearest,
-            residual=float(found.residual[0]),
+            residual=residual,
         )
 
     def _turning_point(self, end: int) -> float:

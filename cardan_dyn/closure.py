@@ -145,11 +145,11 @@ class Closure:
     def _sides(self, number: int, loop: Loop) -> tuple[tuple[Side, Side], Path]:
         paths = [self._path(body) for body in (loop.predecessor, loop.successor)]
         sides, columns, signs = [], [], []
-        for sign, path, other, body, frame in (
+        for sign, outwards, other, body, frame in (
             (1.0, paths[0], paths[1], loop.predecessor, loop.predecessor_placement),
             (-1.0, paths[1], paths[0], loop.successor, loop.successor_placement),
         ):
-            own = [place for place in path if place not in other]
+            own = [place for place in outwards if place not in other]
             self.signs[number, own] = sign
             found = [column for place in own for column in np.nonzero(self._owners == place)[0]]
             columns += found

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .coordinates import Array, Coordinates
-from .solver import Closed, Solver
+from .solver import CONVERGED, Closed, Solver
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +28,11 @@ class ClosedMechanism:
     condition: Array
     correction: Array
 
+    @property
+    def inverses(self) -> list[Array]:
+        """Inverses of every group's closure equations."""
+        return [closed.inverse for closed in self.groups]
+
 
 class Kinematics:
     """Solves the groups of a scene in order.
@@ -43,16 +48,23 @@ class Kinematics:
         self.drives = drives
         self.solvers = solvers
 
-    def close(self, x: Array, turns: Array | None = None, most: int = 12) -> ClosedMechanism:
+    def close(
+        self,
+        x: Array,
+        turns: Array | None = None,
+        most: int = 12,
+        enough: float = CONVERGED,
+    ) -> ClosedMechanism:
         """Close all loops from guesses `x (N, size)`; the caller judges the result.
 
         Args:
             x: coordinates; kept as they are.
             turns: `(N, size)` whole turns that the angles in `x` lack.
             most: greatest number of Newton steps per group.
+            enough: see `Solver.close`.
         """
         x = self.coordinates.normalised(x.copy())
-        return _joined(x, [solver.close(x, turns, most) for solver in self.solvers])
+        return _joined(x, [solver.close(x, turns, most, enough) for solver in self.solvers])
 
     def evaluate(self, x: Array) -> ClosedMechanism:
         """Return what is known at coordinates `x (N, size)` without changing them."""
@@ -78,11 +90,16 @@ class Kinematics:
                 a[:, group.passives] = solver.accelerations(closed, v, a[:, group.known])
         return a
 
-    def same_side(self, here: ClosedMechanism, other: ClosedMechanism) -> Array:
-        """Return `(N,)` whether no group crosses a singular position between the two."""
+    def same_side(self, here: ClosedMechanism, inverses: list[Array]) -> Array:
+        """Return `(N,)` whether no group crosses a singular position to come from other positions.
+
+        Args:
+            here: closed positions.
+            inverses: of every group's closure equations at the other positions.
+        """
         result = np.ones(len(here.x), dtype=bool)
-        for first, second in zip(here.groups, other.groups, strict=True):
-            result &= first.same_side(second)
+        for closed, inverse in zip(here.groups, inverses, strict=True):
+            result &= closed.same_side(inverse)
         return result
 
 

@@ -70,9 +70,7 @@ def superposed(cases: Sequence[Reactions], factors: Sequence[float]) -> Reaction
     """Return the reactions of load cases, each times a factor, that act together."""
 
     def total(parts: Sequence[Array]) -> Array:
-        return np.asarray(
-            sum(factor * part for factor, part in zip(factors, parts, strict=True))
-        )
+        return np.asarray(sum(factor * part for factor, part in zip(factors, parts, strict=True)))
 
     first = cases[0]
     return Reactions(
@@ -314,4 +312,3 @@ class ReactionSolver:
             for body, part in self._on_path(solver, closed, place, number, forces[number]):
                 spread[body] = spread[body] + part if body in spread else part
         return spread
-

@@ -17,7 +17,9 @@ from .mechanism import Mechanism
 from .twin import Twin
 
 _EXACT = 2e-15  # A Newton step of this size, relative to an angle's amplitude, is its rounding.
-_CONVERGED = 1e-9  # A Newton step of this size leaves an error of its square.
+CONVERGED = 1e-9
+"""A Newton step of this size leaves an error of its square."""
+_OPEN_STATES = 3
 _STALE = 1e-8  # An inverse off by this much is mended to rounding by one refinement.
 
 
@@ -48,13 +50,16 @@ class Closed:
     condition: Array
     correction: Array
 
-    def same_side(self, other: Closed) -> Array:
-        """Return `(N,)` whether no singular position needs to be crossed to come from `other`.
+    def same_side(self, inverse: Array) -> Array:
+        """Return `(N,)` whether no singular position needs to be crossed to come from another one.
 
         Two ways of assembling a mechanism that meet in a singular position differ in the
         orientation of the closure equations.
+
+        Args:
+            inverse: of the closure equations at the other positions.
         """
-        return np.linalg.det(np.matmul(self.passive_rows, other.inverse)) > 0.0
+        return np.linalg.det(np.matmul(self.passive_rows, inverse)) > 0.0
 
     def solve(self, right: Array) -> Array:
         """Solve the closure equations for passive rates: `(N, R)` to `(N, p)`."""
@@ -158,13 +163,39 @@ class Solver:
         )
         return closed, closure.project(error, slips, self.reduction)
 
-    def close(self, x: Array, turns: Array | None = None, most: int = 12) -> Closed:
+    def open_reduction(self, x: Array) -> Reduction:
+        """Return the rows that the joints of each loop can reach while the loops are open.
+
+        A planar or spherical chain stays one however it is bent, so a few random positions tell.
+        Closed loops may reach less, never more.
+
+        Args:
+            x: `(size,)` coordinates of the joints that do not move.
+        """
+        rows = np.repeat(x[None, :], _OPEN_STATES, axis=0)
+        moving = self.closure.moving
+        moves = self.coordinates.moves(moving)
+        step = np.random.default_rng(1920).uniform(-1.0, 1.0, (_OPEN_STATES, len(moving)))
+        step[:, moves.slides] *= self.closure.mechanism.length
+        moves.apply(rows, step)
+        return self.closure.reduction(
+            self.twin.twists(self.twin.actions(self.twin.configuration(rows)), moving)
+        )
+
+    def close(
+        self,
+        x: Array,
+        turns: Array | None = None,
+        most: int = 12,
+        enough: float = CONVERGED,
+    ) -> Closed:
         """Close the loops from a guess; the caller judges `residual` and `correction`.
 
         Args:
             x: `(N, size)` coordinates; those of the passives are corrected in place.
             turns: see `evaluate`.
             most: greatest number of Newton steps.
+            enough: size of a Newton step after which no other one follows.
         """
         here, error = self.evaluate(x, turns)
         correction = np.zeros(len(x))
@@ -181,7 +212,7 @@ class Solver:
                 break
             self._moves.apply(x, step)
             here, error = self.evaluate(x, turns, here.inverse if worst < 1e-4 else None)
-            if worst < _CONVERGED:
+            if worst < enough:
                 break
         return replace(here, correction=correction)
 
