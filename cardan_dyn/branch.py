@@ -14,12 +14,14 @@ import numpy as np
 from .coordinates import Array
 from .errors import AssemblyError, SingularConfigurationError
 from .kinematics import ClosedMechanism, Kinematics
+from .solver import CONVERGED
 
 CLOSURE_TOLERANCE = 1e-10
 """Greatest closure error that counts as closed, as a fraction of the mechanism's length."""
 SINGULAR_CONDITION = 1e12
 """Condition number from which on a position counts as singular."""
-_LONGEST_STEP = 2.0 * np.pi / 16.0
+_FIRST_STEP = 2.0 * np.pi / 16.0
+_LONGEST_STEP = 2.0 * np.pi / 8.0
 _SHORTEST_STEP = 1e-9
 _STEP_CORRECTION = 0.03  # How far an extrapolation should be off,
 _GENTLE = 100.0  # Condition up to which it may be off as far as that.
@@ -28,6 +30,7 @@ _GUESS_CORRECTION = 1e-15  # How far an interpolation may be off to need no Newt
 _ENOUGH = 2**62  # More nodes than anybody asks for: the branch is known to rounding.
 SAFE_CORRECTION = 1e-2
 """Greatest error of a guess that cannot end on another branch."""
+_ROUGH = 0.03
 _TURNS_TRIED = 12
 
 
@@ -92,37 +95,58 @@ class Branch:
             AssemblyError: a position cannot be reached.
             SingularConfigurationError: a dead point lies on the way.
         """
+        known_low, known_high = self.span
+        if low >= known_low and high <= known_high:
+            return
+        known = self._positions, self._nodes
+        safe = self._most > 0 or len(self._positions) == 1
+        self._most = 0  # What is new is as coarse as the steps that follow it.
+        try:
+            # Newton's last steps are taken for all nodes at once, and prove them.
+            self._follow(low, high, _ROUGH)
+            if self._prove(known_low, known_high):
+                self._most = len(self._positions) if safe else 0
+                return
+        except (AssemblyError, SingularConfigurationError):
+            pass
+        self._positions, self._nodes = known
+        self._follow(low, high, CONVERGED)
+
+    def _follow(self, low: float, high: float, enough: float) -> None:
+        """Insert nodes step by step, on both sides at once; see `cover`.
+
+        Args:
+            low: drive position to reach.
+            high: drive position to reach.
+            enough: size of a Newton step after which no other one follows.
+        """
         fronts = [
-            _Front(end, sign, target, _LONGEST_STEP * self.unit)
+            _Front(end, sign, target, _FIRST_STEP * self.unit)
             for end, sign, target in ((0, -1.0, low), (-1, 1.0, high))
             if sign * (target - self._positions[end]) > 0.0
         ]
-        if not fronts:
-            return
-        self._most = 0  # What is new is as coarse as the steps that follow it.
         ends = [front.end for front in fronts]
         here = self.kinematics.evaluate(self._nodes[ends, 0])
         for front, condition in zip(fronts, here.condition.tolist(), strict=True):
             if condition > SINGULAR_CONDITION:
                 self._refuse(front.target, front.end, 0.0, condition)
         inverses = here.inverses
+        closed = CLOSURE_TOLERANCE if enough == CONVERGED else enough
         while fronts:
             ends = [front.end for front in fronts]
             positions = np.array([front.ahead(self._positions[front.end]) for front in fronts])
-            found = self.kinematics.close(self._ahead(ends, positions), most=6)
+            found = self.kinematics.close(self._ahead(ends, positions), most=6, enough=enough)
             with np.errstate(all="ignore"):  # What is not closed is not used.
                 side = self.kinematics.same_side(found, inverses)
                 nodes = self._node(found)
                 off = np.maximum(found.correction, self._back(nodes, ends))
-                # Other ways of assembling the mechanism come as near as its condition is bad.
-                room = _STEP_CORRECTION * np.minimum(1.0, _GENTLE / found.condition)
+                room = _room(found.condition)
                 # A long step can land on another way of assembling it, just as closed.
-                good = (found.residual < CLOSURE_TOLERANCE) & (off < _WORST * room) & side
+                good = (found.residual < closed) & (off < _WORST * room) & side
             self._insert(nodes[good])
-            for front, accepted, bad in zip(
-                fronts, good.tolist(), (off / room).tolist(), strict=True
+            for row, (front, accepted, bad) in enumerate(
+                zip(fronts, good.tolist(), (off / room).tolist(), strict=True)
             ):
-                row = fronts.index(front)
                 if accepted:
                     front.step *= min(2.5, 0.8 * max(bad, 1e-3) ** (-1.0 / 3.0))
                     front.step = min(front.step, _LONGEST_STEP * self.unit)
@@ -141,6 +165,27 @@ class Branch:
                 for new, old in zip(found.inverses, inverses, strict=True)
             ]
             fronts = [fronts[row] for row in left]
+
+    def _prove(self, low: float, high: float) -> bool:
+        """Close the nodes outside of a span for good; return whether each leads to the next."""
+        new = (self._positions <= low) | (self._positions >= high)
+        positions = self._positions[new]
+        found = self.kinematics.close(self._nodes[new, 0])
+        if np.any(~(found.residual < CLOSURE_TOLERANCE) | (found.correction > SAFE_CORRECTION)):
+            return False
+        nodes = self._node(found)
+        step = np.diff(positions)
+        ahead = self._extrapolated(nodes[:-1], step) - nodes[1:, 0]
+        back = self._extrapolated(nodes[1:], -step) - nodes[:-1, 0]
+        off = np.maximum(np.abs(ahead), np.abs(back)) * self.kinematics.coordinates.scale
+        fine = off.max(axis=1) < _WORST * np.minimum(*map(_room, _pairs(found.condition)))
+        for closed in found.groups:
+            rows, inverses = closed.passive_rows[1:], closed.inverse[:-1]
+            fine &= np.linalg.det(rows @ inverses) > 0.0
+        # Between the ends of the span lie nodes that were proven before.
+        fine |= (positions[:-1] == low) & (positions[1:] == high)
+        self._nodes[new] = nodes
+        return bool(np.all(fine))
 
     def find_period(self) -> bool:
         """Follow the branch over whole turns of the drive until it repeats, if it does."""
@@ -321,3 +366,13 @@ class Branch:
             return position
         left = float(slope[steepest] / (2.0 * curvature[steepest]))
         return position + left if abs(left) < 1e-4 * self.unit else position
+
+
+def _room(condition: Array) -> Array:
+    """Return how far extrapolations should be off, by the condition of where they lead."""
+    # Other ways of assembling the mechanism come as near as its condition is bad.
+    return _STEP_CORRECTION * np.minimum(1.0, _GENTLE / condition)
+
+
+def _pairs(values: Array) -> tuple[Array, Array]:
+    return values[:-1], values[1:]

@@ -136,6 +136,7 @@ class Closure:
             self.sides.append(sides)
             self._paths.append(path)
         self.column_signs = self.signs[:, self._owners]
+        self._factors = self.column_signs[:, :, None] * self.weights
         gears = np.array([self._gear(coupling) for coupling in self.couplings])
         gears = gears.reshape(-1, mechanism.model.nv).T
         self.gears = gears[self.moving]
@@ -202,13 +203,15 @@ class Closure:
 
         Its columns are the reduced rows of the loops, then those of the couplings.
         """
-        weighed = twists * self.weights
+        count, moving = twists.shape[:2]
         parts = [
-            (weighed * signs[:, None]) @ rows
-            for signs, rows in zip(self.column_signs, reduction.rows, strict=True)
+            # One product of tall matrices is faster than one for every sample.
+            ((twists * factors).reshape(-1, 6) @ rows).reshape(count, moving, rows.shape[1])
+            for factors, rows in zip(self._factors, reduction.rows, strict=True)
         ]
-        parts.append(np.broadcast_to(self.gears, (len(twists), *self.gears.shape)))
-        return np.concatenate(parts, axis=2)
+        if self.couplings or not parts:
+            parts.append(np.broadcast_to(self.gears, (count, *self.gears.shape)))
+        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=2)
 
     def project(self, twist: Array, slips: Array | None, reduction: Reduction) -> Array:
         """Return `(N, R)` components along the reduced rows.
@@ -220,8 +223,9 @@ class Closure:
         """
         weighed = twist * self.weights
         parts = [weighed[:, number] @ rows for number, rows in enumerate(reduction.rows)]
-        parts.append(np.zeros((len(twist), self.gears.shape[1])) if slips is None else slips)
-        return np.concatenate(parts, axis=1)
+        if self.couplings or not parts:
+            parts.append(np.zeros((len(twist), self.gears.shape[1])) if slips is None else slips)
+        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
     def error(self, actions: Array) -> tuple[Array, Array]:
         """Return how far the loops are from closed.

@@ -19,6 +19,7 @@ from .twin import Twin
 _EXACT = 2e-15  # A Newton step of this size, relative to an angle's amplitude, is its rounding.
 CONVERGED = 1e-9
 """A Newton step of this size leaves an error of its square."""
+_LONGEST = 0.5  # Newton step [rad].
 _OPEN_STATES = 3
 _STALE = 1e-8  # An inverse off by this much is mended to rounding by one refinement.
 
@@ -201,13 +202,15 @@ class Solver:
         correction = np.zeros(len(x))
         for _ in range(most if self.group.passives.size else 0):
             step = -_times(_flip(here.inverse), error)
-            sizes = np.max(np.abs(step * self._scale), axis=1)
-            if np.all(np.abs(step * self._scale) <= self._exact):
+            scaled = np.abs(step * self._scale)
+            if (scaled <= self._exact).all():
                 break
-            # Far from closed, a full step may leave the branch.
-            step *= np.minimum(1.0, 0.5 / np.maximum(sizes, 0.5))[:, None]
+            sizes = scaled.max(axis=1)
             correction += sizes
-            worst = float(np.max(sizes))
+            worst = float(sizes.max())
+            if worst > _LONGEST:
+                # Far from closed, a full step may leave the branch.
+                step *= np.minimum(1.0, _LONGEST / np.maximum(sizes, _LONGEST))[:, None]
             if not np.isfinite(worst):
                 break
             self._moves.apply(x, step)
