@@ -26,7 +26,7 @@ _SHORTEST_STEP = 1e-9
 _STEP_CORRECTION = 0.03  # How far an extrapolation should be off,
 _GENTLE = 100.0  # Condition up to which it may be off as far as that.
 _WORST = 4.0  # and how many times as far it may be.
-_GUESS_CORRECTION = 1e-15  # How far an interpolation may be off to need no Newton step.
+_GUESS_CORRECTION = 2e-16  # How far an interpolation may be off to need no Newton step.
 _ENOUGH = 2**62  # More nodes than anybody asks for: the branch is known to rounding.
 SAFE_CORRECTION = 1e-2
 """Greatest error of a guess that cannot end on another branch."""

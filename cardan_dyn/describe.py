@@ -174,11 +174,10 @@ def _blurred(
             continue
         for joint in mechanism.joints.values():
             number = joint.index - 1 if joint.parts else None
-            if number is None or number not in item.spread:
+            if number is None or number not in item.joints:
                 continue
             lengths = np.repeat([mechanism.length, 1.0], 3)
-            size = np.max(np.abs(item.spread[number]), axis=(0, 2), initial=0.0) * lengths
-            marks = size > UNIQUE_TOLERANCE
+            marks = (item.size()[item.joints == number][0] * lengths) > UNIQUE_TOLERANCE
             if np.any(marks):
                 force = "".join(axis for axis, mark in zip("xyz", marks[:3], strict=True) if mark)
                 moment = "".join(axis for axis, mark in zip("xyz", marks[3:], strict=True) if mark)

@@ -17,11 +17,22 @@ class Undetermined:
     Attributes:
         forces: per loop `(N, 6, k)` in world axes about the origin of its group's twin, and per
             coupling, counted on from the loops, `(N, 1, k)`.
-        spread: per joint that they load, what they add to its wrench, `(N, 6, k)`.
+        joints: `(J,)` the joints that they load.
+        spread: what they add to the wrenches of those, `(N, J, 6, k)`.
     """
 
     forces: dict[int, Array]
-    spread: dict[int, Array]
+    joints: Array
+    spread: Array
+
+    def rows(self, places: slice | list[int] = slice(None)) -> Array:
+        """Return what they add to some of the joints as one matrix `(N, 6 J, k)`."""
+        chosen = self.spread[:, places]
+        return chosen.reshape(len(chosen), 6 * chosen.shape[1], chosen.shape[3])
+
+    def size(self) -> Array:
+        """Return `(J, 6)` the greatest change of each component per unit of them."""
+        return np.asarray(np.abs(self.spread).max(axis=0).max(axis=2))
 
 
 class Choice(Protocol):
@@ -43,7 +54,7 @@ class Choice(Protocol):
         """Add the chosen forces to wrenches and closure forces of load cases, in place.
 
         Args:
-            wrenches: of all joints, `(b, N, 6, c)`.
+            wrenches: of all joints, `(N, b, 6, c)`.
             closure: of all loops `(N, 6, c)`, then couplings `(N, 1, c)`.
             undetermined: what to choose.
             rotations: for `oriented` joints, `(N, 3, 3)` from the joint's frame to its parent's.
@@ -77,23 +88,42 @@ class LeastNorm:
         """See `Choice.apply`."""
         touching: dict[int, list[int]] = {}
         for number, item in enumerate(undetermined):
-            for joint in item.spread:
+            for joint in item.joints.tolist():
                 touching.setdefault(joint, []).append(number)
+        pairs = {
+            (first, second)
+            for numbers in touching.values()
+            for first in numbers
+            for second in numbers
+            if first < second
+        }
         blocks: dict[tuple[int, int], Array] = {}
         right: dict[int, Array] = {}
-        for joint, numbers in touching.items():
-            for first in numbers:
-                flipped = undetermined[first].spread[joint].transpose(0, 2, 1) * self._lengths**2
-                part = -(flipped @ wrenches[joint])
-                right[first] = right[first] + part if first in right else part
-                for second in numbers:
-                    if second >= first:
-                        block = flipped @ undetermined[second].spread[joint]
-                        key = (first, second)
-                        blocks[key] = blocks[key] + block if key in blocks else block
+        for number, item in enumerate(undetermined):
+            flipped = self._weighed(item.rows())
+            loaded = wrenches[:, item.joints]
+            right[number] = -(
+                flipped @ loaded.reshape(len(loaded), 6 * len(item.joints), loaded.shape[3])
+            )
+            blocks[number, number] = flipped @ item.rows()
+        for first, second in pairs:
+            one, other = undetermined[first], undetermined[second]
+            places = {joint: place for place, joint in enumerate(other.joints.tolist())}
+            shared = [
+                (place, places[joint])
+                for place, joint in enumerate(one.joints.tolist())
+                if joint in places
+            ]
+            here, there = (list(part) for part in zip(*shared, strict=True))
+            blocks[first, second] = self._weighed(one.rows(here)) @ other.rows(there)
         for number, amount in _solve_sparse(blocks, right).items():
             _add(wrenches, closure, undetermined[number], amount)
         return influence(wrenches, undetermined, self._lengths)
+
+    def _weighed(self, rows: Array) -> Array:
+        """Return transposed rows `(N, k, 6 J)`, squares of lengths applied."""
+        squares = np.tile(self._lengths**2, rows.shape[1] // 6)
+        return np.asarray((rows * squares[:, None]).transpose(0, 2, 1))
 
 
 class Elastic:
@@ -122,19 +152,19 @@ class Elastic:
     ) -> Array:
         """See `Choice.apply`."""
         spread: dict[int, list[tuple[int, Array]]] = {}
-        sizes = [next(iter(item.forces.values())).shape[2] for item in undetermined]
+        sizes = [item.spread.shape[3] for item in undetermined]
         starts = np.concatenate([[0], np.cumsum(sizes)])
-        count, total = wrenches.shape[1], int(starts[-1])
+        count, total = len(wrenches), int(starts[-1])
         for number, item in enumerate(undetermined):
-            for joint, part in item.spread.items():
-                spread.setdefault(joint, []).append((number, part))
+            for place, joint in enumerate(item.joints.tolist()):
+                spread.setdefault(joint, []).append((number, item.spread[:, place]))
         elastic, norm = np.zeros((2, count, total, total))
         right_elastic, right_norm = np.zeros((2, count, total, wrenches.shape[3]))
         for joint, parts in spread.items():
             whole = np.zeros((count, 6, total))
             for number, part in parts:
                 whole[:, :, starts[number] : starts[number + 1]] = part
-            flipped, wrench = whole.transpose(0, 2, 1), wrenches[joint]
+            flipped, wrench = whole.transpose(0, 2, 1), wrenches[:, joint]
             norm += flipped @ (whole * self._lengths[:, None] ** 2)
             right_norm -= flipped @ (wrench * self._lengths[:, None] ** 2)
             if joint in self._compliances:
@@ -158,17 +188,15 @@ class Elastic:
 
 def influence(wrenches: Array, undetermined: list[Undetermined], lengths: Array) -> Array:
     """Return `(b, 6)` greatest change of components per unit of undetermined closure force."""
-    result = np.zeros((len(wrenches), 6))
+    result = np.zeros(wrenches.shape[1:3])
     for item in undetermined:
-        for joint, spread in item.spread.items():
-            measured = np.max(np.abs(spread), axis=(0, 2), initial=0.0) * lengths
-            result[joint] = np.maximum(result[joint], measured)
+        result[item.joints] = np.maximum(result[item.joints], item.size() * lengths)
     return result
 
 
 def _add(wrenches: Array, closure: list[Array], item: Undetermined, amount: Array) -> None:
-    for joint, spread in item.spread.items():
-        wrenches[joint] += spread @ amount
+    added = item.rows() @ amount
+    wrenches[:, item.joints] += added.reshape(len(added), len(item.joints), 6, amount.shape[2])
     for number, forces in item.forces.items():
         closure[number] += forces @ amount
 

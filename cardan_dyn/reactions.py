@@ -145,7 +145,7 @@ class ReactionSolver:
         What depends on the positions alone is done once for all cases.
         """
         count, solvers = len(here.x), self.kinematics.solvers
-        wrenches = np.zeros((self.bodies + len(self.fixed), count, 6, len(cases)))
+        wrenches = np.zeros((count, self.bodies + len(self.fixed), 6, len(cases)))
         for number, case in enumerate(cases):
             self._inertial(wrenches[..., number], here, case)
         link_wrenches = [
@@ -168,15 +168,15 @@ class ReactionSolver:
             for number, forces in self._forces(solver, multipliers).items():
                 closure[number] += forces
             for place, number in enumerate(group.loops):
-                for body, spread in self._on_path(solver, closed, place, number, closure[number]):
-                    wrenches[body] += spread
+                joints, spread = self._on_path(solver, closed, place, number, closure[number])
+                wrenches[:, joints] += spread
             for number in group.couplings:
                 coupling = self.mechanism.couplings[number]
                 moment = closure[len(self.mechanism.loops) + number]
                 given[:, coupling.successor_columns] += moment
                 given[:, coupling.predecessor_columns] -= coupling.ratio * moment
             undetermined += self.undetermined(solver, closed)
-        influence = np.zeros((len(wrenches), 6))
+        influence = np.zeros(wrenches.shape[1:3])
         if undetermined:
             rotations = {
                 joint: self._from_parent(here, joint)
@@ -192,7 +192,7 @@ class ReactionSolver:
         }
         return [
             Reactions(
-                wrenches[..., number].swapaxes(0, 1),
+                wrenches[..., number],
                 [forces[..., number] for forces in closure],
                 open_couplings,
                 link_wrenches[number],
@@ -202,7 +202,7 @@ class ReactionSolver:
         ]
 
     def _inertial(self, wrenches: Array, here: ClosedMechanism, case: LoadCase) -> None:
-        """Add what inertia and gravity ask of the open tree to wrenches `(b, N, 6)`."""
+        """Add what inertia and gravity ask of the open tree to wrenches `(N, b, 6)`."""
         if case.dynamics is None:
             return
         for solver, closed in zip(self.kinematics.solvers, here.groups, strict=True):
@@ -211,10 +211,10 @@ class ReactionSolver:
                 twin.model.gravity.linear = case.gravity
                 v, a = (twin.velocity(rates) for rates in case.dynamics)
                 found = twin.inverse_dynamics(closed.q, v, a)
-                wrenches[twin.bodies] += found.reshape(len(v), -1, 6).swapaxes(0, 1)
+                wrenches[:, consecutive(twin.bodies)] += found.reshape(len(v), -1, 6)
 
     def _applied(self, wrenches: Array, here: ClosedMechanism, load: LinkLoad) -> Array:
-        """Take a load on a link off wrenches `(b, N, 6)`; return it `(N, 6)`, see `Reactions`."""
+        """Take a load on a link off wrenches `(N, b, 6)`; return it `(N, 6)`, see `Reactions`."""
         home = self.home.get(load.body)
         if home is None:
             return np.zeros((len(here.x), 6))  # On a body that was left out.
@@ -222,7 +222,9 @@ class ReactionSolver:
         wrench = load.about_origin(actions, twin.local[load.body])
         for body in ancestors(self.mechanism.model, load.body + 1):
             first = 6 * twin.local[body]
-            wrenches[body] -= np.matmul(actions[:, first : first + 6], wrench[:, :, None])[:, :, 0]
+            wrenches[:, body] -= np.matmul(actions[:, first : first + 6], wrench[:, :, None])[
+                :, :, 0
+            ]
         return wrench
 
     def efforts(self, wrenches: Array) -> Array:
@@ -230,9 +232,9 @@ class ReactionSolver:
         return np.asarray(np.einsum("nki,ki->nk", wrenches[:, self._owners], self.subspace))
 
     def _efforts_of(self, wrenches: Array, coordinates: Array) -> Array:
-        """Return components of wrenches `(b, N, 6, c)` along some coordinates, `(N, k, c)`."""
-        chosen = wrenches[self._owners[coordinates]]
-        return np.asarray(np.einsum("knic,ki->nkc", chosen, self.subspace[coordinates]))
+        """Return components of wrenches `(N, b, 6, c)` along some coordinates, `(N, k, c)`."""
+        chosen = wrenches[:, self._owners[coordinates]]
+        return np.asarray(np.einsum("nkic,ki->nkc", chosen, self.subspace[coordinates]))
 
     def _from_parent(self, here: ClosedMechanism, body: int) -> Array:
         """Return rotations `(N, 3, 3)` from a joint's frame to its frame at coordinate zero."""
@@ -268,29 +270,28 @@ class ReactionSolver:
 
     def _on_path(
         self, solver: Solver, closed: Closed, place: int, number: int, forces: Array
-    ) -> list[tuple[int, Array]]:
-        """Return what closure forces `(N, 6, k)` add to each joint of a loop, `(N, 6, k)`."""
+    ) -> tuple[slice | Array, Array]:
+        """Return the joints on a loop and what closure forces `(N, 6, k)` add to their wrenches.
+
+        Returns:
+            Places of the joints among all wrenches, and `(N, J, 6, k)`.
+        """
         signs = solver.closure.signs[place]
         (path,) = np.nonzero(signs)
-        first, last = path[0], path[-1] + 1
-        if len(path) == last - first:
-            rows: slice | Array = slice(6 * first, 6 * last)  # No copy where they are neighbours.
-        else:
-            rows = (6 * path[:, None] + np.arange(6)).ravel()
+        rows = consecutive((6 * path[:, None] + np.arange(6)).ravel())
         found = closed.actions[:, rows] @ forces
         found = found.reshape(len(found), len(path), 6, -1)
-        result = [
-            (int(solver.twin.bodies[joint]), signs[joint] * found[:, k])
-            for k, joint in enumerate(path)
-        ]
+        found *= signs[path][:, None, None]
+        joints = solver.twin.bodies[path]
         if number in self.fixed:
             rotation, position = solver.closure.sides[place][1].place(closed.actions)
             columns = rotation.transpose(2, 1, 0)
             action = np.zeros((len(found), 6, 6))
             action[:, :3, :3] = action[:, 3:, 3:] = columns
             action[:, 3:, :3] = np.cross(position.T[:, None, :], columns)
-            result.append((self.bodies + self.fixed.index(number), action @ forces))
-        return result
+            joints = np.append(joints, self.bodies + self.fixed.index(number))
+            found = np.concatenate([found, (action @ forces)[:, None]], axis=1)
+        return consecutive(joints), found
 
     def undetermined(self, solver: Solver, closed: Closed) -> list[Undetermined]:
         """Return the closure forces of a group that no passive effort feels."""
@@ -301,14 +302,31 @@ class ReactionSolver:
             if null.shape[1]:
                 force = null * solver.closure.weights[:, None]
                 found.append({number: np.broadcast_to(force, (len(closed.q), *force.shape))})
-        return [Undetermined(item, self._effect(solver, closed, item)) for item in found]
+        return [Undetermined(item, *self._effect(solver, closed, item)) for item in found]
 
-    def _effect(self, solver: Solver, closed: Closed, forces: dict[int, Array]) -> dict[int, Array]:
-        """Return what closure forces add to each joint's wrench, `(N, 6, k)`."""
-        spread: dict[int, Array] = {}
-        for place, number in enumerate(solver.group.loops):
-            if number not in forces:
-                continue
-            for body, part in self._on_path(solver, closed, place, number, forces[number]):
-                spread[body] = spread[body] + part if body in spread else part
-        return spread
+    def _effect(
+        self, solver: Solver, closed: Closed, forces: dict[int, Array]
+    ) -> tuple[Array, Array]:
+        """Return the joints that closure forces load, and what they add, `(N, J, 6, k)`."""
+        every = np.arange(self.bodies + len(self.fixed))
+        parts = [
+            self._on_path(solver, closed, place, number, forces[number])
+            for place, number in enumerate(solver.group.loops)
+            if number in forces
+        ]
+        if len(parts) == 1:
+            ((joints, spread),) = parts
+            return every[joints], spread
+        loaded = np.unique(np.concatenate([np.zeros(0, int), *(every[part] for part, _ in parts)]))
+        size = next(iter(forces.values())).shape[2]
+        total = np.zeros((len(closed.q), len(loaded), 6, size))
+        for joints, spread in parts:
+            total[:, np.searchsorted(loaded, every[joints])] += spread
+        return loaded, total
+
+
+def consecutive(places: Array) -> slice | Array:
+    """Return places as a slice if they follow one another, since slices make no copies."""
+    if places.size and places[-1] - places[0] == places.size - 1 and np.all(np.diff(places) == 1):
+        return slice(int(places[0]), int(places[-1]) + 1)
+    return places

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _FIRST = 128
 _MOST = 2**15
-_CHECKS = 64
+_CHECKS = 32
 _EPS = float(np.finfo(float).eps)
 
 
