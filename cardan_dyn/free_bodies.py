@@ -13,10 +13,10 @@ import numpy as np
 from .coordinates import Array
 from .kinematics import ClosedMechanism
 from .plan import Needs, columns_of
-from .reactions import Reactions, ReactionSolver
+from .reactions import Reactions, ReactionSolver, consecutive
 from .residuals import Residuals
 from .solver import Closed, Solver
-from .twin import cross
+from .twin import cross, positions
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class FreeBodies:
             link_bodies: bodies on which `reactions.link_wrenches` act.
         """
         solver = self.reactions
-        wrenches = reactions.wrenches[:, : solver.bodies].transpose(2, 1, 0)
+        wrenches = np.ascontiguousarray(reactions.wrenches[:, : solver.bodies].transpose(2, 1, 0))
         left = np.zeros(wrenches.shape)
         inertia = np.zeros(len(here.x))
         power = [np.einsum("nk,nk->n", loads, rates.virtual)]
@@ -91,7 +91,7 @@ class FreeBodies:
                 for body, wrench in zip(link_bodies, reactions.link_wrenches, strict=True)
                 if solver.home[body] == number
             ]
-            group.add(left, inertia, power, closed, reactions, rates, external)
+            group.add(left, inertia, power, closed, wrenches, reactions.closure, rates, external)
         left[:, self._open] = 0.0
         unmet = np.abs(efforts[:, self.passives] - loads[:, self.passives])
         unmet *= self.rate_scale[self.passives]
@@ -145,7 +145,8 @@ class _GroupBalance:
         inertia: Array,
         power: list[Array],
         closed: Closed,
-        reactions: Reactions,
+        wrenches: Array,
+        closure: list[Array],
         rates: Rates,
         external: list[tuple[int, Array]],
     ) -> None:
@@ -156,30 +157,31 @@ class _GroupBalance:
             inertia: `(N,)` size of the inertial wrenches, raised in place.
             power: terms `(N,)`, appended to.
             closed: this group's closed positions.
-            reactions: of all groups.
+            wrenches: `(6, b, N)` of all joints in their frames.
+            closure: see `Reactions.closure`.
             rates: of the motion.
             external: bodies and the wrenches on them about this group's origin.
         """
-        twin, closure = self.solver.twin, self.solver.closure
+        twin = self.solver.twin
         count, bodies = len(closed.q), len(twin)
         frames = np.ascontiguousarray(closed.actions[:, :, :3].transpose(2, 1, 0))
         frames = frames.reshape(3, bodies, 6, count)
         axes, moments = frames[:, :, :3], frames[:, :, 3:]
-        position = 0.5 * cross(axes.swapaxes(1, 2), moments.swapaxes(1, 2)).sum(axis=1)
+        position = positions(axes, moments)
 
         # On every body, about the twin's origin: its own joint's wrench, its children's, loops.
-        wrenches = reactions.wrenches[:, twin.bodies[self.own]].transpose(1, 2, 0)
         total = np.zeros((6, bodies, count))
-        total[:, self.own] = self._about_origin(axes, moments, np.ascontiguousarray(wrenches))
+        own = wrenches[:, consecutive(twin.bodies[self.own])]
+        total[:, self.own] = self._about_origin(axes, moments, own)
         world = total[:, self.own]
         for place, joint in enumerate(self.own):
             parent = twin.parents[joint]
             if parent >= 0:
                 total[:, parent] -= world[:, place]
-        for number, sides in zip(self.solver.group.loops, closure.sides, strict=True):
+        for number, sides in zip(self.solver.group.loops, self.solver.closure.sides, strict=True):
             for side, sign in zip(sides, (-1.0, 1.0), strict=True):
                 if side.body >= 0:
-                    total[:, side.body] += sign * reactions.closure[number].T
+                    total[:, side.body] += sign * closure[number].T
         inertial = bool(self.heavy.size and (rates.moving or np.any(self.gravity)))
         if inertial or external:
             units = np.ascontiguousarray(
@@ -199,15 +201,15 @@ class _GroupBalance:
         left[:, twin.bodies] += total
 
     def _about_origin(self, axes: Array, moments: Array, wrenches: Array) -> Array:
-        """Return wrenches `(b, 6, N)` in joint frames as seen in world axes about the origin."""
+        """Return wrenches `(6, b, N)` in joint frames as seen in world axes about the origin."""
         if len(self.own) != axes.shape[1]:
             axes, moments = axes[:, self.own], moments[:, self.own]
-        force, moment = wrenches[:, :3], wrenches[:, 3:]
+        force, moment = wrenches[:3], wrenches[3:]
         return np.concatenate(
             [
-                np.einsum("bin,xbin->xbn", force, axes),
-                np.einsum("bin,xbin->xbn", moment, axes)
-                + np.einsum("bin,xbin->xbn", force, moments),
+                np.einsum("ibn,xbin->xbn", force, axes),
+                np.einsum("ibn,xbin->xbn", moment, axes)
+                + np.einsum("ibn,xbin->xbn", force, moments),
             ]
         )
 

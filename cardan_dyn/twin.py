@@ -170,9 +170,18 @@ def placement(actions: Array, joint: int) -> tuple[Array, Array]:
     """Return rotation `(3, 3, N)` and position `(3, N)` of a joint's frame from its actions."""
     block = actions[:, 6 * joint : 6 * joint + 6, :3].transpose(2, 1, 0)
     rotation = np.ascontiguousarray(block[:, :3])
-    moment = np.ascontiguousarray(block[:, 3:])
-    # Column i of `moment` is p × r_i with r_i column i of the rotation; Σ r_i × (p × r_i) = 2 p.
-    return rotation, 0.5 * cross(rotation, moment).sum(axis=1)
+    return rotation, positions(rotation, block[:, 3:])
+
+
+def positions(rotation: Array, moment: Array) -> Array:
+    """Return positions `(3, ..., N)` from rotations and their moments `(3, ..., 3, N)`.
+
+    The moment of a rotation R at p is M = [p]× R, so M Rᵀ = [p]× holds the position.
+    """
+    return np.asarray(np.einsum("x...in,x...in->x...n", moment[_BEFORE], rotation[_AFTER]))
+
+
+_BEFORE, _AFTER = [2, 0, 1], [1, 2, 0]
 
 
 def cross(a: Array, b: Array) -> Array:
