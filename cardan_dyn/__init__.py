@@ -20,6 +20,7 @@ from .mechanism import Joint, Mechanism, load
 from .motion import Motion
 from .plan import Plan
 from .read import bundled_names
+from .results import ClosedPositions
 from .scene import Scene
 from .sweep import Sweep
 from .wrench import JointWrench
@@ -35,6 +36,7 @@ __all__ = [
     "ArgumentError",
     "AssemblyError",
     "CardanError",
+    "ClosedPositions",
     "IndeterminateError",
     "Joint",
     "JointWrench",

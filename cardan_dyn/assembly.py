@@ -12,6 +12,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from .branch import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION, Branch
+from .closure import Reduction
 from .coordinates import Array, Coordinates
 from .errors import AssemblyError, CardanError, SingularConfigurationError
 from .groups import Group, Structure, partition
@@ -97,6 +98,11 @@ class Assembly:
         self._open = [solver.open_reduction(self.start) for solver in self.kinematics.solvers]
         # The start may be a dead point; the way to it tells.
         self._study(np.array(way))
+
+    @property
+    def reductions(self) -> list[Reduction]:
+        """Which rows every group solves; they change as long as little of the motion is known."""
+        return [solver.reduction for solver in self.kinematics.solvers]
 
     def guesses(self, positions: Array) -> tuple[Array, Array]:
         """Return coordinates near closed ones on the branch.

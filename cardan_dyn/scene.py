@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,15 +20,16 @@ from .arguments import (
 )
 from .assembly import Assembly
 from .coordinates import Array, Coordinates
-from .errors import ArgumentError, IndeterminateError, MobilityError, choices
+from .errors import ArgumentError, MobilityError, choices
 from .indeterminate import Choice, Elastic, LeastNorm
 from .loads import LinkLoad
 from .mechanism import Mechanism
 from .motion import Motion
 from .pipeline import Block, Inputs, Pipeline, joined
 from .plan import Plan, plan_of
-from .reactions import UNIQUE_TOLERANCE, ReactionSolver
-from .sweep import Solved, Sweep
+from .reactions import ReactionSolver
+from .results import ClosedPositions, collected
+from .sweep import Sweep
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -35,7 +37,6 @@ if TYPE_CHECKING:
     from .response import Response
 
 _BLOCK = 512  # Samples worked on at a time, so that their arrays stay in the cache.
-COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 
 
 class Scene:
@@ -69,6 +70,7 @@ class Scene:
     Attributes:
         mechanism, drives, held, gravity, outputs, strict, branch: as given.
         joint_loads, link_loads: efforts at joints and wrenches on links, by name.
+        elastic: whether compliances choose what the laws of motion leave open.
         heavy: whether any body has mass.
         coordinates: layout of joint coordinates.
         assembly: closes the loops.
@@ -146,7 +148,7 @@ class Scene:
         if flexible:
             places = {self.place(name): value for name, value in flexible.items()}
             rule = Elastic(mechanism.length, places)
-        self._elastic = bool(flexible)
+        self.elastic = bool(flexible)
         active = {id(self.assembly.groups[number]) for number in needed.forces}
         self.reactions = ReactionSolver(mechanism, kinematics, active, rule)
         self.pipeline = Pipeline(
@@ -154,12 +156,16 @@ class Scene:
         )
 
     def sweep(
-        self, position: ArrayLike, speed: ArrayLike = 0.0, acceleration: ArrayLike = 0.0
+        self,
+        position: ArrayLike | ClosedPositions,
+        speed: ArrayLike = 0.0,
+        acceleration: ArrayLike = 0.0,
     ) -> Sweep:
         """Solve motion and reactions at given drive positions.
 
         Args:
-            position: drive positions `(N,)` [rad or m], `(N, d)` for d drives, in any order.
+            position: drive positions `(N,)` [rad or m], `(N, d)` for d drives, in any order; or
+                what `close` made of them.
             speed: drive speeds [rad/s or m/s], a number or like `position`. The mechanism is
                 quasi-static where it is zero.
             acceleration: drive accelerations [rad/s² or m/s²], a number or like `position`.
@@ -171,21 +177,60 @@ class Scene:
             AccuracyError: a result missed its tolerance.
         """
         count = len(self.drives)
-        positions = samples("position", position, count, None)
-        speeds = samples("speed", speed, count, len(positions))
-        accelerations = samples("acceleration", acceleration, count, len(positions))
-        return self._result(*self.solved(positions, speeds, accelerations))
+        if isinstance(position, ClosedPositions):
+            closed = self._own(position)
+        else:
+            closed = self._closed(samples("position", position, count, None))
+        speeds = samples("speed", speed, count, len(closed))
+        accelerations = samples("acceleration", acceleration, count, len(closed))
+        return collected(self, self._solved(closed, speeds, accelerations), closed.turns)
 
-    def solved(self, positions: Array, speeds: Array, accelerations: Array) -> tuple[Block, Array]:
-        """Return what `sweep` makes its result of, and whole turns, for arrays `(N, d)`."""
-        loads = self.loads_at(len(positions))
-        link_loads = self._link_loads_at(len(positions))
+    def close(self, position: ArrayLike) -> ClosedPositions:
+        """Close the loops at given drive positions, for several sweeps over them.
+
+        What depends on the position alone is kept, some kilobytes per sample, so that a sweep
+        with another speed or acceleration has only the rest to do.
+
+        Args:
+            position: see `sweep`.
+
+        Raises:
+            ArgumentError: a value is not finite or has the wrong shape.
+            AssemblyError: the loops cannot be closed at a position.
+            SingularConfigurationError: a position is a dead point.
+        """
+        closed = self._closed(samples("position", position, len(self.drives), None))
+        return replace(closed, blocks=list(closed.blocks))
+
+    def _closed(self, positions: Array) -> ClosedPositions:
+        """Return drive positions `(N, d)` whose blocks are closed one by one as they are used."""
         guesses, turns = self.assembly.guesses(positions)
+        spans = [slice(start, start + _BLOCK) for start in range(0, len(positions), _BLOCK)]
+        blocks = (
+            self.assembly.close(guesses[span], turns[span], positions[span]) for span in spans
+        )
+        return ClosedPositions(self, positions, turns, spans, blocks, self.assembly.reductions)
 
+    def _own(self, closed: ClosedPositions) -> ClosedPositions:
+        """Return closed positions as they are if they hold for this scene.
+
+        Raises:
+            ArgumentError: they are those of another scene.
+        """
+        if closed.scene is not self:
+            raise ArgumentError("these positions were closed by another scene; close them again")
+        if closed.reductions != self.assembly.reductions:
+            # Farther along the branch, other rows turned out to be redundant.
+            return self._closed(closed.positions)
+        return closed
+
+    def _solved(self, closed: ClosedPositions, speeds: Array, accelerations: Array) -> Block:
+        """Return all that is solved at closed positions, for rates `(N, d)`."""
+        loads = self.loads_at(len(closed))
+        link_loads = self._link_loads_at(len(closed))
         moving = bool(np.any(speeds) or np.any(accelerations))
         blocks: list[Block] = []
-        for start in range(0, len(positions), _BLOCK):
-            rows = slice(start, start + _BLOCK)
+        for rows, here in zip(closed.spans, closed.blocks, strict=True):
             inputs = Inputs(
                 speeds[rows],
                 accelerations[rows],
@@ -193,9 +238,8 @@ class Scene:
                 [rows_of(load, rows) for load in link_loads],
                 moving,
             )
-            here = self.assembly.close(guesses[rows], turns[rows], positions[rows])
             blocks.append(self.pipeline.run(here, inputs))
-        return joined(blocks, positions), turns
+        return joined(blocks, closed.positions)
 
     def response(
         self, tolerance: float = 1e-13, *, low: float | None = None, high: float | None = None
@@ -224,15 +268,13 @@ class Scene:
 
     def motion(self, positions: Array, speeds: Array, accelerations: Array) -> Motion:
         """Return the motion alone at positions, speeds and accelerations `(N,)` of one drive."""
-        guesses, turns = self.assembly.guesses(positions[:, None])
+        closed = self._closed(positions[:, None])
         parts = []
-        for start in range(0, len(positions), _BLOCK):
-            rows = slice(start, start + _BLOCK)
-            here = self.assembly.close(guesses[rows], turns[rows], positions[rows, None])
+        for rows, here in zip(closed.spans, closed.blocks, strict=True):
             given = speeds[rows, None], accelerations[rows, None]
             parts.append((here.x, *self.pipeline.rates(here, *given)))
         x, transmission, v, a = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return Motion(self.mechanism, self.coordinates, x, turns, v, a, transmission)
+        return Motion(self.mechanism, self.coordinates, x, closed.turns, v, a, transmission)
 
     def plan(self) -> Plan:
         """Return what a sweep does, and what it leaves out; `print` shows it."""
@@ -291,73 +333,6 @@ class Scene:
         velocities = self.coordinates.velocities
         names = (*self.drives, *self.held)
         return np.array([velocities[name].start for name in names], dtype=int)
-
-    def _result(self, found: Block, turns: Array) -> Sweep:
-        numbers = [self.place(name) for name in self.outputs]
-        unique = (found.influence < UNIQUE_TOLERANCE)[numbers]
-        if self.strict and not (self._elastic or np.all(unique)):
-            self._refuse(unique)
-        velocities, complete = self.coordinates.velocities, self.assembly.needed.complete
-        known = {
-            name: found.efforts[:, velocities[name].start]
-            for name in (*self.drives, *self.held)
-            if not complete or self.mechanism.joints[name].index - 1 in complete
-        }
-        effort = None
-        if all(name in known for name in self.drives):
-            effort = np.stack([known[name] for name in self.drives], axis=1)
-            effort = effort[:, 0] if len(self.drives) == 1 else effort
-        # What was not solved is not a number, rather than where it happened to be.
-        skipped = np.setdiff1d(self.assembly.passives, self.assembly.decided)
-        for part in (found.v, found.a, found.transmission):
-            part[:, skipped] = np.nan
-        for columns, span in zip(
-            self.coordinates.columns.values(), velocities.values(), strict=True
-        ):
-            if set(range(span.start, span.stop)).intersection(skipped.tolist()):
-                found.x[:, columns] = np.nan
-        motion = Motion(
-            self.mechanism,
-            self.coordinates,
-            found.x,
-            turns,
-            found.v,
-            found.a,
-            found.transmission,
-        )
-        holding = {name: known[name] for name in self.held if name in known and complete}
-        couplings = self.mechanism.couplings
-        return Sweep(
-            mechanism=self.mechanism,
-            solver=self.reactions,
-            outputs=self.outputs,
-            source=Solved(found.wrenches[:, numbers], effort, holding, motion),
-            unique=unique,
-            tooth_moment={item.name: found.tooth[:, k] for k, item in enumerate(couplings)},
-            tooth_unique={
-                item.name: number not in found.open_couplings
-                for number, item in enumerate(couplings)
-            },
-            condition=found.condition,
-            loop_residual=float(np.max(found.closure)),
-            balance_residual=found.residuals.balance,
-            power_residual=found.residuals.power,
-        )
-
-    def _refuse(self, unique: Array) -> None:
-        open_components = {
-            name: [label for label, sure in zip(COMPONENTS, row, strict=True) if not sure]
-            for name, row in zip(self.outputs, unique, strict=True)
-            if not np.all(row)
-        }
-        listed = "; ".join(
-            f"{name}: {', '.join(labels)}" for name, labels in open_components.items()
-        )
-        raise IndeterminateError(
-            f"{self.mechanism.name}: the laws of motion leave open: {listed}. Give compliances, "
-            "change the mechanism (a slide, a ball) or leave strict out to have the least norm",
-            components=open_components,
-        )
 
     def place(self, joint: str) -> int:
         """Return a joint's place among the wrenches: bodies in order, then `fixed` loops."""

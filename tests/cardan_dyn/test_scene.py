@@ -6,8 +6,9 @@ import copy
 import pickle
 
 import numpy as np
+import pinocchio as pin
 import pytest
-from helpers import relative, text, universal
+from helpers import double, relative, text, universal
 from test_loops import LINK, four_bar, loop
 
 import cardan_dyn as cd
@@ -214,3 +215,43 @@ def test_errors_carry_their_numbers(joint: cd.Mechanism) -> None:
         assert error.mobility == 2
     with pytest.raises(AttributeError, match="has no attribute 'weight'"):
         _ = caught.value.weight
+
+
+def test_positions_closed_once_serve_several_sweeps(
+    shaft: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = double(shaft, 0.5, 0.4)
+    positions = np.linspace(-9.0, 9.0, 700)
+    closed = scene.close(positions)
+    assert len(closed) == 700
+    assert repr(closed) == "<700 closed positions of 'double_shaft_z'>"
+    for rates in ({}, {"speed": 20.0}, {"speed": np.linspace(0.0, 9.0, 700), "acceleration": 3.0}):
+        direct, again = scene.sweep(positions, **rates), scene.sweep(closed, **rates)
+        # At speed balanced bodies leave the rounding of inertial terms, which condition counts.
+        allowed = 10.0 * np.finfo(float).eps * float(np.max(direct.condition))
+        greatest = max(np.max(np.abs(direct[name].moment)) for name in shaft.joint_names)
+        for name in shaft.joint_names:
+            difference = np.max(np.abs(again[name].moment - direct[name].moment))
+            assert difference < allowed * greatest
+        turned = [sweep.motion.position("bearing_out") for sweep in (again, direct)]
+        np.testing.assert_allclose(*turned, rtol=0.0, atol=1e-14)
+        assert again.balance_residual < 1e-13
+    # Nothing that depends on the position alone is done again.
+    monkeypatch.setattr(pin, "computeJointJacobians", None)
+    scene.sweep(closed, speed=5.0)
+    with pytest.raises(cd.ArgumentError, match="speed has shape"):
+        scene.sweep(closed, speed=np.zeros(3))
+    with pytest.raises(cd.ArgumentError, match="closed by another scene"):
+        double(shaft, 0.5, 0.4).sweep(closed)
+
+
+def test_closed_positions_stay_right_when_more_of_the_motion_becomes_known() -> None:
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -5.0})
+    closed = scene.close(np.linspace(0.0, 0.1, 5))
+    before = scene.sweep(closed)["crank_bearing"].moment
+    # What was closed for three rows of the planar loop is closed again for all six.
+    (solver,) = scene.assembly.kinematics.solvers
+    assert solver.reduction.null_count == 3
+    solver.reduction = solver.closure.full()
+    after = scene.sweep(closed)["crank_bearing"].moment
+    assert relative(after, before) < 1e-13
