@@ -235,7 +235,7 @@ def test_positions_closed_once_serve_several_sweeps(
             assert difference < allowed * greatest
         turned = [sweep.motion.position("bearing_out") for sweep in (again, direct)]
         np.testing.assert_allclose(*turned, rtol=0.0, atol=1e-14)
-        assert again.balance_residual < 1e-13
+        assert again.balance_residual < 10.0 * direct.balance_residual
     # Nothing that depends on the position alone is done again.
     monkeypatch.setattr(pin, "computeJointJacobians", None)
     scene.sweep(closed, speed=5.0)
