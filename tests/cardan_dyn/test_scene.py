@@ -236,13 +236,13 @@ def test_positions_closed_once_serve_several_sweeps(
         turned = [sweep.motion.position("bearing_out") for sweep in (again, direct)]
         np.testing.assert_allclose(*turned, rtol=0.0, atol=1e-14)
         assert again.balance_residual < 10.0 * direct.balance_residual
-    # Nothing that depends on the position alone is done again.
-    monkeypatch.setattr(pin, "computeJointJacobians", None)
-    scene.sweep(closed, speed=5.0)
     with pytest.raises(cd.ArgumentError, match="speed has 3 samples, position has 700"):
         scene.sweep(closed, speed=np.zeros(3))
     with pytest.raises(cd.ArgumentError, match="closed by another scene"):
         double(shaft, 0.5, 0.4).sweep(closed)
+    # Nothing that depends on the position alone is done again.
+    monkeypatch.setattr(pin, "computeJointJacobians", None)
+    scene.sweep(closed, speed=5.0)
 
 
 def test_closed_positions_stay_right_when_more_of_the_motion_becomes_known() -> None:
