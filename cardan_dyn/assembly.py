@@ -281,7 +281,7 @@ class Assembly:
         if value == state[column]:
             return state
         # What the scene leaves out need not follow either.
-        left_out = set(np.setdiff1d(self.passives, self.decided).tolist())
+        left_out = set(self.passives.tolist()) - set(self.decided.tolist())
         kept = [
             group
             for group in self._groups_for((joint,), passives)
@@ -398,7 +398,8 @@ class Assembly:
             self.drives,
             list(self.held),
             # What was left out is nobody's concern, unless no group decides it.
-            np.setdiff1d(self.passives, np.setdiff1d(columns_of(self.groups), self.decided)),
+            set(self.passives.tolist())
+            - (set(columns_of(self.groups).tolist()) - set(self.decided.tolist())),
         )
 
     def _determined(self, here: ClosedMechanism) -> bool:

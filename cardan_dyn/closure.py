@@ -22,7 +22,7 @@ RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the greatest count as zero in rank decisions."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Side:
     """One side of a weld.
 
@@ -56,7 +56,7 @@ class Side:
         return rotation, position
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Path:
     """The moving coordinates of a loop, from the common ancestor outwards on both sides.
 
@@ -86,7 +86,7 @@ class Path:
         return np.concatenate((linear, angular))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Reduction:
     """The rows of each loop that its motion can reach, and those that it cannot.
 

@@ -11,7 +11,7 @@ from .mechanism import Joint, Mechanism
 Array = np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Moves:
     """Displacements along chosen velocity coordinates.
 
@@ -125,7 +125,7 @@ class Coordinates:
 
     def shape(self, x: Array) -> Array:
         """Return rows that are equal for equal positions, whatever their turns and signs."""
-        columns = np.setdiff1d(np.arange(self.size), self.angle_columns)
+        columns = np.delete(np.arange(self.size), self.angle_columns)
         rest = x[:, columns]
         for column in self._spherical[1]:
             place = int(np.nonzero(columns == column)[0][0])
@@ -171,6 +171,14 @@ class Coordinates:
             else:
                 q[:, at : at + count] = x[:, start : start + count]
         return q
+
+
+def generic(rows: int, columns: int) -> Array:
+    """Return numbers `(rows, columns)` between -1 and 1 without a pattern, always the same ones.
+
+    They do what random numbers would; importing NumPy's takes longer than making a scene.
+    """
+    return np.asarray(np.sin(np.arange(1.0, rows * columns + 1.0) ** 2).reshape(rows, columns))
 
 
 def _place(joint: Joint) -> int:

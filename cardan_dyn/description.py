@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SourceText:
     """Where a description comes from, for what is read only when it is shown.
 
@@ -23,7 +23,7 @@ class SourceText:
     path: Path | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LoopDescription:
     """A closure between two links, in URDF+ notation.
 
@@ -47,7 +47,7 @@ class LoopDescription:
     axis_2: np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CouplingDescription:
     """A gear, in URDF+ notation.
 
@@ -61,7 +61,7 @@ class CouplingDescription:
     ratio: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Description:
     """A checked description.
 

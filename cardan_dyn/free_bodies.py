@@ -19,7 +19,7 @@ from .solver import Closed, Solver
 from .twin import cross, positions
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Rates:
     """Joint rates of a block of samples.
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio
 
-from .coordinates import Array, Coordinates
+from .coordinates import Array, Coordinates, generic
 from .mechanism import Mechanism
 from .tree import ancestors
 
@@ -21,7 +21,7 @@ _PIECE = 8  # Bodies on no loop are taken in pieces of this size.
 _WHOLE = 14  # Up to this many bodies, one model costs less than two.
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Group:
     """Loops that are solved together.
 
@@ -75,12 +75,11 @@ class Structure:
                 random, since a planar or spherical chain stays one however it is bent.
             moving: velocity coordinates that move.
         """
-        rng = np.random.default_rng(20)
         result = []
         for number in range(len(self.mechanism.loops)):
             twists = [
-                self._twists(self.chains[number], set(self.paths[number]), x, moving, rng)
-                for _ in range(3)
+                self._twists(self.chains[number], set(self.paths[number]), x, moving, values)
+                for values in generic(3, 3 * len(self.chains[number])).reshape(3, -1, 3)
             ]
             stacked = np.concatenate(twists, axis=0)
             scale = np.repeat([1.0 / self.mechanism.length, 1.0], 3)
@@ -89,17 +88,25 @@ class Structure:
         return result
 
     def _twists(
-        self, chain: list[int], path: set[int], x: Array, moving: set[int], rng: np.random.Generator
+        self, chain: list[int], path: set[int], x: Array, moving: set[int], values: Array
     ) -> Array:
-        """Return unit twists `(k, 6)` of the moving coordinates on a path, about the world."""
+        """Return unit twists `(k, 6)` of the moving coordinates on a path, about the world.
+
+        Args:
+            chain: bodies from the root.
+            path: those on the loop.
+            x: `(size,)` coordinates of the joints that do not move.
+            moving: velocity coordinates that move.
+            values: `(len(chain), 3)` where they are.
+        """
         model = self.mechanism.model
         parts = {part.index - 1: (part, start) for part, start in self._parts()}
         placements = {-1: pinocchio.SE3.Identity()}
         twists: list[Array] = []
-        for body in chain:
+        for body, where in zip(chain, values, strict=True):
             part, start = parts[body]
             moves = self._columns[body][0] in moving
-            value = rng.uniform(-1.0, 1.0, 3) if moves else x[start : start + 4]
+            value = where if moves else x[start : start + 4]
             if part.kind == "revolute":
                 own = pinocchio.SE3(pinocchio.exp3(part.axis * value[0]), np.zeros(3))
                 units = np.concatenate([np.zeros(3), part.axis])[None]

@@ -10,7 +10,7 @@ import numpy as np
 from .coordinates import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Undetermined:
     """Closure forces that change no passive effort.
 

@@ -10,7 +10,7 @@ from .coordinates import Array, Coordinates
 from .solver import CONVERGED, Closed, Solver
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ClosedMechanism:
     """Positions whose loops are all closed.
 

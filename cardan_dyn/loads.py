@@ -10,7 +10,7 @@ from .coordinates import Array
 from .twin import placement
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LinkLoad:
     """A wrench that acts on a link.
 

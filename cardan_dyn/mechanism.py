@@ -16,16 +16,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio
 
-from .description import CouplingDescription, Description, LoopDescription
 from .errors import ModelError, choices
 from .read import read
 from .tree import Part, TreeBuilder, ancestors, se3
 
 if TYPE_CHECKING:
     from .describe import MechanismReport
+    from .description import CouplingDescription, Description, LoopDescription
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Joint:
     """One joint of a mechanism, in the tree or closing a loop.
 
@@ -55,7 +55,7 @@ class Joint:
         return sum(part.size for part in self.parts)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Loop:
     """A weld that closes a loop.
 
@@ -75,7 +75,7 @@ class Loop:
     successor_placement: pinocchio.SE3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Coupling:
     """A gear: ratio times the predecessor's rotation equals the successor's.
 

@@ -15,7 +15,7 @@ def check_mobility(
     here: ClosedMechanism,
     drives: tuple[str, ...],
     held: list[str],
-    passives: Array,
+    passives: set[int],
 ) -> None:
     """Compare a scene's drives with its mobility, over closed positions.
 
@@ -31,7 +31,7 @@ def check_mobility(
         MobilityError: too many or too few drives, or drives that leave joints free.
         SingularConfigurationError: there are enough drives, but all positions are dead points.
     """
-    free: set[int] = set(passives.tolist())
+    free = set(passives)
     excess = 0
     for solver, closed in zip(kinematics.solvers, here.groups, strict=True):
         rows = np.concatenate([closed.known_rows, closed.passive_rows], axis=1)

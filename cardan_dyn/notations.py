@@ -19,7 +19,7 @@ from .errors import ModelError, choices
 GEPETTO_TYPES = {"6d": "fixed", "3d": "spherical"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Gepetto:
     """What Gepetto's YAML file adds to a URDF.
 

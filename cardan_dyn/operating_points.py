@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .response import Response
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OperatingPoints:
     """A `sweep.Source` that evaluates a response where and when it is asked.
 
@@ -114,7 +114,7 @@ class OperatingPoints:
         return result if result.shape == self.shape else np.broadcast_to(result, self.shape).copy()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Evaluated:
     """Components of a wrench, evaluated one by one when they are asked for.
 

@@ -16,7 +16,7 @@ from .reactions import LoadCase, Reactions, ReactionSolver
 from .residuals import Residuals, overflow
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Inputs:
     """What is prescribed for a block of samples.
 
@@ -34,7 +34,7 @@ class Inputs:
     moving: bool
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Block:
     """What a block of samples, or all of them, leave behind.
 

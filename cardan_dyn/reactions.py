@@ -26,7 +26,7 @@ UNIQUE_TOLERANCE = 1e-9
 """Greatest influence of an undetermined closure force on a component that counts as unique."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LoadCase:
     """What acts on a mechanism at closed positions.
 
@@ -44,7 +44,7 @@ class LoadCase:
     gravity: Array
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Reactions:
     """Wrenches of one load case.
 
@@ -317,7 +317,7 @@ class ReactionSolver:
         if len(parts) == 1:
             ((joints, spread),) = parts
             return every[joints], spread
-        loaded = np.unique(np.concatenate([np.zeros(0, int), *(every[part] for part, _ in parts)]))
+        loaded = np.array(sorted({k for part, _ in parts for k in every[part].tolist()}), dtype=int)
         size = next(iter(forces.values())).shape[2]
         total = np.zeros((len(closed.q), len(loaded), 6, size))
         for joints, spread in parts:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from .description import Description, SourceText
 from .errors import ModelError, choices
+
+if TYPE_CHECKING:
+    from .description import Description
 
 
 def bundled_directory() -> Path:
@@ -56,13 +59,16 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
 def _parse(text: str, where: str, path: Path | None, strict: bool) -> Description:
     from xml.etree import ElementTree
 
-    from . import mjcf, urdf
+    from . import urdf
+    from .description import SourceText
 
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
         raise ModelError(f"{where}: malformed XML: {error}") from error
     if root.tag == "mujoco":
+        from . import mjcf
+
         return replace(mjcf.parse(root, text, where, path), source=SourceText(text, path))
     if root.tag != "robot":
         raise ModelError(

@@ -19,7 +19,7 @@ Their size is estimated with the length of the whole mechanism, some ten times t
 _ROUNDING = 1e-13  # Wrenches this much smaller than inertial terms are what rounding left of them.
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Residuals:
     """What is left over, and what that is compared with, per sample `(N,)`.
 

@@ -54,7 +54,7 @@ class Proof:
     power_residual: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Response:
     """Joint wrenches and efforts as functions of the drive's position; `Scene.response` makes it.
 

@@ -71,11 +71,11 @@ def collected(scene: Scene, found: Block, turns: Array) -> Sweep:
         effort = np.stack([known[name] for name in scene.drives], axis=1)
         effort = effort[:, 0] if len(scene.drives) == 1 else effort
     # What was not solved is not a number, rather than where it happened to be.
-    skipped = np.setdiff1d(scene.assembly.passives, scene.assembly.decided)
+    skipped = set(scene.assembly.passives.tolist()) - set(scene.assembly.decided.tolist())
     for part in (found.v, found.a, found.transmission):
-        part[:, skipped] = np.nan
+        part[:, list(skipped)] = np.nan
     for columns, span in zip(scene.coordinates.columns.values(), velocities.values(), strict=True):
-        if set(range(span.start, span.stop)).intersection(skipped.tolist()):
+        if set(range(span.start, span.stop)).intersection(skipped):
             found.x[:, columns] = np.nan
     motion = Motion(
         scene.mechanism,

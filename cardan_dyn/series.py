@@ -20,7 +20,7 @@ _SHORT = 16384  # Longer transforms leave the cache.
 _FINENESS = 16  # Table steps per sample: the interpolation's error stays below rounding.
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Location:
     """Positions as steps in the tables of a series.
 
@@ -35,7 +35,7 @@ class Location:
     weights: list[Array]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Series:
     """Functions on a period or on a range.
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .closure import RANK_TOLERANCE, Closure, Reduction
-from .coordinates import Array, Coordinates
+from .coordinates import Array, Coordinates, generic
 from .groups import Group
 from .mechanism import Mechanism
 from .twin import Twin
@@ -24,7 +24,7 @@ _OPEN_STATES = 3
 _STALE = 1e-8  # An inverse off by this much is mended to rounding by one refinement.
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Closed:
     """Positions whose loops are closed, with what the next steps need of them.
 
@@ -167,7 +167,7 @@ class Solver:
     def open_reduction(self, x: Array) -> Reduction:
         """Return the rows that the joints of each loop can reach while the loops are open.
 
-        A planar or spherical chain stays one however it is bent, so a few random positions tell.
+        A planar or spherical chain stays one however it is bent, so a few positions tell.
         Closed loops may reach less, never more.
 
         Args:
@@ -176,7 +176,7 @@ class Solver:
         rows = np.repeat(x[None, :], _OPEN_STATES, axis=0)
         moving = self.closure.moving
         moves = self.coordinates.moves(moving)
-        step = np.random.default_rng(1920).uniform(-1.0, 1.0, (_OPEN_STATES, len(moving)))
+        step = generic(_OPEN_STATES, len(moving))
         step[:, moves.slides] *= self.closure.mechanism.length
         moves.apply(rows, step)
         return self.closure.reduction(

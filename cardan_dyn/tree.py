@@ -8,12 +8,15 @@ lines everywhere else.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio
 
-from .description import Description, LoopDescription
 from .errors import ModelError
+
+if TYPE_CHECKING:
+    from .description import Description, LoopDescription
 
 Array = np.ndarray
 

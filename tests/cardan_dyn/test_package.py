@@ -70,6 +70,25 @@ def test_importing_loads_nothing_that_a_sweep_does_not_need(tmp_path: Path) -> N
     assert ran.stdout.split() == []
 
 
+def test_a_sweep_imports_what_it_needs_and_no_more(tmp_path: Path) -> None:
+    """NumPy's random numbers alone would take longer to import than a scene takes to make."""
+    code = (
+        "import sys, pinocchio; before = set(sys.modules); import cardan_dyn as cd; "
+        "print(len(set(sys.modules) - before)); "
+        "scene = cd.Scene(cd.load('universal_joint'), drive='bearing_in', "
+        "held={'joint_angle': 0.8}, loads={'bearing_out': -1.0}); "
+        "scene.sweep([0.1, 0.2], speed=3.0)['bearing_out'].bending; "
+        "print(*sorted({'numpy.random', 'numpy.ma', 'scipy', 'tempfile', 'cardan_dyn.mjcf', "
+        "'cardan_dyn.response'} & set(sys.modules)))"
+    )
+    ran = python("-c", code, cwd=tmp_path, path=ROOT)
+    assert ran.returncode == 0, ran.stderr
+    imported, unwanted = ran.stdout.splitlines()
+    # What is imported beyond Pinocchio: the files of the package that a sweep runs through.
+    assert int(imported) <= 32
+    assert unwanted == ""
+
+
 def test_the_readme_script_prints_what_the_readme_says() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     blocks = [part.split("```")[0] for part in readme.split("```python\n")[1:]]
