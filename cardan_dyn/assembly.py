@@ -135,7 +135,7 @@ class Assembly:
             self._study(branch.states())
         # Nodes pay once enough samples have used them.
         self._served += len(positions)
-        branch.refine(most=max(self._served // 24, 32))
+        branch.refine(most=self._served // 24)
         for solver in self.kinematics.solvers:
             solver.set_amplitudes(branch.states())
         reduced = wanted - periods * (branch.period or 0.0)

@@ -16,7 +16,7 @@ from .coordinates import Array
 from .groups import Group
 from .mechanism import Coupling, Loop, Mechanism
 from .tree import ancestors
-from .twin import Twin, cross, placement
+from .twin import Twin, UnitTwists, cross, placement
 
 RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the greatest count as zero in rank decisions."""
@@ -112,6 +112,7 @@ class Closure:
 
     Attributes:
         moving: `(m,)` velocity coordinates that may move, known ones first, then passives.
+        unit_twists: of those.
         signs: `(L, n)` +1 for bodies on a loop's predecessor path, -1 on its successor path.
         weights: `(6,)` scale of a wrench's components [1/m for forces, 1 for moments]: rows and
             wrenches are compared with lengths in units of the mechanism's length.
@@ -124,6 +125,7 @@ class Closure:
         self.mechanism = mechanism
         self.twin = twin
         self.moving = np.concatenate([group.known, group.passives])
+        self.unit_twists = UnitTwists(twin, self.moving)
         self.loops = [mechanism.loops[number] for number in group.loops]
         self.couplings = [mechanism.couplings[number] for number in group.couplings]
         self.weights = np.repeat([1.0 / mechanism.length, 1.0], 3)

@@ -16,7 +16,7 @@ from .plan import Needs, columns_of
 from .reactions import Reactions, ReactionSolver, consecutive
 from .residuals import Residuals
 from .solver import Closed, Solver
-from .twin import cross, positions
+from .twin import UnitTwists, cross, positions
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -136,6 +136,7 @@ class _GroupBalance:
         self.lever = np.array([inertias[place].lever for place in self.heavy]).reshape(-1, 3)
         self.inertia = np.array([inertias[place].inertia for place in self.heavy]).reshape(-1, 3, 3)
         self.columns = np.nonzero(twin.owner >= 0)[0]
+        self.unit_twists = UnitTwists(twin, self.columns)
         self.owners = twin.owner[self.columns]
         self.single = len(set(self.owners.tolist())) == len(self.owners)
 
@@ -184,9 +185,7 @@ class _GroupBalance:
                     total[:, side.body] += sign * closure[number].T
         inertial = bool(self.heavy.size and (rates.moving or np.any(self.gravity)))
         if inertial or external:
-            units = np.ascontiguousarray(
-                twin.twists(closed.actions, self.columns).transpose(2, 1, 0)
-            )
+            units = np.ascontiguousarray(self.unit_twists.of(closed.actions).transpose(2, 1, 0))
             displacement = self._accumulated(self._joint_twists(units, rates.virtual))
             for body, wrench in external:
                 place = twin.local[body]

@@ -138,7 +138,7 @@ class Solver:
         closure, known = self.closure, len(self.group.known)
         q = self.twin.configuration(x)
         actions = self.twin.actions(q)
-        twists = self.twin.twists(actions, closure.moving)
+        twists = closure.unit_twists.of(actions)
         rows = closure.rows(twists, self.reduction)
         passive = rows[:, known:]
         error, residual = closure.error(actions)
@@ -179,9 +179,8 @@ class Solver:
         step = generic(_OPEN_STATES, len(moving))
         step[:, moves.slides] *= self.closure.mechanism.length
         moves.apply(rows, step)
-        return self.closure.reduction(
-            self.twin.twists(self.twin.actions(self.twin.configuration(rows)), moving)
-        )
+        actions = self.twin.actions(self.twin.configuration(rows))
+        return self.closure.reduction(self.closure.unit_twists.of(actions))
 
     def close(
         self,

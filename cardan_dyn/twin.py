@@ -90,7 +90,6 @@ class Twin:
                 self.subspace[start : start + 3, 3:] = np.eye(3)
             else:
                 self.subspace[start, 0 if part.kind == "prismatic" else 3 :][:3] = part.axis
-        self._plain = np.count_nonzero(self.subspace, axis=1) == 1
         self._revolute, self._prismatic, self._spherical = map(_columns, rows.values())
 
     def __len__(self) -> int:
@@ -152,16 +151,24 @@ class Twin:
             rows[3][:] = rnea(model, data, rows[0], rows[1], rows[2])
         return result
 
-    def twists(self, actions: Array, coordinates: Array) -> Array:
-        """Return unit twists `(N, k, 6)` of velocity coordinates, in world axes about `origin`."""
-        units = self.subspace[coordinates]
-        owners = self.owner[coordinates]
-        if self._plain[coordinates].all():
-            # Along an axis of its frame, a unit twist is a row of the action up to its sign.
-            rows = 6 * owners + np.argmax(np.abs(units), axis=1)
-            return np.asarray(actions[:, rows] * units.sum(axis=1)[:, None])
-        result = np.empty((len(actions), len(coordinates), 6))
-        for column, (unit, owner) in enumerate(zip(units, owners, strict=True)):
+
+class UnitTwists:
+    """Unit twists of chosen velocity coordinates of a twin."""
+
+    def __init__(self, twin: Twin, coordinates: Array) -> None:
+        self._units = twin.subspace[coordinates]
+        self._owners = twin.owner[coordinates]
+        # Along an axis of its frame, a unit twist is a row of the action up to its sign.
+        self._plain = bool(np.all(np.count_nonzero(self._units, axis=1) == 1))
+        self._rows = 6 * self._owners + np.argmax(np.abs(self._units), axis=1)
+        self._signs = self._units.sum(axis=1)[:, None]
+
+    def of(self, actions: Array) -> Array:
+        """Return `(N, k, 6)` in world axes about the twin's origin."""
+        if self._plain:
+            return np.asarray(actions[:, self._rows] * self._signs)
+        result = np.empty((len(actions), len(self._units), 6))
+        for column, (unit, owner) in enumerate(zip(self._units, self._owners, strict=True)):
             np.matmul(unit, actions[:, 6 * owner : 6 * owner + 6], out=result[:, column])
         return result
 

@@ -132,7 +132,8 @@ def test_terms_that_are_zero_are_not_computed(
     scene.sweep(POSITIONS)
     assert calls["rnea"] == 0
     quasi_static = calls["computeJointJacobians"]
-    assert quasi_static <= 2 * len(POSITIONS)
+    # So few samples take Newton steps; only many pay for nodes that make their guesses exact.
+    assert quasi_static <= 4 * len(POSITIONS)
     scene.sweep(POSITIONS, speed=3.0)
     assert calls["rnea"] == len(POSITIONS)
     assert calls["computeJointJacobians"] == 2 * quasi_static
