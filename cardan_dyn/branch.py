@@ -8,13 +8,13 @@ assembling the mechanism.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from .coordinates import Array
 from .errors import AssemblyError, SingularConfigurationError
 from .kinematics import ClosedMechanism, Kinematics
-from .solver import CONVERGED
 
 CLOSURE_TOLERANCE = 1e-10
 """Greatest closure error that counts as closed, as a fraction of the mechanism's length."""
@@ -30,7 +30,6 @@ _GUESS_CORRECTION = 2e-16  # How far an interpolation may be off to need no Newt
 _ENOUGH = 2**62  # More nodes than anybody asks for: the branch is known to rounding.
 SAFE_CORRECTION = 1e-2
 """Greatest error of a guess that cannot end on another branch."""
-_ROUGH = 0.03
 _TURNS_TRIED = 12
 
 
@@ -102,23 +101,23 @@ class Branch:
         safe = self._most > 0 or len(self._positions) == 1
         self._most = 0  # What is new is as coarse as the steps that follow it.
         try:
-            # Newton's last steps are taken for all nodes at once, and prove them.
-            self._follow(low, high, _ROUGH)
+            # One Newton step per node; the others are taken for all at once, and prove them.
+            self._follow(low, high, roughly=True)
             if self._prove(known_low, known_high):
                 self._most = len(self._positions) if safe else 0
                 return
         except (AssemblyError, SingularConfigurationError):
             pass
         self._positions, self._nodes = known
-        self._follow(low, high, CONVERGED)
+        self._follow(low, high, roughly=False)
 
-    def _follow(self, low: float, high: float, enough: float) -> None:
+    def _follow(self, low: float, high: float, roughly: bool) -> None:
         """Insert nodes step by step, on both sides at once; see `cover`.
 
         Args:
             low: drive position to reach.
             high: drive position to reach.
-            enough: size of a Newton step after which no other one follows.
+            roughly: take one Newton step per node, which leaves an error of its square.
         """
         fronts = [
             _Front(end, sign, target, _FIRST_STEP * self.unit)
@@ -131,18 +130,20 @@ class Branch:
             if condition > SINGULAR_CONDITION:
                 self._refuse(front.target, front.end, 0.0, condition)
         inverses = here.inverses
-        closed = CLOSURE_TOLERANCE if enough == CONVERGED else enough
         while fronts:
             ends = [front.end for front in fronts]
             positions = np.array([front.ahead(self._positions[front.end]) for front in fronts])
-            found = self.kinematics.close(self._ahead(ends, positions), most=6, enough=enough)
+            guess = self._ahead(ends, positions)
+            close = self.kinematics.approach if roughly else partial(self.kinematics.close, most=6)
+            found = close(guess)
             with np.errstate(all="ignore"):  # What is not closed is not used.
                 side = self.kinematics.same_side(found, inverses)
                 nodes = self._node(found)
                 off = np.maximum(found.correction, self._back(nodes, ends))
                 room = _room(found.condition)
                 # A long step can land on another way of assembling it, just as closed.
-                good = (found.residual < closed) & (off < _WORST * room) & side
+                good = (off < _WORST * room) & side
+                good &= roughly | (found.residual < CLOSURE_TOLERANCE)
             self._insert(nodes[good])
             for row, (front, accepted, bad) in enumerate(
                 zip(fronts, good.tolist(), (off / room).tolist(), strict=True)

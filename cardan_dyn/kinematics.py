@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .coordinates import Array, Coordinates
-from .solver import CONVERGED, Closed, Solver
+from .solver import Closed, Solver
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,23 +48,25 @@ class Kinematics:
         self.drives = drives
         self.solvers = solvers
 
-    def close(
-        self,
-        x: Array,
-        turns: Array | None = None,
-        most: int = 12,
-        enough: float = CONVERGED,
-    ) -> ClosedMechanism:
+    def approach(self, x: Array) -> ClosedMechanism:
+        """Take one Newton step towards closed loops from guesses `x (N, size)`.
+
+        Returns:
+            Coordinates after the step, and all else as it is before it.
+        """
+        x = self.coordinates.normalised(x.copy())
+        return _joined(x, [solver.approach(x) for solver in self.solvers])
+
+    def close(self, x: Array, turns: Array | None = None, most: int = 12) -> ClosedMechanism:
         """Close all loops from guesses `x (N, size)`; the caller judges the result.
 
         Args:
             x: coordinates; kept as they are.
             turns: `(N, size)` whole turns that the angles in `x` lack.
             most: greatest number of Newton steps per group.
-            enough: see `Solver.close`.
         """
         x = self.coordinates.normalised(x.copy())
-        return _joined(x, [solver.close(x, turns, most, enough) for solver in self.solvers])
+        return _joined(x, [solver.close(x, turns, most) for solver in self.solvers])
 
     def evaluate(self, x: Array) -> ClosedMechanism:
         """Return what is known at coordinates `x (N, size)` without changing them."""

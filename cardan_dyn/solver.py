@@ -17,8 +17,7 @@ from .mechanism import Mechanism
 from .twin import Twin
 
 _EXACT = 2e-15  # A Newton step of this size, relative to an angle's amplitude, is its rounding.
-CONVERGED = 1e-9
-"""A Newton step of this size leaves an error of its square."""
+_CONVERGED = 1e-9  # A Newton step of this size leaves an error of its square.
 _LONGEST = 0.5  # Newton step [rad].
 _OPEN_STATES = 3
 _STALE = 1e-8  # An inverse off by this much is mended to rounding by one refinement.
@@ -182,20 +181,24 @@ class Solver:
         actions = self.twin.actions(self.twin.configuration(rows))
         return self.closure.reduction(self.closure.unit_twists.of(actions))
 
-    def close(
-        self,
-        x: Array,
-        turns: Array | None = None,
-        most: int = 12,
-        enough: float = CONVERGED,
-    ) -> Closed:
+    def approach(self, x: Array) -> Closed:
+        """Take one Newton step from a guess; return what is known at the guess.
+
+        Args:
+            x: `(N, size)` coordinates; those of the passives are corrected in place.
+        """
+        here, error = self.evaluate(x)
+        step = -_times(_flip(here.inverse), error)
+        self._moves.apply(x, step)
+        return replace(here, correction=np.abs(step * self._scale).max(axis=1, initial=0.0))
+
+    def close(self, x: Array, turns: Array | None = None, most: int = 12) -> Closed:
         """Close the loops from a guess; the caller judges `residual` and `correction`.
 
         Args:
             x: `(N, size)` coordinates; those of the passives are corrected in place.
             turns: see `evaluate`.
             most: greatest number of Newton steps.
-            enough: size of a Newton step after which no other one follows.
         """
         here, error = self.evaluate(x, turns)
         correction = np.zeros(len(x))
@@ -214,7 +217,7 @@ class Solver:
                 break
             self._moves.apply(x, step)
             here, error = self.evaluate(x, turns, here.inverse if worst < 1e-4 else None)
-            if worst < enough:
+            if worst < _CONVERGED:
                 break
         return replace(here, correction=correction)
 
