@@ -80,7 +80,7 @@ class Branch:
         self._most = 0
         self._positions = np.zeros(0)
         self._nodes = np.zeros((0, 3, start.size))
-        self._insert(self._node(kinematics.close(start[None, :])))
+        self._insert(self._node(kinematics.evaluate(start[None, :])))
 
     @property
     def span(self) -> tuple[float, float]:
@@ -149,7 +149,7 @@ class Branch:
                 zip(fronts, good.tolist(), (off / room).tolist(), strict=True)
             ):
                 if accepted:
-                    front.step *= min(2.5, 0.8 * max(bad, 1e-3) ** (-1.0 / 3.0))
+                    front.step *= min(2.5, max(bad, 1e-3) ** (-1.0 / 3.0))
                     front.step = min(front.step, _LONGEST_STEP * self.unit)
                     continue
                 front.step *= 0.35
