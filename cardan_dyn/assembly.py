@@ -192,10 +192,6 @@ class Assembly:
                 return None
         return self._branch.period
 
-    def branch_start(self) -> float:
-        """Return the drive position where a period begins."""
-        return float(self._branch.span[0]) if self._branch else float(self.start[self._columns[0]])
-
     def range(self) -> tuple[float, float]:
         """Return between which positions the only drive can move, ±inf where it turns through."""
         name = self.drives[0]

@@ -112,7 +112,9 @@ def _domain(scene: Scene, low: float | None, high: float | None) -> tuple[float,
             f"{scene.mechanism.name}: drive {scene.drives[0]!r} does not come back to where it was "
             "within a few turns; give the range: response(low=..., high=...)"
         )
-    return scene.assembly.branch_start(), period, True
+    # A period begins where the scene starts.
+    drive = scene.coordinates.columns[scene.drives[0]].start
+    return float(scene.assembly.start[drive]), period, True
 
 
 class Columns:

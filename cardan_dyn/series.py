@@ -14,10 +14,11 @@ import numpy as np
 
 from .coordinates import Array
 
-_DEGREE = 9
+_DEGREE = 7
 _ROUNDING = 4e-15
 _SHORT = 16384  # Longer transforms leave the cache.
-_FINENESS = 16  # Table steps per sample: the interpolation's error stays below rounding.
+_FINENESS = 32  # Table steps per sample: the interpolation's error stays below rounding.
+_CHUNK = 8192  # Positions looked up at a time, so that their weights stay in the cache.
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,13 +123,23 @@ class Series:
 
     def at(self, rows: Array, where: Location) -> Array:
         """Return functions at located positions, `(len(rows), *shape)`."""
-        result = np.empty((len(rows), where.left.size))
-        for place, row in enumerate(rows):
-            table = self._table(int(row))
-            total = where.weights[0] * table[where.left]
-            for offset in range(1, _DEGREE + 1):
-                total += where.weights[offset] * table[where.left + offset]
-            result[place] = total
+        count = where.left.size
+        result = np.empty((len(rows), count))
+        tables = [self._table(int(row)) for row in rows]
+        for start in range(0, count, _CHUNK):
+            chunk = slice(start, min(start + _CHUNK, count))
+            left = where.left[chunk]
+            weights = [weight[chunk] for weight in where.weights]
+            part = np.empty(len(left))
+            for table, row in zip(tables, result, strict=True):
+                total = row[chunk]
+                # All steps are in the table; clipping spares the check.
+                np.take(table, left, out=total, mode="clip")
+                total *= weights[0]
+                for offset in range(1, _DEGREE + 1):
+                    np.take(table[offset:], left, out=part, mode="clip")
+                    part *= weights[offset]
+                    total += part
         return result.reshape(len(rows), *where.shape)
 
     def _phase(self, positions: Array) -> Array:
@@ -177,7 +188,7 @@ def _reduced(positions: Array, origin: float, period: float) -> Array:
 
 
 def _weights(t: Array) -> list[Array]:
-    """Return Lagrange weights of the nodes 0 … 9 at 4 + t, 0 ≤ t < 1."""
+    """Return Lagrange weights of the nodes 0 … 7 at 3 + t, 0 ≤ t < 1."""
     nodes = np.arange(_DEGREE + 1)
     place = t + _DEGREE // 2
     scale = [float(np.prod([j - m for m in nodes if m != j])) for j in nodes]

@@ -47,6 +47,24 @@ def test_grossmann_everywhere(
     assert response.error < (10.0 if beta_deg > 1.0 else 20.0) * tolerance
 
 
+def test_a_turn_begins_where_the_scene_starts() -> None:
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -5.0})
+    steps = 2.0 * np.pi * np.arange(12) / 12
+    # Neither does it matter how much of the motion was known before.
+    for start, known in ((0.0, []), (0.0, [-5.0, 1.0]), (0.7, [9.0])):
+        begun = cd.Scene(
+            scene.mechanism,
+            drive="crank_bearing",
+            loads={"rocker_bearing": -5.0},
+            start={"crank_bearing": start},
+        )
+        if known:
+            begun.sweep(known)
+        turn = begun.response().turn(12)
+        np.testing.assert_allclose(turn.motion.position("crank_bearing"), start + steps)
+        assert relative(turn.drive_effort, scene.sweep(start + steps).drive_effort) < 1e-12
+
+
 def test_every_wrench_equals_the_direct_sweep(shaft: cd.Mechanism) -> None:
     scene = double(shaft, 0.7, 0.5, load=-30.0, gravity=(0.0, 3.0, -9.81))
     response = scene.response()
