@@ -14,7 +14,8 @@ import numpy as np
 from .branch import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION, Branch
 from .closure import Reduction
 from .coordinates import Array, Coordinates
-from .errors import AssemblyError, CardanError, SingularConfigurationError
+from .errors import AssemblyError, CardanError, SingularConfigurationError, shown
+from .following import follow
 from .groups import Group, Structure, partition
 from .kinematics import ClosedMechanism, Kinematics
 from .mechanism import Mechanism
@@ -26,7 +27,6 @@ _REGULAR = 1e6  # Condition number of positions that leave no doubt about the ra
 _STARTS = 400
 _STUDIED = 32
 _MOST_TURNS = 1000
-_SAFE_STEP = 0.1  # How far an extrapolation to the next sample may be off.
 
 
 class Assembly:
@@ -121,7 +121,7 @@ class Assembly:
             return guesses, turns
         if len(self.drives) > 1:
             with self._open_rows():
-                followed = self._followed(positions)
+                followed = follow(self.kinematics, self.start, self._columns, positions)
             self._study(followed[:: 1 + len(followed) // _STUDIED])
             return followed, turns
         known = self._branch.span if self._branch else None
@@ -159,7 +159,7 @@ class Assembly:
             worst = int(np.argmax(bad))
             raise AssemblyError(
                 f"the loops cannot be closed on the branch at drive position "
-                f"{_shown(positions[worst])} (closure error {here.residual[worst]:.1e}, "
+                f"{shown(positions[worst])} (closure error {here.residual[worst]:.1e}, "
                 f"{here.correction[worst]:.1e} away from where the branch leads)",
                 position=positions[worst],
                 nearest=None,
@@ -168,7 +168,7 @@ class Assembly:
         worst = int(np.argmax(here.condition))
         if here.condition[worst] > SINGULAR_CONDITION:
             raise SingularConfigurationError(
-                f"drive position {_shown(positions[worst])} is a dead point: the closure equations "
+                f"drive position {shown(positions[worst])} is a dead point: the closure equations "
                 f"have condition {here.condition[worst]:.1e}; leave it out or choose another drive",
                 position=positions[worst],
                 condition=float(here.condition[worst]),
@@ -290,52 +290,6 @@ class Assembly:
         branch.cover(min(value, state[column]), max(value, state[column]))
         return branch.states()[-1 if value > state[column] else 0]
 
-    def _followed(self, positions: Array) -> Array:
-        """Return closed coordinates for several drives, followed from sample to sample.
-
-        All drives move along the straight line between two samples, in as many steps as it takes
-        for each extrapolation to be safe.
-        """
-        kinematics = self.kinematics
-        here = kinematics.close(self.start[None, :])
-        result = np.empty((len(positions), self.start.size))
-        for number, target in enumerate(positions):
-            left = target - here.x[0, self._columns]
-            share = 1.0
-            while np.any(left):
-                to = target if share == 1.0 else here.x[0, self._columns] + share * left
-                found = kinematics.close(self._extrapolated(here, to), most=6)
-                safe = found.residual[0] < CLOSURE_TOLERANCE and found.correction[0] < _SAFE_STEP
-                if safe and kinematics.same_side(found, here.inverses)[0]:
-                    here = found
-                    left = target - here.x[0, self._columns]
-                    share = min(1.0, 2.0 * share)
-                    continue
-                share *= 0.5
-                if share < 1e-9:
-                    raise AssemblyError(
-                        f"the loops cannot be closed at drive positions {_shown(target)}; on the "
-                        f"way there the nearest that were reached are "
-                        f"{_shown(here.x[0, self._columns])}",
-                        position=target,
-                        nearest=here.x[0, self._columns],
-                        residual=float(found.residual[0]),
-                    )
-            result[number] = here.x[0]
-        return result
-
-    def _extrapolated(self, here: ClosedMechanism, to: Array) -> Array:
-        """Return guesses `(1, size)` with the drives moved on, to second order."""
-        kinematics, coordinates = self.kinematics, self._coordinates
-        step = to - here.x[0, self._columns]
-        v = kinematics.rates(here, step[None, :])
-        a = kinematics.accelerations(here, v, np.zeros((1, len(step))))
-        guess = (
-            here.x + coordinates.derivative(here.x, v) + 0.5 * coordinates.curvature(here.x, v, a)
-        )
-        guess[:, self._columns] = to
-        return guess
-
     def _covered(self, branch: Branch, wanted: Array) -> Array:
         """Follow the branch over all wanted positions; return whole periods `(N,)` to take off."""
         low, high = float(np.min(wanted)), float(np.max(wanted))
@@ -425,7 +379,3 @@ class Assembly:
         prismatic = self.mechanism.joints[joint].type == "prismatic"
         unit = self.mechanism.length if prismatic else 1.0
         return Branch(kinematics, state, self._coordinates.columns[joint].start, unit)
-
-
-def _shown(position: Array) -> str:
-    return ", ".join(f"{value:.12g}" for value in position)

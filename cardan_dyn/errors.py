@@ -85,3 +85,8 @@ def choices(names: Iterable[str]) -> str:
     """Format valid names for the end of a message."""
     listed = sorted(names)
     return ", ".join(listed) if listed else "none"
+
+
+def shown(position: Iterable[float]) -> str:
+    """Format drive positions for a message."""
+    return ", ".join(f"{value:.12g}" for value in position)

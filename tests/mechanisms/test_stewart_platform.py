@@ -15,6 +15,7 @@ from jets import Jet, spin
 from urdf_reader import Body, Reader, rotation, text, vector
 
 import cardan_dyn as cd
+from cardan_dyn.solver import Solver
 
 READER = Reader(text("stewart_platform"))
 NUMBERS = range(1, 7)
@@ -283,3 +284,42 @@ def test_balls_carry_the_platform_at_speed(moving: cd.Sweep, poses: Poses) -> No
 
 def test_everything_is_unique(moving: cd.Sweep) -> None:
     assert np.all([moving[name].unique for name in moving.outputs])
+
+
+def test_a_path_of_six_drives_is_followed_many_samples_at_a_time(
+    mechanism: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The loops are closed for whole arrays, however the drives move together."""
+    legs = [f"leg_{number}" for number in range(1, 7)]
+    phase = np.linspace(0.0, 2.0 * np.pi, 600)[:, None] + np.arange(6)
+    path = 0.05 * (np.sin(phase) - np.sin(phase[0]))
+    rates = {"speed": 0.1 * np.cos(phase), "acceleration": -0.1 * np.sin(phase)}
+    sizes = []
+    real = Solver.evaluate
+
+    def counted(self: Solver, x: np.ndarray, *arguments: object) -> object:
+        sizes.append(len(x))
+        return real(self, x, *arguments)
+
+    monkeypatch.setattr(Solver, "evaluate", counted)
+    whole = cd.Scene(mechanism, drive=legs, gravity=GRAVITY).sweep(path, **rates)
+    assert len(sizes) < 60
+    assert sum(sizes) < 8 * len(path)
+    # One sample reached on its own, from the start by smaller steps, is the same.
+    for sample in (140, 333, 599):
+        own = {name: value[[sample]] for name, value in rates.items()}
+        alone = cd.Scene(mechanism, drive=legs, gravity=GRAVITY).sweep(path[[sample]], **own)
+        for name in mechanism.joint_names:
+            size = np.max(np.abs(whole[name].force)) + np.max(np.abs(whole[name].moment))
+            assert np.max(np.abs(alone[name].force[0] - whole[name].force[sample])) < 1e-12 * size
+            assert np.max(np.abs(alone[name].moment[0] - whole[name].moment[sample])) < 1e-12 * size
+
+
+def test_what_six_drives_cannot_reach_is_refused_with_what_they_reached(
+    mechanism: cd.Mechanism,
+) -> None:
+    legs = [f"leg_{number}" for number in range(1, 7)]
+    path = np.outer(np.linspace(0.0, 1.0, 40), [0.0, 0.0, 0.0, 0.0, 0.0, 5.0])
+    with pytest.raises(cd.AssemblyError, match="cannot be closed at drive positions") as caught:
+        cd.Scene(mechanism, drive=legs).sweep(path)
+    assert 0.0 < caught.value.nearest[5] < caught.value.position[5]
