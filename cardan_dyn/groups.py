@@ -179,18 +179,10 @@ def _blocks(
     touched: list[list[int]], ranks: list[int], wanted: set[int]
 ) -> tuple[list[list[int]], dict[int, list[int]]]:
     """Return sets of loops and couplings in order, and the passives that each decides."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
-
     unknown = [[column for column in item if column in wanted] for item in touched]
-    columns = sorted(wanted)
-    place = {column: k for k, column in enumerate(columns)}
     slots = [item for item, rank in enumerate(ranks) for _ in range(min(rank, len(unknown[item])))]
-    rows = [row for row, item in enumerate(slots) for _ in unknown[item]]
-    ends = [place[column] for item in slots for column in unknown[item]]
-    graph = csr_array((np.ones(len(rows), int), (rows, ends)), shape=(len(slots), len(columns)))
-    match = maximum_bipartite_matching(graph, perm_type="row")
-    decider = {columns[k]: slots[row] for k, row in enumerate(match.tolist()) if row >= 0}
+    match = matched([unknown[item] for item in slots])
+    decider = {column: slots[row] for column, row in match.items()}
     for item, own in enumerate(unknown):
         for column in own:
             # A joint that nothing decides is reported later, by name.
@@ -204,12 +196,10 @@ def _blocks(
     }
     size = len(touched)
     while True:
-        first, second = zip(*edges, strict=True) if edges else ((), ())
-        depends = csr_array((np.ones(len(edges), int), (first, second)), shape=(size, size))
-        _, labels = connected_components(depends, connection="strong")
+        labels = components(size, edges)
         # A group with more rows than unknowns limits the ones that it depends on.
         more = set()
-        for label in set(labels.tolist()):
+        for label in set(labels):
             members = {item for item in range(size) if labels[item] == label}
             decides = sum(decider[column] in members for column in decider)
             if sum(ranks[item] for item in members) > decides:
@@ -220,8 +210,7 @@ def _blocks(
 
     order: list[int] = []
     needs = {
-        int(label): {int(labels[b]) for a, b in edges if labels[a] == label} - {int(label)}
-        for label in labels
+        label: {labels[b] for a, b in edges if labels[a] == label} - {label} for label in labels
     }
     while len(order) < len(needs):
         ready = [label for label in needs if label not in order and needs[label] <= set(order)]
@@ -258,3 +247,45 @@ def _with_loose_bodies(
 
 def _rotation(quaternion: Array) -> Array:
     return np.asarray(pinocchio.Quaternion(quaternion).toRotationMatrix())
+
+
+# SciPy has both of these for graphs of any size, but takes a hundred times as long to be imported
+# as a mechanism's graph takes.
+
+
+def matched(options: list[list[int]]) -> dict[int, int]:
+    """Return a greatest matching of rows with columns, one column per row: column to row.
+
+    Args:
+        options: columns that each row may have.
+    """
+    found: dict[int, int] = {}
+    for first in range(len(options)):
+        # Breadth first to a row with a free column; the rows on the way then pass theirs on.
+        asked: dict[int, tuple[int, int]] = {}
+        way = [first]
+        for row in way:
+            free = next((column for column in options[row] if column not in found), None)
+            if free is not None:
+                while row != first:
+                    asking, own = asked[row]
+                    found[free] = row
+                    free, row = own, asking
+                found[free] = first
+                break
+            for column in options[row]:
+                holder = found[column]
+                if holder != first and holder not in asked:
+                    asked[holder] = (row, column)
+                    way.append(holder)
+    return found
+
+
+def components(size: int, edges: set[tuple[int, int]]) -> list[int]:
+    """Return for each of `size` nodes the least node from and to which directed edges lead."""
+    reach = np.eye(size, dtype=bool)
+    for start, end in edges:
+        reach[start, end] = True
+    for middle in range(size):
+        reach |= reach[:, [middle]] & reach[middle]
+    return [int(label) for label in np.argmax(reach & reach.T, axis=1)]
