@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -35,11 +36,21 @@ def test_skipping_has_complete_records() -> None:
         assert record.microseconds and record.ratio and record.flat()["samples"] == 721
 
 
-def test_candidates_take_turns_until_patience_ends() -> None:
+def test_candidates_take_turns_until_patience_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Short ones run several times in a turn, impatience ends a long one's turns."""
+    clock = [0.0]
+    monkeypatch.setattr(timing.time, "perf_counter", lambda: clock[0])
     calls: list[str] = []
-    runs = {name: (lambda name=name: calls.append(name)) for name in "ab"}
-    assert set(timing.least_seconds(runs, repeats=3)) == set("ab")
-    assert calls == list("ababab")
+
+    def candidate(name: str, seconds: float) -> None:
+        calls.append(name)
+        clock[0] += seconds
+
+    costs = {"a": 0.004, "b": 1.0}
+    runs = {name: partial(candidate, name, cost) for name, cost in costs.items()}
+    found = timing.least_seconds(runs, repeats=4, patience=1.5)
+    assert "".join(calls) == "aab" * 2 + "aa" * 2
+    assert found == pytest.approx(costs)
 
 
 def test_records_are_written_with_their_answer(tmp_path: Path, monkeypatch) -> None:
