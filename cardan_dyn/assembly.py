@@ -295,20 +295,20 @@ class Assembly:
         low, high = float(np.min(wanted)), float(np.max(wanted))
         turn = 2.0 * np.pi
         endless = self.mechanism.joints[self.drives[0]].type == "continuous"
-        if endless and (high - low >= turn or max(high, -low) > turn):
-            if branch.period is None:
-                branch.find_period()
-            if branch.period is not None:
-                return np.asarray(np.floor((wanted - branch.span[0]) / branch.period))
-            if high - low > _MOST_TURNS * turn:
-                raise AssemblyError(
-                    f"the mechanism does not repeat within a few turns of {self.drives[0]!r}, so "
-                    f"{(high - low) / turn:.0f} turns cannot be followed; sweep over at most "
-                    f"{_MOST_TURNS} turns",
-                    position=high,
-                    nearest=branch.span[1],
-                    residual=0.0,
-                )
+        far = endless and (high - low >= turn or max(high, -low) > turn)
+        if far and branch.period is None:
+            branch.find_period()
+        if branch.period is not None:
+            return np.asarray(np.floor((wanted - branch.span[0]) / branch.period))
+        if far and high - low > _MOST_TURNS * turn:
+            raise AssemblyError(
+                f"the mechanism does not repeat within a few turns of {self.drives[0]!r}, so "
+                f"{(high - low) / turn:.0f} turns cannot be followed; sweep over at most "
+                f"{_MOST_TURNS} turns",
+                position=high,
+                nearest=branch.span[1],
+                residual=0.0,
+            )
         branch.cover(low, high)
         return np.zeros(len(wanted))
 

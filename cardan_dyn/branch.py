@@ -7,13 +7,14 @@ assembling the mechanism.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from .coordinates import Array
-from .errors import AssemblyError, SingularConfigurationError
+from .errors import AssemblyError, CardanError, SingularConfigurationError
 from .kinematics import ClosedMechanism, Kinematics
 
 CLOSURE_TOLERANCE = 1e-10
@@ -23,6 +24,9 @@ SINGULAR_CONDITION = 1e12
 _FIRST_STEP = 2.0 * np.pi / 16.0
 _LONGEST_STEP = 2.0 * np.pi / 8.0
 _SHORTEST_STEP = 1e-9
+_FOLLOWED = 1e7  # Condition from which on rounding decides which way goes on.
+_STEEP = 100.0  # Rate of a joint near a dead point, where it grows without bound.
+_APPROACH = 0.7  # How much of the way to a singular position a step may go.
 _STEP_CORRECTION = 0.03  # How far an extrapolation should be off,
 _GENTLE = 100.0  # Condition up to which it may be off as far as that.
 _WORST = 4.0  # and how many times as far it may be.
@@ -42,16 +46,35 @@ class _Front:
         sign: where it goes.
         target: drive position to reach.
         step: what to try next.
+        margin: reciprocal condition number where it is.
     """
 
     end: int
     sign: float
     target: float
     step: float
+    margin: float
 
     def left(self, position: float) -> float:
         """Return how far the target still is."""
         return self.sign * (self.target - position)
+
+    def arrive(self, moved: float, bad: float, longest: float, margin: float) -> None:
+        """Choose the next step after one by `moved`.
+
+        Beyond a point where the margin vanishes several ways may go on: it is approached, so that
+        it is found, and never stepped over.
+
+        Args:
+            moved: how far it went.
+            bad: how far extrapolations were off, relative to how far they should be.
+            longest: longest step.
+            margin: where it is now.
+        """
+        self.step = min(longest, moved * min(2.5, max(bad, 1e-3) ** (-1.0 / 3.0)))
+        if margin < self.margin:
+            self.step = min(self.step, _APPROACH * moved * margin / (self.margin - margin))
+        self.margin = margin
 
     def ahead(self, position: float) -> float:
         """Return the next position: at the end the target itself, not a sum of steps."""
@@ -78,6 +101,7 @@ class Branch:
         self.period: float | None = None
         self.windings = np.zeros(start.size)
         self._most = 0
+        self._closed: dict[int, CardanError] = {}
         self._positions = np.zeros(0)
         self._nodes = np.zeros((0, 3, start.size))
         self._insert(self._node(kinematics.evaluate(start[None, :])))
@@ -97,7 +121,11 @@ class Branch:
         known_low, known_high = self.span
         if low >= known_low and high <= known_high:
             return
-        known = self._positions, self._nodes
+        for end, beyond in ((0, low < known_low), (-1, high > known_high)):
+            if beyond and end in self._closed:
+                # What stopped it once is not to be got round by starting closer to it.
+                raise copy(self._closed[end])
+        known = self._positions, self._nodes, dict(self._closed)
         safe = self._most > 0 or len(self._positions) == 1
         self._most = 0  # What is new is as coarse as the steps that follow it.
         try:
@@ -108,7 +136,7 @@ class Branch:
                 return
         except (AssemblyError, SingularConfigurationError):
             pass
-        self._positions, self._nodes = known
+        self._positions, self._nodes, self._closed = known
         self._follow(low, high, roughly=False)
 
     def _follow(self, low: float, high: float, roughly: bool) -> None:
@@ -119,20 +147,24 @@ class Branch:
             high: drive position to reach.
             roughly: take one Newton step per node, which leaves an error of its square.
         """
-        fronts = [
-            _Front(end, sign, target, _FIRST_STEP * self.unit)
+        targets = [
+            (end, sign, target)
             for end, sign, target in ((0, -1.0, low), (-1, 1.0, high))
             if sign * (target - self._positions[end]) > 0.0
         ]
-        ends = [front.end for front in fronts]
-        here = self.kinematics.evaluate(self._nodes[ends, 0])
-        for front, condition in zip(fronts, here.condition.tolist(), strict=True):
+        here = self.kinematics.evaluate(self._nodes[[end for end, _, _ in targets], 0])
+        fronts = []
+        for (end, sign, target), condition in zip(targets, here.condition.tolist(), strict=True):
             if condition > SINGULAR_CONDITION:
-                self._refuse(front.target, front.end, 0.0, condition)
+                self._refuse(target, end, 0.0, condition)
+            # The margin is at least that of three unit equations times the way to where it ends.
+            step = min(_FIRST_STEP, 3.0 / condition) * self.unit
+            fronts.append(_Front(end, sign, target, step, 1.0 / condition))
         inverses = here.inverses
         while fronts:
             ends = [front.end for front in fronts]
             positions = np.array([front.ahead(self._positions[front.end]) for front in fronts])
+            steps = np.abs(positions - self._positions[ends])
             guess = self._ahead(ends, positions)
             close = self.kinematics.approach if roughly else partial(self.kinematics.close, most=6)
             found = close(guess)
@@ -142,20 +174,24 @@ class Branch:
                 off = np.maximum(found.correction, self._back(nodes, ends))
                 room = _room(found.condition)
                 # A long step can land on another way of assembling it, just as closed.
-                good = (off < _WORST * room) & side
+                good = (off < _WORST * room) & side & (found.condition < _FOLLOWED)
                 good &= roughly | (found.residual < CLOSURE_TOLERANCE)
             self._insert(nodes[good])
             for row, (front, accepted, bad) in enumerate(
                 zip(fronts, good.tolist(), (off / room).tolist(), strict=True)
             ):
                 if accepted:
-                    front.step *= min(2.5, max(bad, 1e-3) ** (-1.0 / 3.0))
-                    front.step = min(front.step, _LONGEST_STEP * self.unit)
-                    continue
-                front.step *= 0.35
-                if front.step < _SHORTEST_STEP * self.unit:
-                    residual, condition = found.residual[row], found.condition[row]
-                    self._refuse(positions[row], front.end, float(residual), float(condition))
+                    moved, margin = float(steps[row]), 1.0 / float(found.condition[row])
+                    front.arrive(moved, bad, _LONGEST_STEP * self.unit, margin)
+                else:
+                    front.step *= 0.35
+                if front.step < _SHORTEST_STEP * self.unit and front.left(
+                    self._positions[front.end]
+                ):
+                    # Where it could go on, it is the way on that is not unique.
+                    residual = 0.0 if accepted else float(found.residual[row])
+                    condition = float(found.condition[row])
+                    self._refuse(positions[row], front.end, residual, condition)
             left = [
                 row
                 for row, front in enumerate(fronts)
@@ -340,25 +376,28 @@ class Branch:
         nearest = self._turning_point(end)
         if residual < CLOSURE_TOLERANCE or condition > SINGULAR_CONDITION:
             condition = float(self.kinematics.evaluate(self._nodes[[end], 0]).condition[0])
-            raise SingularConfigurationError(
+            self._closed[end] = SingularConfigurationError(
                 f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "
                 f"equations become singular there (condition {condition:.1e}), and the way on is "
                 "not unique; sweep on one side of it or choose another drive",
                 position=nearest,
                 condition=condition,
             )
-        raise AssemblyError(
-            f"the loops cannot be closed at drive position {position:.9g}; the nearest position "
-            f"that can be reached is {nearest:.9g}, a dead point of the drive",
-            position=position,
-            nearest=nearest,
-            residual=residual,
-        )
+        else:
+            self._closed[end] = AssemblyError(
+                f"the loops cannot be closed at drive position {position:.9g}; the nearest "
+                f"position that can be reached is {nearest:.9g}, a dead point of the drive",
+                position=position,
+                nearest=nearest,
+                residual=residual,
+            )
+        raise self._closed[end]
 
     def _turning_point(self, end: int) -> float:
-        """Return where the drive's range ends, from the last node before it.
+        """Return where the drive's range ends, from the last nodes before it.
 
         Near a dead point passive joints move like the square root of what is left of the range.
+        Where ways meet, the margin of the closure equations falls to zero in proportion to it.
         """
         position = float(self._positions[end])
         _, slope, curvature = self._nodes[end]
@@ -366,6 +405,12 @@ class Branch:
         if curvature[steepest] == 0.0:
             return position
         left = float(slope[steepest] / (2.0 * curvature[steepest]))
+        if abs(slope[steepest]) * self.unit < _STEEP:
+            before = end + 1 if end == 0 else end - 1
+            here = self.kinematics.evaluate(self._nodes[[end, before], 0])
+            margin, farther = (1.0 / here.condition).tolist()
+            moved = position - float(self._positions[before])
+            left = moved * margin / (farther - margin) if farther > margin else 0.0
         return position + left if abs(left) < 1e-4 * self.unit else position
 
 

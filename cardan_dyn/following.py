@@ -59,11 +59,12 @@ def _reached(
     coordinates = kinematics.coordinates
     here = kinematics.evaluate(np.repeat(last[None, :], len(targets), axis=0))
     step = targets - last[columns]
-    v = kinematics.rates(here, step)
-    a = kinematics.accelerations(here, v, np.zeros_like(step))
-    guess = here.x + coordinates.derivative(here.x, v) + 0.5 * coordinates.curvature(here.x, v, a)
-    guess[:, columns] = targets
     with np.errstate(all="ignore"):  # What is out of reach is not used.
+        v = kinematics.rates(here, step)
+        a = kinematics.accelerations(here, v, np.zeros_like(step))
+        way = coordinates.derivative(here.x, v) + 0.5 * coordinates.curvature(here.x, v, a)
+        guess = here.x + way
+        guess[:, columns] = targets
         found = kinematics.close(guess, most=6)
         safe = (found.residual < CLOSURE_TOLERANCE) & (found.correction < _SAFE_STEP)
         safe &= kinematics.same_side(found, here.inverses)

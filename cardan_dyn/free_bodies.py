@@ -89,7 +89,7 @@ class FreeBodies:
             external = [
                 (body, wrench)
                 for body, wrench in zip(link_bodies, reactions.link_wrenches, strict=True)
-                if solver.home[body] == number
+                if solver.home.get(body) == number
             ]
             group.add(left, inertia, power, closed, wrenches, reactions.closure, rates, external)
         left[:, self._open] = 0.0

@@ -150,7 +150,7 @@ def partition(
     ]
     if count <= 1 or together:
         blocks = [list(range(count))] if count else []
-        decided = {0: sorted(wanted)}
+        decided = {0: sorted({column for item in touched for column in item} & wanted)}
     else:
         ranks = structure.ranks(x, moving) + [1] * len(mechanism.couplings)
         blocks, decided = _blocks(touched, ranks, wanted)

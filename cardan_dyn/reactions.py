@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .coordinates import Array
+from .errors import ModelError
 from .indeterminate import Choice, LeastNorm, Undetermined
 from .kinematics import ClosedMechanism, Kinematics
 from .loads import LinkLoad
@@ -125,6 +126,11 @@ class ReactionSolver:
             for number, solver in enumerate(kinematics.solvers)
             for body in solver.group.massive
         }
+        self._carriers = {
+            body: number
+            for number, solver in reversed(list(enumerate(kinematics.solvers)))
+            for body in solver.twin.local
+        }
         self._choice = choice or LeastNorm(mechanism.length)
         model = mechanism.model
         self._owners = np.array(
@@ -134,6 +140,19 @@ class ReactionSolver:
         for solver in kinematics.solvers:
             carried = solver.twin.owner >= 0
             self.subspace[carried] = solver.twin.subspace[carried]
+
+    def carrier(self, body: int) -> int:
+        """Return the number of a group that tells where a body (0-based) is.
+
+        Raises:
+            ModelError: the outputs leave the body out.
+        """
+        if body not in self._carriers:
+            name = self.mechanism.model.names[body + 1]
+            raise ModelError(
+                f"the outputs of the scene leave out joint {name!r}; name it among the outputs"
+            )
+        return self._carriers[body]
 
     def solves(self, solver: Solver) -> bool:
         """Return whether a group's closure forces are solved."""
@@ -178,9 +197,10 @@ class ReactionSolver:
             undetermined += self.undetermined(solver, closed)
         influence = np.zeros(wrenches.shape[1:3])
         if undetermined:
+            loaded = {joint for item in undetermined for joint in item.joints.tolist()}
             rotations = {
                 joint: self._from_parent(here, joint)
-                for joint in self._choice.oriented.intersection(range(self.bodies))
+                for joint in self._choice.oriented & loaded & set(range(self.bodies))
             }
             influence = self._choice.apply(wrenches, closure, undetermined, rotations)
         loops = len(self.mechanism.loops)
@@ -241,7 +261,7 @@ class ReactionSolver:
         model = self.mechanism.model
         joint = next(joint for joint in self.mechanism.joints.values() if joint.index == body + 1)
         first = joint.parts[0].index
-        home = self.home[body]
+        home = self.carrier(body)
         twin, actions = self.kinematics.solvers[home].twin, here.groups[home].actions
         own = placement(actions, twin.local[body])[0].transpose(2, 0, 1)
         zero = model.jointPlacements[first].rotation

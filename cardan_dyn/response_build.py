@@ -29,6 +29,12 @@ def build(scene: Scene, tolerance: float, low: float | None, high: float | None)
         raise ArgumentError(f"a response needs one drive, not {list(scene.drives)}")
     if not 1e-15 <= tolerance < 1.0:
         raise ArgumentError(f"tolerance is {tolerance}, expected 1e-15 … 1")
+    for name, load in scene.link_loads.items():
+        if max(len(load.force), len(load.moment)) > 1:
+            raise ArgumentError(
+                f"the wrench on {name!r} changes from sample to sample; a response needs one that "
+                "stays the same"
+            )
     origin, length, periodic = _domain(scene, low, high)
     columns = Columns(scene)
     count, worst_before = _FIRST, np.inf
@@ -39,7 +45,8 @@ def build(scene: Scene, tolerance: float, low: float | None, high: float | None)
     while True:
         series = Series(values, origin, length, periodic)
         scale = columns.scales(values)
-        tails = series.tail() / scale
+        empty = columns.empty(values)
+        tails = np.where(empty, 0.0, series.tail() / scale)
         worst = float(np.max(tails, initial=0.0))
         stalled = worst < 1e-8 and worst > 0.5 * worst_before
         # What depends on speed alone is what is left of inertial terms, and so is its rounding.
@@ -66,6 +73,7 @@ def build(scene: Scene, tolerance: float, low: float | None, high: float | None)
         finer[:, 1::2] = columns.solve(Series.nodes(origin, length, periodic, count)[1::2])
         values = finer
     errors = np.max(np.abs(series.summed(checks) - direct) / scale[:, None], axis=1)
+    errors[empty] = 0.0
     if not np.all(errors <= max(10.0 * tolerance, 1e-12 * columns.condition) + hidden):
         raise AccuracyError(
             f"the response deviates by {np.max(errors):.1e} from directly solved positions, "
@@ -85,7 +93,7 @@ def build(scene: Scene, tolerance: float, low: float | None, high: float | None)
     )
     # What is not above rounding is left out, what does not change is not transformed.
     noise = max(2e-15, 0.01 * tolerance) * scale
-    zero = np.max(np.abs(values), axis=1) <= noise
+    zero = empty | (np.max(np.abs(values), axis=1) <= noise)
     constant = np.ptp(values, axis=1) <= noise
     unique = (columns.influence < UNIQUE_TOLERANCE)[columns.numbers]
     return Response(
@@ -184,6 +192,16 @@ class Columns:
         scales = np.maximum(sizes, 0.1 * overall[:, None])[:, :, None] / self._weights
         rest = np.maximum(efforts, 0.1 * overall[:, None])
         return np.concatenate([scales.ravel(), rest.ravel()])
+
+    def empty(self, values: Array) -> Array:
+        """Return `(C,)` which functions are nothing but the rounding of weights or inertia."""
+        mechanism = self._scene.mechanism
+        mass = sum(float(inertia.mass) for inertia in mechanism.model.inertias)
+        terms = {"speed²": mass * mechanism.length**2, "acceleration": mass * mechanism.length**2}
+        terms |= dict.fromkeys(GRAVITY, mass * mechanism.length)
+        sizes, efforts = self._sizes(values)
+        floor = _EPS * np.array([terms.get(name, 0.0) for name in self.names])[:, None]
+        return np.concatenate([np.repeat((sizes <= floor).ravel(), 6), (efforts <= floor).ravel()])
 
     def cancellation(self, values: Array, proven: Block) -> float:
         """Return by how much inertial terms exceed what is left of them at constant speed."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 
     from .response import Response
 
-_BLOCK = 512  # Samples worked on at a time, so that their arrays stay in the cache.
+_BLOCK = 768  # Samples worked on at a time, so that their arrays stay in the cache.
 
 
 class Scene:
@@ -205,7 +206,10 @@ class Scene:
     def _closed(self, positions: Array) -> ClosedPositions:
         """Return drive positions `(N, d)` whose blocks are closed one by one as they are used."""
         guesses, turns = self.assembly.guesses(positions)
-        spans = [slice(start, start + _BLOCK) for start in range(0, len(positions), _BLOCK)]
+        # Blocks of equal size: a small one costs almost as much as a large one.
+        count = max(1, -(-len(positions) // _BLOCK))
+        ends = np.linspace(0, len(positions), count + 1).astype(int).tolist()
+        spans = [slice(*span) for span in pairwise(ends)]
         blocks = (
             self.assembly.close(guesses[span], turns[span], positions[span]) for span in spans
         )

@@ -217,7 +217,7 @@ class Sweep:
         """Return rotation `(N, 3, 3)` and position `(N, 3)` of a body (-1 for the world)."""
         if body < 0:
             return np.broadcast_to(np.eye(3), (len(self), 3, 3)), np.zeros((len(self), 3))
-        group = self.solver.home[body]
+        group = self.solver.carrier(body)
         twin = self.solver.kinematics.solvers[group].twin
         if group not in self._actions:
             # Computed only here: most scripts never ask where a joint was.
