@@ -8,79 +8,27 @@ assembling the mechanism.
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from .coordinates import Array
 from .errors import AssemblyError, CardanError, SingularConfigurationError
+from .front import WORST, Front, room
 from .kinematics import ClosedMechanism, Kinematics
+from .solver import same_side
 
 CLOSURE_TOLERANCE = 1e-10
 """Greatest closure error that counts as closed, as a fraction of the mechanism's length."""
 SINGULAR_CONDITION = 1e12
 """Condition number from which on a position counts as singular."""
-_FIRST_STEP = 2.0 * np.pi / 16.0
-_LONGEST_STEP = 2.0 * np.pi / 8.0
-_SHORTEST_STEP = 1e-9
 _FOLLOWED = 1e7  # Condition from which on rounding decides which way goes on.
 _STEEP = 100.0  # Rate of a joint near a dead point, where it grows without bound.
-_APPROACH = 0.7  # How much of the way to a singular position a step may go.
-_STEP_CORRECTION = 0.03  # How far an extrapolation should be off,
-_GENTLE = 100.0  # Condition up to which it may be off as far as that.
-_WORST = 4.0  # and how many times as far it may be.
 _GUESS_CORRECTION = 2e-16  # How far an interpolation may be off to need no Newton step.
 _ENOUGH = 2**62  # More nodes than anybody asks for: the branch is known to rounding.
 SAFE_CORRECTION = 1e-2
 """Greatest error of a guess that cannot end on another branch."""
 _TURNS_TRIED = 12
-
-
-@dataclass
-class _Front:
-    """An end of a branch on its way.
-
-    Attributes:
-        end: 0 or -1, its place among the nodes.
-        sign: where it goes.
-        target: drive position to reach.
-        step: what to try next.
-        margin: reciprocal condition number where it is.
-    """
-
-    end: int
-    sign: float
-    target: float
-    step: float
-    margin: float
-
-    def left(self, position: float) -> float:
-        """Return how far the target still is."""
-        return self.sign * (self.target - position)
-
-    def arrive(self, moved: float, bad: float, longest: float, margin: float) -> None:
-        """Choose the next step after one by `moved`.
-
-        Beyond a point where the margin vanishes several ways may go on: it is approached, so that
-        it is found, and never stepped over.
-
-        Args:
-            moved: how far it went.
-            bad: how far extrapolations were off, relative to how far they should be.
-            longest: longest step.
-            margin: where it is now.
-        """
-        self.step = min(longest, moved * min(2.5, max(bad, 1e-3) ** (-1.0 / 3.0)))
-        if margin < self.margin:
-            self.step = min(self.step, _APPROACH * moved * margin / (self.margin - margin))
-        self.margin = margin
-
-    def ahead(self, position: float) -> float:
-        """Return the next position: at the end the target itself, not a sum of steps."""
-        if self.left(position) <= self.step:
-            return self.target
-        return position + self.sign * self.step
 
 
 class Branch:
@@ -157,9 +105,7 @@ class Branch:
         for (end, sign, target), condition in zip(targets, here.condition.tolist(), strict=True):
             if condition > SINGULAR_CONDITION:
                 self._refuse(target, end, 0.0, condition)
-            # The margin is at least that of three unit equations times the way to where it ends.
-            step = min(_FIRST_STEP, 3.0 / condition) * self.unit
-            fronts.append(_Front(end, sign, target, step, 1.0 / condition))
+            fronts.append(Front(end, sign, target, self.unit, 1.0 / condition))
         inverses = here.inverses
         while fronts:
             ends = [front.end for front in fronts]
@@ -172,22 +118,19 @@ class Branch:
                 side = self.kinematics.same_side(found, inverses)
                 nodes = self._node(found)
                 off = np.maximum(found.correction, self._back(nodes, ends))
-                room = _room(found.condition)
+                should = room(found.condition)
                 # A long step can land on another way of assembling it, just as closed.
-                good = (off < _WORST * room) & side & (found.condition < _FOLLOWED)
+                good = (off < WORST * should) & side & (found.condition < _FOLLOWED)
                 good &= roughly | (found.residual < CLOSURE_TOLERANCE)
             self._insert(nodes[good])
             for row, (front, accepted, bad) in enumerate(
-                zip(fronts, good.tolist(), (off / room).tolist(), strict=True)
+                zip(fronts, good.tolist(), (off / should).tolist(), strict=True)
             ):
                 if accepted:
-                    moved, margin = float(steps[row]), 1.0 / float(found.condition[row])
-                    front.arrive(moved, bad, _LONGEST_STEP * self.unit, margin)
+                    front.arrive(float(steps[row]), bad, 1.0 / float(found.condition[row]))
                 else:
-                    front.step *= 0.35
-                if front.step < _SHORTEST_STEP * self.unit and front.left(
-                    self._positions[front.end]
-                ):
+                    front.fall_back()
+                if front.stopped and front.left(self._positions[front.end]) > 0.0:
                     # Where it could go on, it is the way on that is not unique.
                     residual = 0.0 if accepted else float(found.residual[row])
                     condition = float(found.condition[row])
@@ -215,10 +158,10 @@ class Branch:
         ahead = self._extrapolated(nodes[:-1], step) - nodes[1:, 0]
         back = self._extrapolated(nodes[1:], -step) - nodes[:-1, 0]
         off = np.maximum(np.abs(ahead), np.abs(back)) * self.kinematics.coordinates.scale
-        fine = off.max(axis=1) < _WORST * np.minimum(*map(_room, _pairs(found.condition)))
+        should = room(found.condition)
+        fine = off.max(axis=1) < WORST * np.minimum(should[:-1], should[1:])
         for closed in found.groups:
-            rows, inverses = closed.passive_rows[1:], closed.inverse[:-1]
-            fine &= np.linalg.det(rows @ inverses) > 0.0
+            fine &= same_side(closed.passive_rows[1:], closed.inverse[:-1])
         # Between the ends of the span lie nodes that were proven before.
         fine |= (positions[:-1] == low) & (positions[1:] == high)
         self._nodes[new] = nodes
@@ -373,7 +316,7 @@ class Branch:
             residual: closure error of what was found on the way.
             condition: its condition number.
         """
-        nearest = self._turning_point(end)
+        nearest = self._last_position(end)
         if residual < CLOSURE_TOLERANCE or condition > SINGULAR_CONDITION:
             condition = float(self.kinematics.evaluate(self._nodes[[end], 0]).condition[0])
             self._closed[end] = SingularConfigurationError(
@@ -393,7 +336,7 @@ class Branch:
             )
         raise self._closed[end]
 
-    def _turning_point(self, end: int) -> float:
+    def _last_position(self, end: int) -> float:
         """Return where the drive's range ends, from the last nodes before it.
 
         Near a dead point passive joints move like the square root of what is left of the range.
@@ -412,13 +355,3 @@ class Branch:
             moved = position - float(self._positions[before])
             left = moved * margin / (farther - margin) if farther > margin else 0.0
         return position + left if abs(left) < 1e-4 * self.unit else position
-
-
-def _room(condition: Array) -> Array:
-    """Return how far extrapolations should be off, by the condition of where they lead."""
-    # Other ways of assembling the mechanism come as near as its condition is bad.
-    return _STEP_CORRECTION * np.minimum(1.0, _GENTLE / condition)
-
-
-def _pairs(values: Array) -> tuple[Array, Array]:
-    return values[:-1], values[1:]

@@ -42,7 +42,8 @@ class Proof:
             the rounding of the solved positions, eps times `condition`.
         condition: greatest condition number of the solved positions, see `Sweep`.
         cancellation: by how much inertial terms exceed the greatest wrench of the column `speed²`.
-        loop_residual, balance_residual, power_residual: worst of the samples, see `Sweep`.
+        loop_residual, balance_residual, power_residual: worst of the first samples and of the
+            positions between them, see `Sweep`.
     """
 
     tolerance: float

@@ -297,7 +297,8 @@ class Scene:
         """Return between which positions the drive can move [rad or m].
 
         Returns:
-            The limits; they are dead points of the drive. ±inf where it turns through.
+            The limits; they are dead points of the drive, or positions where ways of assembling
+            the loops meet, which are found to some 1e-6. ±inf where it turns through.
 
         Raises:
             MobilityError: the scene has several drives.

@@ -53,13 +53,10 @@ class Closed:
     def same_side(self, inverse: Array) -> Array:
         """Return `(N,)` whether no singular position needs to be crossed to come from another one.
 
-        Two ways of assembling a mechanism that meet in a singular position differ in the
-        orientation of the closure equations.
-
         Args:
             inverse: of the closure equations at the other positions.
         """
-        return np.linalg.det(np.matmul(self.passive_rows, inverse)) > 0.0
+        return same_side(self.passive_rows, inverse)
 
     def solve(self, right: Array) -> Array:
         """Solve the closure equations for passive rates: `(N, R)` to `(N, p)`."""
@@ -244,6 +241,19 @@ class Solver:
         angles = x if turns is None else x + 2.0 * np.pi * turns
         columns = self.coordinates.column_of(self.closure.geared)
         return np.asarray(angles[:, columns] @ self.closure.gear_ratios)
+
+
+def same_side(rows: Array, inverses: Array) -> Array:
+    """Return `(N,)` whether closure matrices lie on the same side of singular positions.
+
+    Two ways of assembling a mechanism that meet in a turning point differ in the orientation of
+    the closure equations.
+
+    Args:
+        rows: `(N, p, R)` see `Closed.passive_rows`.
+        inverses: `(N, R, p)` of those at the other positions.
+    """
+    return np.linalg.det(np.matmul(rows, inverses)) > 0.0
 
 
 def _factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
