@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from xml.etree import ElementTree
 
 import numpy as np
@@ -45,7 +46,7 @@ def name_of(element: ElementTree.Element, where: str) -> str:
     return name
 
 
-def link_of(element: ElementTree.Element, tag: str, links: list[str], at: str) -> str:
+def link_of(element: ElementTree.Element, tag: str, links: Collection[str], at: str) -> str:
     """Return the name of an existing link that a child element points to."""
     found = element.find(tag)
     if found is None or not found.get("link"):
@@ -56,15 +57,26 @@ def link_of(element: ElementTree.Element, tag: str, links: list[str], at: str) -
     return name
 
 
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+GREATEST = 1e50
+"""Greatest number in a description: products of several of them are still far from overflow."""
+
+
 def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
-    """Return the numbers that an attribute lists."""
-    words = (default if text is None else text).split()
-    try:
-        values = np.array([float(word) for word in words])
-    except ValueError as error:
-        raise ModelError(f"{at}: {text!r} is not {count} number(s)") from error
-    if values.size != count or not np.all(np.isfinite(values)):
+    """Return the numbers that an attribute lists.
+
+    They are decimal numbers as XML knows them, with blanks between and around them. Python would
+    read more (`1_0`, digits of other scripts), of which no other program makes the same number.
+    """
+    words = re.split(r"[ \t\r\n]+", (default if text is None else text).strip(" \t\r\n"))
+    if len(words) != count or not all(_NUMBER.fullmatch(word) for word in words):
         raise ModelError(f"{at}: {text!r} is not {count} finite number(s)")
+    values = np.array([float(word) for word in words])
+    if not np.all(np.abs(values) <= GREATEST):
+        raise ModelError(
+            f"{at}: {text!r} is beyond {GREATEST:.0e}; choose units in which numbers are not so "
+            "far from 1"
+        )
     return values
 
 
@@ -76,18 +88,18 @@ def placement(element: ElementTree.Element, at: str) -> np.ndarray:
 
 def pose(origin: ElementTree.Element, at: str) -> np.ndarray:
     """Return the `(4, 4)` placement that an element's attributes xyz and rpy describe."""
-    placement = np.eye(4)
-    placement[:3, 3] = numbers(origin.get("xyz"), 3, "0 0 0", f"{at}: origin xyz")
+    result = np.eye(4)
+    result[:3, 3] = numbers(origin.get("xyz"), 3, "0 0 0", f"{at}: origin xyz")
     roll, pitch, yaw = numbers(origin.get("rpy"), 3, "0 0 0", f"{at}: origin rpy")
     cr, sr = math.cos(roll), math.sin(roll)
     cp, sp = math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)
-    placement[:3, :3] = [
+    result[:3, :3] = [
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
     ]
-    return placement
+    return result
 
 
 def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndarray:
@@ -101,7 +113,7 @@ def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndar
 
 
 def loop(
-    element: ElementTree.Element, sides: Iterable[str], links: list[str], where: str
+    element: ElementTree.Element, sides: Iterable[str], links: Collection[str], where: str
 ) -> LoopDescription:
     """Return a loop from an element that names a link and a placement for each side.
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -102,6 +103,7 @@ class Mechanism:
 
     Attributes:
         name: name in the description.
+        description: the description that it was made of.
         notation: how the description writes its loops, and what else it says about them.
         remarks: what is wrong with the description and was accepted.
         source: text and file of the description, from which a viewer reads what it shows.
@@ -119,6 +121,7 @@ class Mechanism:
     """
 
     def __init__(self, description: Description) -> None:
+        self.description = description
         self.name = description.name
         self.notation = description.notation
         self.remarks = description.remarks
@@ -126,19 +129,21 @@ class Mechanism:
         tree = TreeBuilder(description)
         self.model = tree.model
         self.links: dict[str, tuple[int, pinocchio.SE3]] = tree.links
-        self.joints: dict[str, Joint] = {
-            name: Joint(name, kind, description.axes[name], tuple(tree.parts[name]))
-            for name, kind in description.joints.items()
-            if kind != "fixed"
-        }
-        self.loops: list[Loop] = []
-        for loop in description.loops:
-            axis = np.cross(loop.axis, loop.axis_2) if loop.type == "universal" else loop.axis
-            self.joints[loop.name] = Joint(loop.name, loop.type, axis, tuple(tree.parts[loop.name]))
-            self.loops.append(self._weld(loop))
+        self.joints: dict[str, Joint] = {}
+        for item in (*description.joints, *description.loops):
+            if item.name in tree.parts:
+                axis = np.cross(item.axis, item.axis_2) if item.type == "universal" else item.axis
+                self.joints[item.name] = Joint(
+                    item.name, item.type, axis, tuple(tree.parts[item.name])
+                )
+        self.loops = [self._weld(loop) for loop in description.loops]
         self.couplings = [self._gear(item) for item in description.couplings]
         self.independent = description.independent
-        self.helpers = [loop.predecessor for loop in self.loops if loop.successor == 0]
+        self.helpers = [
+            loop.predecessor
+            for loop in self.loops
+            if loop.successor == 0 and self.joints[loop.joint].parts
+        ]
         self.constraint_models = pinocchio.StdVec_RigidConstraintModel()
         for weld in self.loops:
             self.constraint_models.append(
@@ -192,13 +197,20 @@ class Mechanism:
 
         return describe(self)
 
-    def zero_positions(self) -> dict[int, np.ndarray]:
-        """Return the origins of all bodies (0-based; -1 is the world) with joints at zero [m]."""
+    @cached_property
+    def reread(self) -> Description:
+        """The description with the numbers of its text read once more, for the proof."""
+        from .reread import reread
+
+        return reread(self.description)
+
+    def zero_placements(self) -> dict[int, pinocchio.SE3]:
+        """Return the placements of all bodies (0-based; -1 is the world) with joints at zero."""
         placements = {-1: pinocchio.SE3.Identity()}
         for index in range(1, self.model.njoints):
             parent = placements[self.model.parents[index] - 1]
             placements[index - 1] = parent * self.model.jointPlacements[index]
-        return {body: placement.translation for body, placement in placements.items()}
+        return placements
 
     def __repr__(self) -> str:
         loops = ", ".join(loop.joint for loop in self.loops) or "none"

@@ -6,13 +6,14 @@ then Gepetto's YAML file beside the URDF. Where a description uses several, they
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 
-from .description import LoopDescription
+from .description import JointDescription, LoopDescription
 from .elements import JOINT_TYPES, loop
 from .errors import ModelError, choices
 
@@ -37,7 +38,7 @@ class Gepetto:
 
 
 def agreed(
-    robot: ElementTree.Element, links: list[str], extra: Gepetto | None, where: str
+    robot: ElementTree.Element, links: Collection[str], extra: Gepetto | None, where: str
 ) -> tuple[tuple[LoopDescription, ...], str]:
     """Return the loops of a description and which notation they came from.
 
@@ -72,13 +73,18 @@ def _ends(loops: tuple[LoopDescription, ...]) -> list[tuple[str, ...]]:
     return sorted(tuple(sorted((loop.predecessor, loop.successor))) for loop in loops)
 
 
-def gepetto(path: Path, robot: ElementTree.Element, joints: dict[str, str]) -> Gepetto | None:
+def changed(joint: JointDescription, extra: Gepetto) -> JointDescription:
+    """Return a joint with the type that Gepetto's file gives it."""
+    return replace(joint, type=extra.joint_types.get(joint.name, joint.type))
+
+
+def gepetto(path: Path, robot: ElementTree.Element, joints: set[str]) -> Gepetto | None:
     """Read Gepetto's YAML file of the same name beside a URDF, if there is one.
 
     Args:
         path: of the URDF.
         robot: its outermost element.
-        joints: its joints and their types.
+        joints: names of its joints.
 
     Raises:
         ModelError: the file is malformed, or names a frame or joint that does not exist.

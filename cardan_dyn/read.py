@@ -69,7 +69,7 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
     if root.tag == "mujoco":
         from . import mjcf
 
-        return replace(mjcf.parse(root, text, where, path), source=SourceText(text, path))
+        return replace(mjcf.parse(root, text, where, path, strict), source=SourceText(text, path))
     if root.tag != "robot":
         raise ModelError(
             f"{where}: the outermost element is <{root.tag}>, expected <robot> or <mujoco>"

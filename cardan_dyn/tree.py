@@ -16,7 +16,7 @@ import pinocchio
 from .errors import ModelError
 
 if TYPE_CHECKING:
-    from .description import Description, LoopDescription
+    from .description import Description, JointDescription, LoopDescription
 
 Array = np.ndarray
 
@@ -74,107 +74,144 @@ def elementary(kind: str, axis: Array, axis_2: Array) -> list[tuple[str, Array]]
     }[kind]
 
 
+@dataclass(frozen=True, eq=False)
+class _Body:
+    """Links that fixed joints make one body, in the frame of the joint that moves them.
+
+    Attributes:
+        joint: that joint; None for what stands in the world.
+        parent: the body that it moves on.
+        placement: `(4, 4)` of the joint in the parent.
+        links: names and `(4, 4)` placements of the links.
+        children: bodies that move on this one.
+        loops: loops whose predecessor is one of the links.
+    """
+
+    joint: JointDescription | None
+    parent: _Body | None
+    placement: Array
+    links: dict[str, Array]
+    children: list[_Body]
+    loops: list[LoopDescription]
+
+
 class TreeBuilder:
     """Builds the model of a description.
 
     Attributes:
         model: the tree with the joints of its loops.
-        parts: joint name to its parts in the model; none for `fixed` loops.
+        parts: joint name to its parts in the model; none for `fixed` joints and loops.
         links: link name to `(body in the model, pin.SE3 placement there)`.
     """
 
     def __init__(self, description: Description) -> None:
         self._description = description
-        source = description.tree()
-        self._source = source
-        self._frames = {
-            name: source.frames[source.getFrameId(name, pinocchio.FrameType.BODY)]
-            for name in description.links
-        }
+        self._masses = {link.name: link for link in description.links}
+        self._bodies = _bodies(description)
         self._shares = self._count_shares()
         self.model = pinocchio.Model()
-        self.model.name = source.name
-        self.model.inertias[0] = source.inertias[0]
-        self.parts: dict[str, list[Part]] = {
-            loop.name: [] for loop in description.loops if loop.type == "fixed"
-        }
-        self._new = {0: 0}
-        self._visit(0)
-        self.links = {
-            name: (self._new[frame.parentJoint], frame.placement)
-            for name, frame in self._frames.items()
-        }
-        for frame in list(source.frames)[1:]:
-            body = self._new[frame.parentJoint]
-            self.model.addFrame(
-                pinocchio.Frame(frame.name, body, frame.placement, frame.type), False
-            )
+        self.model.name = description.name
+        self.parts: dict[str, list[Part]] = {}
+        self.links: dict[str, tuple[int, pinocchio.SE3]] = {}
+        self._build()
 
-    def _visit(self, joint: int) -> None:
-        """Add the joints on a body of the source, depth first.
+    def _build(self) -> None:
+        """Add all joints, depth first.
 
         Loops cannot be appended at the end: Pinocchio's inertia matrix and constrained dynamics
         take it for granted that the joints of a subtree follow each other, and are silently wrong
         otherwise.
         """
-        source, description = self._source, self._description
-        for child in range(1, source.njoints):
-            if source.parents[child] != joint:
-                continue
-            name = source.names[child]
-            chain = elementary(
-                description.joints[name], description.axes[name], description.axes[name]
-            )
-            # Pinocchio's own joint knows whether it turns without end.
-            ready = source.joints[child] if _same(source.joints[child], chain) else None
-            body = self._add(name, chain, self._new[joint], source.jointPlacements[child], ready)
-            self._new[child] = body
-            self.model.inertias[body] = _share(source.inertias[child], self._shares.get(child, 1))
-            if ready is not None:
-                self._copy_limits(child, body)
-            self._visit(child)
-        for loop in description.loops:
-            predecessor = self._frames[loop.predecessor]
-            if predecessor.parentJoint != joint or loop.type == "fixed":
-                continue
-            body = self._add(
-                loop.name,
-                elementary(loop.type, loop.axis, loop.axis_2),
-                self._new[joint],
-                predecessor.placement * se3(loop.predecessor_origin),
-                None,
-            )
-            self.model.inertias[body] = self._loop_inertia(loop)
+        root = self._bodies[self._description.root]
+        index = {root: 0}
+        self.model.inertias[0] = self._inertia(root)
+        self._add_frames(root, 0)
+        waiting: list[tuple[_Body, _Body | LoopDescription]] = []
+
+        def wait(body: _Body) -> None:
+            waiting.extend((body, item) for item in reversed([*body.children, *body.loops]))
+
+        wait(root)
+        while waiting:
+            parent, item = waiting.pop()
+            if isinstance(item, _Body):
+                index[item] = own = self._add_body(item, index[parent])
+                self._add_frames(item, own)
+                wait(item)
+            elif item.type != "fixed":
+                place = parent.links[item.predecessor] @ item.predecessor_origin
+                chain = elementary(item.type, item.axis, item.axis_2)
+                own = self._add(item.name, item.type, chain, index[parent], se3(place))
+                self.model.inertias[own] = self._loop_inertia(item)
+            else:
+                self.parts[item.name] = []
+
+    def _add_body(self, body: _Body, parent: int) -> int:
+        joint = body.joint
+        if joint is None:
+            raise ValueError("only moving bodies are added")
+        chain = elementary(joint.type, joint.axis, joint.axis_2)
+        index = self._add(joint.name, joint.type, chain, parent, se3(body.placement))
+        self.model.inertias[index] = _share(self._inertia(body), self._shares.get(body, 1))
+        if len(chain) == 1:
+            self._set_limits(joint, index)
+        return index
 
     def _add(
         self,
         name: str,
+        kind: str,
         chain: list[tuple[str, Array]],
         parent: int,
         placement: pinocchio.SE3,
-        ready: pinocchio.JointModel | None,
     ) -> int:
         """Add the parts of a joint; the last one has the joint's name. Return the child body."""
         parts = []
-        for number, (kind, axis) in enumerate(chain, start=1):
-            last = number == len(chain)
-            parent = self.model.addJoint(
-                parent,
-                ready or _joint_model(kind, axis),
-                placement,
-                name if last else f"{name}:{number}",
-            )
-            parts.append(Part(kind, axis, parent))
+        for number, (part, axis) in enumerate(chain, start=1):
+            own = name if number == len(chain) else f"{name}:{number}"
+            joint = _joint_model(kind if kind == "continuous" else part, axis)
+            parent = self.model.addJoint(parent, joint, placement, own)
+            parts.append(Part(part, axis, parent))
             placement = pinocchio.SE3.Identity()
         self.parts[name] = parts
         return parent
 
-    def _count_shares(self) -> dict[int, int]:
-        """Return for each successor body of the source among how many bodies it is split."""
-        shares: dict[int, int] = {}
+    def _add_frames(self, body: _Body, index: int) -> None:
+        """Add the frames that Pinocchio's readers would: of links, and of their joints."""
+        kinds = pinocchio.FrameType
+        if body.joint is not None:
+            frame = pinocchio.SE3.Identity()
+            self._add_frame(body.joint.name, index, frame, kinds.JOINT)
+        for name, placement in body.links.items():
+            frame = se3(placement)
+            self.links[name] = index, frame
+            fixed = self._bodies.fixed.get(name)
+            if fixed is not None:
+                self._add_frame(fixed, index, frame, kinds.FIXED_JOINT)
+            self._add_frame(name, index, frame, kinds.BODY)
+
+    def _add_frame(
+        self, name: str, index: int, placement: pinocchio.SE3, kind: pinocchio.FrameType
+    ) -> None:
+        if not self.model.existFrame(name, kind):
+            self.model.addFrame(pinocchio.Frame(name, index, placement, kind), False)
+
+    def _inertia(self, body: _Body) -> pinocchio.Inertia:
+        """Return the inertia of all links of a body together."""
+        total = pinocchio.Inertia.Zero()
+        for name, placement in body.links.items():
+            link = self._masses[name]
+            if link.mass > 0.0:
+                own = _inertia(link.mass, link.centre, link.inertia)
+                total = total + se3(placement).act(own)
+        return total
+
+    def _count_shares(self) -> dict[_Body, int]:
+        """Return for bodies that loops lead to among how many bodies each is split."""
+        shares: dict[_Body, int] = {}
         for loop in self._description.loops:
-            successor = self._frames[loop.successor].parentJoint
-            if self._frames[loop.predecessor].parentJoint == successor:
+            successor = self._bodies[loop.successor]
+            if self._bodies[loop.predecessor] is successor:
                 raise ModelError(
                     f"{self._description.name}: loop {loop.name!r} connects {loop.predecessor!r} "
                     f"and {loop.successor!r}, which fixed joints already make one body"
@@ -185,27 +222,72 @@ class TreeBuilder:
 
     def _loop_inertia(self, loop: LoopDescription) -> pinocchio.Inertia:
         """Return the inertia of the body that carries a loop's joint."""
-        successor = self._frames[loop.successor]
-        body = successor.parentJoint
-        if body == 0:
-            masses = [inertia.mass for inertia in self._source.inertias if inertia.mass > 0.0]
+        body = self._bodies[loop.successor]
+        if body.joint is None:
+            masses = [link.mass for link in self._description.links if link.mass > 0.0]
             mass = float(np.mean(masses)) if masses else 1.0
             return pinocchio.Inertia(mass, np.zeros(3), mass * np.eye(3))
-        placement = successor.placement * se3(loop.successor_origin)
-        return placement.actInv(_share(self._source.inertias[body], self._shares[body]))
+        placement = se3(body.links[loop.successor] @ loop.successor_origin)
+        return placement.actInv(_share(self._inertia(body), self._shares[body]))
 
-    def _copy_limits(self, old: int, new: int) -> None:
-        here, there = self._source.joints[old], self.model.joints[new]
-        for names, start, size in (
-            (("lowerPositionLimit", "upperPositionLimit"), "idx_q", "nq"),
-            (("upperEffortLimit", "lowerEffortLimit"), "idx_v", "nv"),
-            (("upperVelocityLimit", "lowerVelocityLimit"), "idx_v", "nv"),
+    def _set_limits(self, joint: JointDescription, index: int) -> None:
+        model, limits = self.model, joint.limits
+        if model.joints[index].nq == 1:
+            model.lowerPositionLimit[model.idx_qs[index]] = limits.lower
+            model.upperPositionLimit[model.idx_qs[index]] = limits.upper
+        rate = model.idx_vs[index]
+        for names, value in (
+            (("lowerVelocityLimit", "upperVelocityLimit"), limits.velocity),
+            (("lowerEffortLimit", "upperEffortLimit"), limits.effort),
         ):
-            first, count = getattr(here, start), getattr(here, size)
-            to = getattr(there, start)
-            for name in names:
-                values = getattr(self._source, name)[first : first + count]
-                getattr(self.model, name)[to : to + count] = values
+            for name, sign in zip(names, (-1.0, 1.0), strict=True):
+                getattr(model, name)[rate : rate + model.nvs[index]] = sign * value
+
+
+class _Bodies:
+    """The bodies of a description.
+
+    Attributes:
+        fixed: link to the name of the fixed joint that places it.
+    """
+
+    def __init__(self) -> None:
+        self.fixed: dict[str, str] = {}
+        self._of: dict[str, _Body] = {}
+
+    def __getitem__(self, link: str) -> _Body:
+        return self._of[link]
+
+    def add(self, link: str, body: _Body, placement: Array) -> None:
+        """Make a link part of a body."""
+        self._of[link] = body
+        body.links[link] = placement
+
+
+def _bodies(description: Description) -> _Bodies:
+    """Return the bodies, their children in the order in which their joints are to be added."""
+    number = {name: place for place, name in enumerate(description.order)}
+    joints: dict[str, list[JointDescription]] = {link.name: [] for link in description.links}
+    for joint in sorted(description.joints, key=lambda joint: number[joint.name]):
+        joints[joint.parent].append(joint)
+    found = _Bodies()
+    found.add(description.root, _Body(None, None, np.eye(4), {}, [], []), np.eye(4))
+    waiting = joints[description.root][::-1]
+    while waiting:
+        joint = waiting.pop()
+        body = found[joint.parent]
+        place = body.links[joint.parent] @ joint.origin
+        if joint.type == "fixed":
+            found.fixed[joint.child] = joint.name
+            found.add(joint.child, body, place @ joint.child_placement)
+        else:
+            child = _Body(joint, body, place, {}, [], [])
+            body.children.append(child)
+            found.add(joint.child, child, joint.child_placement)
+        waiting.extend(reversed(joints[joint.child]))
+    for loop in description.loops:
+        found[loop.predecessor].loops.append(loop)
+    return found
 
 
 def se3(matrix: Array) -> pinocchio.SE3:
@@ -213,36 +295,44 @@ def se3(matrix: Array) -> pinocchio.SE3:
     return pinocchio.SE3(matrix[:3, :3], matrix[:3, 3])
 
 
+_ALIGNED = {
+    "revolute": ("JointModelRX", "JointModelRY", "JointModelRZ"),
+    "prismatic": ("JointModelPX", "JointModelPY", "JointModelPZ"),
+    "continuous": ("JointModelRUBX", "JointModelRUBY", "JointModelRUBZ"),
+}
+
+
 def _joint_model(kind: str, axis: Array) -> pinocchio.JointModel:
+    """Return the joint that Pinocchio's own reader would take.
+
+    A `continuous` one turns without end: its configuration is a cosine and a sine.
+    """
     if kind == "spherical":
         return pinocchio.JointModelSpherical()
+    if sorted(axis.tolist()) == [0.0, 0.0, 1.0]:
+        return getattr(pinocchio, _ALIGNED[kind][int(np.argmax(axis))])()
     if kind == "prismatic":
         return pinocchio.JointModelPrismaticUnaligned(axis)
-    # The bindings build unbounded joints about the positive frame axes only. Any other axis gets
-    # a bounded joint, whose limits inverse dynamics never uses.
-    unbounded = {
-        (1.0, 0.0, 0.0): pinocchio.JointModelRUBX,
-        (0.0, 1.0, 0.0): pinocchio.JointModelRUBY,
-        (0.0, 0.0, 1.0): pinocchio.JointModelRUBZ,
-    }.get(tuple(axis.tolist()))
-    return unbounded() if unbounded else pinocchio.JointModelRevoluteUnaligned(axis)
+    if kind == "revolute":
+        return pinocchio.JointModelRevoluteUnaligned(axis)
+    # The bindings give no way to set the axis of such a joint; the reader does.
+    xyz = " ".join(map(repr, axis.tolist()))
+    one = pinocchio.buildModelFromXML(
+        '<robot name="one"><link name="a"/><link name="b"/><joint name="j" type="continuous">'
+        f'<parent link="a"/><child link="b"/><axis xyz="{xyz}"/></joint></robot>'
+    )
+    return one.joints[1]
 
 
-def _same(joint: pinocchio.JointModel, chain: list[tuple[str, Array]]) -> bool:
-    sizes = [3 if kind == "spherical" else 1 for kind, _ in chain]
-    return len(chain) == 1 and joint.nv == sizes[0]
+def _inertia(mass: float, centre: Array, tensor: Array) -> pinocchio.Inertia:
+    """Return an inertia, also one that no body can have, which the constructor would refuse."""
+    inertia = pinocchio.Inertia.Zero()
+    inertia.mass, inertia.lever, inertia.inertia = mass, centre, 0.5 * (tensor + tensor.T)
+    return inertia
 
 
 def _share(whole: pinocchio.Inertia, parts: int) -> pinocchio.Inertia:
-    if parts == 1:
-        return whole.copy()  # Made anew, an inertia that no body can have would be refused.
-    try:
-        return pinocchio.Inertia(whole.mass / parts, whole.lever, whole.inertia / parts)
-    except (RuntimeError, ValueError) as error:
-        raise ModelError(
-            f"the inertia of a loop's successor is one that no body can have ({error}); mend it, "
-            "or swap predecessor and successor"
-        ) from error
+    return _inertia(whole.mass / parts, whole.lever, whole.inertia / parts)
 
 
 def ancestors(model: pinocchio.Model, index: int) -> list[int]:

@@ -1,20 +1,24 @@
 """URDF: text with loops to a checked description.
 
-Pinocchio's parser builds the tree. What it accepts silently and would turn into wrong numbers
-(a link with two parents, a negative mass) is refused here.
+What other readers accept silently and turn into wrong numbers (a link with two parents, a negative
+mass, a number that is none) is refused here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-import pinocchio
 
 from . import notations
-from .description import CouplingDescription, Description
+from .description import (
+    CouplingDescription,
+    Description,
+    JointDescription,
+    Limits,
+    LinkDescription,
+)
 from .elements import (
     JOINT_TYPES,
     axis_of,
@@ -29,6 +33,8 @@ from .errors import ModelError, choices
 
 _INERTIA_TOLERANCE = 1e-9
 """Relative violation of the triangle inequality that rounding in a file may cause."""
+_LEAST_MASS = 1e-50
+_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: bool) -> Description:
@@ -43,73 +49,31 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     Raises:
         ModelError: what is wrong, where, and the valid choices.
     """
-    links = names(robot, "link", where)
-    if not links:
-        raise ModelError(f"{where}: there is no <link>")
-    remarks = [
-        remark
-        for link in robot.findall("link")
-        if (remark := _check_inertial(link, f"{where}: link {link.get('name')!r}", strict))
-    ]
-
-    joints: dict[str, str] = {}
-    axes: dict[str, np.ndarray] = {}
-    parent_joint: dict[str, str] = {}
-    children: dict[str, list[str]] = {link: [] for link in links}
-    for joint in robot.findall("joint"):
-        name = name_of(joint, where)
-        at = f"{where}: joint {name!r}"
-        kind = joint.get("type")
-        if kind not in JOINT_TYPES:
-            raise ModelError(f"{at}: type {kind!r} is not supported; types: {choices(JOINT_TYPES)}")
-        parent = link_of(joint, "parent", links, at)
-        child = link_of(joint, "child", links, at)
-        if child in parent_joint:
-            raise ModelError(
-                f"{at}: link {child!r} has two parents, joints {parent_joint[child]!r} and "
-                f"{name!r}; a URDF is a tree: write one of them as <loop>"
-            )
-        parent_joint[child] = name
-        children[parent].append(child)
-        joints[name] = kind
-        placement(joint, at)
-        axes[name] = np.array([1.0, 0.0, 0.0]) if kind == "fixed" else axis_of(joint, at)
+    links, remarks = _links(robot, where, strict)
+    # A dictionary answers for thousands of links whether it has a name.
+    known = dict.fromkeys(link.name for link in links)
+    joints = [_joint(element, known, where, remarks) for element in robot.findall("joint")]
     names(robot, "joint", where)
-    extra = notations.gepetto(path, robot, joints) if path is not None else None
+    extra = None
+    if path is not None:
+        extra = notations.gepetto(path, robot, {joint.name for joint in joints})
     if extra is not None:
-        joints.update(extra.joint_types)
-    loops, notation = notations.agreed(robot, links, extra, where)
-    couplings = tuple(_coupling(item, links, where) for item in robot.findall("coupling"))
-    named = [*joints, *(loop.name for loop in loops), *(item.name for item in couplings)]
-    check_unique(named, "joint or loop", where)
+        joints = [notations.changed(joint, extra) for joint in joints]
+    loops, notation = notations.agreed(robot, known, extra, where)
+    couplings = tuple(_coupling(item, known, where) for item in robot.findall("coupling"))
+    named = [*joints, *loops, *couplings]
+    check_unique([item.name for item in named], "joint or loop", where)
     independent = tuple(
         name_of(joint, where) for joint in robot.findall("joint") if _flag(joint, where)
     )
     if extra is not None and not independent:
         independent = extra.motors
-
-    roots = [link for link in links if link not in parent_joint]
-    if len(roots) != 1:
-        detail = f"links without a parent: {choices(roots)}" if roots else "the joints form a ring"
-        raise ModelError(f"{where}: a URDF has exactly one root link; {detail}")
-    reached = {roots[0]}
-    queue = [roots[0]]
-    while queue:
-        for child in children[queue.pop()]:
-            reached.add(child)
-            queue.append(child)
-    if len(reached) != len(links):
-        lost = choices(set(links) - reached)
-        raise ModelError(
-            f"{where}: not connected to the root {roots[0]!r}: {lost}; "
-            "their joints form a ring: write one of them as <loop>"
-        )
+    check_tree(list(known), joints, where)
     return Description(
         name=robot.get("name") or "mechanism",
-        tree=_tree_builder(_tree_only(robot, joints), where),
         links=tuple(links),
-        joints=joints,
-        axes=axes,
+        joints=tuple(joints),
+        order=tuple(sorted(joint.name for joint in joints)),
         loops=loops,
         couplings=couplings,
         independent=independent,
@@ -118,82 +82,47 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     )
 
 
-def _tree_builder(text: str, where: str) -> Callable[[], pinocchio.Model]:
-    def build() -> pinocchio.Model:
-        try:
-            return pinocchio.buildModelFromXML(text)
-        except (ValueError, RuntimeError) as error:
-            raise ModelError(f"{where}: Pinocchio cannot build the tree: {error}") from error
+def check_tree(links: list[str], joints: list[JointDescription], where: str) -> None:
+    """Refuse joints that do not connect all links as a tree.
 
-    return build
-
-
-def _flag(joint: ElementTree.Element, where: str) -> bool:
-    value = joint.get("independent", "false").lower()
-    if value not in ("true", "false"):
-        raise ModelError(
-            f"{where}: joint {joint.get('name')!r}: independent is {value!r}, "
-            "expected true or false"
-        )
-    return value == "true"
-
-
-def _coupling(element: ElementTree.Element, links: list[str], where: str) -> CouplingDescription:
-    name = name_of(element, where)
-    at = f"{where}: coupling {name!r}"
-    ends = [link_of(element, side, links, at) for side in ("predecessor", "successor")]
-    found = element.find("ratio")
-    value = None if found is None else found.get("value")
-    ratio = float(numbers(value, 1, "", f"{at}: ratio value")[0])
-    if ratio == 0.0:
-        raise ModelError(f"{at}: a ratio of zero would hold the successor, not couple it")
-    return CouplingDescription(name, ends[0], ends[1], ratio)
-
-
-def _tree_only(robot: ElementTree.Element, types: dict[str, str]) -> str:
-    """Return the text for Pinocchio: without loops, and without what only a viewer needs.
-
-    Joints of types that its parser does not know stand in it as `floating`.
+    Raises:
+        ModelError: two parents, a ring, or several roots.
     """
-    tree = ElementTree.Element("robot", {"name": robot.get("name") or "mechanism"})
-    for element in robot:
-        if element.tag == "link":
-            link = ElementTree.SubElement(tree, "link", element.attrib)
-            link.extend(element.findall("inertial"))
-        elif element.tag == "joint":
-            kind = types[element.get("name", "")]
-            copied = ElementTree.SubElement(tree, "joint", element.attrib)
-            copied.extend(list(element))
-            copied.set("type", kind if kind in JOINT_TYPES else "floating")
-    return ElementTree.tostring(tree, encoding="unicode")
-
-
-def _check_inertial(link: ElementTree.Element, at: str, strict: bool) -> str:
-    """Check a link's inertia; return what is wrong with it where that is to be accepted.
-
-    A massless inertia that is accepted is taken out of the link.
-    """
-    inertial = link.find("inertial")
-    if inertial is None:
-        return ""
-    placement(inertial, at)
-    mass_element, inertia_element = inertial.find("mass"), inertial.find("inertia")
-    if mass_element is None or inertia_element is None:
-        raise ModelError(f"{at}: <inertial> needs <mass> and <inertia>; a massless link has none")
-    mass = float(numbers(mass_element.get("value"), 1, "", f"{at}: mass")[0])
-    if mass == 0.0 and not strict:
-        link.remove(inertial)
-        return f"{at}: mass 0 kg: taken as massless"
-    if mass <= 0.0:
+    parent_joint: dict[str, str] = {}
+    children: dict[str, list[str]] = {link: [] for link in links}
+    for joint in joints:
+        if joint.child in parent_joint:
+            raise ModelError(
+                f"{where}: joint {joint.name!r}: link {joint.child!r} has two parents, joints "
+                f"{parent_joint[joint.child]!r} and {joint.name!r}; a URDF is a tree: write one "
+                "of them as <loop>"
+            )
+        parent_joint[joint.child] = joint.name
+        children[joint.parent].append(joint.child)
+    roots = [link for link in links if link not in parent_joint]
+    if len(roots) != 1:
+        detail = f"links without a parent: {choices(roots)}" if roots else "the joints form a ring"
+        raise ModelError(f"{where}: a URDF has exactly one root link; {detail}")
+    reached = {roots[0]}
+    queue = [roots[0]]
+    while queue:
+        found = children[queue.pop()]
+        reached.update(found)
+        queue.extend(found)
+    if len(reached) != len(links):
+        lost = choices(set(links) - reached)
         raise ModelError(
-            f"{at}: mass {mass:g} kg is not positive; a massless link has no <inertial>"
-            + ("; load(..., strict=False) takes zero for that" if mass == 0.0 else "")
+            f"{where}: not connected to the root {roots[0]!r}: {lost}; "
+            "their joints form a ring: write one of them as <loop>"
         )
-    xx, yy, zz, xy, xz, yz = (
-        float(numbers(inertia_element.get(name), 1, "0", f"{at}: inertia {name}")[0])
-        for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    )
-    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def check_inertia(tensor: np.ndarray, at: str, strict: bool) -> str:
+    """Return what is wrong with an inertia `(3, 3)`, where that is accepted.
+
+    Raises:
+        ModelError: something is wrong with it, and it is not.
+    """
     small, middle, large = np.linalg.eigvalsh(tensor)
     slack = _INERTIA_TOLERANCE * abs(large)
     wrong = ""
@@ -207,3 +136,117 @@ def _check_inertial(link: ElementTree.Element, at: str, strict: bool) -> str:
     if wrong and strict:
         raise ModelError(f"{wrong}; load(..., strict=False) accepts it")
     return wrong
+
+
+def _links(
+    robot: ElementTree.Element, where: str, strict: bool
+) -> tuple[list[LinkDescription], list[str]]:
+    """Return the links, and what is wrong with them and was accepted."""
+    if not names(robot, "link", where):
+        raise ModelError(f"{where}: there is no <link>")
+    links, remarks = [], []
+    for element in robot.findall("link"):
+        link, remark = _link(element, where, strict)
+        links.append(link)
+        if remark:
+            remarks.append(remark)
+    return links, remarks
+
+
+def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkDescription, str]:
+    name = element.get("name", "")
+    at = f"{where}: link {name!r}"
+    found = element.findall("inertial")
+    if not found:
+        return LinkDescription(name), ""
+    if len(found) > 1:
+        raise ModelError(f"{at}: there are {len(found)} <inertial>; a link has one mass")
+    inertial = found[0]
+    frame = placement(inertial, at)
+    mass_element, inertia_element = inertial.find("mass"), inertial.find("inertia")
+    if mass_element is None or inertia_element is None:
+        raise ModelError(f"{at}: <inertial> needs <mass> and <inertia>; a massless link has none")
+    mass = float(numbers(mass_element.get("value"), 1, "", f"{at}: mass")[0])
+    if mass == 0.0 and not strict:
+        return LinkDescription(name), f"{at}: mass 0 kg: taken as massless"
+    if mass < _LEAST_MASS:
+        raise ModelError(
+            f"{at}: mass {mass:g} kg is not positive; a massless link has no <inertial>"
+            + ("; load(..., strict=False) takes zero for that" if mass == 0.0 else "")
+        )
+    xx, yy, zz, xy, xz, yz = (
+        float(numbers(inertia_element.get(moment), 1, "0", f"{at}: inertia {moment}")[0])
+        for moment in _MOMENTS
+    )
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    remark = check_inertia(tensor, at, strict)
+    rotation = frame[:3, :3]
+    return LinkDescription(name, mass, frame[:3, 3], rotation @ tensor @ rotation.T), remark
+
+
+def _joint(
+    element: ElementTree.Element, links: dict[str, None], where: str, remarks: list[str]
+) -> JointDescription:
+    name = name_of(element, where)
+    at = f"{where}: joint {name!r}"
+    kind = element.get("type")
+    if kind not in JOINT_TYPES:
+        raise ModelError(f"{at}: type {kind!r} is not supported; types: {choices(JOINT_TYPES)}")
+    axis = np.array([1.0, 0.0, 0.0]) if kind == "fixed" else axis_of(element, at)
+    dynamics = element.find("dynamics")
+    acting = {} if dynamics is None else {
+        key: value
+        for key in ("damping", "friction")
+        if (value := float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0]))
+    }
+    if acting:
+        listed = ", ".join(f"{key} {value:g}" for key, value in acting.items())
+        remarks.append(f"{at}: {listed} of <dynamics> left out: wrenches are without friction")
+    return JointDescription(
+        name=name,
+        type=kind,
+        parent=link_of(element, "parent", links, at),
+        child=link_of(element, "child", links, at),
+        origin=placement(element, at),
+        axis=axis,
+        axis_2=axis,
+        limits=_limits(element, kind, at),
+    )
+
+
+def _limits(element: ElementTree.Element, kind: str, at: str) -> Limits:
+    found = element.find("limit")
+    if found is None:
+        return Limits()
+
+    def limit(name: str, default: str) -> float:
+        return float(numbers(found.get(name), 1, default, f"{at}: limit {name}")[0])  # type: ignore[union-attr]
+
+    velocity, effort = limit("velocity", "0"), limit("effort", "0")
+    if kind == "continuous":
+        return Limits(velocity=velocity, effort=effort)
+    return Limits(limit("lower", "0"), limit("upper", "0"), velocity, effort)
+
+
+def _flag(joint: ElementTree.Element, where: str) -> bool:
+    value = joint.get("independent", "false").lower()
+    if value not in ("true", "false"):
+        raise ModelError(
+            f"{where}: joint {joint.get('name')!r}: independent is {value!r}, "
+            "expected true or false"
+        )
+    return value == "true"
+
+
+def _coupling(
+    element: ElementTree.Element, links: dict[str, None], where: str
+) -> CouplingDescription:
+    name = name_of(element, where)
+    at = f"{where}: coupling {name!r}"
+    ends = [link_of(element, side, links, at) for side in ("predecessor", "successor")]
+    found = element.find("ratio")
+    value = None if found is None else found.get("value")
+    ratio = float(numbers(value, 1, "", f"{at}: ratio value")[0])
+    if ratio == 0.0:
+        raise ModelError(f"{at}: a ratio of zero would hold the successor, not couple it")
+    return CouplingDescription(name, ends[0], ends[1], ratio)

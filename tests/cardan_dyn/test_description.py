@@ -86,7 +86,7 @@ BAD = {
         "joint 'pin_in': the axis .* has no direction",
     ),
     "axis of two numbers": (changed('<axis xyz="0 1 0"/>', '<axis xyz="0 1"/>'), "not 3 finite"),
-    "not a number": (changed('<axis xyz="0 1 0"/>', '<axis xyz="0 y 0"/>'), "is not 3 number"),
+    "not a number": (changed('<axis xyz="0 1 0"/>', '<axis xyz="0 y 0"/>'), "is not 3 finite number"),
     "infinite origin": (
         changed(
             '<successor link="shaft_out"><origin xyz="0',
