@@ -6,13 +6,12 @@ the held joints are brought to their positions one after the other, then the dri
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+import threading
+from dataclasses import dataclass
 
 import numpy as np
 
 from .branch import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION, Branch
-from .closure import Reduction
 from .coordinates import Array, Coordinates
 from .errors import AssemblyError, CardanError, SingularConfigurationError, shown
 from .following import follow
@@ -29,8 +28,31 @@ _STUDIED = 32
 _MOST_TURNS = 1000
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class Guess:
+    """Coordinates near closed ones, and what closes them.
+
+    Attributes:
+        x: `(N, size)` coordinates, exact in the drives.
+        turns: `(N, size)` whole turns that their angles lack.
+        kinematics: with the rows that are known to be independent.
+        followed: whether they lie on a branch that was followed before.
+    """
+
+    x: Array
+    turns: Array
+    kinematics: Kinematics
+    followed: bool
+
+    def __getitem__(self, rows: slice) -> Guess:
+        return Guess(self.x[rows], self.turns[rows], self.kinematics, self.followed)
+
+
 class Assembly:
     """Assembles a mechanism with given drives and held joints.
+
+    What is learned about the motion is kept for later calls. Calls from several threads learn one
+    after the other, and none changes what another one has got.
 
     Attributes:
         groups: all groups of the scene.
@@ -71,13 +93,14 @@ class Assembly:
         self._columns = [coordinates.columns[name].start for name in drives]
         prescribed = {coordinates.velocities[name].start for name in (*drives, *held)}
         self.passives = np.array(sorted(set(range(mechanism.model.nv)) - prescribed), dtype=int)
+        self._lock = threading.RLock()
         self._branch: Branch | None = None
         self._served = 0
         self.groups = self._groups_for(drives, self.passives)
         self.needed = needs(mechanism, coordinates, self.groups, wanted)
         kept = [self.groups[number] for number in self.needed.motion]
         self.decided = columns_of(kept)
-        self.kinematics = self._kinematics_of(drives, kept)
+        self.kinematics = self._open = self._kinematics_of(drives, kept)
         state = self._zero()
         everything = set(range(mechanism.model.nv)) - {
             coordinates.velocities[name].start for name in held
@@ -87,7 +110,6 @@ class Assembly:
             state = self._brought(state, joint, value, np.array(sorted(others), dtype=int))
         way = [state]
         self._settled = False
-        self._open = [solver.reduction for solver in self.kinematics.solvers]
         try:
             for joint, value in held.items():
                 way.append(self._brought(way[-1], joint, value, self.passives))
@@ -95,65 +117,58 @@ class Assembly:
             self._study(np.array(way))  # Too few or too many drives are the better reason.
             raise
         self.start = way[-1]
-        self._open = [solver.open_reduction(self.start) for solver in self.kinematics.solvers]
+        self._open = self._open.solving(
+            [solver.open_reduction(self.start) for solver in self._open.solvers]
+        )
         # The start may be a dead point; the way to it tells.
         self._study(np.array(way))
 
-    @property
-    def reductions(self) -> list[Reduction]:
-        """Which rows every group solves; they change as long as little of the motion is known."""
-        return [solver.reduction for solver in self.kinematics.solvers]
-
-    def guesses(self, positions: Array) -> tuple[Array, Array]:
+    def guesses(self, positions: Array) -> Guess:
         """Return coordinates near closed ones on the branch.
 
         Args:
             positions: `(N, d)` drive positions.
-
-        Returns:
-            Coordinates `(N, size)`, exact in the drives, and whole turns `(N, size)` that their
-            angles lack.
         """
+        with self._lock:
+            return self._guesses(positions)
+
+    def _guesses(self, positions: Array) -> Guess:
         turns = np.zeros((len(positions), self._coordinates.size))
         if not self.decided.size:
             guesses = np.repeat(self.start[None, :], len(positions), axis=0)
             guesses[:, self._columns] = positions
-            return guesses, turns
+            return Guess(guesses, turns, self.kinematics, False)
         if len(self.drives) > 1:
-            with self._open_rows():
-                followed = follow(self.kinematics, self.start, self._columns, positions)
+            followed = follow(self._open, self.start, self._columns, positions)
             self._study(followed[:: 1 + len(followed) // _STUDIED])
-            return followed, turns
+            return Guess(followed, turns, self.kinematics, False)
         known = self._branch.span if self._branch else None
         wanted = positions[:, 0]
-        with self._open_rows():
-            if self._branch is None:
-                self._branch = self._branch_of(self.drives[0], self.kinematics, self.start)
-            branch = self._branch
-            periods = self._covered(branch, wanted)
+        if self._branch is None:
+            self._branch = self._branch_of(self.drives[0], self._open, self.start)
+        branch = self._branch
+        periods = self._covered(branch, wanted)
         if branch.span != known:
             self._study(branch.states())
         # Nodes pay once enough samples have used them.
         self._served += len(positions)
-        branch.refine(most=self._served // 24)
-        for solver in self.kinematics.solvers:
-            solver.set_amplitudes(branch.states())
+        branch.refine(self.kinematics, most=self._served // 24)
         reduced = wanted - periods * (branch.period or 0.0)
         guesses = branch.guess(reduced)
         guesses[:, self._columns] = positions
         turns += periods[:, None] * branch.windings
         turns[:, self._columns] = 0.0
-        return guesses, turns
+        return Guess(guesses, turns, self.kinematics.moving(branch.states()), True)
 
-    def close(self, guesses: Array, turns: Array, positions: Array) -> ClosedMechanism:
-        """Close the loops at guesses, as `guesses` returns them, for drive positions `(N, d)`.
+    def close(self, guess: Guess, positions: Array) -> ClosedMechanism:
+        """Close the loops at guesses for drive positions `(N, d)`.
 
         Raises:
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
         """
-        here = self.kinematics.close(guesses, turns)
-        lost = here.correction > SAFE_CORRECTION if self._branch else np.zeros(len(guesses), bool)
+        here = guess.kinematics.close(guess.x, guess.turns)
+        lost = (here.correction > SAFE_CORRECTION) & guess.followed
         bad = ~(here.residual < CLOSURE_TOLERANCE) | lost
         if np.any(bad):
             worst = int(np.argmax(bad))
@@ -181,35 +196,32 @@ class Assembly:
             return None
         if not self.decided.size:
             return 2.0 * np.pi
-        if self._branch is None or self._branch.period is None:
-            with self._open_rows():
-                self._branch = self._branch or self._branch_of(
-                    self.drives[0], self.kinematics, self.start
-                )
-                found = self._branch.find_period()
-            self._study(self._branch.states())
-            if not found:
-                return None
-        return self._branch.period
+        with self._lock:
+            if self._branch is None:
+                self._branch = self._branch_of(self.drives[0], self._open, self.start)
+            branch = self._branch
+            if branch.period is None:
+                branch.find_period()
+                self._study(branch.states())
+            return branch.period
 
     def range(self) -> tuple[float, float]:
         """Return between which positions the only drive can move, ±inf where it turns through."""
         name = self.drives[0]
         if not self.decided.size:
             return -np.inf, np.inf
-        with self._open_rows():
-            branch = self._branch_of(name, self.kinematics, self.start)
-            if self.mechanism.joints[name].type == "prismatic":
-                reach = 10.0 * self.mechanism.length
-            else:
-                try:
-                    if branch.find_period():
-                        return -np.inf, np.inf
-                except CardanError:
-                    pass
-                reach = 4.0 * np.pi
-            here = self.start[self._columns[0]]
-            return branch.limit(here - reach), branch.limit(here + reach)
+        branch = self._branch_of(name, self._open, self.start)
+        if self.mechanism.joints[name].type == "prismatic":
+            reach = 10.0 * self.mechanism.length
+        else:
+            try:
+                if branch.find_period():
+                    return -np.inf, np.inf
+            except (AssemblyError, SingularConfigurationError):
+                pass  # It does not turn through; the limits say how far it goes.
+            reach = 4.0 * np.pi
+        here = self.start[self._columns[0]]
+        return branch.limit(here - reach), branch.limit(here + reach)
 
     def others(self) -> list[Array]:
         """Return the ways to assemble the loops with all drives at zero, the scene's own first.
@@ -224,8 +236,8 @@ class Assembly:
         step[:, passive.slides] *= self.mechanism.length / np.pi
         step[0] = 0.0
         passive.apply(starts, step)
-        with np.errstate(all="ignore"), self._open_rows():
-            found = self.kinematics.close(starts, most=60)
+        with np.errstate(all="ignore"):
+            found = self._open.close(starts, most=60)
         good = (found.residual < CLOSURE_TOLERANCE) & (found.condition < SINGULAR_CONDITION)
         kept: list[Array] = []
         shapes: list[Array] = []
@@ -284,8 +296,9 @@ class Assembly:
             if set(group.passives.tolist()) - left_out
         ]
         kinematics = self._kinematics_of((joint,), kept)
-        for solver in kinematics.solvers:
-            solver.reduction = solver.open_reduction(state)
+        kinematics = kinematics.solving(
+            [solver.open_reduction(state) for solver in kinematics.solvers]
+        )
         branch = self._branch_of(joint, kinematics, state)
         branch.cover(min(value, state[column]), max(value, state[column]))
         return branch.states()[-1 if value > state[column] else 0]
@@ -312,36 +325,22 @@ class Assembly:
         branch.cover(low, high)
         return np.zeros(len(wanted))
 
-    @contextmanager
-    def _open_rows(self) -> Iterator[None]:
-        """Solve all rows that open loops can reach, for a while.
-
-        At the few positions known so far a closed loop may look planar or spherical that is not.
-        """
-        solvers = self.kinematics.solvers
-        before = [solver.reduction for solver in solvers]
-        for solver, reduction in zip(solvers, self._open, strict=True):
-            solver.reduction = reduction
-        try:
-            yield
-        finally:
-            for solver, reduction in zip(solvers, before, strict=True):
-                solver.reduction = reduction
-
     def _study(self, states: Array) -> None:
         """Find the redundant rows over closed states `(K, size)`, then check the mobility."""
         if self._settled:
             return
-        with self._open_rows():
-            here = self.kinematics.evaluate(states)
+        here = self._open.evaluate(states)
         if self._determined(here):
             # All rows that can be reached are, and the passives follow from them.
-            for solver, reduction in zip(self.kinematics.solvers, self._open, strict=True):
-                solver.reduction = reduction
+            self.kinematics = self._open
             self._settled = True
             return
-        for solver, closed in zip(self.kinematics.solvers, here.groups, strict=True):
-            solver.reduction = solver.closure.reduction(closed.twists)
+        self.kinematics = self._open.solving(
+            [
+                closed.solver.closure.reduction(closed.twists, closed.actions)
+                for closed in here.groups
+            ]
+        )
         check_mobility(
             self.kinematics,
             self.kinematics.evaluate(states),
@@ -368,7 +367,7 @@ class Assembly:
         return partition(self._structure, x, self._driven(drives), passives)
 
     def _kinematics_of(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
-        zero = self.mechanism.zero_positions()
+        zero = self.mechanism.zero_placements()
         solvers = [Solver(self.mechanism, self._coordinates, group, zero) for group in groups]
         return Kinematics(self._coordinates, self._driven(drives), solvers)
 

@@ -188,10 +188,14 @@ class Branch:
                 return True
         return False
 
-    def refine(self, most: int) -> None:
+    def refine(self, kinematics: Kinematics, most: int) -> None:
         """Halve intervals until guesses are exact to rounding, or there are `most` nodes.
 
         Guesses are made safe in any case.
+
+        Args:
+            kinematics: with the rows that are known to be independent.
+            most: number of nodes.
 
         Raises:
             AssemblyError: the branch cannot be resolved.
@@ -203,11 +207,11 @@ class Branch:
         while np.any(open_intervals):
             left = np.nonzero(open_intervals)[0]
             middle = 0.5 * (self._positions[left] + self._positions[left + 1])
-            found = self.kinematics.close(self.guess(middle))
+            found = kinematics.close(self.guess(middle))
             unsafe = found.correction > SAFE_CORRECTION
             if np.any(unsafe):
-                nodes = self.kinematics.evaluate(self._nodes[left, 0])
-                lost = unsafe & ~self.kinematics.same_side(found, nodes.inverses)
+                nodes = kinematics.evaluate(self._nodes[left, 0])
+                lost = unsafe & ~kinematics.same_side(found, nodes.inverses)
                 lost |= found.correction > 0.5
                 if np.any(lost):
                     first = int(np.argmax(lost))

@@ -3,23 +3,26 @@
 In world axes about the twin's origin a closed loop says that the twists of its joints, summed
 along the predecessor's path, equal those along the successor's path. Each loop gives six rows;
 rows that no motion of the loop's joints can ever violate are redundant and are projected out
-(`Reduction`), their reactions being statically indeterminate.
+(`Reduction`), their reactions being statically indeterminate. A planar loop stays in its plane
+only as seen from the body that carries it, so rows are chosen in the axes of that body: the
+nearest one from which both sides of the loop hang.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .coordinates import Array
-from .groups import Group
+from .groups import RANK_TOLERANCE, Group
 from .mechanism import Coupling, Loop, Mechanism
 from .tree import ancestors
 from .twin import Twin, UnitTwists, cross, placement
 
-RANK_TOLERANCE = 1e-9
-"""Singular values below this fraction of the greatest count as zero in rank decisions."""
+if TYPE_CHECKING:
+    from pinocchio import SE3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,12 +90,38 @@ class Path:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Base:
+    """The axes in which a loop's rows are chosen.
+
+    Attributes:
+        body: place in the twin of the body that carries the loop, -1 for the world.
+        point: `(3,)` point in that body about which twists are taken there.
+    """
+
+    body: int
+    point: Array
+
+    def turns(self, actions: Array) -> Array:
+        """Return `(N, 6, 6)` matrices: a twist (a row, in world axes) times them is one here.
+
+        Times a wrench here (a column), they give the wrench in world axes.
+        """
+        rotation, position = placement(actions, self.body)
+        point = position + np.einsum("ikn,k->in", rotation, self.point)
+        columns = rotation.transpose(2, 0, 1)
+        result = np.zeros((len(actions), 6, 6))
+        result[:, :3, :3] = result[:, 3:, 3:] = columns
+        result[:, 3:, :3] = np.cross(point.T[:, :, None], columns, axis=1)
+        return result
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Reduction:
     """The rows of each loop that its motion can reach, and those that it cannot.
 
     Attributes:
-        rows: per loop `(6, r)`: orthonormal combinations of the weighed rows that the joints'
-            twists span over the whole motion.
+        rows: per loop `(6, r)`: orthonormal combinations of the weighed rows, in the loop's
+            `Base`, that the joints' twists span over the whole motion.
         null: per loop `(6, 6 - r)`: the combinations that they never reach.
     """
 
@@ -116,12 +145,23 @@ class Closure:
         signs: `(L, n)` +1 for bodies on a loop's predecessor path, -1 on its successor path.
         weights: `(6,)` scale of a wrench's components [1/m for forces, 1 for moments]: rows and
             wrenches are compared with lengths in units of the mechanism's length.
+        bases: per loop, the axes in which its rows are chosen.
         gears: `(m, G)` coefficients of the couplings' rows.
         geared: velocity coordinates that couplings count, held ones included.
         gear_ratios: their coefficients, `(len(geared), G)`.
     """
 
-    def __init__(self, mechanism: Mechanism, twin: Twin, group: Group) -> None:
+    def __init__(
+        self, mechanism: Mechanism, twin: Twin, group: Group, zero: dict[int, SE3]
+    ) -> None:
+        """Collect the equations of a group.
+
+        Args:
+            mechanism: the mechanism.
+            twin: of the group's bodies.
+            group: the group.
+            zero: placements of the bodies with every joint at zero.
+        """
         self.mechanism = mechanism
         self.twin = twin
         self.moving = np.concatenate([group.known, group.passives])
@@ -133,12 +173,17 @@ class Closure:
         self._owners = twin.owner[self.moving]
         self.sides: list[tuple[Side, Side]] = []
         self._paths: list[Path] = []
+        self.bases: list[Base] = []
         for number, loop in enumerate(self.loops):
             sides, path = self._sides(number, loop)
             self.sides.append(sides)
             self._paths.append(path)
+            self.bases.append(self._base(loop, zero))
         self.column_signs = self.signs[:, self._owners]
         self._factors = self.column_signs[:, :, None] * self.weights
+        slides = np.any(twin.subspace[self.moving, :3] != 0.0, axis=1)
+        # In rank decisions slides count by lengths, or the unit of length would decide.
+        self._units = np.where(slides, mechanism.length, 1.0)[:, None] * self.weights
         gears = np.array([self._gear(coupling) for coupling in self.couplings])
         gears = gears.reshape(-1, mechanism.model.nv).T
         self.gears = gears[self.moving]
@@ -166,6 +211,17 @@ class Closure:
         path = Path(np.array(columns, dtype=int), np.array(signs)[:, None], before.astype(float))
         return (sides[0], sides[1]), path
 
+    def _base(self, loop: Loop, zero: dict[int, SE3]) -> Base:
+        first, second = (
+            ancestors(self.mechanism.model, body) for body in (loop.predecessor, loop.successor)
+        )
+        common = [body for body in first if body in set(second)]
+        if not common:
+            return Base(-1, np.zeros(3))
+        carrier, end = zero[common[-1]], zero[loop.predecessor - 1]
+        point = carrier.rotation.T @ (end.translation - carrier.translation)
+        return Base(self.twin.local[common[-1]], point)
+
     def _path(self, index: int) -> list[int]:
         return [self.twin.local[body] for body in ancestors(self.mechanism.model, index)]
 
@@ -182,16 +238,24 @@ class Closure:
         count = len(self.sides)
         return Reduction((np.eye(6),) * count, (np.zeros((6, 0)),) * count)
 
-    def reduction(self, twists: Array) -> Reduction:
-        """Find the reachable rows from twists `(N, m, 6)` at positions all over the motion.
+    def reduction(self, twists: Array, actions: Array) -> Reduction:
+        """Find the reachable rows at positions all over the motion.
 
         The unit twists of a loop's joints at all positions together span the motions that the
         loop can make; when that space is smaller than six (a planar or a spherical chain), the
         rest of its rows hold by themselves, at every position.
+
+        Args:
+            twists: `(N, m, 6)` of the moving coordinates.
+            actions: see `Twin.actions`.
         """
         rows, null = [], []
-        for signs in self.column_signs:
-            on_path = twists[:, signs != 0.0] * self.weights
+        for signs, base in zip(self.column_signs, self.bases, strict=True):
+            chosen = signs != 0.0
+            on_path = twists[:, chosen]
+            if base.body >= 0:
+                on_path = on_path @ base.turns(actions)
+            on_path = on_path * self._units[chosen]
             # Six columns decide; the triangle of a QR factorisation says all about them.
             triangle = np.asarray(np.linalg.qr(on_path.reshape(-1, 6), mode="r"))
             vectors, values, _ = np.linalg.svd(triangle.T, full_matrices=True)
@@ -200,34 +264,65 @@ class Closure:
             null.append(_tidy(vectors[:, rank:]))
         return Reduction(tuple(rows), tuple(null))
 
-    def rows(self, twists: Array, reduction: Reduction) -> Array:
+    def rows(self, twists: Array, actions: Array, reduction: Reduction) -> Array:
         """Return the transposed closure matrix `(N, m, R)`: a row per moving coordinate.
 
         Its columns are the reduced rows of the loops, then those of the couplings.
         """
         count, moving = twists.shape[:2]
-        parts = [
+        parts = []
+        for signs, factors, base, rows in zip(
+            self.column_signs, self._factors, self.bases, reduction.rows, strict=True
+        ):
+            if base.body >= 0:
+                parts.append((twists * signs[:, None]) @ self._weighed(base, actions, rows))
+                continue
             # One product of tall matrices is faster than one for every sample.
-            ((twists * factors).reshape(-1, 6) @ rows).reshape(count, moving, rows.shape[1])
-            for factors, rows in zip(self._factors, reduction.rows, strict=True)
-        ]
+            part = (twists * factors).reshape(-1, 6) @ rows
+            parts.append(part.reshape(count, moving, rows.shape[1]))
         if self.couplings or not parts:
             parts.append(np.broadcast_to(self.gears, (count, *self.gears.shape)))
         return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=2)
 
-    def project(self, twist: Array, slips: Array | None, reduction: Reduction) -> Array:
+    def project(
+        self, twist: Array, slips: Array | None, actions: Array, reduction: Reduction
+    ) -> Array:
         """Return `(N, R)` components along the reduced rows.
 
         Args:
             twist: loop twists `(N, L, 6)`.
             slips: of the couplings `(N, G)`; zero if None.
+            actions: see `Twin.actions`.
             reduction: which rows.
         """
         weighed = twist * self.weights
-        parts = [weighed[:, number] @ rows for number, rows in enumerate(reduction.rows)]
+        parts = [
+            weighed[:, number] @ rows
+            if base.body < 0
+            else (twist[:, [number]] @ self._weighed(base, actions, rows))[:, 0]
+            for number, (base, rows) in enumerate(zip(self.bases, reduction.rows, strict=True))
+        ]
         if self.couplings or not parts:
             parts.append(np.zeros((len(twist), self.gears.shape[1])) if slips is None else slips)
         return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+
+    def wrench(self, number: int, actions: Array, combinations: Array) -> Array:
+        """Return wrenches of a loop in world axes about the twin's origin.
+
+        Args:
+            number: place of the loop in the group.
+            actions: see `Twin.actions`.
+            combinations: of its weighed rows, `(N, 6, k)` or `(6, k)`.
+        """
+        weighed = combinations * self.weights[:, None]
+        base = self.bases[number]
+        if base.body >= 0:
+            return np.asarray(base.turns(actions) @ weighed)
+        return np.broadcast_to(weighed, (len(actions), *weighed.shape[-2:]))
+
+    def _weighed(self, base: Base, actions: Array, rows: Array) -> Array:
+        """Return `(N, 6, r)` the rows of a loop that a moving body carries, in world axes."""
+        return np.asarray(base.turns(actions) @ (self.weights[:, None] * rows))
 
     def error(self, actions: Array) -> tuple[Array, Array]:
         """Return how far the loops are from closed.

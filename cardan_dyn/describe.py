@@ -128,7 +128,7 @@ def describe(mechanism: Mechanism) -> MechanismReport:
 def _measured(
     mechanism: Mechanism, coordinates: Coordinates, groups: list[Group]
 ) -> tuple[int, list[LoopReport]]:
-    zero = mechanism.zero_positions()
+    zero = mechanism.zero_placements()
     solvers = [
         Solver(mechanism, coordinates, group, zero)
         for group in groups
@@ -141,13 +141,13 @@ def _measured(
     here = kinematics.close(_around_zero(coordinates), most=60)
     here = kinematics.evaluate(here.x[here.residual < 1e-10])
     closed = here.groups[0]
-    rank = int(np.max(ranks(closed.passive_rows), initial=0))
-    solver.reduction = solver.closure.reduction(closed.twists)
-    closed = kinematics.evaluate(here.x).groups[0]
-    reactions = ReactionSolver(mechanism, kinematics)
+    rank = int(np.max(ranks(closed.scaled_rows), initial=0))
+    solver = solver.solving(solver.closure.reduction(closed.twists, closed.actions))
+    closed = solver.evaluate(here.x)[0]
+    reactions = ReactionSolver(mechanism, kinematics, {0})
     loops = []
     for place, loop in enumerate(mechanism.loops):
-        blurred = _blurred(mechanism, reactions, solver, closed, place)
+        blurred = _blurred(mechanism, reactions, closed, place)
         reached = solver.reduction.rows[place].shape[1]
         kind = mechanism.joints[loop.joint].type
         loops.append(LoopReport(loop.joint, kind, reached, blurred))
@@ -165,12 +165,12 @@ def _around_zero(coordinates: Coordinates) -> Array:
 
 
 def _blurred(
-    mechanism: Mechanism, reactions: ReactionSolver, solver: Solver, closed: Closed, place: int
+    mechanism: Mechanism, reactions: ReactionSolver, closed: Closed, place: int
 ) -> dict[str, str]:
     """Return which components of which joints the redundant rows of a loop leave open."""
     found: dict[str, str] = {}
-    for item in reactions.undetermined(solver, closed):
-        if solver.group.loops[place] not in item.forces:
+    for item in reactions.undetermined(closed):
+        if closed.solver.group.loops[place] not in item.forces:
             continue
         for joint in mechanism.joints.values():
             number = joint.index - 1 if joint.parts else None

@@ -17,6 +17,8 @@ from .coordinates import Array, Coordinates, generic
 from .mechanism import Mechanism
 from .tree import ancestors
 
+RANK_TOLERANCE = 1e-9
+"""Singular values below this fraction of the greatest count as zero in rank decisions."""
 _PIECE = 8  # Bodies on no loop are taken in pieces of this size.
 _WHOLE = 14  # Up to this many bodies, one model costs less than two.
 
@@ -77,33 +79,34 @@ class Structure:
         """
         result = []
         for number in range(len(self.mechanism.loops)):
+            path = self.paths[number]
             twists = [
-                self._twists(self.chains[number], set(self.paths[number]), x, moving, values)
-                for values in generic(3, 3 * len(self.chains[number])).reshape(3, -1, 3)
+                self._twists(path, x, moving, values)
+                for values in generic(3, 3 * len(path)).reshape(3, -1, 3)
             ]
-            stacked = np.concatenate(twists, axis=0)
-            scale = np.repeat([1.0 / self.mechanism.length, 1.0], 3)
-            values = np.linalg.svd(stacked * scale, compute_uv=False)
-            result.append(int(np.sum(values > 1e-9 * max(values, default=0.0))))
+            values = np.linalg.svd(np.concatenate(twists, axis=0), compute_uv=False)
+            result.append(int(np.sum(values > RANK_TOLERANCE * max(values, default=0.0))))
         return result
 
-    def _twists(
-        self, chain: list[int], path: set[int], x: Array, moving: set[int], values: Array
-    ) -> Array:
-        """Return unit twists `(k, 6)` of the moving coordinates on a path, about the world.
+    def _twists(self, path: list[int], x: Array, moving: set[int], values: Array) -> Array:
+        """Return unit twists `(k, 6)` of the moving coordinates on a path.
+
+        They are seen from the body that carries the loop, lengths in units of the mechanism's.
 
         Args:
-            chain: bodies from the root.
-            path: those on the loop.
+            path: bodies on the loop, ascending.
             x: `(size,)` coordinates of the joints that do not move.
             moving: velocity coordinates that move.
-            values: `(len(chain), 3)` where they are.
+            values: `(len(path), 3)` where they are.
         """
+        length = self.mechanism.length
         model = self.mechanism.model
         parts = {part.index - 1: (part, start) for part, start in self._parts()}
-        placements = {-1: pinocchio.SE3.Identity()}
+        placements: dict[int, pinocchio.SE3] = {}
+        # Far from the origin of what carries the loop, lengths would hide its rank.
+        corner = model.jointPlacements[path[0] + 1].translation if path else np.zeros(3)
         twists: list[Array] = []
-        for body, where in zip(chain, values, strict=True):
+        for body, where in zip(path, values, strict=True):
             part, start = parts[body]
             moves = self._columns[body][0] in moving
             value = where if moves else x[start : start + 4]
@@ -111,18 +114,23 @@ class Structure:
                 own = pinocchio.SE3(pinocchio.exp3(part.axis * value[0]), np.zeros(3))
                 units = np.concatenate([np.zeros(3), part.axis])[None]
             elif part.kind == "prismatic":
-                slide = part.axis * value[0] * (self.mechanism.length if moves else 1.0)
+                slide = part.axis * value[0] * (length if moves else 1.0)
                 own = pinocchio.SE3(np.eye(3), slide)
-                units = np.concatenate([part.axis, np.zeros(3)])[None]
+                units = np.concatenate([length * part.axis, np.zeros(3)])[None]
             else:
                 turn = pinocchio.exp3(value) if moves else _rotation(value)
                 own = pinocchio.SE3(turn, np.zeros(3))
                 units = np.concatenate([np.zeros((3, 3)), np.eye(3)], axis=1)
-            here = placements[model.parents[body + 1] - 1] * model.jointPlacements[body + 1] * own
+            origin = model.jointPlacements[body + 1]
+            parent = placements.get(model.parents[body + 1] - 1)
+            if parent is None:
+                here = pinocchio.SE3(origin.rotation, origin.translation - corner) * own
+            else:
+                here = parent * origin * own
             placements[body] = here
-            if body in path and moves:
+            if moves:
                 twists.extend(here.action @ unit for unit in units)
-        return np.array(twists).reshape(-1, 6)
+        return np.array(twists).reshape(-1, 6) * np.repeat([1.0 / length, 1.0], 3)
 
     def _parts(self) -> list[tuple]:  # type: ignore[type-arg]
         return list(zip(self.coordinates.parts, self.coordinates.starts, strict=True))

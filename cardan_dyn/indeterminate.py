@@ -10,6 +10,10 @@ import numpy as np
 from .coordinates import Array
 
 
+_STIFF = 1e-10  # Energies this much smaller than the greatest one decide nothing.
+_ROUNDING = 1e-18  # The square of what influence counts as none, see `UNIQUE_TOLERANCE`.
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Undetermined:
     """Closure forces that change no passive effort.
@@ -75,8 +79,15 @@ class LeastNorm:
 
     oriented: frozenset[int] = frozenset()
 
-    def __init__(self, length: float) -> None:
+    def __init__(self, length: float, counted: frozenset[int]) -> None:
+        """Make the rule.
+
+        Args:
+            length: that forces count times [m].
+            counted: places of the wrenches that the sum is over.
+        """
         self._lengths = np.repeat([length, 1.0], 3)
+        self._counted = counted
 
     def apply(
         self,
@@ -87,8 +98,12 @@ class LeastNorm:
     ) -> Array:
         """See `Choice.apply`."""
         touching: dict[int, list[int]] = {}
-        for number, item in enumerate(undetermined):
-            for joint in item.joints.tolist():
+        counting = [
+            [place for place, joint in enumerate(item.joints.tolist()) if joint in self._counted]
+            for item in undetermined
+        ]
+        for number, (item, places) in enumerate(zip(undetermined, counting, strict=True)):
+            for joint in item.joints[places].tolist():
                 touching.setdefault(joint, []).append(number)
         pairs = {
             (first, second)
@@ -99,20 +114,21 @@ class LeastNorm:
         }
         blocks: dict[tuple[int, int], Array] = {}
         right: dict[int, Array] = {}
-        for number, item in enumerate(undetermined):
-            flipped = self._weighed(item.rows())
-            loaded = wrenches[:, item.joints]
+        for number, (item, places) in enumerate(zip(undetermined, counting, strict=True)):
+            rows = item.rows(places)
+            flipped = self._weighed(rows)
+            loaded = wrenches[:, item.joints[places]]
             right[number] = -(
-                flipped @ loaded.reshape(len(loaded), 6 * len(item.joints), loaded.shape[3])
+                flipped @ loaded.reshape(len(loaded), 6 * len(places), loaded.shape[3])
             )
-            blocks[number, number] = flipped @ item.rows()
+            blocks[number, number] = flipped @ rows
         for first, second in pairs:
             one, other = undetermined[first], undetermined[second]
-            places = {joint: place for place, joint in enumerate(other.joints.tolist())}
+            there_is = {int(other.joints[place]): place for place in counting[second]}
             shared = [
-                (place, places[joint])
-                for place, joint in enumerate(one.joints.tolist())
-                if joint in places
+                (place, there_is[int(one.joints[place])])
+                for place in counting[first]
+                if int(one.joints[place]) in there_is
             ]
             here, there = (list(part) for part in zip(*shared, strict=True))
             blocks[first, second] = self._weighed(one.rows(here)) @ other.rows(there)
@@ -132,16 +148,20 @@ class Elastic:
     What their compliance does not decide is chosen by least norm.
     """
 
-    def __init__(self, length: float, compliances: dict[int, Array]) -> None:
+    def __init__(
+        self, length: float, counted: frozenset[int], compliances: dict[int, Array]
+    ) -> None:
         """Make the rule.
 
         Args:
             length: for the least norm [m].
+            counted: for the least norm, see `LeastNorm`.
             compliances: per joint `(6, 6)` [m/N, rad/(N·m)], in the axes that stay with the parent.
         """
         self.oriented = frozenset(compliances)
         self._compliances = compliances
         self._lengths = np.repeat([length, 1.0], 3)
+        self._counted = counted
 
     def apply(
         self,
@@ -159,19 +179,25 @@ class Elastic:
             for place, joint in enumerate(item.joints.tolist()):
                 spread.setdefault(joint, []).append((number, item.spread[:, place]))
         elastic, norm = np.zeros((2, count, total, total))
+        bound = np.zeros((count, 1))
         right_elastic, right_norm = np.zeros((2, count, total, wrenches.shape[3]))
         for joint, parts in spread.items():
             whole = np.zeros((count, 6, total))
             for number, part in parts:
                 whole[:, :, starts[number] : starts[number + 1]] = part
             flipped, wrench = whole.transpose(0, 2, 1), wrenches[:, joint]
-            norm += flipped @ (whole * self._lengths[:, None] ** 2)
-            right_norm -= flipped @ (wrench * self._lengths[:, None] ** 2)
+            if joint in self._counted:
+                norm += flipped @ (whole * self._lengths[:, None] ** 2)
+                right_norm -= flipped @ (wrench * self._lengths[:, None] ** 2)
             if joint in self._compliances:
                 compliance = self._turned(joint, rotations.get(joint))
                 elastic += flipped @ compliance @ whole
                 right_elastic -= flipped @ compliance @ wrench
-        amounts = _lexicographic(elastic, right_elastic, norm, right_norm)
+                # What the energy could be if the forces went where the joint yields most.
+                softest = self._compliances[joint] / np.multiply.outer(self._lengths, self._lengths)
+                sizes = np.sum((whole * self._lengths[:, None]) ** 2, axis=(1, 2))
+                bound += np.linalg.norm(softest) * sizes[:, None]
+        amounts = _lexicographic(elastic, right_elastic, norm, right_norm, bound)
         for number, item in enumerate(undetermined):
             _add(wrenches, closure, item, amounts[:, starts[number] : starts[number + 1]])
         return influence(wrenches, undetermined, self._lengths)
@@ -201,10 +227,22 @@ def _add(wrenches: Array, closure: list[Array], item: Undetermined, amount: Arra
         closure[number] += forces @ amount
 
 
-def _lexicographic(first: Array, right_1: Array, second: Array, right_2: Array) -> Array:
-    """Minimise a first quadratic form; among its minima, a second one."""
+def _lexicographic(
+    first: Array, right_1: Array, second: Array, right_2: Array, bound: Array
+) -> Array:
+    """Minimise a first quadratic form; among its minima, a second one.
+
+    Args:
+        first: `(N, k, k)`.
+        right_1: `(N, k, c)`.
+        second: `(N, k, k)`.
+        right_2: `(N, k, c)`.
+        bound: `(N, 1)` greatest value that the first form could have; where all of it is far
+            below, it is the rounding of zero and decides nothing.
+    """
     values, vectors = np.linalg.eigh(first)
-    stiff = values > 1e-10 * np.max(np.abs(values), axis=1, keepdims=True)
+    least = _STIFF * np.max(np.abs(values), axis=1, keepdims=True)
+    stiff = values > np.maximum(least, _ROUNDING * bound)
     reciprocal = np.where(stiff, 1.0 / np.where(stiff, values, 1.0), 0.0)
     flipped = vectors.transpose(0, 2, 1)
     amounts = vectors @ (reciprocal[:, :, None] * (flipped @ right_1))

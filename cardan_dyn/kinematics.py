@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .closure import Reduction
 from .coordinates import Array, Coordinates
 from .solver import Closed, Solver
 
@@ -35,7 +36,7 @@ class ClosedMechanism:
 
 
 class Kinematics:
-    """Solves the groups of a scene in order.
+    """Solves the groups of a scene in order. Nothing in it changes.
 
     Attributes:
         coordinates: layout of coordinate rows.
@@ -47,6 +48,22 @@ class Kinematics:
         self.coordinates = coordinates
         self.drives = drives
         self.solvers = solvers
+
+    @property
+    def rows(self) -> list[Reduction]:
+        """Which rows every group solves; they change as long as little of the motion is known."""
+        return [solver.reduction for solver in self.solvers]
+
+    def solving(self, reductions: list[Reduction]) -> Kinematics:
+        """Return the same for other rows of every group."""
+        pairs = zip(self.solvers, reductions, strict=True)
+        solvers = [solver.solving(reduction) for solver, reduction in pairs]
+        return Kinematics(self.coordinates, self.drives, solvers)
+
+    def moving(self, states: Array) -> Kinematics:
+        """Return the same, told how far everything moves; see `Solver.moving`."""
+        solvers = [solver.moving(states) for solver in self.solvers]
+        return Kinematics(self.coordinates, self.drives, solvers)
 
     def approach(self, x: Array) -> ClosedMechanism:
         """Take one Newton step towards closed loops from guesses `x (N, size)`.
@@ -76,18 +93,18 @@ class Kinematics:
         """Return joint rates `(N, nv)` for drive rates `(N, d)`; held joints rest."""
         v = np.zeros((len(here.x), self.coordinates.model.nv))
         v[:, self.drives] = drive_rates
-        for solver, closed in zip(self.solvers, here.groups, strict=True):
-            group = solver.group
+        for closed in here.groups:
+            group = closed.solver.group
             if group.passives.size:
-                v[:, group.passives] = solver.rates(closed, v[:, group.known])
+                v[:, group.passives] = closed.solver.rates(closed, v[:, group.known])
         return v
 
     def accelerations(self, here: ClosedMechanism, v: Array, drive_accelerations: Array) -> Array:
         """Return joint accelerations `(N, nv)` at joint rates `v (N, nv)`."""
         a = np.zeros_like(v)
         a[:, self.drives] = drive_accelerations
-        for solver, closed in zip(self.solvers, here.groups, strict=True):
-            group = solver.group
+        for closed in here.groups:
+            solver, group = closed.solver, closed.solver.group
             if group.passives.size:
                 a[:, group.passives] = solver.accelerations(closed, v, a[:, group.known])
         return a

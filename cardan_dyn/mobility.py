@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .closure import RANK_TOLERANCE
 from .coordinates import Array
 from .errors import MobilityError, SingularConfigurationError, choices
+from .groups import RANK_TOLERANCE
 from .kinematics import ClosedMechanism, Kinematics
 
 
@@ -33,12 +33,12 @@ def check_mobility(
     """
     free = set(passives)
     excess = 0
-    for solver, closed in zip(kinematics.solvers, here.groups, strict=True):
-        rows = np.concatenate([closed.known_rows, closed.passive_rows], axis=1)
-        passive = ranks(closed.passive_rows)
+    for closed in here.groups:
+        solver = closed.solver
+        passive = ranks(closed.scaled_rows)
         best = int(np.argmax(passive))
-        excess += int(np.max(ranks(rows))) - int(passive[best])
-        vectors, _, _ = np.linalg.svd(closed.passive_rows[best])
+        excess += int(np.max(ranks(closed.all_scaled_rows))) - int(passive[best])
+        vectors, _, _ = np.linalg.svd(closed.scaled_rows[best])
         moves = np.max(np.abs(vectors[:, passive[best] :]), axis=1, initial=0.0) > 1e-6
         free -= set(solver.group.passives[~moves].tolist())
     if not free and not excess:
@@ -51,7 +51,7 @@ def check_mobility(
         if free.intersection(range(columns.start, columns.stop))
     ]
     # What the loops take away from all coordinates that are not held, at the same positions.
-    mobility = len(drives) - excess + _freedom(kinematics, here, free)
+    mobility = len(drives) - excess + _freedom(here, free)
     loops = f"its loops leave mobility {mobility}" if mechanism.loops else "it has no <loop>"
     if mobility == len(drives):
         position = float(here.x[-1, kinematics.coordinates.columns[drives[0]].start])
@@ -76,12 +76,13 @@ def check_mobility(
     )
 
 
-def _freedom(kinematics: Kinematics, here: ClosedMechanism, free: set[int]) -> int:
+def _freedom(here: ClosedMechanism, free: set[int]) -> int:
     """Return how many independent motions the passives have while the drives rest."""
     count = 0
-    for solver, closed in zip(kinematics.solvers, here.groups, strict=True):
-        count += len(solver.group.passives) - int(np.max(ranks(closed.passive_rows)))
-        free = free - set(solver.group.passives.tolist())
+    for closed in here.groups:
+        passives = closed.solver.group.passives
+        count += len(passives) - int(np.max(ranks(closed.scaled_rows)))
+        free = free - set(passives.tolist())
     return count + len(free)
 
 

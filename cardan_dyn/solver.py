@@ -6,15 +6,20 @@ small step serves the rates and the closure forces as well, mended to rounding b
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .closure import RANK_TOLERANCE, Closure, Reduction
+from .closure import Closure, Reduction
 from .coordinates import Array, Coordinates, generic
-from .groups import Group
+from .groups import RANK_TOLERANCE, Group
 from .mechanism import Mechanism
 from .twin import Twin
+
+if TYPE_CHECKING:
+    from pinocchio import SE3
 
 _EXACT = 2e-15  # A Newton step of this size, relative to an angle's amplitude, is its rounding.
 _CONVERGED = 1e-9  # A Newton step of this size leaves an error of its square.
@@ -28,6 +33,7 @@ class Closed:
     """Positions whose loops are closed, with what the next steps need of them.
 
     Attributes:
+        solver: what closed them, with the rows that it solved.
         q: `(N, 7 n)` configurations of the twin.
         actions: see `Twin.actions`.
         twists: `(N, m, 6)` unit twists of the moving coordinates.
@@ -39,6 +45,7 @@ class Closed:
         correction: `(N,)` how far the guess was off.
     """
 
+    solver: Solver
     q: Array
     actions: Array
     twists: Array
@@ -49,6 +56,18 @@ class Closed:
     residual: Array
     condition: Array
     correction: Array
+
+    @property
+    def scaled_rows(self) -> Array:
+        """The passives' rows with slides counted in lengths, for decisions about rank."""
+        scale = self.solver.row_scale
+        return self.passive_rows if scale is None else self.passive_rows * scale
+
+    @property
+    def all_scaled_rows(self) -> Array:
+        """The rows of what is known, then of the passives, slides counted in lengths."""
+        known = self.known_rows * self.solver.known_scale
+        return np.concatenate([known, self.scaled_rows], axis=1)
 
     def same_side(self, inverse: Array) -> Array:
         """Return `(N,)` whether no singular position needs to be crossed to come from another one.
@@ -70,6 +89,8 @@ class Closed:
 class Solver:
     """Closes the loops of a group for many samples by Newton's method on whole arrays.
 
+    Nothing in it changes; solvers of other rows, or of other amplitudes, are made from it.
+
     Attributes:
         group: what it solves.
         twin: its bodies.
@@ -82,7 +103,7 @@ class Solver:
         mechanism: Mechanism,
         coordinates: Coordinates,
         group: Group,
-        zero: dict[int, Array],
+        zero: dict[int, SE3],
     ) -> None:
         """Make the solver.
 
@@ -90,25 +111,33 @@ class Solver:
             mechanism: the mechanism.
             coordinates: layout of its coordinate rows.
             group: what to solve.
-            zero: positions `(3,)` of the bodies with every joint at zero.
+            zero: placements of the bodies with every joint at zero.
         """
         self.group = group
         self.coordinates = coordinates
-        points = [zero[mechanism.loops[number].predecessor - 1] for number in group.loops]
-        points = points or [zero[body] for body in group.massive]
+        near = [mechanism.loops[number].predecessor - 1 for number in group.loops]
+        points = [zero[body].translation for body in near or group.massive]
         origin = np.mean(points, axis=0) if points else np.zeros(3)
         self.twin = Twin(mechanism, coordinates, group.bodies, group.massive, origin)
-        self.closure = Closure(mechanism, self.twin, group)
+        self.closure = Closure(mechanism, self.twin, group, zero)
         self.reduction: Reduction = self.closure.full()
         self._moves = coordinates.moves(group.passives)
         linear = np.any(self.twin.subspace[group.passives, :3] != 0.0, axis=1)
         self._scale = np.where(linear, 1.0 / mechanism.length, 1.0)
         # Slides count in lengths of the mechanism, or units would decide about condition.
-        self._row_scale = mechanism.length ** linear[:, None] if np.any(linear) else None
+        self.row_scale = mechanism.length ** linear[:, None] if np.any(linear) else None
+        slides = np.any(self.twin.subspace[group.known, :3] != 0.0, axis=1)
+        self.known_scale = mechanism.length ** slides[:, None]
         self._exact = np.zeros(len(self._scale))
 
-    def set_amplitudes(self, states: Array) -> None:
-        """Say how far the passives move, over coordinates `(K, size)` all over the motion.
+    def solving(self, reduction: Reduction) -> Solver:
+        """Return the solver of other rows."""
+        other = copy(self)
+        other.reduction = reduction
+        return other
+
+    def moving(self, states: Array) -> Solver:
+        """Return the solver that knows how far the passives move, over states `(K, size)`.
 
         A guess is exact when it is off by the rounding of that; where the motion is small, so is
         what its wrenches follow from.
@@ -119,7 +148,9 @@ class Solver:
             moved[start : start + 3] = 1.0
         moved *= self._scale
         # A slide that stays where it is only shows its rounding.
-        self._exact = _EXACT * np.where(moved < 1e-13, 1.0, np.minimum(1.0, moved))
+        other = copy(self)
+        other._exact = _EXACT * np.where(moved < 1e-13, 1.0, np.minimum(1.0, moved))
+        return other
 
     def evaluate(
         self, x: Array, turns: Array | None = None, inverse: Array | None = None
@@ -135,7 +166,7 @@ class Solver:
         q = self.twin.configuration(x)
         actions = self.twin.actions(q)
         twists = closure.unit_twists.of(actions)
-        rows = closure.rows(twists, self.reduction)
+        rows = closure.rows(twists, actions, self.reduction)
         passive = rows[:, known:]
         error, residual = closure.error(actions)
         slips = self._slips(x, turns)
@@ -143,10 +174,11 @@ class Solver:
             residual = np.maximum(residual, np.max(np.abs(slips), axis=1))
         if inverse is not None and _near(passive, inverse):
             null = np.zeros((len(x), inverse.shape[1], 0))
-            condition = _conditions(passive, inverse, self._row_scale)
+            condition = _conditions(passive, inverse, self.row_scale)
         else:
-            inverse, null, condition = _factorised(passive, self._row_scale)
+            inverse, null, condition = _factorised(passive, self.row_scale)
         closed = Closed(
+            solver=self,
             q=q,
             actions=actions,
             twists=twists,
@@ -158,7 +190,7 @@ class Solver:
             condition=condition,
             correction=np.zeros(len(x)),
         )
-        return closed, closure.project(error, slips, self.reduction)
+        return closed, closure.project(error, slips, actions, self.reduction)
 
     def open_reduction(self, x: Array) -> Reduction:
         """Return the rows that the joints of each loop can reach while the loops are open.
@@ -176,7 +208,7 @@ class Solver:
         step[:, moves.slides] *= self.closure.mechanism.length
         moves.apply(rows, step)
         actions = self.twin.actions(self.twin.configuration(rows))
-        return self.closure.reduction(self.closure.unit_twists.of(actions))
+        return self.closure.reduction(self.closure.unit_twists.of(actions), actions)
 
     def approach(self, x: Array) -> Closed:
         """Take one Newton step from a guess; return what is known at the guess.
@@ -232,7 +264,7 @@ class Solver:
         """
         drift = self.closure.drift(here.twists, v[:, self.closure.moving])
         right = _times(_flip(here.known_rows), known)
-        return -here.solve(right + self.closure.project(drift, None, self.reduction))
+        return -here.solve(right + self.closure.project(drift, None, here.actions, self.reduction))
 
     def _slips(self, x: Array, turns: Array | None) -> Array:
         """Return how far the couplings are from their ratio `(N, G)` [rad or m]."""

@@ -9,6 +9,8 @@ object is made per sample.
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pinocchio
 
@@ -18,6 +20,8 @@ from .mechanism import Mechanism
 
 class Twin:
     """The free-flyer twin of some bodies of a mechanism and all their ancestors.
+
+    Nothing in it changes: what Pinocchio writes into belongs to the thread that asks.
 
     Attributes:
         bodies: `(n,)` the bodies carried (0-based joints of the mechanism's model), in order.
@@ -66,7 +70,9 @@ class Twin:
                 self.model.appendBodyToJoint(
                     joint, source.inertias[index], pinocchio.SE3.Identity()
                 )
-        self.data = self.model.createData()
+        self.model.gravity.linear = np.zeros(3)
+        self._pulled = {(0.0, 0.0, 0.0): self.model}
+        self._own = threading.local()
         inertias = list(self.model.inertias)[1:]
         self.mass = np.array([inertia.mass for inertia in inertias])
         self.heavy = bool(np.any(self.mass > 0.0))
@@ -94,6 +100,22 @@ class Twin:
 
     def __len__(self) -> int:
         return len(self.bodies)
+
+    @property
+    def data(self) -> pinocchio.Data:
+        """What Pinocchio writes into, one for each thread."""
+        if not hasattr(self._own, "data"):
+            self._own.data = self.model.createData()
+        return self._own.data
+
+    def _under(self, gravity: Array) -> pinocchio.Model:
+        """Return the model under some gravity `(3,)`; no model ever changes its own."""
+        key = tuple(gravity.tolist())
+        if key not in self._pulled:
+            model = self.model.copy()
+            model.gravity.linear = gravity
+            self._pulled[key] = model
+        return self._pulled[key]
 
     def configuration(self, x: Array) -> Array:
         """Return the twin's configurations `(N, 7 n)` for coordinate rows `x (N, size)`."""
@@ -140,13 +162,19 @@ class Twin:
             out[:] = columns
         return result
 
-    def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
+    def inverse_dynamics(self, q: Array, v: Array, a: Array, gravity: Array) -> Array:
         """Return the wrench of every joint `(N, 6 n)` in its frame, loops left open.
 
         One call into Pinocchio per sample.
+
+        Args:
+            q: configurations `(N, 7 n)`.
+            v: velocities `(N, 6 n)`.
+            a: accelerations `(N, 6 n)`.
+            gravity: `(3,)` [m/s²].
         """
         result = np.empty((len(q), 6 * len(self)))
-        model, data, rnea = self.model, self.data, pinocchio.rnea
+        model, data, rnea = self._under(gravity), self.data, pinocchio.rnea
         for rows in zip(q, v, a, result, strict=True):
             rows[3][:] = rnea(model, data, rows[0], rows[1], rows[2])
         return result
