@@ -1,275 +1,438 @@
-"""Free bodies: Newton's and Euler's laws written for every body by itself.
+"""Free bodies: the proof of a result, which takes nothing from what it proves.
 
-Its velocity and acceleration are summed up from joint twists in world axes, and the joint wrenches
-are taken as they are returned. RNEA, which computed them, takes no part.
+Every body of the description is cut free, with mass, centre and inertia as the text gives them,
+read a second time and placed by plain forward kinematics. On it act its weight, the loads, and the
+wrenches of its joints as they are returned, loops included; what is left over is Newton's and
+Euler's imbalance. Loops have to be closed, by positions as well as by rates, along coordinates
+nothing acts but loads, couplings, drives and what holds joints, and power has to balance.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .coordinates import Array
-from .kinematics import ClosedMechanism
-from .plan import Needs, columns_of
-from .reactions import Reactions, ReactionSolver, consecutive
-from .residuals import Residuals
-from .solver import Closed, Solver
-from .twin import UnitTwists, cross, positions
+from .coordinates import Array, Coordinates
+from .frames import Frames
+from .residuals import Claim, Residuals, ratio
+from .self_stress import SelfStress, prove_flags
+from .twists import Twists, cross
 
+if TYPE_CHECKING:
+    from .description import Description
+    from .loads import LinkLoad
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Rates:
-    """Joint rates of a block of samples.
-
-    Attributes:
-        v, a: joint velocities and accelerations `(N, nv)`.
-        virtual: joint velocities of the drives at unit speed, for which power is balanced.
-        moving: whether `v` or `a` is not zero anywhere.
-    """
-
-    v: Array
-    a: Array
-    virtual: Array
-    moving: bool
+_FEW = 8  # Samples of a block whose rates are checked where no wrench depends on them.
 
 
 class FreeBodies:
-    """Newton-Euler balance of the bodies of one scene.
+    """The bodies of a description, each by itself.
+
+    Wrenches and twists are `(body or joint, 2, 3, N)`, in world axes about `Frames.corner`.
 
     Attributes:
-        gravity: `(3,)` [m/s²].
+        frames: where they are.
+        length: what forces are multiplied with to compare them with moments [m].
         rate_scale: `(nv,)` the length for slides, 1 for angles.
+        unproven: links with joints whose wrenches nobody claims to know.
     """
 
-    def __init__(self, reactions: ReactionSolver, gravity: Array, needed: Needs) -> None:
-        self.reactions = reactions
-        self.gravity = gravity
-        self._open = sorted(set(range(reactions.bodies)) - needed.complete)
-        self._whole = needed.everything
-        self.passives = columns_of(
-            [solver.group for solver in reactions.kinematics.solvers if reactions.solves(solver)]
-        )
-        self.length = reactions.mechanism.length
-        self._groups = [
-            _GroupBalance(solver, gravity, self.length) for solver in reactions.kinematics.solvers
-        ]
-        slides = np.any(reactions.subspace[:, :3] != 0.0, axis=1)
-        self.rate_scale = np.where(slides, self.length, 1.0)
-
-    def check(
+    def __init__(
         self,
-        here: ClosedMechanism,
-        reactions: Reactions,
-        rates: Rates,
-        efforts: Array,
-        loads: Array,
-        link_bodies: list[int],
-    ) -> Residuals:
-        """Return the residuals of a block of samples.
-
-        Args:
-            here: closed positions.
-            reactions: what is checked.
-            rates: of the motion.
-            efforts: `(N, nv)` components of the wrenches along the coordinates, without what
-                couplings exert there.
-            loads: `(N, nv)` efforts that act from outside: loads, drives and what holds joints.
-            link_bodies: bodies on which `reactions.link_wrenches` act.
-        """
-        solver = self.reactions
-        wrenches = np.ascontiguousarray(reactions.wrenches[:, : solver.bodies].transpose(2, 1, 0))
-        left = np.zeros(wrenches.shape)
-        inertia = np.zeros(len(here.x))
-        power = [np.einsum("nk,nk->n", loads, rates.virtual)]
-        for number, (group, closed) in enumerate(zip(self._groups, here.groups, strict=True)):
-            if not solver.solves(group.solver):
-                continue
-            external = [
-                (body, wrench)
-                for body, wrench in zip(link_bodies, reactions.link_wrenches, strict=True)
-                if solver.home.get(body) == number
-            ]
-            group.add(left, inertia, power, closed, wrenches, reactions.closure, rates, external)
-        left[:, self._open] = 0.0
-        unmet = np.abs(efforts[:, self.passives] - loads[:, self.passives])
-        unmet *= self.rate_scale[self.passives]
-        return Residuals(
-            unmet=np.maximum(
-                np.max(self._size(left), axis=0, initial=0.0), np.max(unmet, axis=1, initial=0.0)
-            ),
-            unspent=np.abs(sum(power)),
-            wrench=np.max(self._size(wrenches), axis=0, initial=0.0),
-            inertia=inertia,
-            flow=np.asarray(sum(np.abs(part) for part in power)),
-            fastest=np.max(np.abs(rates.virtual) / self.rate_scale, axis=1, initial=0.0),
-            # Power also flows through what was left out.
-            power_balanced=self._whole,
-        )
-
-    def _size(self, wrenches: Array) -> Array:
-        """Return sizes [N·m] of wrenches `(6, b, N)`: moments, and forces times the length."""
-        force, moment = _squares(wrenches)
-        square = np.maximum(moment, self.length**2 * force)
-        if 1e-200 < np.max(square, initial=0.0) < 1e200:
-            return np.asarray(np.sqrt(square))
-        # Squares overflow, or vanish, long before the wrenches do.
-        scale = float(np.max(np.abs(wrenches), initial=0.0))
-        force, moment = _squares(wrenches / (scale or 1.0))
-        return np.asarray(scale * np.sqrt(np.maximum(moment, self.length**2 * force)))
-
-
-class _GroupBalance:
-    """What one group adds to the balance of the bodies. Arrays are `(component, body, N)`."""
-
-    def __init__(self, solver: Solver, gravity: Array, length: float) -> None:
-        self.solver = solver
-        twin = solver.twin
-        own = [twin.local[body] for body in sorted(solver.group.massive)]
-        self.own = np.array(own, dtype=int)
-        self.gravity = gravity
-        self.length = length
-        inertias = list(twin.model.inertias)[1:]
-        self.heavy = np.array([place for place in own if twin.mass[place] > 0.0], dtype=int)
-        self.mass = twin.mass[self.heavy]
-        self.lever = np.array([inertias[place].lever for place in self.heavy]).reshape(-1, 3)
-        self.inertia = np.array([inertias[place].inertia for place in self.heavy]).reshape(-1, 3, 3)
-        self.columns = np.nonzero(twin.owner >= 0)[0]
-        self.unit_twists = UnitTwists(twin, self.columns)
-        self.owners = twin.owner[self.columns]
-        self.single = len(set(self.owners.tolist())) == len(self.owners)
-
-    def add(
-        self,
-        left: Array,
-        inertia: Array,
-        power: list[Array],
-        closed: Closed,
-        wrenches: Array,
-        closure: list[Array],
-        rates: Rates,
-        external: list[tuple[int, Array]],
+        description: Description,
+        coordinates: Coordinates,
+        length: float,
+        gravity: Array,
+        claimed: Iterable[str],
+        drives: Array,
+        held: Array,
+        moving: Array,
     ) -> None:
-        """Add this group's wrenches to what is left on the bodies.
+        """Cut the bodies free.
 
         Args:
-            left: `(6, b, N)` in world axes about each joint's origin, added to in place.
-            inertia: `(N,)` size of the inertial wrenches, raised in place.
-            power: terms `(N,)`, appended to.
-            closed: this group's closed positions.
-            wrenches: `(6, b, N)` of all joints in their frames.
-            closure: see `Reactions.closure`.
-            rates: of the motion.
-            external: bodies and the wrenches on them about this group's origin.
+            description: from `reread`.
+            coordinates: what the columns of coordinates and rates mean.
+            length: characteristic length [m].
+            gravity: `(3,)` [m/s²].
+            claimed: joints whose wrenches are claimed to be known.
+            drives: velocity coordinates of the drives.
+            held: velocity coordinates of the held joints.
+            moving: velocity coordinates whose motion is claimed to be known.
         """
-        twin = self.solver.twin
-        count, bodies = len(closed.q), len(twin)
-        frames = np.ascontiguousarray(closed.actions[:, :, :3].transpose(2, 1, 0))
-        frames = frames.reshape(3, bodies, 6, count)
-        axes, moments = frames[:, :, :3], frames[:, :, 3:]
-        position = positions(axes, moments)
+        self.frames = frames = Frames(description, coordinates)
+        self.length = length
+        self._twists = Twists(frames)
+        self._gravity = gravity
+        self._drives, self._held = drives, set(held.tolist())
+        self._proven_flags: set[bytes] = set()
+        self.claimed = [frames.joints.index(name) for name in claimed]
+        self._known = np.zeros(coordinates.model.nv, dtype=bool)
+        self._known[moving] = True
+        self._covered = np.ones(frames.tree, dtype=bool)
+        for joint in set(range(len(frames.joints))) - set(self.claimed):
+            for body in (frames.parents[joint], frames.children[joint]):
+                if body >= 0:
+                    self._covered[body] = False
+        self.unproven = tuple(
+            link
+            for link, (body, _) in frames.links.items()
+            if body >= 0 and not self._covered[body]
+        )
+        self._heavy = [body for body, own in enumerate(frames.bodies) if own.mass > 0.0]
+        heavy = [frames.bodies[body] for body in self._heavy]
+        self._moved_by = [frames.last[body] for body in self._heavy]
+        self._masses = np.array([body.mass for body in heavy])[:, None, None]
+        self._centres = np.array([body.centre for body in heavy]).reshape(-1, 3)
+        self._inertias = np.array([body.inertia for body in heavy]).reshape(-1, 3, 3)
+        # The greatest weight [N·m], forces counted times the length.
+        self._pulled = length * float(
+            np.linalg.norm(gravity) * np.max(self._masses, initial=0.0)
+        )
+        self.rate_scale = np.ones(coordinates.model.nv)
+        self.rate_scale[self._twists.rates[self._twists.sliding]] = length
+        self._lay_out_efforts()
+        self._lay_out_couplings(description, coordinates)
+        # Where no wrench is claimed, the drives' efforts are all the same.
+        driving = {
+            motion.joint for motion in frames.motions if motion.rate in set(drives.tolist())
+        }
+        self._powered = bool(np.all(self._known)) and (
+            not self.claimed or driving <= set(self.claimed)
+        )
+        self._loops = [
+            loop
+            for loop in range(len(frames.ends))
+            if np.all(self._known[self._rates_around(loop)])
+        ]
 
-        # On every body, about the twin's origin: its own joint's wrench, its children's, loops.
-        total = np.zeros((6, bodies, count))
-        own = wrenches[:, consecutive(twin.bodies[self.own])]
-        total[:, self.own] = self._about_origin(axes, moments, own)
-        world = total[:, self.own]
-        for place, joint in enumerate(self.own):
-            parent = twin.parents[joint]
-            if parent >= 0:
-                total[:, parent] -= world[:, place]
-        for number, sides in zip(self.solver.group.loops, self.solver.closure.sides, strict=True):
-            for side, sign in zip(sides, (-1.0, 1.0), strict=True):
-                if side.body >= 0:
-                    total[:, side.body] += sign * closure[number].T
-        inertial = bool(self.heavy.size and (rates.moving or np.any(self.gravity)))
-        if inertial or external:
-            units = np.ascontiguousarray(self.unit_twists.of(closed.actions).transpose(2, 1, 0))
-            displacement = self._accumulated(self._joint_twists(units, rates.virtual))
-            for body, wrench in external:
-                place = twin.local[body]
-                total[:, place] += wrench.T
-                power.append(np.einsum("nx,xn->n", wrench, displacement[:, place]))
-            if inertial:
-                wrench = self._inertial(axes, position, units, rates, inertia)
-                total[:, self.heavy] += wrench
-                power.append(np.einsum("xbn,xbn->n", wrench, displacement[:, self.heavy]))
-        # Origins differ between groups, joints do not.
-        total[3:] -= cross(position, total[:3])
-        left[:, twin.bodies] += total
+    def _lay_out_efforts(self) -> None:
+        """Say which component of which claimed wrench acts along each rate."""
+        frames, twists = self.frames, self._twists
+        owners = [frames.motions[owner].joint for owner in twists.owners]
+        place = {joint: place for place, joint in enumerate(self.claimed)}
+        rows = [row for row, joint in enumerate(owners) if joint in place]
+        # In the frame of a joint's last motion its wrench is what was returned.
+        last = [row for row in rows if frames.last[owners[row]] == twists.owners[row]]
+        inner = [row for row in rows if row not in set(last)]
+        self._last_rows, self._inner_rows = np.array(last, dtype=int), np.array(inner, dtype=int)
+        self._last_joints = np.array([place[owners[row]] for row in last], dtype=int)
+        self._inner_joints = np.array([place[owners[row]] for row in inner], dtype=int)
+        self._last_parts = np.where(twists.sliding[self._last_rows], 0, 1)
 
-    def _about_origin(self, axes: Array, moments: Array, wrenches: Array) -> Array:
-        """Return wrenches `(6, b, N)` in joint frames as seen in world axes about the origin."""
-        if len(self.own) != axes.shape[1]:
-            axes, moments = axes[:, self.own], moments[:, self.own]
-        force, moment = wrenches[:3], wrenches[3:]
-        return np.concatenate(
-            [
-                np.einsum("ibn,xbin->xbn", force, axes),
-                np.einsum("ibn,xbin->xbn", moment, axes)
-                + np.einsum("ibn,xbin->xbn", force, moments),
-            ]
+    def _lay_out_couplings(self, description: Description, coordinates: Coordinates) -> None:
+        """Lay out the couplings: factors of the rates, and coordinates, that they couple."""
+        frames, count = self.frames, len(description.couplings)
+        self._gears = np.zeros((count, coordinates.model.nv))
+        self._gear_columns = np.zeros((count, coordinates.size))
+        for row, coupling in enumerate(description.couplings):
+            first, second = (
+                frames.path(frames.links[link][0])
+                for link in (coupling.predecessor, coupling.successor)
+            )
+            for path, other, factor in ((first, second, -coupling.ratio), (second, first, 1.0)):
+                for joint in set(path) - set(other):
+                    name = frames.joints[joint]
+                    self._gears[row, coordinates.velocities[name].start] = factor
+                    self._gear_columns[row, coordinates.columns[name].start] = factor
+        self._geared = [row for row in range(count) if np.all(self._known[self._gears[row] != 0])]
+
+    def _rates_around(self, loop: int) -> list[int]:
+        """Return the rates of all joints that a loop depends on, its own included."""
+        frames = self.frames
+        joint = frames.tree + loop
+        sides = ({joint, *frames.path(frames.parents[joint])}, {*frames.path(frames.children[joint])})
+        return [
+            motion.rate + place
+            for motion in frames.motions
+            if motion.joint in sides[0] ^ sides[1]
+            for place in range(motion.size)
+        ]
+
+    @cached_property
+    def _stress(self) -> SelfStress:
+        prescribed = {*self._drives.tolist(), *self._held}
+        passives = [rate for rate in np.nonzero(self._known)[0].tolist() if rate not in prescribed]
+        gears = self._gears[self._geared]
+        return SelfStress(
+            self.frames, self._twists, self._loops, gears, np.array(passives), self.length
         )
 
-    def _inertial(
-        self, axes: Array, position: Array, units: Array, rates: Rates, inertia: Array
-    ) -> Array:
-        """Return weight minus momentum rates of the massive bodies."""
-        if len(self.heavy) != axes.shape[1]:
-            axes, position = axes[:, self.heavy], position[:, self.heavy]
-        centre = position + np.einsum("bi,xbin->xbn", self.lever, axes)
-        force = self.gravity[:, None, None] * self.mass[:, None] * np.ones(centre.shape[2])
-        moment = np.zeros_like(force)
-        if rates.moving:
-            joint_twists = self._joint_twists(units, rates.v)
-            velocity = self._accumulated(joint_twists)
-            acceleration = self._accelerations(units, joint_twists, velocity, rates.a)
-            velocity, acceleration = velocity[:, self.heavy], acceleration[:, self.heavy]
-            speed = velocity[:3] + cross(velocity[3:], centre)
-            force = force - self.mass[:, None] * (
-                acceleration[:3] + cross(acceleration[3:], centre) + cross(velocity[3:], speed)
-            )
-            spin, change = (
-                np.einsum("xbin,xbn->ibn", axes, part[3:]) for part in (velocity, acceleration)
-            )
-            momentum, rate = (
-                np.einsum("bij,jbn->ibn", self.inertia, part) for part in (spin, change)
-            )
-            moment = -np.einsum("xbin,ibn->xbn", axes, rate + cross(spin, momentum))
-            turning = np.sum(spin * spin, axis=0) + np.sqrt(np.sum(change * change, axis=0))
-            size = np.max(self.mass[:, None] * self.length**2 * turning, axis=0)
-            np.maximum(inertia, size, out=inertia)
-        return np.concatenate([force, moment + cross(centre, force)])
+    def prove_flags(self, x: Array, unique: Array) -> None:
+        """Refuse flags that self-stresses contradict; those that were proven before pass.
 
-    def _joint_twists(self, units: Array, rates: Array) -> Array:
-        """Return the twist of every joint for unit twists and joint rates `(N, nv)`."""
-        twists = units * rates[:, self.columns].T
-        result = np.zeros((6, len(self.solver.twin), len(rates)))
-        if self.single:
-            result[:, self.owners] = twists
-        else:
-            for place, owner in enumerate(self.owners):
-                result[:, owner] += twists[:, place]
-        return result
+        Args:
+            x: `(N, size)` coordinates of the samples that they hold for.
+            unique: `(J, 6)` which components of the claimed wrenches are flagged unique.
 
-    def _accumulated(self, joint_twists: Array) -> Array:
-        """Return the bodies' twists: those of all joints between them and the root."""
-        result = joint_twists.copy()
-        for body, parent in enumerate(self.solver.twin.parents):
+        Raises:
+            AccuracyError: a component flagged unique changes, or one flagged open does not.
+        """
+        flags = unique.tobytes()
+        if flags not in self._proven_flags:
+            prove_flags(self._stress, x, unique, self.claimed)
+            self._proven_flags.add(flags)
+
+    def check(self, claim: Claim) -> Residuals:
+        """Return what is left over of a claim."""
+        frames, twists, count = self.frames, self._twists, len(claim.x)
+        placed = frames.placed(claim.x)
+        at = frames.joint_frames(placed)
+        directions = twists.directions(placed)
+        own = np.ascontiguousarray(claim.wrenches.transpose(1, 2, 0))
+        own = own.reshape(len(self.claimed), 2, 3, count)
+        world = np.einsum("jkcn,jcin->jkin", own, at[self.claimed, :3])
+        world[:, 1] += cross(at[self.claimed, 3], world[:, 0])
+        left = np.zeros((frames.tree, 2, 3, count))
+        for joint, wrench in zip(self.claimed, world, strict=True):
+            parent, child = frames.parents[joint], frames.children[joint]
+            if child >= 0:
+                left[child] += wrench
             if parent >= 0:
-                result[:, body] += result[:, parent]
-        return result
+                left[parent] -= wrench
 
-    def _accelerations(self, units: Array, joint_twists: Array, velocity: Array, a: Array) -> Array:
-        """Return the bodies' spatial accelerations."""
-        result = self._joint_twists(units, a)
-        carried = velocity - joint_twists
-        result[:3] += cross(carried[3:], joint_twists[:3]) + cross(carried[:3], joint_twists[3:])
-        result[3:] += cross(carried[3:], joint_twists[3:])
-        return self._accumulated(result)
+        virtual = np.ascontiguousarray(claim.transmission.sum(axis=2).T)
+        loads = np.ascontiguousarray(np.broadcast_to(claim.loads, claim.v.shape).T)
+        exerted = np.ascontiguousarray(claim.exerted.T)
+        power = [np.einsum("kn,kn->n", part, virtual) for part in (loads, exerted)]
+        acting = [np.max(np.abs(loads) * self.rate_scale[:, None], axis=0, initial=0.0)]
+        inertial = np.zeros(count)
+        moving = bool(self._heavy) and claim.moving
+        drift = self._asked(claim)
+        if not (moving or claim.link_loads or (self._heavy and self._pulled)):
+            # No wrench depends on the rates, so that a few samples have to do.
+            few = sorted(set(np.linspace(0, count - 1, _FEW).astype(int).tolist()))
+            drift[few] = np.maximum(drift[few], self._few_drifts(placed, directions, claim, few))
+        else:
+            units = twists.units(placed, directions)
+            displaced = twists.summed(twists.own(units, virtual))
+            drift = np.maximum(drift, self._drift(placed, displaced, None))
+            for link, load in claim.link_loads.items():
+                body, wrench = self._load(link, load, placed)
+                left[body] += wrench
+                power.append(np.einsum("kin,kin->n", wrench, displaced[frames.last[body]]))
+                size = self._size(wrench[None], placed[[frames.last[body]], 3])
+                acting.append(size)
+            if self._heavy:
+                velocity = acceleration = None
+                if moving:
+                    rates = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)
+                    each = twists.own(units, rates[0])
+                    velocity = twists.summed(each)
+                    acceleration = twists.accelerations(units, each, velocity, rates[1])
+                    drift = np.maximum(drift, self._drift(placed, velocity, acceleration))
+                wrench, inertial = self._weight_and_inertia(placed, velocity, acceleration)
+                if moving and np.any(twists.sliding):
+                    # Slides that make up for each other leave a body where it is.
+                    slides = np.abs(rates[1][twists.rates[twists.sliding]]).max(axis=0)
+                    inertial = inertial + np.max(self._masses) * self.length * slides
+                left[self._heavy] += wrench
+                power.append(np.einsum("bkin,bkin->n", wrench, displaced[self._moved_by]))
+                acting.append(np.full(count, self._pulled))
+        left[~self._covered] = 0.0
+        unmet = self._size(left, at[: frames.tree, 3])
+        unmet = np.maximum(unmet, self._unmet(own, world, placed, directions, loads, claim))
+        fastest = np.abs(virtual[self._known]) / self.rate_scale[self._known, None]
+        return Residuals(
+            unmet=unmet,
+            unspent=np.abs(np.sum(power, axis=0)),
+            open=self._open(placed, claim),
+            drift=drift,
+            wrench=self._size(own, None),
+            applied=np.max(acting, axis=0),
+            inertia=inertial,
+            flow=np.sum(np.abs(power), axis=0),
+            fastest=np.max(fastest, axis=0, initial=0.0),
+            bodies_balanced=bool(np.any(self._covered)),
+            power_balanced=self._powered,
+        )
+
+    def _load(self, link: str, load: LinkLoad, placed: Array) -> tuple[int, Array]:
+        """Return a link's body and the wrench on it, about the corner."""
+        body, placement = self.frames.links[link]
+        frame = placed[self.frames.last[body]]
+        axes = np.einsum("cj,cin->jin", placement[:3, :3], frame[:3])
+        point = np.einsum("c,cin->in", placement[:3, 3], frame[:3]) + frame[3]
+        parts = [load.force.T, load.moment.T]
+        if not load.in_world:
+            parts = [np.einsum("jn,jin->in", part, axes) for part in parts]
+        force = np.broadcast_to(parts[0], point.shape)
+        return body, np.stack([force, parts[1] + cross(point, force)])
+
+    def _weight_and_inertia(
+        self, placed: Array, velocity: Array | None, acceleration: Array | None
+    ) -> tuple[Array, Array]:
+        """Return weights less momentum rates of the massive bodies, about the corner.
+
+        The second one is the size of the terms that momentum rates are the sum of, `(N,)`.
+        """
+        frames = placed[self._moved_by]
+        centre = np.einsum("bc,bcin->bin", self._centres, frames[:, :3]) + frames[:, 3]
+        if velocity is None or acceleration is None:
+            pull = np.broadcast_to(self._masses * self._gravity[:, None], centre.shape)
+            return np.stack([pull, cross(centre, pull)], axis=1), np.zeros(centre.shape[-1])
+        velocity, acceleration = velocity[self._moved_by], acceleration[self._moved_by]
+        spin, change = velocity[:, 1], acceleration[:, 1]
+        speed = velocity[:, 0] + cross(spin, centre)
+        force = acceleration[:, 0] + cross(change, centre) + cross(spin, speed)
+        force -= self._gravity[:, None]
+        force *= -self._masses
+        # Euler's equations in the axes of the body, where its inertia stays the same.
+        own_spin, own_change = (
+            np.einsum("bcin,bin->bcn", frames[:, :3], part) for part in (spin, change)
+        )
+        momentum, rate = (
+            np.einsum("bcd,bdn->bcn", self._inertias, part) for part in (own_spin, own_change)
+        )
+        rate += cross(own_spin, momentum)
+        moment = -np.einsum("bcin,bcn->bin", frames[:, :3], rate)
+        turning = np.sum(spin * spin, axis=1) + np.sqrt(np.sum(change * change, axis=1))
+        size = np.max(self._masses[:, 0] * self.length**2 * turning, axis=0)
+        moment += cross(centre, force)
+        return np.stack([force, moment], axis=1), size
+
+    def _unmet(
+        self,
+        own: Array,
+        world: Array,
+        placed: Array,
+        directions: Array,
+        loads: Array,
+        claim: Claim,
+    ) -> Array:
+        """Return `(N,)` what acts along the coordinates and should not."""
+        twists = self._twists
+        efforts = np.zeros(claim.v.shape[::-1])
+        rows = self._last_rows
+        parts = own[self._last_joints, self._last_parts]
+        efforts[twists.rates[rows]] = np.einsum("kcn,kc->kn", parts, twists.axes[rows])
+        if self._inner_rows.size:
+            rows, wrench = self._inner_rows, world[self._inner_joints]
+            moment = wrench[:, 1] - cross(placed[twists.owners[rows], 3], wrench[:, 0])
+            part = np.where(twists.sliding[rows, None, None], wrench[:, 0], moment)
+            efforts[twists.rates[rows]] = np.einsum("kin,kin->kn", part, directions[rows])
+        given = loads + claim.exerted.T + self._gears.T @ claim.couplings.T
+        rates = twists.rates[np.concatenate([self._last_rows, self._inner_rows])]
+        unmet = np.abs(efforts[rates] - given[rates]) * self.rate_scale[rates, None]
+        return np.asarray(np.max(unmet, axis=0, initial=0.0))
+
+    def _open(self, placed: Array, claim: Claim) -> Array:
+        """Return `(N,)` how far loops and couplings are from closed, see `Sweep.loop_residual`."""
+        frames, worst = self.frames, np.zeros(len(claim.x))
+        for loop in self._loops:
+            joint = frames.tree + loop
+            if joint in frames.fixed_placement:
+                start = frames.joint_frames(placed)[joint]
+            else:
+                start = placed[frames.last[joint]]
+            gap = start - frames.ended(placed, loop)
+            gap[3] /= self.length
+            # The chord of an angle is twice the sine of its half; three axes have two of it.
+            square = np.einsum("cin,cin->n", gap[:3], gap[:3])
+            np.maximum(worst, 0.5 * square, out=worst)
+            np.maximum(worst, np.einsum("in,in->n", gap[3], gap[3]), out=worst)
+        worst = np.sqrt(worst)
+        if self._geared:
+            slip = (claim.x + 2.0 * np.pi * claim.turns) @ self._gear_columns[self._geared].T
+            worst = np.maximum(worst, np.max(np.abs(slip), axis=1))
+        return worst
+
+    def _asked(self, claim: Claim) -> Array:
+        """Return `(N,)` how far rates are from what drives and couplings ask."""
+        worst = np.zeros(len(claim.x))
+        unit = np.abs(claim.transmission[:, self._drives] - np.eye(len(self._drives)))
+        np.maximum(worst, unit.max(axis=(1, 2)), out=worst)
+        for rates, wanted in ((claim.v, claim.speeds), (claim.a, claim.accelerations)):
+            if not claim.moving:
+                break
+            off = np.abs(rates[:, self._drives] - wanted).max(axis=1)
+            np.maximum(worst, ratio(off, np.abs(wanted).max(axis=1)), out=worst)
+        if self._geared:
+            gears = self._gears[self._geared]
+            units = np.max(np.abs(gears) * self.rate_scale, axis=1) / np.max(np.abs(gears), axis=1)
+            for rates in (claim.v.T, claim.a.T, *claim.transmission.transpose(2, 1, 0)):
+                slip = np.max(np.abs(gears @ rates) / units[:, None], axis=0)
+                fastest = np.abs(rates[self._known]) / self.rate_scale[self._known, None]
+                np.maximum(worst, ratio(slip, fastest.max(axis=0)), out=worst)
+        return worst
+
+    def _few_drifts(self, placed: Array, directions: Array, claim: Claim, few: list[int]) -> Array:
+        """Return how far rates pull loops open at a few samples."""
+        worst = np.zeros(len(few))
+        if not self._loops:
+            return worst
+        placed, twists = placed[..., few], self._twists
+        units = twists.units(placed, directions[..., few])
+        for rates in claim.transmission[few].transpose(2, 1, 0):
+            velocity = twists.summed(twists.own(units, rates))
+            np.maximum(worst, self._drift(placed, velocity, None), out=worst)
+        if claim.moving:
+            each = twists.own(units, claim.v[few].T)
+            velocity = twists.summed(each)
+            acceleration = twists.accelerations(units, each, velocity, claim.a[few].T)
+            np.maximum(worst, self._drift(placed, velocity, acceleration), out=worst)
+        return worst
+
+    def _drift(self, placed: Array, velocity: Array, acceleration: Array | None) -> Array:
+        """Return `(N,)` how far rates pull loops open, relative to the greatest twist."""
+        speed = self._fastest(velocity)
+        found = ratio(self._apart(placed, velocity), speed)
+        if acceleration is None:
+            return found
+        # Of an acceleration, centripetal terms are part.
+        size = self._fastest(acceleration) + speed * speed
+        return np.maximum(found, ratio(self._apart(placed, acceleration), size))
+
+    def _apart(self, placed: Array, twists: Array) -> Array:
+        """Return `(N,)` the greatest twist [rad/s] at which a loop's ends part."""
+        worst = np.zeros(placed.shape[-1])
+        for loop in self._loops:
+            frames, joint = self.frames, self.frames.tree + loop
+            child = frames.children[joint]
+            ends = frames.last[joint], frames.last[child] if child >= 0 else -1
+            first, second = (twists[end] if end >= 0 else 0.0 * twists[0] for end in ends)
+            apart = first - second
+            gap = apart[0]
+            if ends[0] >= 0:
+                gap = gap + cross(apart[1], placed[ends[0], 3])
+            worst = np.maximum(worst, np.abs(gap).max(axis=0) / self.length)
+            worst = np.maximum(worst, np.abs(apart[1]).max(axis=0))
+        return worst
+
+    def _fastest(self, twists: Array) -> Array:
+        """Return `(N,)` the greatest of all twists, linear ones over the length."""
+        greatest = np.max(np.abs(twists), axis=(0, 2), initial=0.0)
+        return np.maximum(greatest[0] / self.length, greatest[1])
+
+    def _size(self, wrenches: Array, points: Array | None) -> Array:
+        """Return the greatest size [N·m] of wrenches: of moments, and of forces times the length.
+
+        Args:
+            wrenches: `(B, 2, 3, N)`, about the corner.
+            points: `(B, 3, N)` about which the moments are to be taken; None where they are.
+        """
+        if not len(wrenches):
+            return np.zeros(wrenches.shape[-1])
+        force, moment = wrenches[:, 0], wrenches[:, 1]
+        if points is not None:
+            moment = moment - cross(points, force)
+        square = self.length**2 * _squared(force)
+        np.maximum(square, _squared(moment), out=square)
+        found = np.max(square, axis=0)
+        if 1e-200 < np.max(found) < 1e200:
+            return np.asarray(np.sqrt(found))
+        # Squares overflow, or vanish, long before the wrenches do.
+        scale = float(np.max(np.abs(wrenches)))
+        if not 0.0 < scale < np.inf:
+            return np.asarray(np.max(np.abs(wrenches), axis=(0, 1, 2)))
+        found = self.length**2 * _squared(force / scale)
+        np.maximum(found, _squared(moment / scale), out=found)
+        return np.asarray(scale * np.sqrt(np.max(found, axis=0)))
 
 
-def _squares(wrenches: Array) -> tuple[Array, Array]:
+def _squared(vectors: Array) -> Array:
     with np.errstate(over="ignore", under="ignore"):
-        return np.sum(wrenches[:3] ** 2, axis=0), np.sum(wrenches[3:] ** 2, axis=0)
+        return np.asarray(np.einsum("bin,bin->bn", vectors, vectors))

@@ -61,8 +61,8 @@ class OperatingPoints:
 
     def drive_effort(self) -> Array | None:
         """Return what the drive exerts, None if the outputs leave it out."""
-        complete = self.response.scene.assembly.needed.complete
-        if complete and not self._known(self.response.scene.drives[0]):
+        alone = self.response.scene.assembly.needed.efforts_alone
+        if not alone and not self._known(self.response.scene.drives[0]):
             return None
         return self._efforts(0)
 

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .coordinates import Array
-from .free_bodies import FreeBodies, Rates
 from .kinematics import ClosedMechanism, Kinematics
 from .loads import LinkLoad
 from .mechanism import Mechanism
 from .plan import Needs
-from .reactions import LoadCase, Reactions, ReactionSolver
-from .residuals import Residuals, overflow
+from .reactions import UNIQUE_TOLERANCE, LoadCase, Reactions, ReactionSolver
+from .residuals import Claim, Residuals, overflow
+
+if TYPE_CHECKING:
+    from .free_bodies import FreeBodies
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -23,14 +27,16 @@ class Inputs:
     Attributes:
         speeds, accelerations: of the drives, `(N, d)`.
         loads: efforts added at the joints, `(N, nv)` or `(1, nv)`.
-        link_loads: wrenches on links.
+        link_loads: links and the wrenches on them.
+        turns: whole turns `(N, size)` that angles lack.
         moving: whether the sweep has any speed or acceleration.
     """
 
     speeds: Array
     accelerations: Array
     loads: Array
-    link_loads: list[LinkLoad]
+    link_loads: dict[str, LinkLoad]
+    turns: Array
     moving: bool
 
 
@@ -77,6 +83,7 @@ class Pipeline:
         needed: Needs,
         gravity: Array,
         outside: Array,
+        moving: Array,
     ) -> None:
         """Make the pipeline.
 
@@ -87,24 +94,58 @@ class Pipeline:
             needed: what the outputs need.
             gravity: `(3,)` [m/s²].
             outside: velocity coordinates that are driven or held.
+            moving: velocity coordinates whose motion is solved, `outside` included.
         """
         self._mechanism = mechanism
         self._kinematics = kinematics
+        self._coordinates = kinematics.coordinates
+        self._moving = moving
+        self._claimed, self._claimed_places = reactions.solved(needed)
         self._reactions = reactions
         self._needed = needed
         self._outside = outside
         self._gravity = gravity
         self._weight = bool(np.any(gravity))
-        self._bodies = FreeBodies(reactions, gravity, needed)
-        scale = self._bodies.rate_scale
+        self._drives = kinematics.drives
+        driven = set(self._drives.tolist())
+        self._held = np.array([k for k in outside.tolist() if k not in driven], dtype=int)
+        slides = np.any(reactions.subspace[:, :3] != 0.0, axis=1)
+        scale = np.where(slides, mechanism.length, 1.0)
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
         self._heavy = any(solver.twin.heavy for solver in kinematics.solvers)
+
+    @cached_property
+    def bodies(self) -> FreeBodies:
+        """What proves results; the description's text is read again when it is first asked for."""
+        from .free_bodies import FreeBodies
+
+        return FreeBodies(
+            self._mechanism.reread,
+            self._coordinates,
+            self._mechanism.length,
+            self._gravity,
+            self._claimed,
+            self._drives,
+            self._held,
+            self._moving,
+        )
+
+    def prove_flags(self, found: Block) -> None:
+        """Refuse what a result says of uniqueness where self-stresses contradict it.
+
+        Raises:
+            AccuracyError: see `FreeBodies.prove_flags`.
+        """
+        if self._claimed:
+            unique = found.influence[self._claimed_places] < UNIQUE_TOLERANCE
+            self.bodies.prove_flags(found.x, unique)
 
     def run(self, here: ClosedMechanism, inputs: Inputs) -> Block:
         """Return motion, reactions and residuals at closed positions."""
         transmission, v, a = self.rates(here, inputs.speeds, inputs.accelerations)
         dynamics = (v, a) if self._heavy and (inputs.moving or self._weight) else None
-        case = LoadCase(dynamics, inputs.loads, inputs.link_loads, self._gravity)
+        links = list(inputs.link_loads.values())
+        case = LoadCase(dynamics, inputs.loads, links, self._gravity)
         (reactions,) = self._reactions.solve(here, [case])
         return self.proven(here, inputs, (transmission, v, a), reactions)
 
@@ -126,20 +167,32 @@ class Pipeline:
         count = len(here.x)
         transmission, v, a = rates
         efforts = self.efforts(reactions)
-        if self._needed.complete:
-            external = np.tile(inputs.loads, (count if len(inputs.loads) == 1 else 1, 1))
-            external[:, self._outside] = efforts[:, self._outside]
-            bodies = [load.body for load in inputs.link_loads]
-            joint_rates = Rates(v, a, transmission.sum(axis=2), inputs.moving)
-            residuals = self._bodies.check(here, reactions, joint_rates, efforts, external, bodies)
-            exerted = external - inputs.loads
-        else:
-            # Only the drive efforts are wanted: virtual work gives them without closure forces.
-            exerted = np.zeros_like(efforts)
+        exerted = np.zeros_like(efforts)
+        if self._needed.efforts_alone:
+            # Virtual work gives the drive efforts without closure forces.
             drive = (efforts - inputs.loads)[:, None, :] @ transmission
-            exerted[:, self._kinematics.drives] = drive[:, 0]
-            residuals = Residuals.unknown(count)
+            exerted[:, self._drives] = drive[:, 0]
+        else:
+            exerted[:, self._outside] = (efforts - inputs.loads)[:, self._outside]
         tooth = reactions.closure[len(self._mechanism.loops) :]
+        couplings = np.concatenate([np.zeros((count, 0)), *tooth], axis=1)
+        residuals = self.bodies.check(
+            Claim(
+                x=here.x,
+                turns=inputs.turns,
+                v=v,
+                a=a,
+                speeds=inputs.speeds,
+                accelerations=inputs.accelerations,
+                transmission=transmission,
+                wrenches=reactions.wrenches[:, self._claimed_places],
+                exerted=exerted,
+                couplings=couplings,
+                loads=inputs.loads,
+                link_loads=inputs.link_loads,
+                moving=inputs.moving,
+            )
+        )
         return Block(
             x=here.x,
             v=v,
@@ -147,9 +200,9 @@ class Pipeline:
             transmission=transmission,
             wrenches=reactions.wrenches,
             efforts=exerted,
-            tooth=np.concatenate([np.zeros((count, 0)), *tooth], axis=1),
+            tooth=couplings,
             condition=self.condition(here, transmission) * residuals.cancellation,
-            closure=here.residual,
+            closure=np.maximum(here.residual, residuals.open),
             residuals=residuals,
             influence=reactions.influence,
             open_couplings=reactions.open_couplings,

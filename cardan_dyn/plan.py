@@ -19,13 +19,13 @@ class Needs:
         motion: numbers of the groups whose motion is solved.
         forces: numbers of those whose closure forces are solved.
         complete: bodies (0-based) on which every wrench is known.
-        everything: whether nothing was left out.
+        efforts_alone: whether no wrench is wanted, only the drive efforts.
     """
 
     motion: list[int]
     forces: set[int]
     complete: set[int]
-    everything: bool
+    efforts_alone: bool
 
 
 def needs(
@@ -50,7 +50,8 @@ def needs(
     bodies = set(range(mechanism.model.njoints - 1))
     if not wanted:
         forces = everything if wanted is None else set()
-        return Needs(sorted(everything), forces, bodies if wanted is None else set(), True)
+        complete = bodies if wanted is None else set()
+        return Needs(sorted(everything), forces, complete, wanted is not None)
     carriers: dict[int, set[int]] = {body: set() for body in bodies}
     for number, group in enumerate(groups):
         for body in group.bodies:
@@ -85,7 +86,7 @@ def needs(
             movers = {*group.bodies, *(owner[int(column)] for column in group.known)}
             open_groups.extend(decider[body] for body in movers if body in decider)
     complete = {body for body, numbers in carriers.items() if numbers and numbers <= forces}
-    return Needs(sorted(motion), forces, complete, forces == everything)
+    return Needs(sorted(motion), forces, complete, False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +151,7 @@ def plan_of(
         steps.append("wrenches of: " + ", ".join(outputs))
     else:
         steps.append("drive efforts by virtual work")
-    steps.append("residuals: loops" + ", balance of bodies" * bool(needed.complete))
+    steps.append("residuals: loops" + ", balance of bodies" * (not needed.efforts_alone) + ", power")
     return Plan(steps, skipped)
 
 

@@ -19,7 +19,8 @@ from .indeterminate import Choice, LeastNorm, Undetermined
 from .kinematics import ClosedMechanism, Kinematics
 from .loads import LinkLoad
 from .mechanism import Mechanism
-from .solver import Closed, Solver
+from .plan import Needs
+from .solver import Closed
 from .tree import ancestors
 from .twin import placement
 
@@ -56,14 +57,12 @@ class Reactions:
             about the origin of its group's twin; then `(N, 1)` per coupling: its moment at its
             successor's joint.
         open_couplings: numbers of the couplings whose moment is not unique.
-        link_wrenches: per link load, `(N, 6)` as `closure`.
         influence: `(b, 6)` greatest change of a component per unit of undetermined closure force.
     """
 
     wrenches: Array
     closure: list[Array]
     open_couplings: set[int]
-    link_wrenches: list[Array]
     influence: Array
 
 
@@ -78,11 +77,6 @@ def superposed(cases: Sequence[Reactions], factors: Sequence[float]) -> Reaction
         total([case.wrenches for case in cases]),
         [total([case.closure[k] for case in cases]) for k in range(len(first.closure))],
         first.open_couplings,
-        [
-            factor * wrench
-            for factor, case in zip(factors, cases, strict=True)
-            for wrench in case.link_wrenches
-        ],
         first.influence,
     )
 
@@ -101,7 +95,7 @@ class ReactionSolver:
         self,
         mechanism: Mechanism,
         kinematics: Kinematics,
-        active: set[int] | None = None,
+        active: set[int],
         choice: Choice | None = None,
     ) -> None:
         """Make the solver.
@@ -109,10 +103,10 @@ class ReactionSolver:
         Args:
             mechanism: the mechanism.
             kinematics: the groups whose motion is solved.
-            active: ids of the groups whose closure forces are; all if None.
+            active: numbers of those whose closure forces are.
             choice: rule for what is undetermined; the least norm if None.
         """
-        self._active = active
+        self.active = active
         self.mechanism = mechanism
         self.kinematics = kinematics
         self.fixed = [
@@ -131,7 +125,7 @@ class ReactionSolver:
             for number, solver in reversed(list(enumerate(kinematics.solvers)))
             for body in solver.twin.local
         }
-        self._choice = choice or LeastNorm(mechanism.length)
+        self._choice = choice or LeastNorm(mechanism.length, counted(mechanism))
         model = mechanism.model
         self._owners = np.array(
             [index - 1 for index in range(1, model.njoints) for _ in range(model.nvs[index])]
@@ -154,23 +148,17 @@ class ReactionSolver:
             )
         return self._carriers[body]
 
-    def solves(self, solver: Solver) -> bool:
-        """Return whether a group's closure forces are solved."""
-        return self._active is None or id(solver.group) in self._active
-
     def solve(self, here: ClosedMechanism, cases: Sequence[LoadCase]) -> list[Reactions]:
         """Return the reactions of every load case at closed positions.
 
         What depends on the positions alone is done once for all cases.
         """
-        count, solvers = len(here.x), self.kinematics.solvers
+        count = len(here.x)
         wrenches = np.zeros((count, self.bodies + len(self.fixed), 6, len(cases)))
         for number, case in enumerate(cases):
             self._inertial(wrenches[..., number], here, case)
-        link_wrenches = [
-            [self._applied(wrenches[..., number], here, load) for load in case.link_loads]
-            for number, case in enumerate(cases)
-        ]
+            for load in case.link_loads:
+                self._apply(wrenches[..., number], here, load)
         closure = [np.zeros((count, 6, len(cases))) for _ in self.mechanism.loops]
         closure += [np.zeros((count, 1, len(cases))) for _ in self.mechanism.couplings]
         undetermined: list[Undetermined] = []
@@ -178,23 +166,23 @@ class ReactionSolver:
         given = np.empty((count, self.mechanism.model.nv, len(cases)))
         for number, case in enumerate(cases):
             given[..., number] = case.loads
-        for solver, closed in zip(reversed(solvers), reversed(here.groups), strict=True):
-            group = solver.group
-            if not (group.loops or group.couplings) or not self.solves(solver):
+        for place_of_group, closed in reversed(list(enumerate(here.groups))):
+            group = closed.solver.group
+            if not (group.loops or group.couplings) or place_of_group not in self.active:
                 continue
             unmet = given[:, group.passives] - self._efforts_of(wrenches, group.passives)
             multipliers = closed.solve_transposed(unmet)
-            for number, forces in self._forces(solver, multipliers).items():
+            for number, forces in self._forces(closed, multipliers).items():
                 closure[number] += forces
             for place, number in enumerate(group.loops):
-                joints, spread = self._on_path(solver, closed, place, number, closure[number])
+                joints, spread = self._on_path(closed, place, number, closure[number])
                 wrenches[:, joints] += spread
             for number in group.couplings:
                 coupling = self.mechanism.couplings[number]
                 moment = closure[len(self.mechanism.loops) + number]
                 given[:, coupling.successor_columns] += moment
                 given[:, coupling.predecessor_columns] -= coupling.ratio * moment
-            undetermined += self.undetermined(solver, closed)
+            undetermined += self.undetermined(closed)
         influence = np.zeros(wrenches.shape[1:3])
         if undetermined:
             loaded = {joint for item in undetermined for joint in item.joints.tolist()}
@@ -215,7 +203,6 @@ class ReactionSolver:
                 wrenches[..., number],
                 [forces[..., number] for forces in closure],
                 open_couplings,
-                link_wrenches[number],
                 influence,
             )
             for number in range(len(cases))
@@ -225,19 +212,19 @@ class ReactionSolver:
         """Add what inertia and gravity ask of the open tree to wrenches `(N, b, 6)`."""
         if case.dynamics is None:
             return
-        for solver, closed in zip(self.kinematics.solvers, here.groups, strict=True):
-            twin = solver.twin
-            if twin.heavy and (not self._active or self.solves(solver)):
-                twin.model.gravity.linear = case.gravity
+        for number, closed in enumerate(here.groups):
+            twin = closed.solver.twin
+            # Without closure forces, virtual work needs the inertia of all that moves.
+            if twin.heavy and (not self.active or number in self.active):
                 v, a = (twin.velocity(rates) for rates in case.dynamics)
-                found = twin.inverse_dynamics(closed.q, v, a)
+                found = twin.inverse_dynamics(closed.q, v, a, case.gravity)
                 wrenches[:, consecutive(twin.bodies)] += found.reshape(len(v), -1, 6)
 
-    def _applied(self, wrenches: Array, here: ClosedMechanism, load: LinkLoad) -> Array:
-        """Take a load on a link off wrenches `(N, b, 6)`; return it `(N, 6)`, see `Reactions`."""
+    def _apply(self, wrenches: Array, here: ClosedMechanism, load: LinkLoad) -> None:
+        """Take a load on a link off wrenches `(N, b, 6)`."""
         home = self.home.get(load.body)
         if home is None:
-            return np.zeros((len(here.x), 6))  # On a body that was left out.
+            return  # On a body that was left out.
         twin, actions = self.kinematics.solvers[home].twin, here.groups[home].actions
         wrench = load.about_origin(actions, twin.local[load.body])
         for body in ancestors(self.mechanism.model, load.body + 1):
@@ -245,7 +232,24 @@ class ReactionSolver:
             wrenches[:, body] -= np.matmul(actions[:, first : first + 6], wrench[:, :, None])[
                 :, :, 0
             ]
-        return wrench
+
+    def solved(self, needed: Needs) -> tuple[list[str], Array]:
+        """Return the joints whose wrenches are solved, and their places among all wrenches."""
+        joints = {
+            joint.name: joint.index - 1
+            for joint in self.mechanism.joints.values()
+            if joint.parts and joint.index - 1 in needed.complete
+        }
+        solved = {
+            number
+            for place, solver in enumerate(self.kinematics.solvers)
+            if place in self.active
+            for number in solver.group.loops
+        }
+        for place, number in enumerate(self.fixed):
+            if number in solved:
+                joints[self.mechanism.loops[number].joint] = self.bodies + place
+        return list(joints), np.array(list(joints.values()), dtype=int)
 
     def efforts(self, wrenches: Array) -> Array:
         """Return the components of wrenches `(N, b, 6)` along the coordinates, `(N, nv)`."""
@@ -270,17 +274,19 @@ class ReactionSolver:
             zero = parent.transpose(2, 0, 1) @ zero
         return np.asarray(np.swapaxes(zero, -1, -2) @ own)
 
-    def _forces(self, solver: Solver, multipliers: Array) -> dict[int, Array]:
+    def _forces(self, closed: Closed, multipliers: Array) -> dict[int, Array]:
         """Return closure forces `(N, 6, k)` and coupling moments `(N, 1, k)` by their number.
 
         Args:
-            solver: of a group.
+            closed: positions of a group.
             multipliers: `(N, R, k)`.
         """
         result, start = {}, 0
-        for number, rows in zip(solver.group.loops, solver.reduction.rows, strict=True):
+        solver = closed.solver
+        for place, number in enumerate(solver.group.loops):
+            rows = solver.reduction.rows[place]
             part = multipliers[:, start : start + rows.shape[1]]
-            result[number] = (rows @ part) * solver.closure.weights[:, None]
+            result[number] = solver.closure.wrench(place, closed.actions, rows @ part)
             start += rows.shape[1]
         for number in solver.group.couplings:
             # The successor's coefficient in a coupling's row is -1, its effort the multiplier.
@@ -289,13 +295,14 @@ class ReactionSolver:
         return result
 
     def _on_path(
-        self, solver: Solver, closed: Closed, place: int, number: int, forces: Array
+        self, closed: Closed, place: int, number: int, forces: Array
     ) -> tuple[slice | Array, Array]:
         """Return the joints on a loop and what closure forces `(N, 6, k)` add to their wrenches.
 
         Returns:
             Places of the joints among all wrenches, and `(N, J, 6, k)`.
         """
+        solver = closed.solver
         signs = solver.closure.signs[place]
         (path,) = np.nonzero(signs)
         rows = consecutive((6 * path[:, None] + np.arange(6)).ravel())
@@ -313,25 +320,23 @@ class ReactionSolver:
             found = np.concatenate([found, (action @ forces)[:, None]], axis=1)
         return consecutive(joints), found
 
-    def undetermined(self, solver: Solver, closed: Closed) -> list[Undetermined]:
+    def undetermined(self, closed: Closed) -> list[Undetermined]:
         """Return the closure forces of a group that no passive effort feels."""
-        found = []
+        solver, found = closed.solver, []
         if closed.null.shape[2]:
-            found.append(self._forces(solver, closed.null))
-        for number, null in zip(solver.group.loops, solver.reduction.null, strict=True):
+            found.append(self._forces(closed, closed.null))
+        for place, number in enumerate(solver.group.loops):
+            null = solver.reduction.null[place]
             if null.shape[1]:
-                force = null * solver.closure.weights[:, None]
-                found.append({number: np.broadcast_to(force, (len(closed.q), *force.shape))})
-        return [Undetermined(item, *self._effect(solver, closed, item)) for item in found]
+                found.append({number: solver.closure.wrench(place, closed.actions, null)})
+        return [Undetermined(item, *self._effect(closed, item)) for item in found]
 
-    def _effect(
-        self, solver: Solver, closed: Closed, forces: dict[int, Array]
-    ) -> tuple[Array, Array]:
+    def _effect(self, closed: Closed, forces: dict[int, Array]) -> tuple[Array, Array]:
         """Return the joints that closure forces load, and what they add, `(N, J, 6, k)`."""
         every = np.arange(self.bodies + len(self.fixed))
         parts = [
-            self._on_path(solver, closed, place, number, forces[number])
-            for place, number in enumerate(solver.group.loops)
+            self._on_path(closed, place, number, forces[number])
+            for place, number in enumerate(closed.solver.group.loops)
             if number in forces
         ]
         if len(parts) == 1:
@@ -343,6 +348,17 @@ class ReactionSolver:
         for joints, spread in parts:
             total[:, np.searchsorted(loaded, every[joints])] += spread
         return loaded, total
+
+
+def counted(mechanism: Mechanism) -> frozenset[int]:
+    """Return the places of wrenches that a norm over all joints counts: each joint once.
+
+    The massless bodies between the parts of a joint pass its wrench on; `fixed` loops come last.
+    """
+    bodies = mechanism.model.njoints - 1
+    own = {joint.index - 1 for joint in mechanism.joints.values() if joint.parts}
+    fixed = sum(not joint.parts for joint in mechanism.joints.values())
+    return frozenset(own | set(range(bodies, bodies + fixed)))
 
 
 def consecutive(places: Array) -> slice | Array:

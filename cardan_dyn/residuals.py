@@ -2,21 +2,59 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .coordinates import Array
 from .errors import AccuracyError
 
+if TYPE_CHECKING:
+    from .loads import LinkLoad
+
 BALANCE_TOLERANCE = 1e-8
-"""Greatest Newton-Euler or power imbalance of a result, relative."""
+"""Greatest Newton-Euler or power imbalance of a result, relative; of loops and rates likewise."""
 CHECK_ROUNDING = 0.1 * float(np.finfo(float).eps)
 """What rounding hides from the balance of bodies, per size of inertial terms.
 
 Their size is estimated with the length of the whole mechanism, some ten times that of its bodies.
 """
+_HARMLESS = 1e6  # A condition number that cannot make an error of this size.
 _ROUNDING = 1e-13  # Wrenches this much smaller than inertial terms are what rounding left of them.
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Claim:
+    """A result that is to be proven, for a block of N samples.
+
+    Attributes:
+        x: `(N, size)` coordinates of all joints.
+        turns: `(N, size)` whole turns that their angles lack.
+        v, a: joint velocities and accelerations `(N, nv)`.
+        speeds, accelerations: of the drives, as they were asked for, `(N, d)`.
+        transmission: `(N, nv, d)` joint velocities per unit speed of each drive.
+        wrenches: `(N, J, 6)` of the joints that are claimed, in the order of `claimed`.
+        exerted: `(N, nv)` what drives and held joints exert.
+        couplings: `(N, G)` moments of the couplings at their successors' joints.
+        loads: `(N, nv)` or `(1, nv)` efforts added at the joints.
+        link_loads: links and the wrenches that act on them.
+        moving: whether `v` or `a` is not zero anywhere.
+    """
+
+    x: Array
+    turns: Array
+    v: Array
+    a: Array
+    speeds: Array
+    accelerations: Array
+    transmission: Array
+    wrenches: Array
+    exerted: Array
+    couplings: Array
+    loads: Array
+    link_loads: dict[str, LinkLoad]
+    moving: bool
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -27,7 +65,10 @@ class Residuals:
         unmet: greatest wrench [N·m] that a body or a free coordinate is left with; forces count
             times the length of the mechanism.
         unspent: power [W at unit drive speeds] that is left over.
+        open: closure error, see `Sweep.loop_residual`.
+        drift: how far rates violate loops and drives, relative.
         wrench: greatest joint wrench [N·m].
+        applied: greatest load or weight [N·m].
         inertia: greatest size [N·m] of the terms that inertial wrenches are the sum of.
         flow: sum of the powers that flow [W at unit drive speeds].
         fastest: greatest joint speed at unit drive speeds, of slides over the length.
@@ -37,31 +78,26 @@ class Residuals:
 
     unmet: Array
     unspent: Array
+    open: Array
+    drift: Array
     wrench: Array
+    applied: Array
     inertia: Array
     flow: Array
     fastest: Array
-    bodies_balanced: bool = True
-    power_balanced: bool = True
-
-    @staticmethod
-    def unknown(count: int) -> Residuals:
-        """Return the residuals of samples whose outputs leave all bodies out."""
-        zero = np.zeros(count)
-        return Residuals(
-            zero, zero, zero, zero, zero, zero, bodies_balanced=False, power_balanced=False
-        )
+    bodies_balanced: bool
+    power_balanced: bool
 
     @staticmethod
     def joined(parts: list[Residuals]) -> Residuals:
         """Return the residuals of blocks of one sweep as one."""
+        arrays = {
+            field.name: np.concatenate([getattr(part, field.name) for part in parts])
+            for field in fields(Residuals)
+            if not field.name.endswith("balanced")
+        }
         return Residuals(
-            unmet=np.concatenate([part.unmet for part in parts]),
-            unspent=np.concatenate([part.unspent for part in parts]),
-            wrench=np.concatenate([part.wrench for part in parts]),
-            inertia=np.concatenate([part.inertia for part in parts]),
-            flow=np.concatenate([part.flow for part in parts]),
-            fastest=np.concatenate([part.fastest for part in parts]),
+            **arrays,
             bodies_balanced=parts[0].bodies_balanced,
             power_balanced=parts[0].power_balanced,
         )
@@ -69,18 +105,20 @@ class Residuals:
     @property
     def cancellation(self) -> Array:
         """By how much single terms exceed the greatest wrench that their sum leaves `(N,)`."""
-        return 1.0 + _relative(self.inertia, self.wrench)
+        left = np.where(self.wrench > 0.0, self.wrench, self.inertia)
+        return 1.0 + ratio(self.inertia, left)
 
     @property
     def balance(self) -> float:
         """Greatest imbalance of the bodies relative to the greatest wrench of all samples.
 
-        What the rounding of inertial terms hides from the check counts as imbalance.
+        What the rounding of inertial terms hides from the check counts as imbalance. Where nothing
+        acts there is nothing to compare, and so no residual.
         """
         if not self.bodies_balanced:
             return float("nan")
         left = self.unmet + CHECK_ROUNDING * self.inertia
-        return float(np.max(_relative(left, self._greatest())))
+        return _worst(left, self._greatest())
 
     @property
     def power(self) -> float:
@@ -92,7 +130,7 @@ class Residuals:
         if not self.power_balanced:
             return float("nan")
         through = self.flow + self._greatest() * self.fastest
-        return float(np.max(_relative(self.unspent, through)))
+        return _worst(self.unspent, through)
 
     def prove(self, positions: Array, condition: Array) -> None:
         """Refuse samples that miss the tolerance, rounding of inertial terms allowed for.
@@ -104,14 +142,16 @@ class Residuals:
         Raises:
             AccuracyError: a residual misses its tolerance, or is not a number.
         """
-        size = self.wrench + self.inertia
+        size = self.wrench + self.applied + self.inertia
+        _prove("loop", self.open, np.ones_like(self.open), positions, condition)
+        _prove("rate", self.drift, np.ones_like(self.drift), positions, condition)
         if self.bodies_balanced:
             _prove("balance", self.unmet, size, positions, condition)
         if self.power_balanced:
             _prove("power", self.unspent, self.flow + size * self.fastest, positions, condition)
 
     def _greatest(self) -> Array:
-        greatest = np.max(self.wrench)
+        greatest = np.max(np.maximum(self.wrench, self.applied))
         noise = greatest <= _ROUNDING * self.inertia
         return np.where(noise, self.inertia, greatest)
 
@@ -128,7 +168,7 @@ def overflow(what: str) -> AccuracyError:
 
 
 def _prove(name: str, left: Array, scale: Array, positions: Array, condition: Array) -> None:
-    found = _relative(left, scale)
+    found = ratio(left, scale)
     # Not a number is no proof either.
     bad = ~((left <= BALANCE_TOLERANCE * scale) & (scale < np.inf))
     if not np.any(bad):
@@ -136,16 +176,28 @@ def _prove(name: str, left: Array, scale: Array, positions: Array, condition: Ar
     worst = int(np.argmax(np.where(bad, np.nan_to_num(found, nan=np.inf), -1.0)))
     if not np.isfinite(found[worst]) or not np.isfinite(scale[worst]):
         raise overflow(f"the {name} residual at drive position {positions[worst].tolist()}")
+    if condition[worst] < _HARMLESS:
+        advice = "which explains no such error: please report it with the scene"
+    else:
+        advice = "stay away from this position or choose another drive"
     raise AccuracyError(
         f"the {name} residual is {found[worst]:.1e} at drive position "
         f"{positions[worst].tolist()}, more than {BALANCE_TOLERANCE:.0e}; the closure "
-        f"equations have condition {condition[worst]:.1e} there: stay away "
-        "from this position or choose another drive",
+        f"equations have condition {condition[worst]:.1e} there: {advice}",
         residual=float(found[worst]),
         tolerance=BALANCE_TOLERANCE,
         position=positions[worst],
     )
 
 
-def _relative(error: Array, scale: Array) -> Array:
-    return np.asarray(np.divide(error, scale, out=np.zeros_like(error), where=scale != 0.0))
+def _worst(error: Array, scale: Array) -> float:
+    """Return the greatest relative error, not a number where there is nothing to compare."""
+    if not np.any(error) and not np.any(scale):
+        return float("nan")
+    return float(np.max(ratio(error, scale)))
+
+
+def ratio(part: Array, whole: Array) -> Array:
+    """Return `part / whole`, infinite where something is compared with nothing."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        return np.where(part == 0.0, 0.0, part / whole)

@@ -174,10 +174,13 @@ class Columns:
             start=self._loads(""),
         )
         ones = np.ones((len(positions), 1))
-        inputs = Inputs(ones, ones, loads, list(scene.link_loads.values()), moving=True)
+        turns = np.zeros_like(here.x)
+        inputs = Inputs(ones, ones, loads, scene.link_loads, turns, moving=True)
         together = superposed(cases, factors)
         block = scene.pipeline.proven(here, inputs, (transmission, v, a + v), together)
-        return self._stacked(cases, v), joined([block], positions[:, None])
+        block = joined([block], positions[:, None])
+        scene.pipeline.prove_flags(block)
+        return self._stacked(cases, v), block
 
     def greatest(self, values: Array) -> dict[str, float]:
         """Return the greatest wrench or effort of each column, forces times the length."""
@@ -229,8 +232,7 @@ class Columns:
 
     def _closed(self, positions: Array) -> ClosedMechanism:
         assembly = self._scene.assembly
-        guesses, turns = assembly.guesses(positions[:, None])
-        return assembly.close(guesses, turns, positions[:, None])
+        return assembly.close(assembly.guesses(positions[:, None]), positions[:, None])
 
     def _rates(self, here: ClosedMechanism) -> tuple[Array, Array, Array]:
         """Return transmission, velocities and accelerations at constant unit speed."""
@@ -284,7 +286,7 @@ class Columns:
         for name, reactions in zip(self.names, cases, strict=False):
             wrenches.append(reactions.wrenches[:, self.numbers].reshape(count, -1).T)
             effort = self._scene.pipeline.efforts(reactions) - self._loads(name)
-            if not self._scene.assembly.needed.complete:
+            if self._scene.assembly.needed.efforts_alone:
                 # Without closure forces virtual work gives the drive's effort.
                 effort[:, self._outside[0]] = np.sum(effort * v, axis=1)
                 effort[:, self._outside[1:]] = 0.0

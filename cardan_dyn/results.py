@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .closure import Reduction
 from .coordinates import Array
 from .errors import IndeterminateError
-from .kinematics import ClosedMechanism
+from .kinematics import ClosedMechanism, Kinematics
 from .motion import Motion
 from .pipeline import Block
 from .reactions import UNIQUE_TOLERANCE
@@ -33,7 +32,7 @@ class ClosedPositions:
         turns: whole turns `(N, size)` that angles lack.
         spans: samples of each block.
         blocks: what is closed, block by block.
-        reductions: of every group, for which the blocks hold.
+        kinematics: what closes them.
     """
 
     scene: Scene
@@ -41,7 +40,7 @@ class ClosedPositions:
     turns: Array
     spans: list[slice]
     blocks: Iterable[ClosedMechanism]
-    reductions: list[Reduction]
+    kinematics: Kinematics
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -60,11 +59,11 @@ def collected(scene: Scene, found: Block, turns: Array) -> Sweep:
     unique = (found.influence < UNIQUE_TOLERANCE)[numbers]
     if scene.strict and not (scene.elastic or np.all(unique)):
         _refuse(scene, unique)
-    velocities, complete = scene.coordinates.velocities, scene.assembly.needed.complete
+    velocities, needed = scene.coordinates.velocities, scene.assembly.needed
     known = {
         name: found.efforts[:, velocities[name].start]
         for name in (*scene.drives, *scene.held)
-        if not complete or scene.mechanism.joints[name].index - 1 in complete
+        if needed.efforts_alone or scene.mechanism.joints[name].index - 1 in needed.complete
     }
     effort = None
     if all(name in known for name in scene.drives):
@@ -86,7 +85,9 @@ def collected(scene: Scene, found: Block, turns: Array) -> Sweep:
         found.a,
         found.transmission,
     )
-    holding = {name: known[name] for name in scene.held if name in known and complete}
+    holding = {
+        name: known[name] for name in scene.held if name in known and not needed.efforts_alone
+    }
     couplings = scene.mechanism.couplings
     return Sweep(
         mechanism=scene.mechanism,

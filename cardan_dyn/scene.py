@@ -28,7 +28,7 @@ from .mechanism import Mechanism
 from .motion import Motion
 from .pipeline import Block, Inputs, Pipeline, joined
 from .plan import Plan, plan_of
-from .reactions import ReactionSolver
+from .reactions import ReactionSolver, counted
 from .results import ClosedPositions, collected
 from .sweep import Sweep
 
@@ -145,15 +145,17 @@ class Scene:
         kinematics, needed = self.assembly.kinematics, self.assembly.needed
         self.heavy = any(solver.twin.heavy for solver in kinematics.solvers)
         flexible = compliances(mechanism, compliance or {})
-        rule: Choice = LeastNorm(mechanism.length)
+        joints = counted(mechanism)
+        rule: Choice = LeastNorm(mechanism.length, joints)
         if flexible:
             places = {self.place(name): value for name, value in flexible.items()}
-            rule = Elastic(mechanism.length, places)
+            rule = Elastic(mechanism.length, joints, places)
         self.elastic = bool(flexible)
-        active = {id(self.assembly.groups[number]) for number in needed.forces}
+        active = {place for place, number in enumerate(needed.motion) if number in needed.forces}
         self.reactions = ReactionSolver(mechanism, kinematics, active, rule)
+        moving = np.concatenate([self._outside(), self.assembly.decided])
         self.pipeline = Pipeline(
-            mechanism, kinematics, self.reactions, needed, self.gravity, self._outside()
+            mechanism, kinematics, self.reactions, needed, self.gravity, self._outside(), moving
         )
 
     def sweep(
@@ -205,15 +207,13 @@ class Scene:
 
     def _closed(self, positions: Array) -> ClosedPositions:
         """Return drive positions `(N, d)` whose blocks are closed one by one as they are used."""
-        guesses, turns = self.assembly.guesses(positions)
+        guess = self.assembly.guesses(positions)
         # Blocks of equal size: a small one costs almost as much as a large one.
         count = max(1, -(-len(positions) // _BLOCK))
         ends = np.linspace(0, len(positions), count + 1).astype(int).tolist()
         spans = [slice(*span) for span in pairwise(ends)]
-        blocks = (
-            self.assembly.close(guesses[span], turns[span], positions[span]) for span in spans
-        )
-        return ClosedPositions(self, positions, turns, spans, blocks, self.assembly.reductions)
+        blocks = (self.assembly.close(guess[span], positions[span]) for span in spans)
+        return ClosedPositions(self, positions, guess.turns, spans, blocks, guess.kinematics)
 
     def _own(self, closed: ClosedPositions) -> ClosedPositions:
         """Return closed positions as they are if they hold for this scene.
@@ -223,7 +223,7 @@ class Scene:
         """
         if closed.scene is not self:
             raise ArgumentError("these positions were closed by another scene; close them again")
-        if closed.reductions != self.assembly.reductions:
+        if closed.kinematics.rows != self.assembly.kinematics.rows:
             # Farther along the branch, other rows turned out to be redundant.
             return self._closed(closed.positions)
         return closed
@@ -239,11 +239,14 @@ class Scene:
                 speeds[rows],
                 accelerations[rows],
                 loads[rows if len(loads) > 1 else slice(None)],
-                [rows_of(load, rows) for load in link_loads],
+                {name: rows_of(load, rows) for name, load in link_loads.items()},
+                closed.turns[rows],
                 moving,
             )
             blocks.append(self.pipeline.run(here, inputs))
-        return joined(blocks, closed.positions)
+        found = joined(blocks, closed.positions)
+        self.pipeline.prove_flags(found)
+        return found
 
     def response(
         self, tolerance: float = 1e-13, *, low: float | None = None, high: float | None = None
@@ -362,14 +365,14 @@ class Scene:
             loads[:, self.coordinates.velocities[name].start] += effort
         return loads
 
-    def _link_loads_at(self, count: int) -> list[LinkLoad]:
+    def _link_loads_at(self, count: int) -> dict[str, LinkLoad]:
         for name, load in self.link_loads.items():
             for part in (load.force, load.moment):
                 if len(part) not in (1, count):
                     raise ArgumentError(
                         f"the wrench on {name!r} has {len(part)} samples, the sweep {count}"
                     )
-        return list(self.link_loads.values())
+        return self.link_loads
 
 
 def _name(number: int) -> str:
