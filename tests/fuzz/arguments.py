@@ -1,0 +1,295 @@
+"""Arguments: a seed to a call of the package, as Python code, with arguments that may be wrong.
+
+Code, because it is its own reproducer: what it needs stands in `pool.namespace`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from random import Random
+
+from oddities import odd
+from pool import OPTIONS, namespace
+
+SCENES = ("four_bar", "four_bar", "slider_crank", "universal_joint", "thoma_rig", "gear", "arm")
+
+PLACES = (
+    *("0.1", "[0.0, 0.1]", "np.linspace(0.0, 0.3, 4)", "[[0.0], [0.1]]", "[[0.0, 0.1]]", "1", "-3"),
+    *("[0, 1]", "1e6", "[1e-9]"),
+    *("np.linspace(0.0, 6.3, 40)", "np.zeros((2, 2))", "[100.0, -100.0]"),
+    *("[0.3, 0.1, 0.2]", "1e12", "np.float32([0.1])"),
+    *("[1e17]", "1e300", "[0.2, 0.2]", "np.ones(900)"),
+)
+NAMES: dict[str, tuple[str, ...]] = {
+    "four_bar": ("crank_bearing", "crank_pin", "rocker_bearing", "rocker_pin"),
+    "slider_crank": ("crank_bearing", "crank_pin"),
+    "universal_joint": ("bearing_in", "pin_in", "joint_angle", "bearing_out", "pin_out"),
+    "thoma_rig": ("bearing_in", "pin_in", "joint_angle", "bearing_out", "pin_out"),
+    "gear": ("first", "second"),
+    "arm": ("turn", "slide"),
+}
+LINKS = ("crank", "coupler", "rocker", "shaft_out", "cross", "one", "two", "base", "house")
+
+
+def _name(rng: Random, own: str, wrong: float = 0.35) -> str:
+    if rng.random() < wrong:
+        return odd(rng)
+    return repr(rng.choice(NAMES[own]))
+
+
+def _value(rng: Random, *good: str, wrong: float = 0.45) -> str:
+    return odd(rng) if rng.random() < wrong else rng.choice(good)
+
+
+def _mapping(rng: Random, own: str, values: Callable[[], str]) -> str:
+    """Return code for a mapping of names to values, or for none at all."""
+    if rng.random() < 0.2:
+        return odd(rng)
+    keys = [_name(rng, own, 0.1) for _ in range(rng.choice([0, 1, 1, 1, 2]))]
+    if rng.random() < 0.25:
+        keys.append(repr(rng.choice(LINKS)))
+    code = "{" + ", ".join(f"{key}: {values()}" for key in keys if _hashable(key)) + "}"
+    if rng.random() < 0.08:
+        return f"list({code}.items())"
+    return code
+
+
+@cache
+def _hashable(code: str) -> bool:
+    try:
+        hash(eval(code, namespace(Path())))
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+def _wrench(rng: Random) -> str:
+    parts = [_value(rng, "[1.0, 0.0, 2.0]", "np.ones((4, 3))", "[0, 0, 1]") for _ in range(2)]
+    frame = _value(rng, "'link'", "'world'", wrong=0.25)
+    return f"cd.Wrench({parts[0]}, {parts[1]}, {frame})"
+
+
+def _loads(rng: Random, own: str) -> str:
+    def value() -> str:
+        if rng.random() < 0.3:
+            return _wrench(rng)
+        return _value(rng, "1.0", "-2", "[1.0, 2.0, 3.0]", "[0.0] * 6", "np.ones((4, 6))", "1e150")
+
+    return _mapping(rng, own, value)
+
+
+def _scene(rng: Random) -> str:
+    own = rng.choice(SCENES)
+    if own == "thoma_rig":
+        own = "four_bar"
+    options = {}
+    text = OPTIONS[own]
+    for part in ("drive", "held"):
+        if f"{part}=" in text:
+            # What the scene needs, so that other arguments are reached.
+            options[part] = str(_arguments(text)[part])
+    makers: dict[str, Callable[[], str]] = {
+        "drive": lambda: _value(
+            rng,
+            f"[{_name(rng, own)}]",
+            f"({_name(rng, own)}, {_name(rng, own)})",
+            f"np.array([{_name(rng, own, 0.0)}])",
+            f"{{{_name(rng, own, 0.0)}}}",
+            _name(rng, own),
+        ),
+        "held": lambda: _mapping(rng, own, lambda: _value(rng, "0.1", "0", "-0.2", "3.0", "1e9")),
+        "loads": lambda: _loads(rng, own),
+        "gravity": lambda: _value(rng, "[0, 0, -9.81]", "(0.0, 1e200, 0.0)", "[[0, 0, 1]]"),
+        "outputs": lambda: _value(
+            rng, f"[{_name(rng, own)}]", "[]", _name(rng, own), f"{{{_name(rng, own, 0.0)}}}"
+        ),
+        "compliance": lambda: _mapping(
+            rng, own, lambda: _value(rng, "[1e-9] * 6", "np.eye(6)", "[0.0] * 6", "[1e-300] * 6")
+        ),
+        "strict": lambda: _value(rng, "True", "False"),
+        "start": lambda: _mapping(rng, own, lambda: _value(rng, "0.1", "0", "-0.2", "1e9")),
+        "branch": lambda: _value(rng, "'A'", "'B'", "'Z9'"),
+    }
+    names = rng.choices(list(makers), k=rng.choice([1, 1, 2, 3]))
+    options |= {name: makers[name]() for name in dict.fromkeys(names)}
+    first = odd(rng) if rng.random() < 0.03 else f"mechanism({own!r})"
+    return f"cd.Scene({first}, {', '.join(f'{key}={code}' for key, code in options.items())})"
+
+
+@cache
+def _arguments(text: str) -> dict[str, str]:
+    """Return the arguments that code for keywords gives, as code."""
+    return {name: repr(value) for name, value in eval(f"dict({text})").items()}
+
+
+def _rates(rng: Random) -> str:
+    rates = ("0.0", "3.0", "-100", "[1.0, 2.0]", "1e200", "[[1.0], [2.0]]", "1e-200", "1e6")
+    parts = [f"{name}={_value(rng, *rates)}" for name in ("speed", "acceleration")]
+    return ", ".join(part for part in parts if rng.random() < 0.5)
+
+
+def _sweep(rng: Random) -> str:
+    own = rng.choice(SCENES)
+    place = _value(rng, *PLACES, f"scene({own!r}).close([0.0, 0.1])", "scene('gear').close([0.1])")
+    return f"scene({own!r}).sweep({place}, {_rates(rng)})"
+
+
+def _close(rng: Random) -> str:
+    return f"scene({rng.choice(SCENES)!r}).close({_value(rng, *PLACES)})"
+
+
+def _build(rng: Random) -> str:
+    own = rng.choice(["four_bar", "slider_crank", "universal_joint", "gear", "arm"])
+    options = []
+    if rng.random() < 0.6:
+        options.append(_value(rng, "1e-9", "1e-13", "1e-6", "0.5", "1e-300", wrong=0.6))
+    options += [
+        f"{name}={_value(rng, '0.0', '0.3', '-0.2', '1.0', '1e-12', '1e9')}"
+        for name in ("low", "high")
+        if rng.random() < 0.4
+    ]
+    return f"scene({own!r}).response({', '.join(options)})"
+
+
+def _answered(rng: Random) -> str:
+    own = rng.choice(["four_bar", "slider_crank", "universal_joint", "gear"])
+    options = _rates(rng)
+    if rng.random() < 0.3:
+        options += f", loads={_loads(rng, own)}"
+    if rng.random() < 0.3:
+        options += f", gravity={_value(rng, '[0, 0, -1.0]', 'np.ones((4, 3))', '[0, 0, 1e300]')}"
+    options = options.strip(", ")
+    method = rng.choice(
+        ["sweep", "sweep", "turn", "inertia", "inertia_slope", "ratio", "save", "load"]
+    )
+    made = f"response({own!r})"
+    if method == "sweep":
+        return f"{made}.sweep({_value(rng, *PLACES)}, {options})"
+    if method == "turn":
+        counts = ("1", "7", "720", "np.int32(5)", "True", "0", "-3", "10**5", "10**400", "2**63")
+        return f"{made}.turn({_value(rng, *counts)}, {options})"
+    if method == "ratio":
+        return f"{made}.ratio({_name(rng, own)}, {_value(rng, *PLACES)})"
+    if method == "save":
+        paths = ("directory / 'saved'", "str(directory / 'saved.npz')", "directory", "'/nowhere/a'")
+        return f"{made}.save({_value(rng, *paths)})"
+    if method == "load":
+        return _loaded(rng, own)
+    return f"{made}.{method}({_value(rng, *PLACES)})"
+
+
+def _loaded(rng: Random, own: str) -> str:
+    """Return code that reads a saved response that was damaged."""
+    way = rng.randrange(8)
+    if way == 0:
+        damage = f"cut={rng.randrange(6000)}"
+    elif way == 1:
+        damage = f"flip={rng.randrange(6000)}"
+    elif way == 2:
+        names = ("header", "values", "place", "periodic", "zero", "constant", "unique")
+        damage = f"drop={rng.choice(names)!r}"
+    elif way in (3, 4):
+        names = ("values", "place", "periodic", "zero", "constant", "unique")
+        new = rng.choice(
+            [
+                "np.zeros(0)",
+                "np.array('x')",
+                "np.zeros((2, 2))",
+                "np.array([np.nan, 1.0])",
+                "np.array([0.0, 0.0])",
+                "np.array([1, 2, 3])",
+                "np.array(1j)",
+                "old[:1]",
+                "old.T",
+                "old * np.nan",
+                "old.astype(str)",
+                "old[..., None]",
+                "old * 2",
+                "old.ravel()[:2]",
+            ]
+        )
+        damage = f"change=({rng.choice(names)!r}, lambda old: {new})"
+    elif way in (5, 6):
+        keys = ["columns", "proof", "mechanism", "identity", "format", "outputs", "efforts"]
+        keys += ["couplings", "tooth_unique"]
+        new = rng.choice(
+            [
+                "None",
+                "[]",
+                "{}",
+                "'x'",
+                "3",
+                "[1]",
+                "old",
+                "[old]",
+                "{'error': 'x'}",
+                "float('nan')",
+                "{key: None for key in old}",
+                "{key: 'x' for key in old}",
+                "list(old)[:1]",
+            ]
+        )
+        damage = f"head=({rng.choice(keys)!r}, lambda old: {new})"
+    else:
+        damage = ""
+    if rng.random() < 0.6 and damage.startswith(("drop", "change", "head")):
+        damage += ", sealed=True"
+    path = f"saved({own!r}, {damage})" if rng.random() < 0.9 else odd(rng)
+    other = f"scene({own!r})" if rng.random() < 0.9 else rng.choice(["scene('arm')", odd(rng)])
+    return f"cd.Response.load({path}, {other})"
+
+
+def _asked(rng: Random) -> str:
+    """Return code that asks a mechanism, scene or sweep for something by name."""
+    own = rng.choice(SCENES)
+    name = _name(rng, own, 0.6)
+    frame = _value(rng, "'joint'", "'parent'", "'world'")
+    source = rng.choice(["swept({!r})", "swept({!r})", "response({!r}).sweep([0.0, 0.1])"])
+    source = source.format("four_bar" if "response" in source and own in ("arm",) else own)
+    return rng.choice(
+        [
+            f"mechanism({own!r}).joint({name})",
+            f"mechanism({own!r}).link({_value(rng, *map(repr, LINKS))})",
+            f"mechanism({own!r}).describe()",
+            f"{source}[{name}]",
+            f"{source}.wrench({name}, {frame})",
+            f"{source}.wrench({name}, frame={frame})",
+            f"{source}.rotation({name})",
+            f"{source}.origin({name})",
+            f"{source}.motion.position({name})",
+            f"{source}.motion.velocity({name})",
+            f"{source}.motion.acceleration({name})",
+            f"{source}.motion.ratio({name}, {_value(rng, '0', '1', '-1', '-2', '7')})",
+            f"{source}.drive_effort",
+            f"scene({own!r}).plan()",
+            f"scene({own!r}).range()",
+            f"scene({own!r}).branches()" if own != "thoma_rig" else "scene('gear').branches()",
+        ]
+    )
+
+
+def _load(rng: Random) -> str:
+    source = _value(rng, "'four_bar'", "TEXTS['gear']", "Path('/nowhere')", "'.'", wrong=0.8)
+    strict = f", strict={_value(rng, 'True', 'False')}" if rng.random() < 0.3 else ""
+    return f"cd.load({source}{strict})"
+
+
+FAMILIES: tuple[tuple[float, Callable[[Random], str]], ...] = (
+    (30.0, _scene),
+    (14.0, _sweep),
+    (4.0, _close),
+    (3.0, _build),
+    (24.0, _answered),
+    (22.0, _asked),
+    (4.0, _load),
+    (3.0, _wrench),
+)
+
+
+def call(seed: int) -> str:
+    """Return the code that belongs to a seed."""
+    rng = Random(f"argument {seed}")
+    (make,) = rng.choices([make for _, make in FAMILIES], [weight for weight, _ in FAMILIES])
+    return make(rng).replace(", )", ")")

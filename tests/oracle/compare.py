@@ -1,0 +1,217 @@
+"""Compares what the package says about a case with what the free bodies say.
+
+Only this file and the tests that call it know the package.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from free_bodies import OPEN, Oracle, Position, Statics
+from scenes import Case, followed, solved
+
+import cardan_dyn as cd
+
+Array = np.ndarray
+
+TOLERANCE = 1e-9
+"""Relative error that is allowed at conditions up to 1e3, proportionally more beyond."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Something that differs.
+
+    Attributes:
+        what: which result, of which joint.
+        size: by how much: relative error over what is allowed; nan where no number tells.
+    """
+
+    what: str
+    size: float = np.nan
+
+    def __str__(self) -> str:
+        return self.what if np.isnan(self.size) else f"{self.what} {self.size:.1e}×"
+
+
+def scene_of(case: Case) -> cd.Scene:
+    """Return the package's scene of a case."""
+    loads: dict[str, object] = dict(case.joint_loads)
+    for name, (force, moment, axes) in case.link_loads.items():
+        loads[name] = cd.Wrench(force, moment, axes)
+    return cd.Scene(
+        cd.load(case.chain.text),
+        drive=list(case.drives),
+        held=case.held,
+        loads=loads,
+        gravity=case.gravity,
+        compliance=case.compliance,
+    )
+
+
+def sweep_of(case: Case) -> cd.Sweep:
+    """Return the package's sweep of a case."""
+    return scene_of(case).sweep(case.positions, speed=case.speeds, acceleration=case.accelerations)
+
+
+def position_of(sweep: cd.Sweep, oracle: Oracle, sample: int) -> Position:
+    """Return joint coordinates of a sample as the package gives them."""
+    result = oracle.zero()
+    for name in result:
+        if result[name].size:
+            result[name] = np.atleast_1d(sweep.motion.position(name)[sample])
+    return result
+
+
+def differences(case: Case, sweep: cd.Sweep) -> list[Difference]:
+    """Return everything in which a sweep differs from the free bodies."""
+    oracle = Oracle(case.chain)
+    length = float(sweep.mechanism.length)
+    found: list[Difference] = []
+    closest = followed(case, oracle)
+    statics = []
+    for sample, near in enumerate(closest):
+        x = position_of(sweep, oracle, sample)
+        allowed = TOLERANCE * max(1.0, float(sweep.condition[sample]) / 1e3)
+        found += _position(case, oracle, x, near, sample, allowed)
+        found += _rates(case, oracle, sweep, x, sample, length, allowed)
+        statics.append(solved(case, oracle, x, sample, length))
+        scale = max(statics[-1].scale, 1e-3 * _acting(case, oracle, sample))
+        found += _wrenches(case, sweep, oracle, statics[-1], sample, scale, allowed)
+    return found + _flags(oracle, sweep, statics)
+
+
+def _position(
+    case: Case, oracle: Oracle, x: Position, near: Position, sample: int, allowed: float
+) -> list[Difference]:
+    geometry, size = oracle.geometry(x), case.chain.size
+    gaps = oracle.gaps(geometry).reshape(-1, 6)
+    distance = np.linalg.norm(gaps[:, :3], axis=1).max(initial=0.0) / size
+    angle = np.linalg.norm(gaps[:, 3:], axis=1).max(initial=0.0)
+    rows = np.abs(oracle.gears) * np.where(oracle.slides, size, 1.0)
+    gears = np.abs(oracle.gear_gaps(x)) / rows.max(axis=1, initial=1e-300)
+    errors = {
+        "loops are open": max(distance, angle),
+        "couplings are not met": float(gears.max(initial=0.0)),
+    }
+    targets = {**case.held, **dict(zip(case.drives, case.positions[sample], strict=True))}
+    for name, value in targets.items():
+        scale = size if oracle.slides[oracle.places([name])[0]] else 1.0
+        errors[f"{name} is not where it was asked for"] = abs(x[name][0] - value) / scale
+    # Two ways of assembly near zero differ by much more than this.
+    apart = 0.0
+    for name, own in oracle.geometry(near).frames.items():
+        other = geometry.frames[name]
+        apart = max(apart, float(np.abs(own[:3, :3] - other[:3, :3]).max()))
+        apart = max(apart, float(np.abs(own[:3, 3] - other[:3, 3]).max()) / size)
+    found = _over(errors, allowed)
+    if apart > 1e-6:
+        found.append(Difference(f"another way of assembly, {apart:.1e} away"))
+    return found
+
+
+def _rates(
+    case: Case,
+    oracle: Oracle,
+    sweep: cd.Sweep,
+    x: Position,
+    sample: int,
+    length: float,
+    allowed: float,
+) -> list[Difference]:
+    v, a = oracle.rates(
+        oracle.geometry(x),
+        dict(zip(case.drives, case.speeds[sample], strict=True)),
+        dict(zip(case.drives, case.accelerations[sample], strict=True)),
+        case.prescribed,
+        length,
+    )
+    per_rate = np.where(oracle.slides, 1.0 / length, 1.0)
+    # Accelerations carry squares of velocities.
+    fastest = max(np.max(np.abs(v) * per_rate), 1e-100)
+    greatest = max(np.max(np.abs(a) * per_rate), fastest**2)
+    errors = {}
+    for name, span in oracle.columns.items():
+        if span.stop == span.start:
+            continue
+        for what, own, theirs, scale in (
+            ("velocity", v, sweep.motion.velocity(name), fastest),
+            ("acceleration", a, sweep.motion.acceleration(name), greatest),
+        ):
+            error = np.abs(np.atleast_1d(theirs[sample]) - own[span]) * per_rate[span]
+            errors[f"{what} of {name}"] = float(error.max()) / scale
+    return _over(errors, allowed)
+
+
+def _wrenches(
+    case: Case,
+    sweep: cd.Sweep,
+    oracle: Oracle,
+    own: Statics,
+    sample: int,
+    scale: float,
+    allowed: float,
+) -> list[Difference]:
+    length = float(sweep.mechanism.length)
+    lengths = np.repeat([length, 1.0], 3)
+    # How far from equal stiffness in all directions: rounding of the choice grows with it.
+    stiff = own.stiffness[own.stiffness > OPEN]
+    contrast = float(stiff.max() / stiff.min()) ** 2 if stiff.size else 1.0
+    errors: dict[str, float] = {}
+    open_errors: dict[str, float] = {}
+    for joint in oracle.wrenched:
+        theirs = sweep[joint.name]
+        wrench = np.concatenate([theirs.force[sample], theirs.moment[sample]])
+        error = np.abs(wrench - own.wrench[joint.name]) * lengths / scale
+        is_open = own.influence[joint.name] > OPEN
+        errors[f"wrench of {joint.name}"] = float(error[~is_open].max(initial=0.0))
+        open_errors[f"open wrench of {joint.name}"] = float(error[is_open].max(initial=0.0))
+    exerted = np.atleast_2d(sweep.drive_effort.T).T[sample]
+    efforts = {f"effort of {name}": (name, exerted[k]) for k, name in enumerate(case.drives)}
+    for name in case.held:
+        efforts[f"holding effort of {name}"] = (name, sweep.holding_effort[name][sample])
+    for label, (name, theirs) in efforts.items():
+        if np.isnan(own.effort[name]):
+            continue
+        per_effort = length if oracle.slides[oracle.places([name])[0]] else 1.0
+        # An effort that hangs on an open component is as exact as this one.
+        hangs = float(own.influence[name].max()) > OPEN if name in own.influence else False
+        table = open_errors if hangs else errors
+        table[label] = abs(theirs - own.effort[name]) * per_effort / scale
+    return [*_over(errors, allowed), *_over(open_errors, 10.0 * allowed * contrast)]
+
+
+def _acting(case: Case, oracle: Oracle, sample: int) -> float:
+    """Return the size of what could act, where wrenches are nothing but rounding of it [N·m]."""
+    size = case.chain.size
+    mass = sum(link.mass for link in case.chain.links.values())
+    per_rate = np.where(oracle.slides[oracle.places(case.drives)], 1.0 / size, 1.0)
+    rates = [case.speeds[sample] ** 2 * per_rate**2, np.abs(case.accelerations[sample]) * per_rate]
+    sizes = [mass * size**2 * float(np.max(part)) for part in rates]
+    sizes.append(mass * size * float(np.linalg.norm(case.gravity)))
+    for name, load in case.joint_loads.items():
+        sizes.append(abs(load) * (size if oracle.slides[oracle.places([name])[0]] else 1.0))
+    for force, moment, _ in case.link_loads.values():
+        sizes += [size * float(np.linalg.norm(force)), float(np.linalg.norm(moment))]
+    return max(sizes)
+
+
+def _flags(oracle: Oracle, sweep: cd.Sweep, statics: list[Statics]) -> list[Difference]:
+    found = []
+    for joint in oracle.wrenched:
+        influence = np.max([own.influence[joint.name] for own in statics], axis=0)
+        expected, given = influence < OPEN, np.asarray(sweep[joint.name].unique)
+        if np.any(expected != given):
+            shown = "".join("U" if flag else "o" for flag in given)
+            right = "".join("U" if flag else "o" for flag in expected)
+            found.append(Difference(f"flags of {joint.name} ({joint.type}) {shown} not {right}"))
+    return found
+
+
+def _over(errors: Mapping[str, float], allowed: float) -> list[Difference]:
+    # Written so that nan is an error.
+    return [
+        Difference(what, error / allowed) for what, error in errors.items() if not error <= allowed
+    ]

@@ -1,0 +1,91 @@
+"""Long runs of random chains: a line for every seed that fails, then what failures have in common.
+
+python tests/oracle/run.py --seeds 2000 --start 0
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import time
+import traceback
+import warnings
+from collections import defaultdict
+from collections.abc import Sequence
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE)]
+
+import compare  # noqa: E402
+from scenes import Case, draw  # noqa: E402
+
+
+def failures(case: Case | None) -> list[str]:
+    """Return what is wrong with the package's answer to a case, an exception included."""
+    if case is None:
+        return ["no case could be drawn"]
+    try:
+        found = compare.differences(case, compare.sweep_of(case))
+    except Exception as error:  # A long run goes on whatever happens.
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        text = " ".join(str(error).split())[:150]
+        return [f"{type(error).__name__} ({Path(place.filename).stem}:{place.lineno}): {text}"]
+    found.sort(key=lambda item: -item.size if item.size == item.size else 1.0)
+    return [str(item) for item in found]
+
+
+def kind_of(message: str) -> str:
+    """Return what kind of failure a message tells of, without joints and numbers."""
+    error = re.match(r"(\w+) \(\w+:\d+\)", message)
+    if error:
+        return error.group(0)
+    message = re.sub(r"\(\w+\) [Uo]+ not [Uo]+", "", message)
+    message = re.sub(r"\b[jlbxf]\d+\b|[\d.e+-]+×|, [\d.e+-]+ away", "", message)
+    return " ".join(message.replace(" of ", " ").split())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run seeds; return 1 if any failed."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=2000)
+    parser.add_argument("--start", type=int, default=0)
+    parser.add_argument("--text", action="store_true", help="print the descriptions as well")
+    options = parser.parse_args(arguments)
+    warnings.simplefilter("error")
+    print(f"testing {Path(compare.cd.__file__).parent}")
+    failed: dict[str, list[int]] = defaultdict(list)
+    features: dict[str, list[int]] = defaultdict(lambda: [0, 0])
+    count, began = 0, time.perf_counter()
+    for seed in range(options.start, options.start + options.seeds):
+        try:
+            case = draw(seed)
+        except Exception:  # As above.
+            case = None
+            traceback.print_exc()
+        wrong = failures(case)
+        had = sorted(case.features) if case else []
+        for feature in had:
+            features[feature][0] += 1
+            features[feature][1] += bool(wrong)
+        if options.text and case:
+            print(case.chain.text)
+        if not wrong:
+            continue
+        count += 1
+        failed[" + ".join(sorted({kind_of(message) for message in wrong}))].append(seed)
+        more = f" (+{len(wrong) - 3} more)" if len(wrong) > 3 else ""
+        print(f"{seed}: {'; '.join(wrong[:3])}{more} [{', '.join(had)}]")
+        sys.stdout.flush()
+    print(f"\n{count} of {options.seeds} seeds failed in {time.perf_counter() - began:.0f} s")
+    for kind, seeds in sorted(failed.items(), key=lambda item: -len(item[1])):
+        print(f"{len(seeds):5d}  {kind}: {seeds[:6]}")
+    print("\nfeature: seeds, failed")
+    for feature, (seen, bad) in sorted(features.items(), key=lambda item: -item[1][1]):
+        print(f"  {feature}: {seen}, {bad}")
+    return int(count > 0)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
