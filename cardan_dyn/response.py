@@ -7,28 +7,33 @@ rounding, for any number of operating points.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arguments import numbers
+from .checks import described, mapping, numbers
 from .coordinates import Array
-from .errors import ArgumentError, CardanError, choices
-from .operating_points import OperatingPoints
+from .errors import ArgumentError, choices
+from .frozen import FrozenDict, read_only
+from .operating_points import Moments, OperatingPoints, solved_motion
 from .residuals import CHECK_ROUNDING
+from .response_columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
 from .series import Series
 from .sweep import Sweep
 
 if TYPE_CHECKING:
     from .scene import Scene
 
-GRAVITY = ("gravity x", "gravity y", "gravity z")
 _MOST = 1e300
+_MOST_POINTS = 2**30
+"""Operating points of one sweep; a component of a wrench takes 8 bytes for each."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +42,16 @@ class Proof:
 
     Attributes:
         tolerance: what was asked for.
-        error: greatest deviation from directly solved positions between the samples, relative to
-            the greatest wrench of the joint (or a tenth of the greatest of all joints); at least
-            the rounding of the solved positions, eps times `condition`.
+        error: greatest error of the functions, relative to the greatest wrench of the joint (or a
+            tenth of the greatest of all joints): the greater of what the series leave out, added
+            up from how their coefficients fall off, and of the deviation from directly solved
+            positions between the samples; at least the rounding of solved positions, eps times
+            `condition`.
         condition: greatest condition number of the solved positions, see `Sweep`.
         cancellation: by how much inertial terms exceed the greatest wrench of the column `speed²`.
-        loop_residual, balance_residual, power_residual: worst of the first samples and of the
-            positions between them, see `Sweep`.
+        loop_residual, balance_residual, power_residual, rate_residual: worst of the first samples
+            and of the positions between them, see `Sweep`.
+        unproven: see `Sweep`.
     """
 
     tolerance: float
@@ -53,30 +61,48 @@ class Proof:
     loop_residual: float
     balance_residual: float
     power_residual: float
+    rate_residual: float
+    unproven: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Response:
     """Joint wrenches and efforts as functions of the drive's position; `Scene.response` makes it.
 
+    Nothing in it can be changed.
+
     Attributes:
         scene: what it is the response of.
-        columns: what wrenches are proportional to: `speed²`, `acceleration`, loads by name,
-            `gravity x`, `gravity y`, `gravity z`.
-        series: the functions, `(columns, outputs, 6)` and `(columns, efforts)` as one list.
+        layout: what wrenches are proportional to, and where the functions stand in `series`.
+        series: the functions.
         zero: `(C,)` which of them vanish.
         constant: `(C,)` which of the others do not change.
         unique: `(k, 6)` see `JointWrench.unique`.
+        tooth_unique: see `Sweep.tooth_unique`.
         proof: how well it holds.
     """
 
     scene: Scene
-    columns: tuple[str, ...]
+    layout: Layout
     series: Series
     zero: Array
     constant: Array
     unique: Array
+    tooth_unique: FrozenDict[str, bool]
     proof: Proof
+
+    def __post_init__(self) -> None:
+        for array in (self.zero, self.constant, self.unique):
+            read_only(array)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Through the constructor, which closes the arrays of a copy as well.
+        return Response, tuple(getattr(self, field.name) for field in fields(self))
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What wrenches are proportional to: `speed²`, `acceleration`, loads, `gravity x` …."""
+        return tuple(column.label for column in self.layout.columns)
 
     @property
     def samples(self) -> int:
@@ -116,15 +142,18 @@ class Response:
             position: drive positions [rad or m] of any shape.
             speed: drive speeds [rad/s or m/s].
             acceleration: drive accelerations [rad/s² or m/s²]. All arguments broadcast.
-            loads: efforts at joints instead of the scene's, by name [N·m or N].
+            loads: efforts at joints instead of the scene's, by name [N·m or N]. Wrenches on links
+                stay the scene's.
             gravity: `(..., 3)` [m/s²] instead of the scene's.
 
         Raises:
-            ArgumentError: not finite, shapes that do not match, or a position out of range.
+            ArgumentError: not finite, shapes that do not match, a load that the response was not
+                built for, or a position out of range.
         """
-        positions = np.atleast_1d(numbers("position", position))
+        positions = np.atleast_1d(_numbers("position", position))
         low, high = self.range
-        slack = 1e-12 * self.series.length
+        # The limits are rounded as sums of the middle and half of the range.
+        slack = 1e-12 * self.series.length + 1e-15 * abs(self.series.origin)
         if np.any(positions < low - slack) or np.any(positions > high + slack):
             raise ArgumentError(f"the response holds for positions from {low:.9g} to {high:.9g}")
         return self._sweep(positions, None, speed, acceleration, loads, gravity)
@@ -148,41 +177,49 @@ class Response:
         """
         if not self.series.periodic:
             raise ArgumentError("the drive does not turn through; use sweep() on its range")
-        if not isinstance(count, (int, np.integer)) or count < 1:
-            raise ArgumentError(f"count is {count!r}, expected a number of positions")
+        # NumPy counts durations among the integers.
+        whole = isinstance(count, (int, np.integer)) and not isinstance(
+            count, (bool, np.timedelta64)
+        )
+        if not whole or count < 1:
+            raise ArgumentError(f"count is {described(count)}, expected a number of positions")
+        _refuse_size((int(count),))
         return self._sweep(None, int(count), speed, acceleration, loads, gravity)
 
     def inertia(self, position: ArrayLike) -> Array:
         """Return the inertia [kg·m² or kg] that the drive feels at positions of any shape."""
-        return self._effort("acceleration", position)
+        return self._effort(ACCELERATION, position)
 
     def inertia_slope(self, position: ArrayLike) -> Array:
         """Return the derivative of `inertia` with respect to the drive's position.
 
         At constant speed the drive exerts half of it times the square of the speed.
         """
-        return 2.0 * self._effort("speed²", position)
+        return read_only(2.0 * self._effort(SPEED_SQUARED, position))
 
     def ratio(self, joint: str, position: ArrayLike) -> Array:
-        """Return a joint's transmission ratio at positions `(N,)`, solved directly."""
-        return self.scene.sweep(position).motion.ratio(joint)
+        """Return a joint's transmission ratio at positions `(N,)`, solved directly.
+
+        Raises:
+            ModelError: unknown joint.
+            ArgumentError: positions that are not finite or have another shape.
+        """
+        positions = np.atleast_1d(_numbers("position", position))
+        if positions.ndim > 1:
+            raise ArgumentError(f"position has shape {positions.shape}, expected (N,)")
+        still = np.zeros_like(positions)
+        return solved_motion(self.scene, positions, still, still).ratio(joint)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the response to one file (`.npz`)."""
-        import json  # Not before somebody saves something.
+        """Write the response to one file (NumPy's `.npz`).
 
-        header = {"columns": self.columns, "proof": vars(self.proof), **_identity(self.scene)}
-        with open(path, "wb") as file:  # noqa: PTH123
-            np.savez_compressed(
-                file,
-                header=np.array(json.dumps(header)),
-                values=self.series.values,
-                place=np.array([self.series.origin, self.series.length]),
-                periodic=np.array(self.series.periodic),
-                zero=self.zero,
-                constant=self.constant,
-                unique=self.unique,
-            )
+        Raises:
+            ArgumentError: no path.
+            CardanError: the file cannot be written.
+        """
+        from .response_file import write  # Not before somebody saves something.
+
+        write(self, path)
 
     @staticmethod
     def load(path: str | os.PathLike[str], scene: Scene) -> Response:
@@ -190,32 +227,16 @@ class Response:
 
         Args:
             path: the file.
-            scene: the scene that it was made of, made again.
+            scene: the scene that it was made of, made again. Efforts at joints and the direction
+                of gravity may have other values.
 
         Raises:
-            CardanError: the file cannot be read, or is the response of another scene.
+            ArgumentError: no path, or no scene.
+            CardanError: the file cannot be read, is damaged, or is the response of another scene.
         """
-        import json
+        from .response_file import read
 
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                header = json.loads(str(file["header"]))
-                content = {name: file[name] for name in file.files if name != "header"}
-            proof = Proof(**header.pop("proof"))
-            columns = tuple(header.pop("columns"))
-            origin, length = (float(value) for value in content["place"])
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise CardanError(f"{os.fspath(path)}: is not a saved response ({error})") from error
-        own = json.loads(json.dumps(_identity(scene)))
-        different = [name for name in own if header.get(name) != own[name]]
-        if different:
-            raise CardanError(
-                f"{os.fspath(path)}: is the response of another scene; different: "
-                f"{choices(different)}"
-            )
-        series = Series(content["values"], origin, length, bool(content["periodic"]))
-        zero, constant, unique = (content[name] for name in ("zero", "constant", "unique"))
-        return Response(scene, columns, series, zero, constant, unique, proof)
+        return read(path, scene)
 
     def _sweep(
         self,
@@ -226,7 +247,7 @@ class Response:
         loads: Mapping[str, ArrayLike] | None,
         gravity: ArrayLike | None,
     ) -> Sweep:
-        speeds, accelerations = numbers("speed", speed), numbers("acceleration", acceleration)
+        speeds, accelerations = _numbers("speed", speed), _numbers("acceleration", acceleration)
         factors = self._factors(speeds, accelerations, loads, gravity)
         placed = (count,) if positions is None else positions.shape
         try:
@@ -234,27 +255,30 @@ class Response:
                 placed, *(part.shape for part in (speeds, accelerations, *factors.values()))
             )
         except ValueError as error:
-            shapes = {name: part.shape for name, part in factors.items()}
+            shapes = {column.label: part.shape for column, part in factors.items()}
             raise ArgumentError(
                 f"shapes do not broadcast: position {placed}, speed {speeds.shape}, "
                 f"acceleration {accelerations.shape}, {shapes}"
             ) from error
+        _refuse_size(shape)
         points = OperatingPoints(self, positions, count, factors, shape, speeds, accelerations)
         scene = self.scene
-        lost = self.proof.cancellation if "speed²" in factors else 1.0
+        lost = self.proof.cancellation if SPEED_SQUARED in factors else 1.0
         hidden = CHECK_ROUNDING * (lost - 1.0)
         return Sweep(
             mechanism=scene.mechanism,
-            solver=scene.reactions,
             outputs=scene.outputs,
             source=points,
             unique=self.unique,
-            tooth_moment={},
-            tooth_unique={},
-            condition=np.array([self.proof.condition * lost]),
+            # Reads like a dictionary, but evaluates what is looked up.
+            tooth_moment=Moments(points),
+            tooth_unique=self.tooth_unique,
+            condition=read_only(np.array([self.proof.condition * lost])),
             loop_residual=self.proof.loop_residual,
             balance_residual=self.proof.balance_residual + hidden,
             power_residual=self.proof.power_residual,
+            rate_residual=self.proof.rate_residual,
+            unproven=self.proof.unproven,
         )
 
     def _factors(
@@ -263,64 +287,84 @@ class Response:
         accelerations: Array,
         loads: Mapping[str, ArrayLike] | None,
         gravity: ArrayLike | None,
-    ) -> dict[str, Array]:
+    ) -> dict[Column, Array]:
         """Return what each column is multiplied with."""
-        given = {**self.scene.joint_loads, **(loads or {})}
+        scene = self.scene
         with np.errstate(over="ignore"):  # What overflows is refused below.
-            factors = {"speed²": speeds * speeds, "acceleration": accelerations}
-        factors |= {name: numbers(f"loads[{name!r}]", value) for name, value in given.items()}
-        factors |= {name: np.ones(()) for name in self.scene.link_loads}
-        pull = self.scene.gravity if gravity is None else numbers("gravity", gravity)
+            factors = {SPEED_SQUARED: speeds * speeds, ACCELERATION: accelerations}
+        for name, value in {**scene.joint_loads, **self._efforts(loads)}.items():
+            factors[Column(Kind.JOINT_LOAD, name)] = value
+        factors |= {Column(Kind.LINK_LOAD, name): np.ones(()) for name in scene.link_loads}
+        pull = scene.gravity if gravity is None else _numbers("gravity", gravity)
         if pull.shape[-1:] != (3,):
             raise ArgumentError(f"gravity has shape {pull.shape}, expected (..., 3)")
-        factors |= {name: pull[..., axis] for axis, name in enumerate(GRAVITY)}
-        acting = {name: part for name, part in factors.items() if np.any(part)}
-        missing = set(acting) - set(self.columns)
+        factors |= {column: pull[..., axis] for axis, column in enumerate(GRAVITY)}
+        acting = {column: part for column, part in factors.items() if np.any(part)}
+        missing = set(acting) - set(self.layout.columns)
         # Inertia and weight have no columns where nothing has mass.
-        missing -= {"speed²", "acceleration", *GRAVITY} if not self.scene.heavy else set()
+        missing -= {SPEED_SQUARED, ACCELERATION, *GRAVITY} if not scene.heavy else set()
         if missing:
             raise ArgumentError(
-                f"the response has no columns for {choices(missing)}, only for "
-                f"{choices(self.columns)}; give the scene such loads or a gravity"
+                f"the response has no columns for {choices(item.label for item in missing)}, only "
+                f"for {choices(self.columns)}; give the scene such loads or a gravity"
             )
-        acting = {name: part for name, part in acting.items() if name in self.columns}
-        for name, part in acting.items():
+        acting = {column: acting[column] for column in self.layout.columns if column in acting}
+        for column, part in acting.items():
             if not float(np.max(np.abs(part))) * self._greatest < _MOST:
-                raise ArgumentError(f"{name} is so great that wrenches overflow")
+                raise ArgumentError(f"{column.label} is so great that wrenches overflow")
         return acting
+
+    def _efforts(self, loads: object) -> dict[str, Array]:
+        """Return the efforts at joints that replace the scene's.
+
+        Raises:
+            ArgumentError: no mapping of joints to numbers, or a wrench on a link.
+        """
+        result, mechanism = {}, self.scene.mechanism
+        for name, value in mapping("loads", loads).items():
+            if name in self.scene.link_loads or (
+                name in mechanism.links and name not in mechanism.joints
+            ):
+                raise ArgumentError(
+                    f"loads[{name!r}]: {name!r} is a link; a response keeps the wrenches of its "
+                    "scene, and replaces efforts at joints only: build one of a scene with this "
+                    "wrench"
+                )
+            if name not in mechanism.joints:
+                raise ArgumentError(
+                    f"loads[{name!r}]: no joint has this name; the response has loads on: "
+                    f"{choices(self.scene.joint_loads)}"
+                )
+            result[name] = _numbers(f"loads[{name!r}]", value)
+        return result
 
     @cached_property
     def _greatest(self) -> float:
         return max(1.0, float(np.max(np.abs(self.series.values), initial=0.0)))
 
-    def _effort(self, column: str, position: ArrayLike) -> Array:
+    def _effort(self, column: Column, position: ArrayLike) -> Array:
         positions = numbers("position", position)
-        if column not in self.columns:
-            return np.zeros(positions.shape)
-        row = self.effort_rows(column)[0]
-        return self.series.at(np.array([row]), self.series.locate(positions))[0]
-
-    def wrench_rows(self, column: str, number: int) -> Array:
-        """Return the places `(6,)` of an output's wrench in the series."""
-        outputs = len(self.scene.outputs)
-        first = 6 * (outputs * self.columns.index(column) + number)
-        return np.arange(first, first + 6)
-
-    def effort_rows(self, column: str) -> Array:
-        """Return the places of the efforts of drive and held joints in the series."""
-        count = 1 + len(self.scene.held)
-        first = 6 * len(self.scene.outputs) * len(self.columns)
-        first += count * self.columns.index(column)
-        return np.arange(first, first + count)
+        if column not in self.layout.columns:
+            return read_only(np.zeros(positions.shape))
+        row = self.layout.effort(column, 0)
+        return read_only(self.series.at(np.array([row]), self.series.locate(positions))[0])
 
 
-def _identity(scene: Scene) -> dict[str, object]:
-    return {
-        "mechanism": scene.mechanism.name,
-        "joints": scene.mechanism.joint_names,
-        "drives": scene.drives,
-        "held": scene.held,
-        "outputs": scene.outputs,
-        "branch": scene.branch,
-        "links": sorted(scene.link_loads),
-    }
+def _numbers(name: str, value: object) -> Array:
+    """Return an argument as an array of finite numbers, one at least."""
+    array = numbers(name, value)
+    if not array.size:
+        raise ArgumentError(f"{name} is empty")
+    return array
+
+
+def _refuse_size(shape: tuple[int, ...]) -> None:
+    """Refuse more operating points than a computer can hold."""
+    count = math.prod(shape)
+    if count > _MOST_POINTS:
+        # As a decimal, since a double holds no number of any size.
+        size = Decimal(8 * count) / 10**9
+        raise ArgumentError(
+            f"{Decimal(count):.3g} operating points take {size:.3g} GB of memory per component of "
+            f"a wrench; at most {_MOST_POINTS} are evaluated at once"
+        )

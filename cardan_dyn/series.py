@@ -13,9 +13,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .coordinates import Array
+from .frozen import read_only
 
 _DEGREE = 7
 _ROUNDING = 4e-15
+_FLAT = 0.25
+"""From eighth to eighth of the orders, noise falls off by less, its greatest coefficients being
+what they are. What has fallen to rounding from where it began falls off by ten and more."""
 _SHORT = 16384  # Longer transforms leave the cache.
 _FINENESS = 32  # Table steps per sample: the interpolation's error stays below rounding.
 _CHUNK = 8192  # Positions looked up at a time, so that their weights stay in the cache.
@@ -38,7 +42,7 @@ class Location:
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Functions on a period or on a range.
+    """Functions on a period or on a range; their samples cannot be written to.
 
     Attributes:
         values: `(C, M)` samples of C functions: at `origin + period k / M`, or at the Chebyshev
@@ -53,6 +57,13 @@ class Series:
     length: float
     periodic: bool
     _tables: dict[int, Array] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        read_only(self.values)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Without the tables, which are 32 times as large and soon made again.
+        return Series, (self.values, self.origin, self.length, self.periodic)
 
     @staticmethod
     def nodes(origin: float, length: float, periodic: bool, count: int) -> Array:
@@ -69,13 +80,34 @@ class Series:
         """Return sizes `(C, K)` of the coefficients by order, lowest first."""
         return np.asarray(np.abs(np.fft.rfft(self._circle(self.values), norm="forward")))
 
-    def tail(self) -> Array:
-        """Return `(C,)` the greatest coefficient in the last eighth of the orders.
+    def remainder(self, rounding: Array) -> Array:
+        """Return `(C,)` the greatest error that the orders beyond the last one can make.
 
-        What the samples cannot tell apart is smaller still.
+        They are taken to fall off as the coefficients do over the last three quarters of the
+        orders, each represented by its greatest one: single ones may be zero, as every other one
+        of a Cardan joint is. What lies beyond is added up, since near the end of a range, or at a
+        peak, all of it has the same sign.
+
+        Args:
+            rounding: `(C,)` of the samples. Where it explains the last coefficients and they no
+                longer fall off, there is nothing beyond them but more of it.
         """
         spectrum = self.spectrum()
-        return np.asarray(np.max(spectrum[:, 7 * spectrum.shape[1] // 8 :], axis=1))
+        highest = spectrum.shape[1] - 1
+        starts = [(highest * part) // 8 + 1 for part in range(8)]
+        eighths = np.maximum.reduceat(spectrum, starts, axis=1)
+        second, third, last = np.maximum(eighths[:, 2::2], eighths[:, 3::2]).T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # Of two ways to measure it the slower one, lest a dip passes for a fast decay.
+            fall = np.fmax(last / third, np.sqrt(last / second))
+        fall = np.clip(np.nan_to_num(fall, nan=0.0), 0.0, 1.0)
+        # By order; if they hardly fall off, the rest is taken to be as long as the series.
+        factor = np.minimum(fall ** (4.0 / highest), 1.0 - 1.0 / highest)
+        flat = eighths[:, 7] >= _FLAT * np.maximum(eighths[:, 5], eighths[:, 6])
+        noise = flat & (last * np.sqrt(self.values.shape[1]) <= rounding)
+        # An order stands for its positive and its negative wave, and is missing where it belongs
+        # as much as it is wrong where the samples mistake it for a lower one.
+        return np.where(noise, 0.0, 4.0 * last * fall * factor / (1.0 - factor))
 
     def summed(self, positions: Array) -> Array:
         """Return all functions at a few positions `(N,)` by summing the series, `(C, N)`."""

@@ -1,0 +1,318 @@
+"""The file of a response: it belongs to one scene, and damage to it is noticed."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers import text, universal
+
+import cardan_dyn as cd
+from cardan_dyn import response_file
+
+POSITIONS = np.linspace(-3.0, 9.0, 40)
+PUSH = {"shaft_out": cd.Wrench(force=(0.0, 3.0, 10.0), moment=(1.0, 0.0, 0.0))}
+SCENE: dict[str, object] = {
+    "drive": "bearing_in",
+    "held": {"joint_angle": 0.4},
+    "loads": {"bearing_out": -2.0, **PUSH},
+    "gravity": (0.0, 0.0, -9.81),
+}
+
+
+def scene(joint: cd.Mechanism, **changed: object) -> cd.Scene:
+    return cd.Scene(joint, **{**SCENE, **changed})
+
+
+@pytest.fixture(scope="module")
+def saved(joint: cd.Mechanism, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("saved") / "response.npz"
+    scene(joint).response().save(path)
+    return path
+
+
+def refused(path: Path, other: cd.Scene) -> str:
+    with pytest.raises(cd.CardanError, match="response of another scene; different: ") as caught:
+        cd.Response.load(path, other)
+    return str(caught.value).split("different: ")[1]
+
+
+def test_a_file_is_read_by_the_same_scene_made_again(joint: cd.Mechanism, saved: Path) -> None:
+    # From another path, and with other efforts: neither changes the functions.
+    again = scene(cd.load(text("universal_joint")), loads={**PUSH, "bearing_out": -7.0})
+    read = cd.Response.load(saved, again)
+    found, direct = read.sweep(POSITIONS, 3.0), again.sweep(POSITIONS, 3.0)
+    np.testing.assert_allclose(found["pin_out"].moment, direct["pin_out"].moment, atol=1e-11)
+    assert read.columns[:3] == ("speed²", "acceleration", "bearing_out")
+    assert read.proof == scene(joint).response().proof
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda urdf: urdf.replace('<mass value="', '<mass value="1', 1),
+        lambda urdf: urdf.replace('ixx="0.2145248"', 'ixx="0.2145249"'),
+        lambda urdf: urdf.replace('<origin xyz="0.254 0 -0.09"/>', '<origin xyz="0.25 0 -0.09"/>'),
+    ],
+    ids=["mass", "inertia", "centre"],
+)
+def test_a_mechanism_of_other_masses_is_refused(saved: Path, change: Callable[[str], str]) -> None:
+    urdf = text("universal_joint")
+    assert change(urdf) != urdf
+    assert refused(saved, scene(cd.load(change(urdf)))) == "description"
+
+
+def test_a_mechanism_of_other_lengths_is_refused(tmp_path: Path) -> None:
+    path, urdf = tmp_path / "response.npz", text("four_bar")
+    longer = urdf.replace("0.4 ", "0.401 ")
+    assert longer != urdf
+    first, second = (cd.Scene(cd.load(each), drive="crank_bearing") for each in (urdf, longer))
+    first.response().save(path)
+    assert refused(path, second) == "description"
+
+
+@pytest.mark.parametrize(
+    ("part", "changed"),
+    [
+        ("held", {"held": {"joint_angle": 0.4 + 1e-12}}),
+        ("start", {"start": {"bearing_in": 0.5}}),
+        ("compliance", {"compliance": {"bearing_in": np.ones(6)}}),
+        ("outputs", {"outputs": ["bearing_in"]}),
+        ("joint loads", {"loads": PUSH}),
+        ("gravity", {"gravity": None}),
+        ("link loads", {"loads": {"bearing_out": -2.0}}),
+        (
+            "link loads",
+            {"loads": {"bearing_out": -2.0, "shaft_out": cd.Wrench((0.0, 3.0, 10.0), (9e3, 0, 0))}},
+        ),
+        (
+            "link loads",
+            {
+                "loads": {
+                    "bearing_out": -2.0,
+                    "shaft_out": cd.Wrench((0.0, 3.0, 10.0), (1.0, 0.0, 0.0), "world"),
+                }
+            },
+        ),
+    ],
+)
+def test_another_scene_of_the_same_mechanism_is_refused_and_the_difference_named(
+    joint: cd.Mechanism, saved: Path, part: str, changed: dict[str, object]
+) -> None:
+    assert refused(saved, scene(joint, **changed)) == part
+
+
+def test_a_strict_scene_another_branch_and_another_order_of_held_joints_are_told_apart(
+    shaft: cd.Mechanism, tmp_path: Path
+) -> None:
+    four_bar = cd.load("four_bar")
+    crank = cd.Scene(four_bar, drive="crank_bearing")
+    crank.response().save(tmp_path / "crank")
+    other = cd.Scene(four_bar, drive="crank_bearing", branch="B")
+    assert refused(tmp_path / "crank", other) == "branch"
+    held = {"joint_angle_1": 0.5, "joint_angle_2": 0.4}
+    double = cd.Scene(shaft, drive="bearing_in", held=held, outputs=["bearing_in"])
+    double.response().save(tmp_path / "double")
+    turned = dict(reversed(held.items()))
+    again = cd.Scene(shaft, drive="bearing_in", held=turned, outputs=["bearing_in"])
+    # Efforts of held joints would be those of each other.
+    assert refused(tmp_path / "double", again) == "held"
+
+
+def test_another_version_of_the_package_is_refused(
+    joint: cd.Mechanism, saved: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cd, "__version__", "0.0.7")
+    assert refused(saved, scene(joint)) == "version of the package"
+
+
+def rewritten(path: Path, change: Callable[[dict[str, np.ndarray]], object], target: Path) -> Path:
+    with np.load(path) as file:
+        arrays = {name: file[name] for name in file.files}
+    change(arrays)
+    np.savez(target, **arrays)
+    return target
+
+
+@pytest.mark.parametrize("name", ["header", "values", "place", "periodic", "zero", "unique"])
+def test_a_missing_part_is_noticed(
+    joint: cd.Mechanism, saved: Path, tmp_path: Path, name: str
+) -> None:
+    path = rewritten(saved, lambda arrays: arrays.pop(name), tmp_path / "x.npz")
+    with pytest.raises(cd.CardanError, match="is not a saved response"):
+        cd.Response.load(path, scene(joint))
+
+
+@pytest.mark.parametrize("name", ["values", "place", "periodic", "zero", "constant", "unique"])
+@pytest.mark.parametrize(
+    "new",
+    [
+        lambda old: old[..., None],
+        lambda old: old.astype("f4"),
+        lambda old: old.ravel()[:1],
+        lambda old: np.array("x"),
+        lambda old: np.zeros(0),
+        lambda old: old * np.nan,
+        lambda old: ~old if old.dtype == bool else np.nextafter(old, 9.0),
+    ],
+    ids=["dimension", "type", "cut", "text", "empty", "nan", "last digit"],
+)
+def test_a_changed_array_is_noticed(
+    joint: cd.Mechanism,
+    saved: Path,
+    tmp_path: Path,
+    name: str,
+    new: Callable[[np.ndarray], np.ndarray],
+) -> None:
+    def change(arrays: dict[str, np.ndarray]) -> None:
+        arrays[name] = new(arrays[name])
+
+    path = rewritten(saved, change, tmp_path / "x.npz")
+    with pytest.raises(cd.CardanError, match=r"is damaged or was changed|is not a saved response"):
+        cd.Response.load(path, scene(joint))
+
+
+@pytest.mark.parametrize(
+    ("name", "new"),
+    [
+        ("values", lambda old: old[:-1]),
+        ("values", lambda old: old[:, :-1]),
+        ("values", lambda old: old * np.inf),
+        ("values", lambda old: old.astype("f4")),
+        ("place", lambda old: old * 0.0),
+        ("place", lambda old: old[:1]),
+        ("periodic", lambda old: np.array([True])),
+        ("zero", lambda old: old[:-1]),
+        ("constant", lambda old: old.astype(int)),
+        ("unique", lambda old: old[:, :5]),
+    ],
+)
+def test_shapes_that_are_not_the_scenes_are_refused_whoever_wrote_them(
+    joint: cd.Mechanism,
+    saved: Path,
+    tmp_path: Path,
+    name: str,
+    new: Callable[[np.ndarray], np.ndarray],
+) -> None:
+    """Even where the checksum is right."""
+
+    def change(arrays: dict[str, np.ndarray]) -> None:
+        with np.errstate(invalid="ignore"):
+            arrays[name] = new(arrays[name])
+        content = {key: arrays[key] for key in response_file._ARRAYS}
+        arrays["checksum"] = np.array(response_file._checksum(str(arrays["header"]), content))
+
+    path = rewritten(saved, change, tmp_path / "x.npz")
+    with pytest.raises(cd.CardanError, match="is not a saved response"):
+        cd.Response.load(path, scene(joint))
+
+
+def test_a_changed_header_is_noticed(joint: cd.Mechanism, saved: Path, tmp_path: Path) -> None:
+    with np.load(saved) as file:
+        keys = list(json.loads(str(file["header"])))
+    assert {"identity", "proof", "columns", "format"} <= set(keys)
+    for key in keys:
+        for value in (None, [0], "x", 3, [1], {"error": "x"}):
+
+            def change(
+                arrays: dict[str, np.ndarray], key: str = key, value: object = value
+            ) -> None:
+                header = json.loads(str(arrays["header"]))
+                header[key] = value
+                arrays["header"] = np.array(json.dumps(header))
+
+            path = rewritten(saved, change, tmp_path / "x.npz")
+            with pytest.raises(cd.CardanError, match="is damaged or was changed"):
+                cd.Response.load(path, scene(joint))
+
+
+def test_flipped_bytes_and_truncated_files_never_give_another_response(
+    joint: cd.Mechanism, saved: Path, tmp_path: Path
+) -> None:
+    content, own = saved.read_bytes(), scene(joint)
+    whole = cd.Response.load(saved, own)
+    path = tmp_path / "damaged.npz"
+    rng = np.random.default_rng(5)
+    for place in rng.integers(0, len(content), 60).tolist():
+        path.write_bytes(content[:place] + bytes([content[place] ^ 16]) + content[place + 1 :])
+        try:
+            read = cd.Response.load(path, own)
+        except cd.CardanError:
+            continue
+        # Dates of a zip file's members may change.
+        np.testing.assert_array_equal(read.series.values, whole.series.values)
+    for size in rng.integers(0, len(content), 30).tolist():
+        path.write_bytes(content[:size])
+        with pytest.raises(cd.CardanError, match="is not a saved response"):
+            cd.Response.load(path, own)
+
+
+def test_foreign_files_are_refused(joint: cd.Mechanism, tmp_path: Path) -> None:
+    own = scene(joint)
+    np.save(tmp_path / "array.npy", np.zeros(3))
+    np.savez(tmp_path / "arrays.npz", values=np.zeros(3))
+    np.savez(tmp_path / "objects.npz", header=np.array([None], object))
+    (tmp_path / "empty").write_bytes(b"")
+    for name in ("array.npy", "arrays.npz", "objects.npz", "empty"):
+        with pytest.raises(cd.CardanError, match="is not a saved response"):
+            cd.Response.load(tmp_path / name, own)
+
+
+def test_paths_that_are_none_or_lead_nowhere(
+    joint: cd.Mechanism, saved: Path, tmp_path: Path
+) -> None:
+    own = scene(joint)
+    response = cd.Response.load(saved, own)
+    for wrong in (None, 3, 1.5, b"bytes", ["x"], object()):
+        with pytest.raises(cd.ArgumentError, match=r"path is .* expected a string or a path"):
+            cd.Response.load(wrong, own)  # type: ignore[arg-type]
+        with pytest.raises(cd.ArgumentError, match=r"path is .* expected a string or a path"):
+            response.save(wrong)  # type: ignore[arg-type]
+    for nowhere in (tmp_path, tmp_path / "no" / "file", "\x00", "a" * 9999, "\ud800"):
+        with pytest.raises(cd.CardanError, match="cannot be read"):
+            cd.Response.load(nowhere, own)
+        with pytest.raises(cd.CardanError, match="cannot be written"):
+            response.save(nowhere)
+    for wrong in (None, "scene", joint):
+        with pytest.raises(cd.ArgumentError, match="expected a Scene"):
+            cd.Response.load(saved, wrong)  # type: ignore[arg-type]
+
+
+def test_a_response_can_be_pickled_and_copied_and_not_be_changed(joint: cd.Mechanism) -> None:
+    response = scene(joint).response()
+    first = response.sweep(POSITIONS, 3.0, loads={"bearing_out": 4.0})
+    for again in (copy.deepcopy(response), pickle.loads(pickle.dumps(response))):
+        second = again.sweep(POSITIONS, 3.0, loads={"bearing_out": 4.0})
+        np.testing.assert_array_equal(first["pin_out"].moment, second["pin_out"].moment)
+        np.testing.assert_array_equal(first.drive_effort, second.drive_effort)
+        assert again.proof == response.proof
+        for array in (again.series.values, again.zero, again.constant, again.unique):
+            with pytest.raises(ValueError, match="read-only"):
+                array[...] = 0
+    with pytest.raises(AttributeError):
+        response.proof = None  # type: ignore[misc, assignment]
+
+
+def test_wrenches_of_a_response_cannot_be_written_to(joint: cd.Mechanism) -> None:
+    response = universal(joint, 0.5).response()
+    for sweep in (response.sweep(POSITIONS, 3.0), response.turn(12)):
+        wrench = sweep["bearing_in"]
+        for array in (
+            wrench.moment,
+            wrench.force,
+            wrench.torsion,
+            sweep.drive_effort,
+            sweep.holding_effort["joint_angle"],
+            sweep.condition,
+            sweep.unique,
+        ):
+            with pytest.raises(ValueError, match="read-only"):
+                array[...] = 7.0
+    for array in (response.inertia(POSITIONS), response.inertia_slope(POSITIONS)):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 7.0
