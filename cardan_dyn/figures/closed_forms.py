@@ -9,46 +9,60 @@ from numpy.typing import ArrayLike
 
 from analytic import grossmann, single_joint, thoma
 
-from ..comparisons import POSITIONS, TORQUE, thoma_moments
+from ..comparisons import thoma_moments
 from ..coordinates import Array
+from ..errors import ArgumentError
 from ..sweep import Sweep
-from .style import Axes, Figure, angle_axis, axes_grid, legend, line_style, point_style
+from .style import Axes, Figure, angle_axis, axes_grid, legend, line_style, point_style, some
 
 INPUT_LABEL = "rotation of the input shaft φ₁ [°]"
-_FINE = np.linspace(0.0, 2.0 * np.pi, 1441)
+_INPUT, _OUTPUT = "bearing_in", "bearing_out"
+_PER_TURN = 1440
+"""Points of a line per turn."""
+_TURN = np.linspace(0.0, 2.0 * np.pi, _PER_TURN + 1)
 
 
 def torque_ratio(turn: Sweep, beta: float) -> Figure:
-    """Draw D₂/D₁ over the turn: Grossmann (1939), Abb. 3."""
-    figure, axes = _axes("Torque ratio of the universal joint", beta, "D₂/D₁ [–]")
-    found = -turn["bearing_out"].torsion / turn["bearing_in"].torsion
-    _draw(axes, 0, "D₂/D₁", found, grossmann.moments(beta, _FINE).torsion_2)
+    """Draw D₂/D₁ over the input angle: Grossmann (1939), Abb. 3.
+
+    Args:
+        turn: sweep of a universal joint with the joints of the bundled one, at any positions and
+            under any load on its output.
+        beta: joint angle that was held [rad].
+
+    Raises:
+        ModelError: the sweep lacks `bearing_in` or `bearing_out`.
+        ArgumentError: no torque passes through the joint.
+    """
+    figure, axes, line = _axes("Torque ratio of the universal joint", beta, "D₂/D₁ [–]", turn)
+    found = _ratio(-turn[_OUTPUT].torsion, turn[_INPUT].torsion)
+    _draw(axes, 0, "D₂/D₁", turn, found, line, grossmann.moments(beta, line).torsion_2)
     legend(figure)
     return figure
 
 
 def bending_polar(turn: Sweep, beta: float) -> Figure:
-    """Draw B₁/D₁ over φ₁ and B₂/D₁ over φ₂ as polar diagrams: Grossmann (1939), Abb. 4."""
-    figure, axes = _polar_axes(f"Bending moments referred to the input torque, β = {_deg(beta)}°")
-    torque = turn["bearing_in"].torsion
-    closed = grossmann.moments(beta, _FINE)
-    phi_2 = turn.motion.position("bearing_out")
-    for number, (label, angle, found, line_angle, line) in enumerate(
+    """Draw B₁/D₁ over φ₁ and B₂/D₁ over φ₂ as polar diagrams: Grossmann (1939), Abb. 4.
+
+    Arguments and errors are those of `torque_ratio`. The lines are drawn over one turn.
+    """
+    closed = grossmann.moments(beta, _TURN)
+    greatest = max(float(np.max(line)) for line in (closed.bending_1, closed.bending_2))
+    title = f"Bending moments referred to the input torque, β = {_deg(beta)}°"
+    figure, axes = _polar_axes(title, greatest)
+    torque = np.abs(turn[_INPUT].torsion)
+    for number, (label, joint, line_angle, line) in enumerate(
         (
-            ("B₁/D₁ over φ₁", POSITIONS, turn["bearing_in"].bending, _FINE, closed.bending_1),
-            (
-                "B₂/D₁ over φ₂",
-                phi_2,
-                turn["bearing_out"].bending,
-                single_joint.output_angle(beta, _FINE),
-                closed.bending_2,
-            ),
+            ("B₁/D₁ over φ₁", _INPUT, _TURN, closed.bending_1),
+            ("B₂/D₁ over φ₂", _OUTPUT, single_joint.output_angle(beta, _TURN), closed.bending_2),
         )
     ):
+        angle, found = turn.motion.position(joint), _ratio(turn[joint].bending, torque)
+        every = some(len(angle))
         axes.plot(line_angle, line, **line_style(number), label=f"{label}, closed form")
         axes.plot(
-            angle[::20],
-            (found / torque)[::20],
+            angle[every],
+            found[every],
             **point_style(number),
             label=f"{label}, Pinocchio",
         )
@@ -57,27 +71,43 @@ def bending_polar(turn: Sweep, beta: float) -> Figure:
 
 
 def thoma_bending(turn: Sweep, beta: float) -> Figure:
-    """Draw M_x/M_t and M_z/M_t over the turn: Thoma (1920), eqs 6 and 7."""
-    figure, axes = _axes("Bending of the output shaft in fixed axes", beta, "$M/M_t$ [–]")
-    closed = thoma.bending_moments(beta, _FINE)
+    """Draw M_x/M_t and M_z/M_t over the input angle: Thoma (1920), eqs 6 and 7.
+
+    Arguments and errors are those of `torque_ratio`.
+    """
+    figure, axes, line = _axes(
+        "Bending of the output shaft in fixed axes", beta, "$M/M_t$ [–]", turn
+    )
+    closed = thoma.bending_moments(beta, line)
+    torque = -turn[_OUTPUT].torsion
     for number, (label, found) in enumerate(
         zip(("$M_x/M_t$ (6)", "$M_z/M_t$ (7)"), thoma_moments(turn), strict=True)
     ):
-        _draw(axes, number, label, found / TORQUE, closed[number])
+        _draw(axes, number, label, turn, _ratio(found, torque), line, closed[number])
     legend(figure)
     return figure
 
 
 def speed_ratio(joint_turn: Sweep, shaft_turn: Sweep, beta: float) -> Figure:
-    """Draw the speed ratio of the universal joint and of the double shaft over the turn."""
-    figure, axes = _axes("Speed ratio, output to input", beta, "ω₂/ω₁ [–]")
-    for number, (label, turn, line) in enumerate(
+    """Draw the speed ratio of the universal joint and of the double shaft over the input angle.
+
+    Args:
+        joint_turn: sweep of a universal joint, at any positions.
+        shaft_turn: sweep of a double shaft with equal joint angles, at any positions.
+        beta: joint angles that were held [rad].
+
+    Raises:
+        ModelError: a sweep lacks `bearing_in` or `bearing_out`.
+    """
+    title = "Speed ratio, output to input"
+    figure, axes, line = _axes(title, beta, "ω₂/ω₁ [–]", joint_turn, shaft_turn)
+    for number, (label, turn, closed) in enumerate(
         (
-            ("universal joint", joint_turn, single_joint.speed_ratio(beta, _FINE)),
-            ("double shaft", shaft_turn, np.ones_like(_FINE)),
+            ("universal joint", joint_turn, single_joint.speed_ratio(beta, line)),
+            ("double shaft", shaft_turn, np.ones_like(line)),
         )
     ):
-        _draw(axes, number, label, turn.motion.ratio("bearing_out"), line)
+        _draw(axes, number, label, turn, turn.motion.ratio(_OUTPUT), line, closed)
     legend(figure)
     return figure
 
@@ -105,7 +135,7 @@ def compared(
         points: about how many points are drawn of each result.
     """
     angle = np.asarray(position, dtype=float)
-    every = slice(None, None, max(1, (len(angle) - 1) // points))
+    every = some(len(angle), points)
     numbers = {label: number for number, label in enumerate({**found, **closed})}
     figure, axes = axes_grid()
     for label, values in closed.items():
@@ -122,28 +152,59 @@ def compared(
     return figure
 
 
-def _draw(axes: Axes, number: int, label: str, found: Array, line: Array) -> None:
-    axes.plot(np.rad2deg(_FINE), line, **line_style(number), label=f"{label}, closed form")
+def _draw(
+    axes: Axes, number: int, label: str, turn: Sweep, found: Array, angle: Array, closed: Array
+) -> None:
+    """Draw a closed form over angles, and what a sweep found over its own."""
+    axes.plot(np.rad2deg(angle), closed, **line_style(number), label=f"{label}, closed form")
+    every = some(len(found))
     axes.plot(
-        np.rad2deg(POSITIONS)[::20],
-        found[::20],
+        np.rad2deg(turn.motion.position(_INPUT))[every],
+        found[every],
         **point_style(number),
         label=f"{label}, Pinocchio",
     )
 
 
-def _axes(title: str, beta: float, label: str) -> tuple[Figure, Axes]:
+def _axes(title: str, beta: float, label: str, *turns: Sweep) -> tuple[Figure, Axes, Array]:
+    """Return axes over the input angle of sweeps, and the angles of lines in them [rad]."""
+    angle = np.concatenate([turn.motion.position(_INPUT) for turn in turns])
+    low, high = float(np.min(angle)), float(np.max(angle))
+    if low == high:
+        # A single position stands within its turn.
+        low = 2.0 * np.pi * np.floor(low / (2.0 * np.pi))
+        high = low + 2.0 * np.pi
+    line = np.linspace(low, high, 1 + max(90, round(_PER_TURN * (high - low) / (2.0 * np.pi))))
     figure, axes = axes_grid()
     axes.set_title(f"{title}, β = {_deg(beta)}°")
     axes.set_ylabel(label)
-    angle_axis(axes, INPUT_LABEL, POSITIONS)
-    return figure, axes
+    angle_axis(axes, INPUT_LABEL, line)
+    return figure, axes, line
 
 
-def _polar_axes(title: str) -> tuple[Figure, Axes]:
+def _ratio(found: Array, torque: Array) -> Array:
+    """Return a moment per torque; not a number at samples where none passes through.
+
+    Raises:
+        ArgumentError: none does at any sample.
+    """
+    if not np.any(torque):
+        raise ArgumentError(
+            f"no torque passes through the joint at any sample; load {_OUTPUT!r} in the scene"
+        )
+    return np.divide(found, torque, out=np.full(np.shape(found), np.nan), where=torque != 0.0)
+
+
+def _polar_axes(title: str, greatest: float) -> tuple[Figure, Axes]:
+    """Return polar axes for curves that reach so far from their origin."""
     figure, axes = axes_grid(size=(6.4, 6.0), projection="polar")
     axes.set_title(title, pad=14)
-    axes.set_rticks([0.4, 0.8, 1.2])
+    # Three circles at round numbers, the outermost just beyond the curves.
+    decade = 10.0 ** np.floor(np.log10(greatest / 3.0)) if greatest > 0.0 else 1.0
+    steps = decade * np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
+    circles = steps[np.argmax(3.0 * steps >= greatest)] * np.arange(1, 4)
+    axes.set_rlim(0.0, 1.04 * circles[-1])
+    axes.set_rticks(circles)
     axes.set_rlabel_position(67.5)
     for label in axes.get_yticklabels():
         label.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0})

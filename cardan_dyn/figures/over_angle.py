@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import ArgumentError, choices
 from ..sweep import Sweep
-from .style import Figure, angle_axis, axes_grid, legend, line_style, names
+from .style import Figure, angle_axis, axes_grid, curve_style, legend, names
 
 UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
 """Quantities of a `JointWrench` over the angle, and their units."""
@@ -47,9 +47,9 @@ def over_angle(
     for quantity, here in zip(asked, np.atleast_1d(axes), strict=True):
         for number, wrench in enumerate(wrenches):
             values = getattr(wrench, quantity)
-            here.plot(np.rad2deg(angle), values, **line_style(number), label=wrench.joint)
+            style = curve_style(number, len(angle))
+            here.plot(np.rad2deg(angle), values, **style, label=wrench.joint)
         here.set_ylabel(f"{quantity} [{UNITS[quantity]}]")
-        here.set_xlim(np.rad2deg([np.min(angle), np.max(angle)]))
     angle_axis(np.atleast_1d(axes)[-1], f"{drive} [°]", angle)
     figure.suptitle(title, fontsize=11)
     legend(figure, min(len(wrenches), 4))
@@ -69,22 +69,30 @@ def ratio_and_angle_error(
     constant part of it is left out.
 
     Args:
-        turns: label to sweep. Each must cover whole turns for its mean lead to be left out.
+        turns: label to sweep, one at least. Each must cover whole turns for its mean lead to be
+            left out.
         output: joint whose motion is shown.
         drive: joint that it is compared with.
         title: of the figure.
 
     Raises:
         ModelError: unknown joint.
+        ArgumentError: no sweep.
     """
+    if not turns:
+        raise ArgumentError("there is no sweep to be drawn")
     figure, (ratio, lead) = axes_grid(2, size=(7.2, 6.0), share_x=True)
+    angles = []
     for number, (label, turn) in enumerate(turns.items()):
         angle = turn.motion.position(drive)
         error = turn.motion.position(output) - angle
-        style = {**line_style(number), "label": label}
+        style = {**curve_style(number, len(angle)), "label": label}
         ratio.plot(np.rad2deg(angle), turn.motion.ratio(output), **style)
-        lead.plot(np.rad2deg(angle), np.rad2deg(error - np.mean(error[:-1])), **style)
-        angle_axis(lead, f"{drive} [°]", angle)
+        # The end of a whole turn is its start once more.
+        mean = np.mean(error[:-1] if len(error) > 1 else error)
+        lead.plot(np.rad2deg(angle), np.rad2deg(error - mean), **style)
+        angles.append(angle)
+    angle_axis(lead, f"{drive} [°]", np.concatenate(angles))
     ratio.set_ylabel("speed ratio ω₂/ω₁ [–]")
     lead.set_ylabel("angle error φ₂ − φ₁ [°]")
     ratio.ticklabel_format(useOffset=False)

@@ -9,7 +9,7 @@ import numpy as np
 from ..coordinates import Array
 from ..errors import ArgumentError, choices
 from ..sweep import FRAMES, Sweep
-from .style import Axes, Figure, axes_grid, legend, line_style, names
+from .style import Axes, Figure, axes_grid, curve_style, legend, line_style, names
 
 _AXES_OF = {
     "parent": "axes fixed in the parent",
@@ -158,7 +158,7 @@ def _diagrams(
 
 
 def _curve(axes: Axes, angle: Array, ends: Array) -> None:
-    axes.plot(*ends.T, **line_style(0))
+    axes.plot(*ends.T, **curve_style(0, len(ends)))
     axes.plot(0.0, 0.0, "+", color="black", markersize=12, markeredgewidth=1.4)
     extent = float(np.max(np.abs(ends))) or 1.0
     middle = 0.5 * (np.min(ends, axis=0) + np.max(ends, axis=0))

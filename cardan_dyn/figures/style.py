@@ -63,6 +63,14 @@ def line_style(number: int) -> dict[str, Any]:
     return {"color": color, "linestyle": style}
 
 
+def curve_style(number: int, count: int) -> dict[str, Any]:
+    """Return the style of a line of `count` points; a single one, which makes none, is marked."""
+    return {
+        **line_style(number),
+        **({"marker": _MARKERS[number % len(_MARKERS)]} if count == 1 else {}),
+    }
+
+
 def point_style(number: int) -> dict[str, Any]:
     """Return marker and colour of the points with this number, for `Axes.plot`."""
     return {
@@ -151,9 +159,16 @@ def angle_axis(axes: Axes, label: str, position: Array) -> None:
     """Make the abscissa an angle in degrees, with a tick every 45° over one turn."""
     axes.set_xlabel(label)
     low, high = (float(np.rad2deg(end)) for end in (np.min(position), np.max(position)))
+    if low == high:
+        return  # One position: matplotlib leaves room beside it.
     axes.set_xlim(low, high)
     if 180.0 <= high - low <= 361.0:
         axes.set_xticks(np.arange(45 * np.ceil(low / 45 - 1e-9), high + 1e-6, 45))
+
+
+def some(count: int, points: int = 36) -> slice:
+    """Return every how manieth of `count` samples is drawn, for about so many points."""
+    return slice(None, None, max(1, (count - 1) // max(points, 1)))
 
 
 def names(joints: str | Sequence[str]) -> list[str]:

@@ -119,6 +119,104 @@ def test_draws_with_units(
         assert labels and all(UNIT.search(label) for label in labels), labels
 
 
+CLOSED = ("torque_ratio", "thoma_bending", "speed_ratio", "bending_polar")
+ODD_SWEEPS = {
+    "from elsewhere": (np.linspace(1.0, 4.0, 37), -50.0),
+    "100 samples": (np.linspace(0.0, 2.0 * np.pi, 100), -100.0),
+    "one sample": (np.array([2.0]), -1e-3),
+    "driving load": (np.linspace(-7.0, 9.0, 33), 70.0),
+    "in any order": (np.array([5.0, 1.0, 30.0, 2.5]), np.array([1.0, -2.0, 3.0, 0.0])),
+}
+
+
+@pytest.mark.parametrize("name", CLOSED)
+@pytest.mark.parametrize("case", ODD_SWEEPS)
+def test_points_lie_on_the_lines_of_any_sweep(name: str, case: str, tmp_path: Path) -> None:
+    """Angles and torques are the sweep's own, wherever it starts and whatever its load."""
+    positions, load = ODD_SWEEPS[case]
+    beta = 0.6
+    scenes = [
+        cd.Scene(
+            cd.load(source),
+            drive="bearing_in",
+            held=dict.fromkeys(held, beta),
+            loads={"bearing_out": load},
+        )
+        for source, held in (
+            ("universal_joint", ("joint_angle",)),
+            ("double_shaft_z", ("joint_angle_1", "joint_angle_2")),
+        )
+    ]
+    swept = [scene.sweep(positions) for scene in scenes]
+    arguments = swept if name == "speed_ratio" else swept[:1]
+    figure = getattr(figures, name)(*arguments, beta)
+    figures.save(figure, tmp_path / "figure")
+    lines, points = figure.axes[0].get_lines()[::2], figure.axes[0].get_lines()[1::2]
+    assert len(lines) == len(points) == (1 if name == "torque_ratio" else 2)
+    for line, found in zip(lines, points, strict=True):
+        angle, value = found.get_xydata().T
+        if name != "speed_ratio" and len(angle) == len(positions):
+            # Where no torque passes there is no ratio.
+            loaded = np.broadcast_to(load, len(angle)) != 0.0
+            np.testing.assert_array_equal(np.isfinite(value), loaded)
+        x, y = line.get_xydata().T
+        if name == "bending_polar":
+            x, angle = x % (2.0 * np.pi), angle % (2.0 * np.pi)
+            y = y[np.argsort(x)]
+            x = np.sort(x)
+            wanted = np.interp(angle, x, y, period=2.0 * np.pi)
+        else:
+            assert np.all((angle >= x[0] - 1e-9) & (angle <= x[-1] + 1e-9))
+            low, high = figure.axes[0].get_xlim()
+            assert low <= np.min(angle) and np.max(angle) <= high
+            wanted = np.interp(angle, x, y)
+        known = np.isfinite(value)
+        np.testing.assert_allclose(value[known], wanted[known], atol=1e-4)
+    if name != "bending_polar":
+        own = np.rad2deg(swept[0].motion.position("bearing_in"))
+        assert np.all(np.isin(points[0].get_xdata(), own))
+
+
+def test_closed_forms_need_a_torque(joint_without_load: cd.Sweep) -> None:
+    for draw in (figures.torque_ratio, figures.thoma_bending, figures.bending_polar):
+        with pytest.raises(cd.ArgumentError, match=r"no torque passes .* load 'bearing_out'"):
+            draw(joint_without_load, 0.3)
+
+
+@pytest.fixture(scope="module")
+def joint_without_load() -> cd.Sweep:
+    scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 0.3})
+    return scene.sweep([0.0, 1.0])
+
+
+def test_one_sample_is_drawn(tmp_path: Path) -> None:
+    """A line of one point would not be seen."""
+    held = {"joint_angle": 0.5}
+    scene = cd.Scene(
+        cd.load("universal_joint"), drive="bearing_in", held=held, loads={"bearing_out": 1.0}
+    )
+    one = scene.sweep([2.0])
+    for figure in (
+        figures.over_angle(one, "bearing_out"),
+        figures.ratio_and_angle_error({"a": one}),
+        figures.moment_polar(one, "bearing_out"),
+    ):
+        figures.save(figure, tmp_path / "one")
+        assert all(axes.get_lines()[0].get_marker() == "o" for axes in figure.axes)
+    with pytest.raises(cd.ArgumentError, match="no sweep"):
+        figures.ratio_and_angle_error({})
+
+
+def test_all_sweeps_of_a_figure_are_within_its_range(turn: cd.Sweep) -> None:
+    held = {"joint_angle": BETA}
+    scene = cd.Scene(
+        cd.load("universal_joint"), drive="bearing_in", held=held, loads={"bearing_out": 1.0}
+    )
+    figure = figures.ratio_and_angle_error({"long": turn, "short": scene.sweep([1.0, 2.0])})
+    low, high = figure.axes[1].get_xlim()
+    assert low <= 0.0 and high >= 360.0 - 1e-9
+
+
 def test_same_figure_is_the_same_file(turn: cd.Sweep, tmp_path: Path) -> None:
     contents = [
         [path.read_bytes() for path in figures.save(figures.over_angle(turn, "bearing_in"), path)]
