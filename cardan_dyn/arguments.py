@@ -1,13 +1,13 @@
-"""Checks of what a user hands to a scene."""
+"""Arguments: what a user hands to a scene, checked against the mechanism."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .checks import described, flag, mapping, names, numbers, samples, shortened, text, vector
 from .coordinates import Array, Coordinates
 from .errors import ArgumentError, choices
 from .loads import LinkLoad
@@ -15,6 +15,28 @@ from .mechanism import Mechanism
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+__all__ = [
+    "Wrench",
+    "compliances",
+    "coordinate",
+    "flag",
+    "held_positions",
+    "mapping",
+    "names",
+    "numbers",
+    "rows_of",
+    "samples",
+    "split_loads",
+    "text",
+    "vector",
+    "wanted_outputs",
+]
+
+_MOST_TURNS = 1000.0
+"""Turns from zero at which a joint may be held or start; it is followed through all of them."""
+_MOST_LENGTHS = 6000.0
+"""The same for slides, in lengths of the mechanism."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,61 +52,6 @@ class Wrench:
     force: ArrayLike = (0.0, 0.0, 0.0)
     moment: ArrayLike = (0.0, 0.0, 0.0)
     frame: str = "link"
-
-
-def numbers(name: str, value: object) -> Array:
-    """Return an argument as an array of finite numbers.
-
-    Raises:
-        ArgumentError: it is not numeric or not finite.
-    """
-    try:
-        array = np.asarray(value)
-        if array.dtype.kind not in "iuf":
-            raise TypeError(f"of type {array.dtype}")
-        array = array.astype(float)
-    except (TypeError, ValueError) as error:
-        raise ArgumentError(f"{name} is not an array of real numbers ({error})") from error
-    if not np.all(np.isfinite(array)):
-        where = np.argwhere(~np.isfinite(array))[0].tolist()
-        raise ArgumentError(f"{name} is not finite{f' at index {where}' if where else ''}")
-    return array
-
-
-def vector(name: str, value: object, size: int) -> Array:
-    """Return an argument as a vector of finite numbers."""
-    array = numbers(name, value)
-    if array.shape != (size,):
-        raise ArgumentError(f"{name} has shape {array.shape}, expected ({size},)")
-    return array
-
-
-def samples(name: str, value: object, drives: int, count: int | None) -> Array:
-    """Return drive positions, speeds or accelerations as `(N, d)`.
-
-    Args:
-        name: how messages call the argument.
-        value: a number, `(N,)` for one drive, `(d,)` for one sample of d drives, or `(N, d)`.
-        drives: number of drives d.
-        count: number of samples N that single numbers are spread to; None if the argument
-            itself decides.
-    """
-    array = numbers(name, value)
-    given = array.shape
-    if array.size == 0:
-        raise ArgumentError(f"{name} is empty")
-    if array.ndim == 0:
-        array = np.full((1, drives), float(array))
-    elif array.ndim == 1:
-        array = array[:, None] if drives == 1 else array[None, :]
-    if array.ndim != 2 or array.shape[1] != drives:
-        wanted = "(N,)" if drives == 1 else f"(N, {drives})"
-        raise ArgumentError(f"{name} has shape {given}, expected a number or {wanted}")
-    if count is not None and len(array) != count:
-        if len(array) != 1:
-            raise ArgumentError(f"{name} has {len(array)} samples, position has {count}")
-        array = np.repeat(array, count, axis=0)
-    return array
 
 
 def coordinate(mechanism: Mechanism, coordinates: Coordinates, name: object, role: str) -> int:
@@ -105,31 +72,59 @@ def coordinate(mechanism: Mechanism, coordinates: Coordinates, name: object, rol
 
 
 def held_positions(
-    mechanism: Mechanism, coordinates: Coordinates, given: Mapping[str, object], role: str
+    mechanism: Mechanism, coordinates: Coordinates, given: object, role: str
 ) -> dict[str, float]:
-    """Return positions of joints, from the argument called `role`."""
+    """Return positions of joints, from the argument called `role`.
+
+    Raises:
+        ModelError: no such joint.
+        ArgumentError: no mapping, no number, or too far away to be followed to.
+    """
     positions = {}
-    for name, value in given.items():
+    for name, value in mapping(role, given).items():
         coordinate(mechanism, coordinates, name, f"{role} joint")
-        array = numbers(f"{role}[{name!r}]", value)
+        label = f"{role}[{shortened(repr(name))}]"
+        array = numbers(label, value)
         if array.ndim:
             raise ArgumentError(
-                f"{role}[{name!r}] has shape {array.shape}, expected a number; to move this joint, "
+                f"{label} has shape {array.shape}, expected a number; to move this joint, "
                 "make it a drive"
             )
+        _check_distance(mechanism, name, label, float(array))
         positions[name] = float(array)
     return positions
 
 
-def wanted_outputs(mechanism: Mechanism, outputs: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the names of the joints whose wrenches are kept."""
+def _check_distance(mechanism: Mechanism, name: str, label: str, position: float) -> None:
+    """Refuse a position that is too far from zero to be followed to."""
+    if mechanism.joints[name].parts[0].kind == "revolute":
+        turns = abs(position) / (2.0 * np.pi)
+        if turns > _MOST_TURNS:
+            raise ArgumentError(
+                f"{label} is {position:g} rad, {turns:.3g} turns; positions count whole turns, "
+                f"{_MOST_TURNS:g} at most: take the angle within one turn"
+            )
+    elif abs(position) > _MOST_LENGTHS * mechanism.length:
+        raise ArgumentError(
+            f"{label} is {position:g} m; joints slide {_MOST_LENGTHS:g} times the length of the "
+            f"mechanism at most, which is {mechanism.length:g} m"
+        )
+
+
+def wanted_outputs(mechanism: Mechanism, outputs: object) -> tuple[str, ...]:
+    """Return the names of the joints whose wrenches are kept.
+
+    Raises:
+        ModelError: no such joint.
+        ArgumentError: no sequence of names.
+    """
     if outputs is None:
         return tuple(mechanism.joints)
-    names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
-    return tuple(dict.fromkeys(mechanism.joint(name).name for name in names))
+    asked = names("outputs", outputs)
+    return tuple(dict.fromkeys(mechanism.joint(name).name for name in asked))
 
 
-def compliances(mechanism: Mechanism, given: Mapping[str, ArrayLike]) -> dict[str, Array]:
+def compliances(mechanism: Mechanism, given: object) -> dict[str, Array]:
     """Return `(6, 6)` compliances of joints.
 
     Raises:
@@ -137,40 +132,49 @@ def compliances(mechanism: Mechanism, given: Mapping[str, ArrayLike]) -> dict[st
         ArgumentError: not 6 values or `(6, 6)`, not symmetric, or negative.
     """
     result = {}
-    for name, value in given.items():
+    for name, value in mapping("compliance", given).items():
         mechanism.joint(name)
-        array = numbers(f"compliance[{name!r}]", value)
+        label = f"compliance[{name!r}]"
+        array = numbers(label, value)
         matrix = np.diag(array) if array.shape == (6,) else array
-        if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T, rtol=1e-12, atol=0.0):
+        if matrix.shape != (6, 6):
             raise ArgumentError(
-                f"compliance[{name!r}] has shape {array.shape}; expected 6 values or a symmetric "
+                f"{label} has shape {array.shape}; expected 6 values or a symmetric "
                 "(6, 6), force first [m/N, rad/(N·m)]"
             )
-        least = float(np.linalg.eigvalsh(matrix)[0])
-        if least < -1e-12 * float(np.max(np.abs(matrix))):
-            raise ArgumentError(f"compliance[{name!r}] is negative in some direction ({least:g})")
+        greatest = float(np.max(np.abs(matrix)))
+        # Of order one, so that nothing overflows.
+        scaled = matrix / greatest if greatest > 0.0 else matrix
+        if not np.allclose(scaled, scaled.T, rtol=1e-12, atol=0.0):
+            raise ArgumentError(f"{label} is not symmetric")
+        least = float(np.linalg.eigvalsh(scaled)[0])
+        if least < -1e-12:
+            raise ArgumentError(
+                f"{label} is negative in some direction: its least eigenvalue is {least:.3g} "
+                f"times its greatest value {greatest:.3g}"
+            )
         result[name] = matrix
     return result
 
 
 def split_loads(
-    mechanism: Mechanism, coordinates: Coordinates, loads: Mapping[str, object]
+    mechanism: Mechanism, coordinates: Coordinates, loads: object
 ) -> tuple[dict[str, Array], dict[str, LinkLoad]]:
     """Return efforts at joints and wrenches on links.
 
     Raises:
-        ArgumentError: the name is neither a joint nor a link, the value has a wrong shape, or
-            the wrench acts on a link that cannot move.
+        ArgumentError: no mapping, the name is neither a joint nor a link, the value has a wrong
+            shape, or the wrench acts on a link that cannot move.
     """
     efforts: dict[str, Array] = {}
     wrenches: dict[str, LinkLoad] = {}
-    for name, value in loads.items():
-        label = f"loads[{name!r}]"
+    for name, value in mapping("loads", loads).items():
+        label = f"loads[{shortened(repr(name))}]"
         as_wrench = isinstance(value, Wrench) or name not in mechanism.joints
         if not as_wrench:
             coordinate(mechanism, coordinates, name, "loaded joint")
             efforts[name] = numbers(label, value)
-            if efforts[name].ndim > 1:
+            if efforts[name].ndim > 1 or not efforts[name].size:
                 raise ArgumentError(f"{label} has shape {efforts[name].shape}, expected (N,)")
         elif name in mechanism.links:
             wrenches[name] = _link_load(mechanism, name, label, value)
@@ -188,19 +192,21 @@ def _link_load(mechanism: Mechanism, name: str, label: str, value: object) -> Li
         raise ArgumentError(f"{label}: link {name!r} is fixed to the world; nothing can move it")
     if not isinstance(value, Wrench):
         array = numbers(label, value)
-        if array.shape[-1:] != (6,) or array.ndim > 2:
+        if array.shape[-1:] != (6,) or array.ndim > 2 or not array.size:
             raise ArgumentError(
                 f"{label} has shape {array.shape}; a link takes force and moment, (6,) or (N, 6)"
             )
         value = Wrench(array[..., :3], array[..., 3:])
-    if value.frame not in ("link", "world"):
-        raise ArgumentError(f"{label}: frame {value.frame!r} is unknown; frames: link, world")
+    if not isinstance(value.frame, str) or value.frame not in ("link", "world"):
+        raise ArgumentError(
+            f"{label}: frame {described(value.frame)} is unknown; frames: link, world"
+        )
     parts = []
     for part, given in (("force", value.force), ("moment", value.moment)):
-        array = np.atleast_2d(numbers(f"{label}.{part}", given))
-        if array.ndim != 2 or array.shape[1] != 3:
-            raise ArgumentError(f"{label}.{part} has shape {np.shape(given)}, expected (3,)")
-        parts.append(array)
+        array = numbers(f"{label}.{part}", given)
+        if array.shape[-1:] != (3,) or array.ndim > 2 or not array.size:
+            raise ArgumentError(f"{label}.{part} has shape {array.shape}, expected (3,) or (N, 3)")
+        parts.append(np.atleast_2d(array))
     in_world = value.frame == "world"
     return LinkLoad(body - 1, frame.rotation, frame.translation, parts[0], parts[1], in_world)
 

@@ -24,6 +24,35 @@ LOOP_TYPES = frozenset(
 """Types of loops that can be closed."""
 
 
+MOST_LINKS = 2000
+"""Greatest number of links of a description."""
+
+
+def check_size(links: int, where: str) -> None:
+    """Refuse a description that is larger than anything was tested with.
+
+    Raises:
+        ModelError: it has more than `MOST_LINKS` links.
+    """
+    if links > MOST_LINKS:
+        raise ModelError(
+            f"{where}: there are {links} links, the limit is {MOST_LINKS}; describe what moves "
+            "together as one link, or load parts of it"
+        )
+
+
+def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element | None:
+    """Return the child of a kind, None without one.
+
+    Raises:
+        ModelError: there are several, which would leave open what holds.
+    """
+    found = element.findall(tag)
+    if len(found) > 1:
+        raise ModelError(f"{at}: there are {len(found)} <{tag}> in <{element.tag}>; keep one")
+    return found[0] if found else None
+
+
 def names(robot: ElementTree.Element, tag: str, where: str) -> list[str]:
     """Return the names of all elements of a kind, each of which occurs once."""
     found = [name_of(element, where) for element in robot.findall(tag)]
@@ -48,7 +77,7 @@ def name_of(element: ElementTree.Element, where: str) -> str:
 
 def link_of(element: ElementTree.Element, tag: str, links: Collection[str], at: str) -> str:
     """Return the name of an existing link that a child element points to."""
-    found = element.find(tag)
+    found = only(element, tag, at)
     if found is None or not found.get("link"):
         raise ModelError(f'{at}: <{tag} link="..."/> is missing')
     name = found.get("link", "")
@@ -82,12 +111,14 @@ def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
 
 def placement(element: ElementTree.Element, at: str) -> np.ndarray:
     """Return the `(4, 4)` placement of an element's <origin>; identity where it has none."""
-    origin = element.find("origin")
+    origin = only(element, "origin", at)
     return np.eye(4) if origin is None else pose(origin, at)
 
 
 def pose(origin: ElementTree.Element, at: str) -> np.ndarray:
     """Return the `(4, 4)` placement that an element's attributes xyz and rpy describe."""
+    if origin.get("quat_xyzw") is not None:
+        raise ModelError(f"{at}: origin quat_xyzw is not read; write rpy instead")
     result = np.eye(4)
     result[:3, 3] = numbers(origin.get("xyz"), 3, "0 0 0", f"{at}: origin xyz")
     roll, pitch, yaw = numbers(origin.get("rpy"), 3, "0 0 0", f"{at}: origin rpy")
@@ -104,11 +135,15 @@ def pose(origin: ElementTree.Element, at: str) -> np.ndarray:
 
 def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndarray:
     """Return the `(3,)` unit axis of an element."""
-    found = element.find(tag)
+    found = only(element, tag, at)
     axis = numbers(None if found is None else found.get("xyz"), 3, "1 0 0", f"{at}: {tag} xyz")
     length = float(np.linalg.norm(axis))
-    if length == 0.0 or not math.isfinite(length):
-        raise ModelError(f"{at}: the {tag} {axis.tolist()} has no direction")
+    # Of shorter ones the squares, and at last the numbers themselves, lose digits.
+    if length < 1.0 / GREATEST:
+        raise ModelError(
+            f"{at}: the {tag} {axis.tolist()} has no direction; its length is to be 1 and may be "
+            f"from {1.0 / GREATEST:.0e} to {GREATEST:.0e}"
+        )
     return axis / length
 
 
@@ -131,12 +166,7 @@ def loop(
     predecessor, successor = (link_of(element, side, links, at) for side in sides)
     if predecessor == successor:
         raise ModelError(f"{at}: predecessor and successor are the same link {successor!r}")
-    # URDF+ has an <origin> in each side; Isaac writes its attributes on the side itself.
-    children = [child for side in sides if (child := element.find(side)) is not None]
-    origins = [
-        placement(child, at) if child.find("origin") is not None else pose(child, at)
-        for child in children
-    ]
+    origins = [_end(only(element, side, at), at) for side in sides]
     axis = axis_2 = axis_of(element, at)
     if kind == "universal":
         axis_2 = axis_of(element, at, "axis2")
@@ -146,3 +176,15 @@ def loop(
                 f"{axis.tolist()} and {axis_2.tolist()}"
             )
     return LoopDescription(name, kind, predecessor, successor, origins[0], origins[1], axis, axis_2)
+
+
+def _end(side: ElementTree.Element | None, at: str) -> np.ndarray:
+    """Return the placement of a loop's frame in the link of a side."""
+    if side is None:
+        return np.eye(4)
+    # URDF+ has an <origin> in each side; Isaac writes its attributes on the side itself.
+    if side.find("origin") is None:
+        return pose(side, at)
+    if side.get("xyz") is not None or side.get("rpy") is not None:
+        raise ModelError(f"{at}: <{side.tag}> has attributes xyz or rpy and an <origin>; keep one")
+    return placement(side, at)

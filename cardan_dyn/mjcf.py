@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from .description import Description, JointDescription, LinkDescription
-from .elements import check_unique
+from .elements import check_size, check_unique
 from .errors import ModelError
 from .mjcf_elements import Array, Attributes, Compiler, DefaultClasses, flag, pose
 from .mjcf_equality import Places, equalities, unique
@@ -33,9 +33,7 @@ _Content = list[tuple[ElementTree.Element, Array, str]]
 """Elements of a body, with the frame `(4, 4)` and the default class around each."""
 
 
-def parse(
-    root: ElementTree.Element, text: str, where: str, path: Path | None, strict: bool
-) -> Description:
+def parse(root: ElementTree.Element, where: str, path: Path | None, strict: bool) -> Description:
     """Read an MJCF model; equalities `connect` and `weld` become loops, gears couplings.
 
     Joints that share a body get massless links between them. All coordinates are zero in the
@@ -43,7 +41,6 @@ def parse(
 
     Args:
         root: its outermost element; includes are put in place in it.
-        text: not used.
         where: how messages name the source of the text.
         path: the file, if it is one; includes are found from there.
         strict: refuse inertias that no body can have, and what wrenches leave out.
@@ -52,6 +49,7 @@ def parse(
         ModelError: what is wrong, where, and the valid choices.
     """
     with_includes(root, where, path)
+    check_size(1 + sum(1 for _ in root.iter("body")), where)
     check_children(root, SECTIONS, where)
     reader = _Reader(root, where, strict)
     for world in root.findall("worldbody"):

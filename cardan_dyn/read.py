@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .checks import flag, shortened
 from .errors import ModelError, choices
 
 if TYPE_CHECKING:
     from .description import Description
+
+_BLANK = "\ufeff \t\r\n"
+"""What may stand before a text's first element."""
+_EXTERNAL = re.compile(r"\b(SYSTEM|PUBLIC)\b")
 
 
 def bundled_directory() -> Path:
@@ -28,7 +34,7 @@ def bundled_names() -> list[str]:
 
 
 def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
-    """Read a bundled description by name, a file by path, or URDF text.
+    """Read a bundled description by name, a file by path, or text.
 
     Args:
         source: name in `bundled_names()`, path, or text that starts with `<`.
@@ -40,18 +46,15 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
 
     Raises:
         ModelError: what is wrong, where, and the valid choices.
+        ArgumentError: `strict` is neither True nor False.
     """
-    if not isinstance(source, (str, os.PathLike)):
-        raise ModelError(
-            f"load() takes a name, a path or URDF text, not {type(source).__name__}; "
-            f"bundled descriptions: {choices(bundled_names())}"
-        )
-    if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
-        return _parse(source.lstrip("\ufeff \t\r\n"), "URDF text", None, strict)
-    path = _find(os.fspath(source))
+    strict = flag("strict", strict)
+    if isinstance(source, str) and source.lstrip(_BLANK).startswith("<"):
+        return _parse(source.lstrip(_BLANK), "text", None, strict)
+    path = _find(_name(source))
     try:
         text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, UnicodeDecodeError, MemoryError) as error:
         raise ModelError(f"{path}: cannot be read as text ({error})") from error
     return _parse(text, str(path), path, strict)
 
@@ -61,26 +64,52 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
 
     from . import urdf
     from .description import SourceText
+    from .elements import check_size
 
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
         raise ModelError(f"{where}: malformed XML: {error}") from error
+    prolog = text[: text.find(f"<{root.tag}")]
+    if "<!DOCTYPE" in prolog and _EXTERNAL.search(prolog):
+        # Entities that another document may define would be nothing, without a word.
+        raise ModelError(f"{where}: its DOCTYPE refers to another document, which is not read")
     if root.tag == "mujoco":
         from . import mjcf
 
-        return replace(mjcf.parse(root, text, where, path, strict), source=SourceText(text, path))
-    if root.tag != "robot":
+        at = "MJCF text" if path is None else where
+        description = mjcf.parse(root, at, path, strict)
+        check_size(len(description.links), at)
+    elif root.tag == "robot":
+        description = urdf.parse(root, "URDF text" if path is None else where, path, strict)
+    else:
         raise ModelError(
             f"{where}: the outermost element is <{root.tag}>, expected <robot> or <mujoco>"
         )
-    return replace(urdf.parse(root, where, path, strict), source=SourceText(text, path))
+    return replace(description, source=SourceText(text, path))
+
+
+def _name(source: object) -> str:
+    """Return a name or path as a string.
+
+    Raises:
+        ModelError: it is neither.
+    """
+    try:
+        name = os.fspath(source)  # type: ignore[call-overload]
+    except Exception:  # A path of another's making may raise anything.
+        name = None
+    if isinstance(name, str):
+        return str(name)
+    raise ModelError(
+        f"load() takes a name, a path or text, not {type(source).__name__}; "
+        f"bundled descriptions: {choices(bundled_names())}"
+    )
 
 
 def _find(name: str) -> Path:
-    bundled = bundled_directory() / f"{name}.urdf"
     if name in bundled_names():
-        return bundled
+        return bundled_directory() / f"{name}.urdf"
     path = Path(name)
     try:
         found = path.is_file()
@@ -88,7 +117,7 @@ def _find(name: str) -> Path:
         found = False
     if not found:
         raise ModelError(
-            f"no description {name!r}: it is neither a file nor a bundled name; "
+            f"no description {shortened(repr(name))}: it is neither a file nor a bundled name; "
             f"bundled descriptions: {choices(bundled_names())}"
         )
     return path

@@ -6,6 +6,7 @@ mass, a number that is none) is refused here.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -22,11 +23,13 @@ from .description import (
 from .elements import (
     JOINT_TYPES,
     axis_of,
+    check_size,
     check_unique,
     link_of,
     name_of,
     names,
     numbers,
+    only,
     placement,
 )
 from .errors import ModelError, choices
@@ -49,20 +52,19 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     Raises:
         ModelError: what is wrong, where, and the valid choices.
     """
+    check_size(len(robot.findall("link")), where)
+    _check_namespaces(robot, where)
     links, remarks = _links(robot, where, strict)
     # A dictionary answers for thousands of links whether it has a name.
     known = dict.fromkeys(link.name for link in links)
-    joints = [_joint(element, known, where, remarks) for element in robot.findall("joint")]
-    names(robot, "joint", where)
-    extra = None
-    if path is not None:
-        extra = notations.gepetto(path, robot, {joint.name for joint in joints})
-    if extra is not None:
-        joints = [notations.changed(joint, extra) for joint in joints]
+    declared = names(robot, "joint", where)
+    extra = None if path is None else notations.gepetto(path, robot, set(declared))
+    types: Mapping[str, str] = {} if extra is None else extra.joint_types
+    joints = [_joint(element, known, types, where, remarks) for element in robot.findall("joint")]
     loops, notation = notations.agreed(robot, known, extra, where)
     couplings = tuple(_coupling(item, known, where) for item in robot.findall("coupling"))
-    named = [*joints, *loops, *couplings]
-    check_unique([item.name for item in named], "joint or loop", where)
+    named = [item.name for items in (joints, loops, couplings) for item in items]
+    check_unique(named, "joint or loop", where)
     independent = tuple(
         name_of(joint, where) for joint in robot.findall("joint") if _flag(joint, where)
     )
@@ -80,6 +82,38 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         notation=notation,
         remarks=tuple(remarks),
     )
+
+
+_READ = frozenset(
+    {
+        *("link", "inertial", "mass", "inertia", "origin"),
+        *("joint", "parent", "child", "axis", "axis2", "limit", "dynamics", "coupling", "ratio"),
+        *("loop", "predecessor", "successor", "loop_joint", "link1", "link2"),
+    }
+)
+"""Elements that are read."""
+
+
+def _check_namespaces(robot: ElementTree.Element, where: str) -> None:
+    """Refuse elements that would be read but for their namespace, and what is to be processed.
+
+    Others' extensions, in their own namespace or none, are left alone.
+    """
+    waiting = [robot]
+    while waiting:
+        for element in waiting.pop():
+            if element.tag in _READ:
+                waiting.append(element)
+            space, _, name = element.tag.rpartition("}")
+            if "xacro" in space:
+                raise ModelError(
+                    f"{where}: <xacro:{name}> is to be processed first: xacro FILE > FILE.urdf"
+                )
+            if space and name in _READ:
+                raise ModelError(
+                    f"{where}: <{name}> stands in the namespace {space[1:]!r}, where no reader of "
+                    "URDF looks for it; take it out of there"
+                )
 
 
 def check_tree(links: list[str], joints: list[JointDescription], where: str) -> None:
@@ -123,7 +157,12 @@ def check_inertia(tensor: np.ndarray, at: str, strict: bool) -> str:
     Raises:
         ModelError: something is wrong with it, and it is not.
     """
-    small, middle, large = np.linalg.eigvalsh(tensor)
+    try:
+        if not np.all(np.isfinite(tensor)):
+            raise ValueError("it is not finite")
+        small, middle, large = np.linalg.eigvalsh(tensor)
+    except ValueError as error:  # NumPy's LinAlgError among them.
+        raise ModelError(f"{at}: the inertia has no principal moments ({error})") from error
     slack = _INERTIA_TOLERANCE * abs(large)
     wrong = ""
     if small < -slack:
@@ -156,14 +195,11 @@ def _links(
 def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkDescription, str]:
     name = element.get("name", "")
     at = f"{where}: link {name!r}"
-    found = element.findall("inertial")
-    if not found:
+    inertial = only(element, "inertial", at)
+    if inertial is None:
         return LinkDescription(name), ""
-    if len(found) > 1:
-        raise ModelError(f"{at}: there are {len(found)} <inertial>; a link has one mass")
-    inertial = found[0]
     frame = placement(inertial, at)
-    mass_element, inertia_element = inertial.find("mass"), inertial.find("inertia")
+    mass_element, inertia_element = only(inertial, "mass", at), only(inertial, "inertia", at)
     if mass_element is None or inertia_element is None:
         raise ModelError(f"{at}: <inertial> needs <mass> and <inertia>; a massless link has none")
     mass = float(numbers(mass_element.get("value"), 1, "", f"{at}: mass")[0])
@@ -185,20 +221,32 @@ def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkD
 
 
 def _joint(
-    element: ElementTree.Element, links: dict[str, None], where: str, remarks: list[str]
+    element: ElementTree.Element,
+    links: dict[str, None],
+    types: Mapping[str, str],
+    where: str,
+    remarks: list[str],
 ) -> JointDescription:
+    """Return a joint; `types` has the types that some get from a file beside the URDF."""
     name = name_of(element, where)
     at = f"{where}: joint {name!r}"
     kind = element.get("type")
     if kind not in JOINT_TYPES:
         raise ModelError(f"{at}: type {kind!r} is not supported; types: {choices(JOINT_TYPES)}")
+    kind = types.get(name, kind)
     axis = np.array([1.0, 0.0, 0.0]) if kind == "fixed" else axis_of(element, at)
-    dynamics = element.find("dynamics")
-    acting = {} if dynamics is None else {
-        key: value
-        for key in ("damping", "friction")
-        if (value := float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0]))
-    }
+    dynamics = only(element, "dynamics", at)
+    acting = (
+        {}
+        if dynamics is None
+        else {
+            key: value
+            for key in ("damping", "friction")
+            if (value := float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0]))
+        }
+    )
+    if element.find("mimic") is not None:
+        remarks.append(f"{at}: <mimic> left out: write the gear as <coupling>")
     if acting:
         listed = ", ".join(f"{key} {value:g}" for key, value in acting.items())
         remarks.append(f"{at}: {listed} of <dynamics> left out: wrenches are without friction")
@@ -215,12 +263,12 @@ def _joint(
 
 
 def _limits(element: ElementTree.Element, kind: str, at: str) -> Limits:
-    found = element.find("limit")
+    found = only(element, "limit", at)
     if found is None:
         return Limits()
 
     def limit(name: str, default: str) -> float:
-        return float(numbers(found.get(name), 1, default, f"{at}: limit {name}")[0])  # type: ignore[union-attr]
+        return float(numbers(found.get(name), 1, default, f"{at}: limit {name}")[0])
 
     velocity, effort = limit("velocity", "0"), limit("effort", "0")
     if kind == "continuous":
@@ -244,7 +292,7 @@ def _coupling(
     name = name_of(element, where)
     at = f"{where}: coupling {name!r}"
     ends = [link_of(element, side, links, at) for side in ("predecessor", "successor")]
-    found = element.find("ratio")
+    found = only(element, "ratio", at)
     value = None if found is None else found.get("value")
     ratio = float(numbers(value, 1, "", f"{at}: ratio value")[0])
     if ratio == 0.0:

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cardan_dyn as cd
+from cardan_dyn.urdf import check_inertia
 
 JOINT = text("universal_joint")
 
@@ -86,7 +87,10 @@ BAD = {
         "joint 'pin_in': the axis .* has no direction",
     ),
     "axis of two numbers": (changed('<axis xyz="0 1 0"/>', '<axis xyz="0 1"/>'), "not 3 finite"),
-    "not a number": (changed('<axis xyz="0 1 0"/>', '<axis xyz="0 y 0"/>'), "is not 3 finite number"),
+    "not a number": (
+        changed('<axis xyz="0 1 0"/>', '<axis xyz="0 y 0"/>'),
+        "is not 3 finite number",
+    ),
     "infinite origin": (
         changed(
             '<successor link="shaft_out"><origin xyz="0',
@@ -182,6 +186,123 @@ def test_origins_with_angles_are_roll_pitch_yaw() -> None:
             found.wrench(name, "world").moment, reference.wrench(name, "world").moment, atol=1e-12
         )
         np.testing.assert_allclose(found[name].torsion, reference[name].torsion, atol=1e-13)
+
+
+def inside(tag: str, extra: str) -> str:
+    """Return the joint with elements put at the beginning of the first of a kind."""
+    found = re.sub(rf"(<{tag}\b([^>]*[^/])?>)", rf"\1{extra}", JOINT, count=1)
+    assert found != JOINT
+    return found
+
+
+TWICE = {
+    "inertial": inside("link", '<inertial><mass value="1"/></inertial>'),
+    "mass": inside("inertial", '<mass value="3"/>'),
+    "inertia": inside("inertial", '<inertia ixx="1" iyy="1" izz="1"/>'),
+    "origin": inside("inertial", '<origin xyz="1 0 0"/>' * 2),
+    "parent": inside("joint", '<parent link="base"/>'),
+    "child": inside("joint", '<child link="base"/>'),
+    "axis": inside("joint", '<axis xyz="0 0 1"/>'),
+    "limit": inside("joint", '<limit upper="1"/><limit upper="2"/>'),
+    "dynamics": inside("joint", '<dynamics damping="1"/><dynamics/>'),
+    "predecessor": inside("loop", '<predecessor link="base"/>'),
+    "successor": inside("loop", '<successor link="base"/>'),
+}
+
+
+@pytest.mark.parametrize(("tag", "urdf"), TWICE.items(), ids=TWICE.keys())
+def test_what_is_said_twice_is_refused(tag: str, urdf: str) -> None:
+    with pytest.raises(cd.ModelError, match=rf"there are \d <{tag}> in <\w+>; keep one"):
+        cd.load(urdf)
+
+
+def test_a_frame_is_given_in_one_way() -> None:
+    both = changed('<predecessor link="cross">', '<predecessor link="cross" xyz="1 0 0">')
+    with pytest.raises(cd.ModelError, match="attributes xyz or rpy and an <origin>; keep one"):
+        cd.load(both)
+    turned = changed("<origin ", '<origin quat_xyzw="0 0 1 0" ')
+    with pytest.raises(cd.ModelError, match="quat_xyzw is not read; write rpy"):
+        cd.load(turned)
+
+
+@pytest.mark.parametrize(
+    ("axis", "message"),
+    [
+        ("1e200 1e200 0", "beyond 1e[+]50"),
+        ("1e-320 1e-320 0", "has no direction; its length is to be 1"),
+        ("1e-320 2e-320 0", "has no direction"),
+        ("0 1e-200 0", "has no direction"),
+        ("0 0 1e-400", "has no direction"),
+    ],
+)
+def test_axes_without_a_direction(axis: str, message: str) -> None:
+    with pytest.raises(cd.ModelError, match=message):
+        cd.load(changed('<axis xyz="0 1 0"/>', f'<axis xyz="{axis}"/>'))
+
+
+@pytest.mark.parametrize("size", ["1e-49", "1e49", "3"])
+def test_axes_of_any_other_length(size: str) -> None:
+    mechanism = cd.load(changed('<axis xyz="0 1 0"/>', f'<axis xyz="{size} {size} 0"/>'))
+    np.testing.assert_allclose(
+        mechanism.joint("pin_in").axis, [0.5**0.5, 0.5**0.5, 0.0], atol=1e-16
+    )
+
+
+@pytest.mark.parametrize(
+    ("urdf", "message"),
+    [
+        (
+            changed("<robot ", '<robot xmlns="http://a/b" '),
+            "outermost element is <{http://a/b}robot>",
+        ),
+        (
+            changed("<joint ", '<joint xmlns="http://a/b" '),
+            "<joint> stands in the namespace 'http://a/b'",
+        ),
+        (
+            changed("<inertial>", '<inertial xmlns="http://a/b">'),
+            "<inertial> stands in the namespace 'http://a/b'",
+        ),
+        (
+            changed(
+                "</robot>", '<x:macro xmlns:x="http://www.ros.org/wiki/xacro" name="m"/></robot>'
+            ),
+            "<xacro:macro> is to be processed first",
+        ),
+    ],
+)
+def test_namespaces(urdf: str, message: str) -> None:
+    with pytest.raises(cd.ModelError, match=re.escape(message)):
+        cd.load(urdf)
+
+
+def test_extensions_of_others_are_left_alone() -> None:
+    extra = '<g:joint_states xmlns:g="http://a/b"><g:joint name="x"/></g:joint_states>'
+    extra += '<transmission><joint name="x"/><joint name="y"/></transmission>'
+    assert (
+        cd.load(changed("</robot>", f"{extra}</robot>")).joint_names == cd.load(JOINT).joint_names
+    )
+
+
+def test_entities() -> None:
+    """Few are read, very many are refused before they fill the memory."""
+    robot = JOINT[JOINT.index("<robot") :]
+    few = robot.replace('<axis xyz="0 1 0"/>', '<axis xyz="1 &zero;"/>')
+    few = f'<!DOCTYPE robot [<!ENTITY zero "0 0">]>{few}'
+    np.testing.assert_array_equal(cd.load(few).joint("pin_in").axis, [1.0, 0.0, 0.0])
+    levels = "".join(f'<!ENTITY e{k} "{f"&e{k - 1};" * 10}">' for k in range(1, 12))
+    bomb = f'<!DOCTYPE robot [<!ENTITY e0 "0 ">{levels}]>{robot.replace("0 1 0", "&e11;")}'
+    with pytest.raises(cd.ModelError, match="malformed XML"):
+        cd.load(bomb)
+    elsewhere = '<!DOCTYPE robot SYSTEM "file:///nowhere">' + robot.replace("0 1 0", "0 1&x; 0")
+    with pytest.raises(cd.ModelError, match="DOCTYPE refers to another document"):
+        cd.load(elsewhere)
+
+
+@pytest.mark.parametrize("tensor", [np.full((3, 3), np.nan), np.diag([np.inf, 1.0, 1.0])])
+def test_inertias_beyond_all_numbers(tensor: np.ndarray) -> None:
+    with pytest.raises(cd.ModelError, match="link 'a': the inertia has no principal moments"):
+        check_inertia(tensor, "link 'a'", False)
 
 
 VALUES = st.sampled_from(
