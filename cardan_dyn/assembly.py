@@ -13,7 +13,7 @@ import numpy as np
 
 from .branch import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION, Branch
 from .coordinates import Array, Coordinates
-from .errors import AssemblyError, CardanError, SingularConfigurationError, shown
+from .errors import AssemblyError, CardanError, SingularConfigurationError, shown, where
 from .following import follow
 from .groups import Group, Structure, partition
 from .kinematics import ClosedMechanism, Kinematics
@@ -89,6 +89,10 @@ class Assembly:
         self.drives = drives
         self.held = held
         self._structure = Structure(mechanism, coordinates)
+        items = range(len(self._structure.paths))
+        self._on_loops = {
+            column for item in items for column in self._structure.coordinates_on(item)
+        }
         self._coordinates = coordinates
         self._columns = [coordinates.columns[name].start for name in drives]
         prescribed = {coordinates.velocities[name].start for name in (*drives, *held)}
@@ -116,7 +120,7 @@ class Assembly:
         except CardanError:
             self._study(np.array(way))  # Too few or too many drives are the better reason.
             raise
-        self.start = way[-1]
+        self.start = self._first = way[-1]
         self._open = self._open.solving(
             [solver.open_reduction(self.start) for solver in self._open.solvers]
         )
@@ -149,7 +153,7 @@ class Assembly:
         branch = self._branch
         periods = self._covered(branch, wanted)
         if branch.span != known:
-            self._study(branch.states())
+            self._study(branch.states(), branch)
         # Nodes pay once enough samples have used them.
         self._served += len(positions)
         branch.refine(self.kinematics, most=self._served // 24)
@@ -176,7 +180,7 @@ class Assembly:
                 f"the loops cannot be closed on the branch at drive position "
                 f"{shown(positions[worst])} (closure error {here.residual[worst]:.1e}, "
                 f"{here.correction[worst]:.1e} away from where the branch leads)",
-                position=positions[worst],
+                position=where(positions[worst]),
                 nearest=None,
                 residual=float(here.residual[worst]),
             )
@@ -185,7 +189,7 @@ class Assembly:
             raise SingularConfigurationError(
                 f"drive position {shown(positions[worst])} is a dead point: the closure equations "
                 f"have condition {here.condition[worst]:.1e}; leave it out or choose another drive",
-                position=positions[worst],
+                position=where(positions[worst]),
                 condition=float(here.condition[worst]),
             )
         return here
@@ -202,7 +206,7 @@ class Assembly:
             branch = self._branch
             if branch.period is None:
                 branch.find_period()
-                self._study(branch.states())
+                self._study(branch.states(), branch)
             return branch.period
 
     def range(self) -> tuple[float, float]:
@@ -224,12 +228,13 @@ class Assembly:
         return branch.limit(here - reach), branch.limit(here + reach)
 
     def others(self) -> list[Array]:
-        """Return the ways to assemble the loops with all drives at zero, the scene's own first.
+        """Return the ways to assemble the loops with all drives at zero.
 
-        They are searched from many starts, the same ones at every call.
+        The description's own comes first, whichever one this is in. They are searched from many
+        starts, the same ones at every call.
         """
         rng = np.random.default_rng(1851)
-        starts = np.repeat(self.start[None, :], _STARTS, axis=0)
+        starts = np.repeat(self._first[None, :], _STARTS, axis=0)
         coordinates = self._coordinates
         passive = coordinates.moves(self.decided)
         step = rng.uniform(-np.pi, np.pi, (_STARTS, len(self.decided)))
@@ -243,7 +248,7 @@ class Assembly:
         shapes: list[Array] = []
         order = np.argsort(
             np.linalg.norm(
-                coordinates.shape(found.x) - coordinates.shape(self.start[None, :]), axis=1
+                coordinates.shape(found.x) - coordinates.shape(self._first[None, :]), axis=1
             ),
             kind="stable",
         )
@@ -255,9 +260,17 @@ class Assembly:
         return kept
 
     def restart(self, start: Array) -> None:
-        """Assemble in another way, from `others`."""
+        """Assemble in another way, from `others`; what was learned on the first one is forgotten.
+
+        Raises:
+            MobilityError: the drives do not decide the motion here.
+            SingularConfigurationError: the way starts in a dead point.
+        """
         self.start = start
         self._branch = None
+        self._served = 0
+        self._settled = False
+        self._study(start[None, :])
 
     def _zero(self) -> Array:
         """Return closed coordinates near the description's zero position."""
@@ -266,7 +279,7 @@ class Assembly:
             raise AssemblyError(
                 f"{self.mechanism.name}: the loops cannot be closed with every joint near zero "
                 f"(closure error {here.residual[0]:.1e}): check the origins of joints and loops",
-                position=0.0,
+                position=None,
                 nearest=None,
                 residual=float(here.residual[0]),
             )
@@ -287,6 +300,10 @@ class Assembly:
         """
         column = self._coordinates.columns[joint].start
         if value == state[column]:
+            return state
+        if self._coordinates.velocities[joint].start not in self._on_loops:
+            state = state.copy()
+            state[column] = value
             return state
         # What the scene leaves out need not follow either.
         left_out = set(self.passives.tolist()) - set(self.decided.tolist())
@@ -325,8 +342,13 @@ class Assembly:
         branch.cover(low, high)
         return np.zeros(len(wanted))
 
-    def _study(self, states: Array) -> None:
-        """Find the redundant rows over closed states `(K, size)`, then check the mobility."""
+    def _study(self, states: Array, branch: Branch | None = None) -> None:
+        """Find the redundant rows over closed states `(K, size)`, then check the mobility.
+
+        Args:
+            states: closed coordinates.
+            branch: that they are on, if any.
+        """
         if self._settled:
             return
         here = self._open.evaluate(states)
@@ -335,6 +357,12 @@ class Assembly:
             self.kinematics = self._open
             self._settled = True
             return
+        if branch is not None and len(states) < _STUDIED:
+            # What two or three states do not reach, those between them may.
+            between = self._open.close(branch.guess(np.linspace(*branch.span, _STUDIED)))
+            closed = between.x[between.residual < CLOSURE_TOLERANCE]
+            states = np.concatenate([states, closed])
+            here = self._open.evaluate(states)
         self.kinematics = self._open.solving(
             [
                 closed.solver.closure.reduction(closed.twists, closed.actions)

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .branch import CLOSURE_TOLERANCE
 from .coordinates import Array, Coordinates
+from .errors import AssemblyError
 from .groups import Group, Structure, partition
 from .kinematics import Kinematics
 from .mechanism import Mechanism
@@ -139,7 +141,16 @@ def _measured(
     (solver,) = solvers
     kinematics = Kinematics(coordinates, np.zeros(0, dtype=int), solvers)
     here = kinematics.close(_around_zero(coordinates), most=60)
-    here = kinematics.evaluate(here.x[here.residual < 1e-10])
+    good = here.residual < CLOSURE_TOLERANCE
+    if not np.any(good):
+        raise AssemblyError(
+            f"{mechanism.name}: the loops cannot be closed near the description's zero (closure "
+            f"error {np.min(here.residual):.1e}): check the origins of joints and loops",
+            position=None,
+            nearest=None,
+            residual=float(np.min(here.residual)),
+        )
+    here = kinematics.evaluate(here.x[good])
     closed = here.groups[0]
     rank = int(np.max(ranks(closed.scaled_rows), initial=0))
     solver = solver.solving(solver.closure.reduction(closed.twists, closed.actions))

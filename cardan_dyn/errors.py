@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 class CardanError(Exception):
@@ -31,12 +35,18 @@ class ArgumentError(CardanError, ValueError):
     """An argument has a wrong shape, is not finite or is out of its range."""
 
 
+class ImmutableError(CardanError, AttributeError, TypeError):
+    """Something was to be changed that cannot be; make another one instead."""
+
+
 class AssemblyError(CardanError):
     """The loops cannot be closed at a position.
 
     Attributes:
-        position: drive position that was asked for [rad or m].
-        nearest: nearest drive position on the branch that was reached.
+        position: drive position that was asked for [rad or m]; a number for one drive, `(d,)` for
+            d drives.
+        nearest: nearest drive position on the branch that was reached, likewise; None where
+            nothing was followed.
         residual: closure error that remained there (see `Sweep.loop_residual`).
     """
 
@@ -45,7 +55,7 @@ class SingularConfigurationError(CardanError):
     """The drive does not decide the motion at a position (dead point, locked joint).
 
     Attributes:
-        position: drive position.
+        position: drive position, a number for one drive, `(d,)` for d drives.
         condition: condition number of the closure equations there.
     """
 
@@ -73,12 +83,18 @@ class AccuracyError(CardanError):
     Attributes:
         residual: the residual that was too large.
         tolerance: what it may be at most.
-        position: drive position of the worst sample.
+        position: drive position of the worst sample, a number for one drive, `(d,)` for d drives;
+            None where it is no single sample's fault.
     """
 
 
 class MissingExtraError(CardanError):
     """An optional part of the package is not installed."""
+
+
+def where(position: np.ndarray) -> float | np.ndarray:
+    """Return a drive position `(d,)` as errors carry it: a number for one drive."""
+    return float(position[0]) if len(position) == 1 else position
 
 
 def choices(names: Iterable[str]) -> str:

@@ -92,7 +92,7 @@ def _towards(kinematics: Kinematics, last: Array, columns: list[int], target: Ar
             raise AssemblyError(
                 f"the loops cannot be closed at drive positions {shown(target)}; on the way there "
                 f"the nearest that were reached are {shown(last[columns])}",
-                position=target,
-                nearest=last[columns],
+                position=target.copy(),
+                nearest=last[columns].copy(),
                 residual=float(found.residual[0]),
             )

@@ -15,7 +15,12 @@ from .coordinates import Array
 
 if TYPE_CHECKING:
     from .coordinates import Coordinates
-    from .description import Description, LinkDescription
+    from .description import (
+        Description,
+        JointDescription,
+        LinkDescription,
+        LoopDescription,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +94,7 @@ class Frames:
         self.fixed_placement: dict[int, Array] = {}
         self._columns, self._rates = coordinates.columns, coordinates.velocities
         links = {description.root: (-1, np.eye(4))}
-        children: dict[str, list] = {link.name: [] for link in description.links}  # type: ignore[type-arg]
+        children: dict[str, list[JointDescription]] = {link.name: [] for link in description.links}
         for joint in description.joints:
             children[joint.parent].append(joint)
         waiting = children[description.root][::-1]
@@ -113,20 +118,27 @@ class Frames:
             self.ends.append(end @ loop.successor_origin)
         self.links = links
         masses = {link.name: link for link in description.links}
-        own: dict[int, dict[str, Array]] = {number: {} for number in range(self.tree)}
+        parts: list[dict[str, Array]] = [{} for _ in range(self.tree)]
         for link, (body, placement) in links.items():
             if body >= 0:
-                own[body][link] = placement
-        self.bodies = [_merged(masses, own[number]) for number in range(self.tree)]
+                parts[body][link] = placement
+        self.bodies = [_merged(masses, own_links) for own_links in parts]
         self.corner = self._corner()
 
-    def _add(self, name: str, joint: object, body: int, child: int, placement: Array) -> None:
+    def _add(
+        self,
+        name: str,
+        joint: JointDescription | LoopDescription,
+        body: int,
+        child: int,
+        placement: Array,
+    ) -> None:
         number = len(self.joints)
         self.joints.append(name)
         self.parents.append(body)
         self.children.append(child)
         before = self.last[body] if body >= 0 else -1
-        motions = _motions(joint.type, joint.axis, joint.axis_2)  # type: ignore[attr-defined]
+        motions = _motions(joint.type, joint.axis, joint.axis_2)
         if not motions:
             self.fixed_placement[number] = placement
         else:
@@ -163,24 +175,49 @@ class Frames:
         Of a frame, the first three entries are its axes, the last one its origin about `corner`,
         in world axes.
         """
-        count = len(x)
-        result = np.empty((len(self.motions), 4, 3, count))
-        turning = [motion.column for motion in self.motions if motion.kind == "turn"]
-        angles = np.ascontiguousarray(x[:, turning].T)
-        turns = iter(zip(np.cos(angles), np.sin(angles), strict=True))
-        for motion, frame in zip(self.motions, result, strict=True):
-            start = self._moved(result, motion.before, motion.placement, count)
-            if motion.kind == "ball":
-                frame[3] = start[3]
-                q = np.ascontiguousarray(x[:, motion.column : motion.column + 4].T)
-                frame[:3] = np.einsum("ijn,ikn->jkn", _rotation(q), start[:3])
-            elif motion.kind == "slide":
-                frame[:3] = start[:3]
-                slide = motion.axis @ start[:3].reshape(3, -1)
-                frame[3] = start[3] + slide.reshape(3, -1) * x[:, motion.column]
-            else:
-                _turn(frame, start, motion.axis, *next(turns))
+        result = np.empty((len(self.motions), 4, 3, len(x)))
+        turning = [number for number, motion in enumerate(self.motions) if motion.kind == "turn"]
+        angles = np.ascontiguousarray(x[:, [self.motions[number].column for number in turning]].T)
+        turns = dict(zip(turning, zip(np.cos(angles), np.sin(angles), strict=True), strict=True))
+        for number in range(len(self.motions)):
+            self._place(result, number, x, turns.get(number))
         return result
+
+    def joint(self, x: Array, number: int) -> tuple[Array, Array]:
+        """Return rotations `(N, 3, 3)` and origins `(N, 3)` of a joint's frame in the world."""
+        last = self.last[number]
+        path = [last] if last >= 0 else []
+        while path and self.motions[path[-1]].before >= 0:
+            path.append(self.motions[path[-1]].before)
+        frames: dict[int, Array] = {}
+        for step in reversed(path):
+            angle = x[:, self.motions[step].column]
+            frames[step] = np.empty((4, 3, len(x)))
+            self._place(frames, step, x, (np.cos(angle), np.sin(angle)))
+        frame = self._moved(frames, last, self.fixed_placement.get(number, _IDENTITY), len(x))
+        origin = frame[3].T + self.corner
+        return np.ascontiguousarray(frame[:3].transpose(2, 1, 0)), origin
+
+    def _place(
+        self,
+        frames: Array | dict[int, Array],
+        number: int,
+        x: Array,
+        turn: tuple[Array, Array] | None,
+    ) -> None:
+        """Fill in the frame of a motion, whose turn is given as cosines and sines."""
+        motion, frame = self.motions[number], frames[number]
+        start = self._moved(frames, motion.before, motion.placement, len(x))
+        if motion.kind == "turn" and turn is not None:
+            _turn(frame, start, motion.axis, *turn)
+        elif motion.kind == "ball":
+            frame[3] = start[3]
+            q = np.ascontiguousarray(x[:, motion.column : motion.column + 4].T)
+            frame[:3] = np.einsum("ijn,ikn->jkn", _rotation(q), start[:3])
+        else:
+            frame[:3] = start[:3]
+            slide = motion.axis @ start[:3].reshape(3, -1)
+            frame[3] = start[3] + slide.reshape(3, -1) * x[:, motion.column]
 
     def ended(self, frames: Array, loop: int) -> Array:
         """Return the frame of a loop's successor where the loop joins it, `(4, 3, N)`."""
@@ -201,7 +238,9 @@ class Frames:
                 found[number] = frames[last]
         return found
 
-    def _moved(self, frames: Array, number: int, placement: Array, count: int) -> Array:
+    def _moved(
+        self, frames: Array | dict[int, Array], number: int, placement: Array, count: int
+    ) -> Array:
         """Return a placement in the frame of a motion, or in the world, `(4, 3, N)`."""
         if number < 0:
             columns = placement[:3].T.copy()

@@ -89,17 +89,15 @@ class FreeBodies:
         self._centres = np.array([body.centre for body in heavy]).reshape(-1, 3)
         self._inertias = np.array([body.inertia for body in heavy]).reshape(-1, 3, 3)
         # The greatest weight [N·m], forces counted times the length.
-        self._pulled = length * float(
-            np.linalg.norm(gravity) * np.max(self._masses, initial=0.0)
-        )
+        with np.errstate(over="ignore"):  # What overflows is refused with the result.
+            heaviest = np.max(self._masses, initial=0.0)
+            self._pulled = float(length * np.linalg.norm(gravity) * heaviest)
         self.rate_scale = np.ones(coordinates.model.nv)
         self.rate_scale[self._twists.rates[self._twists.sliding]] = length
         self._lay_out_efforts()
         self._lay_out_couplings(description, coordinates)
         # Where no wrench is claimed, the drives' efforts are all the same.
-        driving = {
-            motion.joint for motion in frames.motions if motion.rate in set(drives.tolist())
-        }
+        driving = {motion.joint for motion in frames.motions if motion.rate in set(drives.tolist())}
         self._powered = bool(np.all(self._known)) and (
             not self.claimed or driving <= set(self.claimed)
         )
@@ -144,11 +142,12 @@ class FreeBodies:
         """Return the rates of all joints that a loop depends on, its own included."""
         frames = self.frames
         joint = frames.tree + loop
-        sides = ({joint, *frames.path(frames.parents[joint])}, {*frames.path(frames.children[joint])})
+        around = {joint, *frames.path(frames.parents[joint])}
+        around ^= set(frames.path(frames.children[joint]))
         return [
             motion.rate + place
             for motion in frames.motions
-            if motion.joint in sides[0] ^ sides[1]
+            if motion.joint in around
             for place in range(motion.size)
         ]
 

@@ -20,6 +20,7 @@ from .tree import ancestors
 RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the greatest count as zero in rank decisions."""
 _PIECE = 8  # Bodies on no loop are taken in pieces of this size.
+_LONG = 3 * _PIECE
 _WHOLE = 14  # Up to this many bodies, one model costs less than two.
 
 
@@ -246,11 +247,26 @@ def _with_loose_bodies(
         return [
             Group(group.loops, group.couplings, group.passives, group.known, bodies, set(bodies))
         ]
-    pieces = [loose[start : start + _PIECE] for start in range(0, len(loose), _PIECE)]
-    for piece in pieces:
-        bodies = sorted({body for own in piece for body in ancestors(model, own + 1)})
+    while loose:
+        piece = loose[:_PIECE]
+        bodies = _with_ancestors(model, piece)
+        if len(bodies) > _LONG:
+            # A piece of a long chain would carry the chain up to it once more.
+            piece = loose
+            bodies = _with_ancestors(model, piece)
         groups.append(Group((), (), none, none, bodies, set(piece)))
+        loose = loose[len(piece) :]
     return groups
+
+
+def _with_ancestors(model: pinocchio.Model, bodies: list[int]) -> list[int]:
+    found: set[int] = set()
+    for body in bodies:
+        index = body + 1
+        while index > 0 and index - 1 not in found:
+            found.add(index - 1)
+            index = model.parents[index]
+    return sorted(found)
 
 
 def _rotation(quaternion: Array) -> Array:

@@ -9,7 +9,6 @@ import numpy as np
 
 from .coordinates import Array
 
-
 _STIFF = 1e-10  # Energies this much smaller than the greatest one decide nothing.
 _ROUNDING = 1e-18  # The square of what influence counts as none, see `UNIQUE_TOLERANCE`.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .coordinates import Array
+from .frozen import read_only
 from .twin import placement
 
 
@@ -27,6 +28,10 @@ class LinkLoad:
     force: Array
     moment: Array
     in_world: bool
+
+    def __post_init__(self) -> None:
+        read_only(self.force)
+        read_only(self.moment)
 
     def about_origin(self, actions: Array, place: int) -> Array:
         """Return the wrench `(N, 6)` in world axes about a twin's origin.

@@ -18,12 +18,22 @@ import numpy as np
 import pinocchio
 
 from .errors import ModelError, choices
+from .frozen import Frozen, FrozenDict
 from .read import read
 from .tree import Part, TreeBuilder, ancestors, se3
 
 if TYPE_CHECKING:
     from .describe import MechanismReport
-    from .description import CouplingDescription, Description, LoopDescription
+    from .description import (
+        CouplingDescription,
+        Description,
+        JointDescription,
+        LoopDescription,
+    )
+    from .frames import Frames
+
+
+_SHORTEST = 1e-30  # Squares of lengths and their reciprocals have to stay numbers.
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +108,10 @@ class Coupling:
     successor_columns: tuple[int, ...]
 
 
-class Mechanism:
+class Mechanism(Frozen):
     """A closed-chain mechanism; `load` makes one.
+
+    It cannot be changed; copies and pickles are made anew from its description.
 
     Attributes:
         name: name in the description.
@@ -107,7 +119,10 @@ class Mechanism:
         notation: how the description writes its loops, and what else it says about them.
         remarks: what is wrong with the description and was accepted.
         source: text and file of the description, from which a viewer reads what it shows.
-        model: `pin.Model` of the spanning tree, the joints of the loops included.
+        model: `pin.Model` of the spanning tree, the joints of the loops included. Its `gravity` is
+            Pinocchio's 9.81 m/s² along -z, which plays no part in scenes: they have the gravity
+            that they are given, none unless they are given some. It keeps the limits of the
+            description, of which scenes know nothing either.
         constraint_models: the welds as `pin.RigidConstraintModel`, for `pin.constraintDynamics`.
         joints: mapping of joint names to `Joint`, tree joints first, then loops.
         links: mapping of link names to `(index in model, pin.SE3 placement in that body)`.
@@ -128,22 +143,25 @@ class Mechanism:
         self.source = description.source
         tree = TreeBuilder(description)
         self.model = tree.model
-        self.links: dict[str, tuple[int, pinocchio.SE3]] = tree.links
-        self.joints: dict[str, Joint] = {}
-        for item in (*description.joints, *description.loops):
+        self.links = FrozenDict(tree.links)
+        joints: dict[str, Joint] = {}
+        described: list[JointDescription | LoopDescription] = [
+            *description.joints,
+            *description.loops,
+        ]
+        for item in described:
             if item.name in tree.parts:
                 axis = np.cross(item.axis, item.axis_2) if item.type == "universal" else item.axis
-                self.joints[item.name] = Joint(
-                    item.name, item.type, axis, tuple(tree.parts[item.name])
-                )
-        self.loops = [self._weld(loop) for loop in description.loops]
-        self.couplings = [self._gear(item) for item in description.couplings]
+                joints[item.name] = Joint(item.name, item.type, axis, tuple(tree.parts[item.name]))
+        self.joints = FrozenDict(joints)
+        self.loops = tuple(self._weld(loop) for loop in description.loops)
+        self.couplings = tuple(self._gear(item) for item in description.couplings)
         self.independent = description.independent
-        self.helpers = [
+        self.helpers = tuple(
             loop.predecessor
             for loop in self.loops
             if loop.successor == 0 and self.joints[loop.joint].parts
-        ]
+        )
         self.constraint_models = pinocchio.StdVec_RigidConstraintModel()
         for weld in self.loops:
             self.constraint_models.append(
@@ -158,6 +176,14 @@ class Mechanism:
                 )
             )
         self.length = _characteristic_length(self.model, self.loops)
+        if self.length < _SHORTEST:
+            raise ModelError(
+                f"{self.name}: the greatest length is {self.length:g} m; give lengths in metres"
+            )
+        self._freeze()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Mechanism, (self.description,)
 
     @property
     def joint_names(self) -> list[str]:
@@ -192,10 +218,21 @@ class Mechanism:
         """Return mobility, rank, redundant rows per loop and what they leave open.
 
         `print(mechanism.describe())` shows it.
+
+        Raises:
+            AssemblyError: the loops cannot be closed near the description's zero.
         """
         from .describe import describe
 
         return describe(self)
+
+    @cached_property
+    def frames(self) -> Frames:
+        """Where every joint is, by plain forward kinematics."""
+        from .coordinates import Coordinates
+        from .frames import Frames
+
+        return Frames(self.description, Coordinates(self))
 
     @cached_property
     def reread(self) -> Description:
@@ -274,7 +311,7 @@ def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
     return Mechanism(read(source, strict))
 
 
-def _characteristic_length(model: pinocchio.Model, loops: list[Loop]) -> float:
+def _characteristic_length(model: pinocchio.Model, loops: tuple[Loop, ...]) -> float:
     """Return the greatest distance that occurs within a body of the mechanism [m]."""
     on_world: list[np.ndarray] = []
     lengths = [0.0]

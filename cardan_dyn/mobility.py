@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .coordinates import Array
-from .errors import MobilityError, SingularConfigurationError, choices
+from .errors import MobilityError, SingularConfigurationError, choices, shown, where
 from .groups import RANK_TOLERANCE
 from .kinematics import ClosedMechanism, Kinematics
 
@@ -54,12 +54,13 @@ def check_mobility(
     mobility = len(drives) - excess + _freedom(here, free)
     loops = f"its loops leave mobility {mobility}" if mechanism.loops else "it has no <loop>"
     if mobility == len(drives):
-        position = float(here.x[-1, kinematics.coordinates.columns[drives[0]].start])
+        position = here.x[-1, [kinematics.coordinates.columns[name].start for name in drives]]
         raise SingularConfigurationError(
-            f"{mechanism.name}: position {position:.9g} of {list(drives)}, where the scene starts, "
-            f"is a dead point: the drive does not decide the motion of {choices(undecided)} there. "
+            f"{mechanism.name}: position {shown(position)} of {list(drives)}, where the scene "
+            "starts, is a dead point: the drive does not decide the motion there of "
+            f"{choices(undecided)}. "
             "Give start={joint: position} to begin elsewhere, or choose another drive",
-            position=position,
+            position=where(position),
             condition=float(np.max(here.condition)),
         )
     if mobility == 0:

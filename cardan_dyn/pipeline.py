@@ -258,7 +258,7 @@ def joined(blocks: list[Block], positions: Array) -> Block:
         for field in fields(Block)
         if field.name not in ("influence", "open_couplings", "residuals")
     }
-    for name in ("wrenches", "efforts"):
+    for name in ("x", "v", "a", "wrenches", "efforts"):
         if not np.all(np.isfinite(arrays[name])):
             raise overflow(f"the {name}")
     residuals = Residuals.joined([block.residuals for block in blocks])

@@ -89,6 +89,11 @@ def needs(
     return Needs(sorted(motion), forces, complete, False)
 
 
+def solved_couplings(groups: list[Group], needed: Needs) -> list[int]:
+    """Return the numbers of the couplings whose moments are solved, ascending."""
+    return sorted(number for place in needed.forces for number in groups[place].couplings)
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
     """What a scene does per sample, for people.
@@ -151,7 +156,8 @@ def plan_of(
         steps.append("wrenches of: " + ", ".join(outputs))
     else:
         steps.append("drive efforts by virtual work")
-    steps.append("residuals: loops" + ", balance of bodies" * (not needed.efforts_alone) + ", power")
+    bodies = "" if needed.efforts_alone else ", balance of bodies"
+    steps.append(f"residuals: loops, rates{bodies}, power")
     return Plan(steps, skipped)
 
 

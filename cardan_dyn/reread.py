@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .coordinates import Array
+from .description import Description, LinkDescription
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from .description import Description
+    from .description import JointDescription, LoopDescription
 
 
 def reread(description: Description) -> Description:
@@ -41,17 +42,12 @@ def reread(description: Description) -> Description:
     return replace(
         description,
         links=tuple(
-            link if link.name in massless else replace(link, **_mass(links[link.name]))
+            link if link.name in massless else _reweighed(link, links[link.name])
             for link in description.links
         ),
-        joints=tuple(
-            replace(joint, origin=_origin(joints[joint.name]), **_axes(joint, joints[joint.name]))
-            for joint in description.joints
-        ),
+        joints=tuple(_remeasured(joint, joints[joint.name]) for joint in description.joints),
         loops=tuple(
-            replace(loop, **_ends(loops[loop.name]), **_axes(loop, loops[loop.name]))
-            if loop.name in loops
-            else loop
+            _closed(loop, loops[loop.name]) if loop.name in loops else loop
             for loop in description.loops
         ),
         couplings=tuple(
@@ -61,29 +57,33 @@ def reread(description: Description) -> Description:
     )
 
 
-def _mass(link: Element) -> dict[str, object]:
-    inertial = _child(link, "inertial")
+def _reweighed(link: LinkDescription, element: Element) -> LinkDescription:
+    inertial = _child(element, "inertial")
     frame = _origin(inertial)
     words = _child(inertial, "inertia")
-    upper = np.zeros((3, 3))
-    for name, place in zip(
-        ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), zip(*np.triu_indices(3)), strict=True
-    ):
-        upper[place] = float(words.get(name, "0"))
-    tensor = upper + upper.T - np.diag(np.diag(upper))
-    return {
-        "mass": float(_child(inertial, "mass").attrib["value"]),
-        "centre": frame[:3, 3],
-        "inertia": np.einsum("ij,jk,lk->il", frame[:3, :3], tensor, frame[:3, :3]),
-    }
+    rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
+    tensor = np.array([[float(words.get(name, "0")) for name in row] for row in rows])
+    return LinkDescription(
+        link.name,
+        float(_child(inertial, "mass").attrib["value"]),
+        frame[:3, 3],
+        np.einsum("ij,jk,lk->il", frame[:3, :3], tensor, frame[:3, :3]),
+    )
 
 
-def _axes(item: object, element: Element) -> dict[str, Array]:
-    kind = getattr(item, "type", "")
-    if kind == "fixed":
-        return {}
+def _remeasured(joint: JointDescription, element: Element) -> JointDescription:
+    origin = _origin(element)
+    if joint.type == "fixed":
+        return replace(joint, origin=origin)
     axis = _axis(element, "axis")
-    return {"axis": axis, "axis_2": _axis(element, "axis2") if kind == "universal" else axis}
+    return replace(joint, origin=origin, axis=axis, axis_2=axis)
+
+
+def _closed(loop: LoopDescription, element: Element) -> LoopDescription:
+    first, second = _ends(element)
+    axis = _axis(element, "axis")
+    other = _axis(element, "axis2") if loop.type == "universal" else axis
+    return replace(loop, predecessor_origin=first, successor_origin=second, axis=axis, axis_2=other)
 
 
 def _axis(element: Element, tag: str) -> Array:
@@ -91,11 +91,11 @@ def _axis(element: Element, tag: str) -> Array:
     return axis / np.sqrt(axis @ axis)
 
 
-def _ends(loop: Element) -> dict[str, Array]:
+def _ends(loop: Element) -> tuple[Array, Array]:
     sides = ("link1", "link2") if loop.tag == "loop_joint" else ("predecessor", "successor")
     ends = [_child(loop, side) for side in sides]
-    frames = [_frame(end) if end.find("origin") is None else _origin(end) for end in ends]
-    return {"predecessor_origin": frames[0], "successor_origin": frames[1]}
+    first, second = (_frame(end) if end.find("origin") is None else _origin(end) for end in ends)
+    return first, second
 
 
 def _origin(element: Element) -> Array:

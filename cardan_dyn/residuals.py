@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .coordinates import Array
-from .errors import AccuracyError
+from .errors import AccuracyError, shown, where
 
 if TYPE_CHECKING:
     from .loads import LinkLoad
@@ -105,7 +105,8 @@ class Residuals:
     @property
     def cancellation(self) -> Array:
         """By how much single terms exceed the greatest wrench that their sum leaves `(N,)`."""
-        left = np.where(self.wrench > 0.0, self.wrench, self.inertia)
+        left = np.maximum(self.wrench, self.applied)
+        left = np.where(left > 0.0, left, self.inertia)
         return 1.0 + ratio(self.inertia, left)
 
     @property
@@ -119,6 +120,11 @@ class Residuals:
             return float("nan")
         left = self.unmet + CHECK_ROUNDING * self.inertia
         return _worst(left, self._greatest())
+
+    @property
+    def rate(self) -> float:
+        """Greatest violation of loops, couplings and drives by rates, relative."""
+        return float(np.max(self.drift))
 
     @property
     def power(self) -> float:
@@ -175,18 +181,18 @@ def _prove(name: str, left: Array, scale: Array, positions: Array, condition: Ar
         return
     worst = int(np.argmax(np.where(bad, np.nan_to_num(found, nan=np.inf), -1.0)))
     if not np.isfinite(found[worst]) or not np.isfinite(scale[worst]):
-        raise overflow(f"the {name} residual at drive position {positions[worst].tolist()}")
+        raise overflow(f"the {name} residual at drive position {shown(positions[worst])}")
     if condition[worst] < _HARMLESS:
         advice = "which explains no such error: please report it with the scene"
     else:
         advice = "stay away from this position or choose another drive"
     raise AccuracyError(
         f"the {name} residual is {found[worst]:.1e} at drive position "
-        f"{positions[worst].tolist()}, more than {BALANCE_TOLERANCE:.0e}; the closure "
+        f"{shown(positions[worst])}, more than {BALANCE_TOLERANCE:.0e}; the closure "
         f"equations have condition {condition[worst]:.1e} there: {advice}",
         residual=float(found[worst]),
         tolerance=BALANCE_TOLERANCE,
-        position=positions[worst],
+        position=where(positions[worst]),
     )
 
 

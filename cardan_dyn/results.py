@@ -10,9 +10,11 @@ import numpy as np
 
 from .coordinates import Array
 from .errors import IndeterminateError
+from .frozen import frozen, read_only
 from .kinematics import ClosedMechanism, Kinematics
 from .motion import Motion
 from .pipeline import Block
+from .plan import solved_couplings
 from .reactions import UNIQUE_TOLERANCE
 from .sweep import Solved, Sweep
 
@@ -45,6 +47,10 @@ class ClosedPositions:
     def __len__(self) -> int:
         return len(self.positions)
 
+    def __reduce__(self) -> tuple[object, ...]:
+        # Closing them again takes less than carrying along all that was found.
+        return self.scene.close, (self.positions,)
+
     def __repr__(self) -> str:
         return f"<{len(self)} closed positions of {self.scene.mechanism.name!r}>"
 
@@ -56,9 +62,8 @@ def collected(scene: Scene, found: Block, turns: Array) -> Sweep:
         IndeterminateError: a wanted component is not unique, in a strict scene.
     """
     numbers = [scene.place(name) for name in scene.outputs]
-    unique = (found.influence < UNIQUE_TOLERANCE)[numbers]
-    if scene.strict and not (scene.elastic or np.all(unique)):
-        _refuse(scene, unique)
+    unique = read_only((found.influence < UNIQUE_TOLERANCE)[numbers])
+    refuse_open(scene, unique)
     velocities, needed = scene.coordinates.velocities, scene.assembly.needed
     known = {
         name: found.efforts[:, velocities[name].start]
@@ -68,45 +73,60 @@ def collected(scene: Scene, found: Block, turns: Array) -> Sweep:
     effort = None
     if all(name in known for name in scene.drives):
         effort = np.stack([known[name] for name in scene.drives], axis=1)
-        effort = effort[:, 0] if len(scene.drives) == 1 else effort
-    # What was not solved is not a number, rather than where it happened to be.
-    skipped = set(scene.assembly.passives.tolist()) - set(scene.assembly.decided.tolist())
-    for part in (found.v, found.a, found.transmission):
-        part[:, list(skipped)] = np.nan
-    for columns, span in zip(scene.coordinates.columns.values(), velocities.values(), strict=True):
-        if set(range(span.start, span.stop)).intersection(skipped):
-            found.x[:, columns] = np.nan
-    motion = Motion(
-        scene.mechanism,
-        scene.coordinates,
-        found.x,
-        turns,
-        found.v,
-        found.a,
-        found.transmission,
-    )
+        effort = read_only(effort[:, 0] if len(scene.drives) == 1 else effort)
+    motion = motion_of(scene, turns, found.x, found.v, found.a, found.transmission)
     holding = {
         name: known[name] for name in scene.held if name in known and not needed.efforts_alone
     }
-    couplings = scene.mechanism.couplings
+    couplings = {
+        number: scene.mechanism.couplings[number].name
+        for number in solved_couplings(scene.assembly.groups, needed)
+    }
     return Sweep(
         mechanism=scene.mechanism,
-        solver=scene.reactions,
         outputs=scene.outputs,
-        source=Solved(found.wrenches[:, numbers], effort, holding, motion),
+        source=Solved(read_only(found.wrenches[:, numbers]), effort, frozen(holding), motion),
         unique=unique,
-        tooth_moment={item.name: found.tooth[:, k] for k, item in enumerate(couplings)},
-        tooth_unique={
-            item.name: number not in found.open_couplings for number, item in enumerate(couplings)
-        },
-        condition=found.condition,
+        tooth_moment=frozen({name: found.tooth[:, k] for k, name in couplings.items()}),
+        tooth_unique=frozen({name: k not in found.open_couplings for k, name in couplings.items()}),
+        condition=read_only(found.condition),
         loop_residual=float(np.max(found.closure)),
         balance_residual=found.residuals.balance,
         power_residual=found.residuals.power,
+        rate_residual=found.residuals.rate,
+        unproven=scene.pipeline.bodies.unproven,
     )
 
 
-def _refuse(scene: Scene, unique: Array) -> None:
+def motion_of(
+    scene: Scene, turns: Array, x: Array, v: Array, a: Array, transmission: Array
+) -> Motion:
+    """Return a motion, given by arrays that are nobody else's.
+
+    What was not solved is not a number in it, rather than where it happened to be.
+    """
+    coordinates = scene.coordinates
+    skipped = set(scene.assembly.passives.tolist()) - set(scene.assembly.decided.tolist())
+    for part in (v, a, transmission):
+        part[:, list(skipped)] = np.nan
+    for name, span in coordinates.velocities.items():
+        if skipped.intersection(range(span.start, span.stop)):
+            x[:, coordinates.columns[name]] = np.nan
+    return Motion(scene.mechanism, coordinates, x, turns, v, a, transmission, scene.drives)
+
+
+def refuse_open(scene: Scene, unique: Array) -> None:
+    """Refuse what the laws of motion leave open where a scene is strict and has no compliances.
+
+    Args:
+        scene: the scene.
+        unique: `(k, 6)` which components of its outputs are unique.
+
+    Raises:
+        IndeterminateError: the scene is strict and wants a component that is not unique.
+    """
+    if not scene.strict or scene.elastic or np.all(unique):
+        return
     open_components = {
         name: [label for label, sure in zip(COMPONENTS, row, strict=True) if not sure]
         for name, row in zip(scene.outputs, unique, strict=True)

@@ -5,23 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .arguments import (
+    Wrench,
     compliances,
     coordinate,
     held_positions,
     rows_of,
-    samples,
     split_loads,
-    vector,
     wanted_outputs,
 )
 from .assembly import Assembly
+from .checks import flag, mapping, names, samples, text, vector
 from .coordinates import Array, Coordinates
 from .errors import ArgumentError, MobilityError, choices
+from .frozen import Frozen, frozen, read_only
 from .indeterminate import Choice, Elastic, LeastNorm
 from .loads import LinkLoad
 from .mechanism import Mechanism
@@ -29,7 +30,7 @@ from .motion import Motion
 from .pipeline import Block, Inputs, Pipeline, joined
 from .plan import Plan, plan_of
 from .reactions import ReactionSolver, counted
-from .results import ClosedPositions, collected
+from .results import ClosedPositions, collected, motion_of
 from .sweep import Sweep
 
 if TYPE_CHECKING:
@@ -37,11 +38,15 @@ if TYPE_CHECKING:
 
     from .response import Response
 
+_OVERFLOW: Any = {"over": "ignore", "invalid": "ignore"}  # Numbers that are none are refused.
 _BLOCK = 768  # Samples worked on at a time, so that their arrays stay in the cache.
 
 
-class Scene:
+class Scene(Frozen):
     """A mechanism whose motion is prescribed, with what acts on it.
+
+    A scene cannot be changed. It may be used by several threads at the same time; copies and
+    pickles are made anew from its arguments.
 
     Args:
         mechanism: from `load`.
@@ -69,7 +74,7 @@ class Scene:
             description's own.
 
     Attributes:
-        mechanism, drives, held, gravity, outputs, strict, branch: as given.
+        mechanism, drives, held, gravity, outputs, compliance, strict, start, branch: as given.
         joint_loads, link_loads: efforts at joints and wrenches on links, by name.
         elastic: whether compliances choose what the laws of motion leave open.
         heavy: whether any body has mass.
@@ -103,14 +108,20 @@ class Scene:
             raise ArgumentError(
                 f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
             )
+        held, loads = mapping("held", held), mapping("loads", loads)
+        start, compliance = mapping("start", start), mapping("compliance", compliance)
+        strict, branch = flag("strict", strict), text("branch", branch)
         self.mechanism = mechanism
         if drive is None:
-            drive = [name for name in mechanism.independent if name not in (held or {})]
-        self.drives = tuple(drive) if isinstance(drive, (list, tuple)) else (drive,)
+            drive = [name for name in mechanism.independent if name not in held]
+        self.drives = names("drive", drive)
         self.coordinates = Coordinates(mechanism)
-        self.held = held_positions(mechanism, self.coordinates, held or {}, "held")
+        self.held = frozen(held_positions(mechanism, self.coordinates, held, "held"))
+        self.start = frozen(held_positions(mechanism, self.coordinates, start, "start"))
         self.gravity = np.zeros(3) if gravity is None else vector("gravity", gravity, 3)
+        read_only(self.gravity)
         self.outputs = wanted_outputs(mechanism, outputs)
+        self._everything = outputs is None
         for name in self.drives:
             coordinate(mechanism, self.coordinates, name, "drive")
         if not self.drives:
@@ -123,7 +134,8 @@ class Scene:
                 f"a joint is driven once or held, not both: drives {list(self.drives)}, "
                 f"held {list(self.held)}"
             )
-        self.joint_loads, self.link_loads = split_loads(mechanism, self.coordinates, loads or {})
+        joint_loads, link_loads = split_loads(mechanism, self.coordinates, loads)
+        self.joint_loads, self.link_loads = frozen(joint_loads), frozen(link_loads)
         self.strict = strict
         wanted = {mechanism.joints[name].index - 1 for name in self.outputs}
         fixed = {loop.joint: loop for loop in mechanism.loops}
@@ -136,27 +148,46 @@ class Scene:
             self.coordinates,
             self.drives,
             self.held,
-            None if outputs is None else wanted - {-1},
-            held_positions(mechanism, self.coordinates, start or {}, "start"),
+            None if self._everything else wanted - {-1},
+            self.start,
         )
         if branch != "A":
             self.assembly.restart(self._other(branch))
         self.branch = branch
         kinematics, needed = self.assembly.kinematics, self.assembly.needed
         self.heavy = any(solver.twin.heavy for solver in kinematics.solvers)
-        flexible = compliances(mechanism, compliance or {})
+        self.compliance = frozen(compliances(mechanism, compliance))
         joints = counted(mechanism)
         rule: Choice = LeastNorm(mechanism.length, joints)
-        if flexible:
-            places = {self.place(name): value for name, value in flexible.items()}
+        if self.compliance:
+            places = {self.place(name): value for name, value in self.compliance.items()}
             rule = Elastic(mechanism.length, joints, places)
-        self.elastic = bool(flexible)
+        self.elastic = bool(self.compliance)
         active = {place for place, number in enumerate(needed.motion) if number in needed.forces}
         self.reactions = ReactionSolver(mechanism, kinematics, active, rule)
         moving = np.concatenate([self._outside(), self.assembly.decided])
         self.pipeline = Pipeline(
             mechanism, kinematics, self.reactions, needed, self.gravity, self._outside(), moving
         )
+        self._freeze()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        wrenches = {
+            name: Wrench(load.force, load.moment, "world" if load.in_world else "link")
+            for name, load in self.link_loads.items()
+        }
+        given = {
+            "drive": self.drives,
+            "held": dict(self.held),
+            "loads": {**self.joint_loads, **wrenches},
+            "gravity": self.gravity,
+            "outputs": None if self._everything else self.outputs,
+            "compliance": dict(self.compliance),
+            "strict": self.strict,
+            "start": dict(self.start),
+            "branch": self.branch,
+        }
+        return _made_again, (self.mechanism, given)
 
     def sweep(
         self,
@@ -180,13 +211,14 @@ class Scene:
             AccuracyError: a result missed its tolerance.
         """
         count = len(self.drives)
-        if isinstance(position, ClosedPositions):
-            closed = self._own(position)
-        else:
-            closed = self._closed(samples("position", position, count, None))
-        speeds = samples("speed", speed, count, len(closed))
-        accelerations = samples("acceleration", acceleration, count, len(closed))
-        return collected(self, self._solved(closed, speeds, accelerations), closed.turns)
+        with np.errstate(**_OVERFLOW):
+            if isinstance(position, ClosedPositions):
+                closed = self._own(position)
+            else:
+                closed = self._closed(samples("position", position, count, None))
+            speeds = samples("speed", speed, count, len(closed))
+            accelerations = samples("acceleration", acceleration, count, len(closed))
+            return collected(self, self._solved(closed, speeds, accelerations), closed.turns)
 
     def close(self, position: ArrayLike) -> ClosedPositions:
         """Close the loops at given drive positions, for several sweeps over them.
@@ -202,8 +234,9 @@ class Scene:
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
         """
-        closed = self._closed(samples("position", position, len(self.drives), None))
-        return replace(closed, blocks=list(closed.blocks))
+        with np.errstate(**_OVERFLOW):
+            closed = self._closed(samples("position", position, len(self.drives), None))
+            return replace(closed, blocks=list(closed.blocks))
 
     def _closed(self, positions: Array) -> ClosedPositions:
         """Return drive positions `(N, d)` whose blocks are closed one by one as they are used."""
@@ -274,14 +307,17 @@ class Scene:
         return build(self, tolerance, low, high)
 
     def motion(self, positions: Array, speeds: Array, accelerations: Array) -> Motion:
-        """Return the motion alone at positions, speeds and accelerations `(N,)` of one drive."""
+        """Return the motion alone at positions, speeds and accelerations `(N,)` of one drive.
+
+        As in a sweep, joints that no output needs are not solved, and have no numbers.
+        """
         closed = self._closed(positions[:, None])
         parts = []
         for rows, here in zip(closed.spans, closed.blocks, strict=True):
             given = speeds[rows, None], accelerations[rows, None]
             parts.append((here.x, *self.pipeline.rates(here, *given)))
         x, transmission, v, a = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return Motion(self.mechanism, self.coordinates, x, closed.turns, v, a, transmission)
+        return motion_of(self, closed.turns, x, v, a, transmission)
 
     def plan(self) -> Plan:
         """Return what a sweep does, and what it leaves out; `print` shows it."""
@@ -298,6 +334,9 @@ class Scene:
 
     def range(self) -> tuple[float, float]:
         """Return between which positions the drive can move [rad or m].
+
+        `<limit>` elements of the description play no part: they are a maker's choice, and a sweep
+        beyond them is as well computed as one within.
 
         Returns:
             The limits; they are dead points of the drive, or positions where ways of assembling
@@ -316,18 +355,24 @@ class Scene:
         """Return the ways to assemble the loops with the drives where the scene starts.
 
         Returns:
-            Name for `Scene(branch=...)` to the positions of all joints with one coordinate [rad or
-            m]. The scene's own way comes first, the others by their distance from it. They are
-            searched from many starts, so a way that few starts lead to may be missing.
+            Name for `Scene(branch=...)` to the positions of all joints with one coordinate [m, or
+            rad within half a turn either way]. `A` is the description's own, the others follow by
+            their distance from it, whichever of them the scene is in. They are searched from many
+            starts, so one that few starts lead to may be missing.
         """
         return {
             _name(number): {
-                joint: float(state[columns][0])
+                joint: self._within_a_turn(joint, float(state[columns][0]))
                 for joint, columns in self.coordinates.columns.items()
                 if columns.stop - columns.start == 1
             }
             for number, state in enumerate(self.assembly.others())
         }
+
+    def _within_a_turn(self, joint: str, value: float) -> float:
+        if joint in self.drives or self.mechanism.joints[joint].type == "prismatic":
+            return value
+        return value - 2.0 * np.pi * float(np.rint(value / (2.0 * np.pi)))
 
     def _other(self, branch: str) -> Array:
         states = self.assembly.others()
@@ -373,6 +418,11 @@ class Scene:
                         f"the wrench on {name!r} has {len(part)} samples, the sweep {count}"
                     )
         return self.link_loads
+
+
+def _made_again(mechanism: Mechanism, given: dict[str, Any]) -> Scene:
+    """Return a scene of the same arguments."""
+    return Scene(mechanism, **given)
 
 
 def _name(number: int) -> str:

@@ -131,18 +131,21 @@ def prove_flags(stress: SelfStress, x: Array, unique: Array, joints: list[int]) 
     if not stress.unknowns or stress.unknowns > MOST_UNKNOWNS:
         return
     few = sorted(set(np.linspace(0, len(x) - 1, 3).astype(int).tolist()))
-    changed = np.zeros(unique.shape)
+    changed, told = np.zeros(unique.shape), False
     # A component may be open at special positions only: those decide where the few do not.
     for positions in (x[few], x):
         for found, clear in stress.influence(positions):
+            told = told or bool(np.any(clear))
             changed = np.maximum(changed, found[clear][:, joints].max(axis=0, initial=0.0))
         wrong = unique & (changed > _UNIQUE)
         if np.any(wrong):
             raise _contradiction("unique, but changes", stress, joints, wrong)
         if np.all(unique | (changed > _OPEN)):
             return
-    if np.any(changed):
-        raise _contradiction("open, but does not change", stress, joints, ~unique & (changed <= _OPEN))
+    if not told:
+        return  # At all positions rank is in doubt: they are next to singular ones.
+    wrong = ~unique & (changed <= _OPEN)
+    raise _contradiction("open, but does not change", stress, joints, wrong)
 
 
 def _contradiction(what: str, stress: SelfStress, joints: list[int], where: Array) -> AccuracyError:

@@ -16,7 +16,7 @@ from .closure import Closure, Reduction
 from .coordinates import Array, Coordinates, generic
 from .groups import RANK_TOLERANCE, Group
 from .mechanism import Mechanism
-from .twin import Twin
+from .twin import twin_of
 
 if TYPE_CHECKING:
     from pinocchio import SE3
@@ -118,7 +118,7 @@ class Solver:
         near = [mechanism.loops[number].predecessor - 1 for number in group.loops]
         points = [zero[body].translation for body in near or group.massive]
         origin = np.mean(points, axis=0) if points else np.zeros(3)
-        self.twin = Twin(mechanism, coordinates, group.bodies, group.massive, origin)
+        self.twin = twin_of(mechanism, coordinates, group.bodies, group.massive, origin)
         self.closure = Closure(mechanism, self.twin, group, zero)
         self.reduction: Reduction = self.closure.full()
         self._moves = coordinates.moves(group.passives)
@@ -172,7 +172,7 @@ class Solver:
         slips = self._slips(x, turns)
         if slips.size:
             residual = np.maximum(residual, np.max(np.abs(slips), axis=1))
-        if inverse is not None and _near(passive, inverse):
+        if inverse is not None and _near(passive, inverse, self.row_scale):
             null = np.zeros((len(x), inverse.shape[1], 0))
             condition = _conditions(passive, inverse, self.row_scale)
         else:
@@ -345,11 +345,13 @@ def _size(matrices: Array) -> Array:
     return np.asarray(np.sqrt(np.einsum("nij,nij->n", matrices, matrices)))
 
 
-def _near(rows: Array, inverse: Array) -> bool:
+def _near(rows: Array, inverse: Array, scale: Array | None) -> bool:
     """Return whether `inverse` is one refinement away from the inverse of `rows`."""
     _, p, r = rows.shape
     if p != r:
         return False
     product = np.matmul(rows, inverse)
+    if scale is not None:
+        product *= scale / scale.T
     product -= np.eye(p)
     return bool(np.max(np.abs(product), initial=0.0) < _STALE)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
+from .checks import described
 from .coordinates import Array
 from .errors import ArgumentError, ModelError, choices
+from .frozen import read_only
 from .mechanism import Mechanism
 from .motion import Motion
-from .reactions import ReactionSolver
-from .twin import placement
 from .wrench import Components, JointWrench, Known
 
 FRAMES = ("joint", "parent", "world")
@@ -89,7 +90,6 @@ class Sweep:
 
     Attributes:
         mechanism: the mechanism.
-        solver: what computed it, for placements.
         outputs: names of the joints whose wrenches are kept.
         source: where the arrays come from.
         unique: `(k, 6)` see `JointWrench.unique`.
@@ -103,23 +103,29 @@ class Sweep:
             `Mechanism.length`.
         balance_residual: worst Newton-Euler imbalance over all bodies, relative to the greatest
             wrench of all samples (to inertial terms where wrenches are mere rounding of them);
-            nan if only the drive efforts were asked for.
+            nan if only the drive efforts were asked for, and where nothing acts, so that there
+            is nothing to compare.
+        rate_residual: worst violation of the loops, couplings and drives by speeds and
+            accelerations, relative to the greatest ones.
         power_residual: worst imbalance of drive, load, weight and inertia power, relative to the
             power that flows and to the greatest wrench times the greatest joint speed;
-            nan where the outputs leave part of that flow out.
+            nan where the outputs leave part of that flow out, and where nothing acts.
+        unproven: links whose balance `balance_residual` does not know of, since the outputs leave
+            out what acts on them.
     """
 
     mechanism: Mechanism
-    solver: ReactionSolver
     outputs: tuple[str, ...]
     source: Source
     unique: Array
-    tooth_moment: dict[str, Array]
-    tooth_unique: dict[str, bool]
+    tooth_moment: Mapping[str, Array]
+    tooth_unique: Mapping[str, bool]
     condition: Array
     loop_residual: float
     balance_residual: float
     power_residual: float
+    rate_residual: float = float("nan")
+    unproven: tuple[str, ...] = ()
 
     @cached_property
     def drive_effort(self) -> Array:
@@ -152,6 +158,21 @@ class Sweep:
     def __getitem__(self, joint: str) -> JointWrench:
         return self.wrench(joint)
 
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the joints whose wrenches are kept, as a mapping does."""
+        return iter(self.outputs)
+
+    def __contains__(self, joint: object) -> bool:
+        return isinstance(joint, str) and joint in self.outputs
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the names of the joints whose wrenches are kept."""
+        return self.outputs
+
+    def items(self) -> Iterator[tuple[str, JointWrench]]:
+        """Iterate over joints and their wrenches."""
+        return ((name, self.wrench(name)) for name in self.outputs)
+
     def __repr__(self) -> str:
         return (
             f"<Sweep of {self.mechanism.name!r}: {len(self)} samples, "
@@ -171,13 +192,13 @@ class Sweep:
             ModelError: the joint is unknown or was not asked for.
             ArgumentError: unknown frame, or one that needs a sweep over one dimension.
         """
-        if joint not in self.outputs:
+        if not isinstance(joint, str) or joint not in self.outputs:
             self.mechanism.joint(joint)
             raise ModelError(
                 f"the wrench of {joint!r} was not asked for; outputs: {choices(self.outputs)}"
             )
-        if frame not in FRAMES:
-            raise ArgumentError(f"frame {frame!r} is unknown; frames: {choices(FRAMES)}")
+        if not isinstance(frame, str) or frame not in FRAMES:
+            raise ArgumentError(f"frame {described(frame)} is unknown; frames: {choices(FRAMES)}")
         number = self.outputs.index(joint)
         record = self.mechanism.joints[joint]
         components = self.source.wrench(number)
@@ -197,44 +218,48 @@ class Sweep:
         return JointWrench(joint, frame, components, axis, self.unique[number])
 
     def rotation(self, joint: str) -> Array:
-        """Return rotations `(N, 3, 3)` that take components in a joint's frame to world axes."""
+        """Return rotations `(N, 3, 3)` that take components in a joint's frame to world axes.
+
+        Raises:
+            ModelError: unknown joint, or one whose motion the outputs leave out.
+        """
         return self._placement(joint)[0]
 
     def origin(self, joint: str) -> Array:
-        """Return the origin of a joint's frame in the world `(N, 3)` [m]."""
+        """Return the origin of a joint's frame in the world `(N, 3)` [m].
+
+        Raises:
+            ModelError: unknown joint, or one whose motion the outputs leave out.
+        """
         return self._placement(joint)[1]
 
     def _placement(self, joint: str) -> tuple[Array, Array]:
-        record = self.mechanism.joint(joint)
-        if record.parts:
-            return self._body_placement(record.index - 1)
-        loop = next(loop for loop in self.mechanism.loops if loop.joint == joint)
-        frame = loop.successor_placement
-        rotation, position = self._body_placement(loop.successor - 1)
-        return rotation @ frame.rotation, position + rotation @ frame.translation
-
-    def _body_placement(self, body: int) -> tuple[Array, Array]:
-        """Return rotation `(N, 3, 3)` and position `(N, 3)` of a body (-1 for the world)."""
-        if body < 0:
-            return np.broadcast_to(np.eye(3), (len(self), 3, 3)), np.zeros((len(self), 3))
-        group = self.solver.carrier(body)
-        twin = self.solver.kinematics.solvers[group].twin
-        if group not in self._actions:
+        name = self.mechanism.joint(joint).name
+        if name not in self._placements:
             # Computed only here: most scripts never ask where a joint was.
-            self._actions[group] = twin.actions(twin.configuration(self.motion.x))
-        rotation, position = placement(self._actions[group], twin.local[body])
-        return np.ascontiguousarray(rotation.transpose(2, 0, 1)), position.T + twin.origin
+            frames = self.mechanism.frames
+            rotation, origin = frames.joint(self.motion.x, frames.joints.index(name))
+            if not (np.all(np.isfinite(rotation)) and np.all(np.isfinite(origin))):
+                raise ModelError(
+                    f"the outputs of the scene leave out joint {name!r}; name it among the outputs"
+                )
+            self._placements[name] = read_only(rotation), read_only(origin)
+        return self._placements[name]
 
     def _parent_rotation(self, joint: str) -> Array:
         """Return rotations from a joint's own frame to its frame at coordinate zero."""
         record = self.mechanism.joints[joint]
         if not record.parts:
             return np.broadcast_to(np.eye(3), (len(self), 3, 3))
-        model, first = self.mechanism.model, record.parts[0].index
-        at_zero = model.jointPlacements[first].rotation
-        at_zero = self._body_placement(model.parents[first] - 1)[0] @ at_zero
+        # The joint's frame at coordinate zero stands still in its parent.
+        frames = self.mechanism.frames
+        number = frames.joints.index(joint)
+        first = next(motion for motion in frames.motions if motion.joint == number)
+        at_zero, parent = first.placement[:3, :3], frames.parents[number]
+        if parent >= 0:
+            at_zero = self.rotation(frames.joints[parent]) @ at_zero
         return np.asarray(np.swapaxes(at_zero, -1, -2) @ self.rotation(joint))
 
     @cached_property
-    def _actions(self) -> dict[int, Array]:
+    def _placements(self) -> dict[str, tuple[Array, Array]]:
         return {}

@@ -129,7 +129,8 @@ class TreeBuilder:
         waiting: list[tuple[_Body, _Body | LoopDescription]] = []
 
         def wait(body: _Body) -> None:
-            waiting.extend((body, item) for item in reversed([*body.children, *body.loops]))
+            items: list[_Body | LoopDescription] = [*body.children, *body.loops]
+            waiting.extend((body, item) for item in reversed(items))
 
         wait(root)
         while waiting:

@@ -17,6 +17,8 @@ import pinocchio
 from .coordinates import Array, Coordinates
 from .mechanism import Mechanism
 
+_MOST_BODIES = 32  # pin.Data takes 230 MB for them, and the third power of their number.
+
 
 class Twin:
     """The free-flyer twin of some bodies of a mechanism and all their ancestors.
@@ -178,6 +180,22 @@ class Twin:
         for rows in zip(q, v, a, result, strict=True):
             rows[3][:] = rnea(model, data, rows[0], rows[1], rows[2])
         return result
+
+
+def twin_of(
+    mechanism: Mechanism,
+    coordinates: Coordinates,
+    bodies: list[int],
+    massive: set[int],
+    origin: Array,
+) -> Twin:
+    """Return the twin of some bodies, see `Twin`; of many, one that spares Pinocchio's memory."""
+    kind = Twin
+    if len(bodies) > _MOST_BODIES:
+        from .long_chain import LongChain
+
+        kind = LongChain
+    return kind(mechanism, coordinates, bodies, massive, origin)
 
 
 class UnitTwists:

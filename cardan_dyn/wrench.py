@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from .coordinates import Array
+from .frozen import read_only
 
 
 class Components(Protocol):
@@ -73,12 +74,12 @@ class JointWrench:
     @cached_property
     def force(self) -> Array:
         """Force `(N, 3)` [N]."""
-        return self.components.vectors(0)
+        return read_only(self.components.vectors(0))
 
     @cached_property
     def moment(self) -> Array:
         """Moment `(N, 3)` [N·m]."""
-        return self.components.vectors(3)
+        return read_only(self.components.vectors(3))
 
     @property
     def torsion(self) -> Array:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..coordinates import Array
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ModelError
 from ..mechanism import Joint
 from ..sweep import Sweep
 from . import shapes as forms
@@ -149,9 +149,15 @@ class _Builder:
 
     def _known(self, body: int) -> bool:
         return body == 0 or (
-            body in self.carriers
-            and bool(np.all(np.isfinite(self.sweep.origin(self.carriers[body])[self.rows])))
+            body in self.carriers and self._origin(self.carriers[body]) is not None
         )
+
+    def _origin(self, joint: str) -> Array | None:
+        """Return where a joint is, None if the sweep leaves it out."""
+        try:
+            return self.sweep.origin(joint)[self.rows]
+        except ModelError:
+            return None
 
     def _body(self, body: int) -> tuple[Array, Array]:
         if body == 0:
@@ -160,9 +166,9 @@ class _Builder:
         return self.sweep.rotation(name)[self.rows], self.sweep.origin(name)[self.rows]
 
     def _origins(self) -> Array:
-        found = [self.sweep.origin(name)[self.rows] for name in self.sweep.mechanism.joints]
-        points = np.concatenate([np.zeros((0, 3)), *found])
-        return np.asarray(points[np.all(np.isfinite(points), axis=1)])
+        found = [self._origin(name) for name in self.sweep.mechanism.joints]
+        known = [points for points in found if points is not None]
+        return np.concatenate([np.zeros((0, 3)), *known])
 
     def _mechanism(self) -> None:
         used: set[str] = set()

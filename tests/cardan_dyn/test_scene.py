@@ -47,7 +47,7 @@ def test_messages_name_argument_and_choices(joint: cd.Mechanism) -> None:
     good = {"drive": "bearing_in", "held": HELD}
     cases = [
         ({**good, "drive": "bearing"}, "no joint 'bearing'; joints: bearing_in, bearing_out, j"),
-        ({**good, "drive": 3}, "no joint 3"),
+        ({**good, "drive": 3}, "drive is 3, expected a name or a sequence of names"),
         ({**good, "drive": []}, "needs at least one drive; joints: bearing_in"),
         ({**good, "held": {"angle": 0.1}}, "no joint 'angle'; joints: bearing_in"),
         ({**good, "held": {"joint_angle": [0.1, 0.2]}}, "to move this joint, make it a drive"),

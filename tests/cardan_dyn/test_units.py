@@ -1,0 +1,97 @@
+"""The unit of length and the axes of the world decide nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_loops import four_bar, loop
+
+import cardan_dyn as cd
+
+POSITIONS = np.linspace(0.0, 6.0, 60)
+JOINTS = ("crank_bearing", "crank_pin", "piston_pin", "guide")
+LIMIT = '<limit lower="-1e9" upper="1e9" effort="1e9" velocity="1e9"/>'
+
+
+def slider_crank(length: float, planar: bool) -> str:
+    """A slider-crank that lies anyhow in space; its piston slides on a rail or in a plane."""
+
+    def origin(*xyz: float, rpy: str = "0 0 0") -> str:
+        return f'<origin xyz="{" ".join(repr(length * x) for x in xyz)}" rpy="{rpy}"/>'
+
+    guide = ("planar", "0 0 1") if planar else ("prismatic", "1 0 0")
+    rail = (
+        f'<link name="rail"/><joint name="rail_guide" type="prismatic"><parent link="base"/>'
+        f'<child link="rail"/>{origin(3, 0.2, 0)}<axis xyz="1 0 0"/>{LIMIT}</joint>'
+        '<loop name="bolt" type="fixed"><predecessor link="piston"/><successor link="rail"/></loop>'
+    )
+    return f"""<robot name="crank"><link name="world"/><link name="base"/><link name="crank"/>
+      <link name="rod"/><link name="piston"/>{rail if planar else ""}
+      <joint name="mount" type="fixed"><parent link="world"/><child link="base"/>
+        {origin(1, 2, 3, rpy="0.3 0.4 0.5")}</joint>
+      <joint name="crank_bearing" type="continuous"><parent link="base"/><child link="crank"/>
+        <axis xyz="0 0 1"/></joint>
+      <joint name="crank_pin" type="continuous"><parent link="crank"/><child link="rod"/>
+        {origin(1, 0, 0)}<axis xyz="0 0 1"/></joint>
+      <joint name="guide" type="{guide[0]}"><parent link="base"/><child link="piston"/>
+        {origin(3, 0.2, 0)}<axis xyz="{guide[1]}"/>{LIMIT}</joint>
+      <loop name="piston_pin" type="continuous"><predecessor link="rod">{origin(2, 0.2, 0)}
+        </predecessor><successor link="piston"/><axis xyz="0 0 1"/></loop></robot>"""
+
+
+@pytest.mark.parametrize("length", [1e-9, 1e-6, 1e-3, 1e3, 1e6])
+@pytest.mark.parametrize("planar", [False, True], ids=["rail", "plane"])
+def test_forces_do_not_depend_on_the_unit_of_length(length: float, planar: bool) -> None:
+    def sweep(unit: float) -> cd.Sweep:
+        loads = {"piston": cd.Wrench(force=[-3.0, 2.0, 1.0])}
+        mechanism = cd.load(slider_crank(unit, planar))
+        return cd.Scene(mechanism, drive="crank_bearing", loads=loads).sweep(POSITIONS)
+
+    one, other = sweep(1.0), sweep(length)
+    allowed = 20.0 * np.finfo(float).eps * np.max(one.condition)
+    size = max(float(np.max(np.abs(one[name].force))) for name in JOINTS)
+    for name in JOINTS:
+        assert np.max(np.abs(one[name].force - other[name].force)) < allowed * size
+        assert np.max(np.abs(one[name].moment - other[name].moment / length)) < allowed * size
+        assert np.array_equal(one[name].unique, other[name].unique)
+    assert np.max(other.condition) == pytest.approx(np.max(one.condition), rel=1e-6)
+
+
+def on_a_turntable() -> str:
+    inside = four_bar(loop("continuous"))
+    table = (
+        '<link name="ground"/><joint name="table" type="continuous"><parent link="ground"/>'
+        '<child link="base"/><origin xyz="1 2 3" rpy="0.3 0.4 0.5"/><axis xyz="0.6 0.8 0"/></joint>'
+    )
+    root = next(link for link in ("base", "ground", "world") if f'link name="{link}"' in inside)
+    inside = inside.replace(f'"{root}"', '"base"')
+    return inside.replace("</robot>", table + "</robot>")
+
+
+def test_a_planar_loop_on_a_turntable_is_planar_to_all() -> None:
+    """A plane that turns with the body which carries it is a plane nonetheless."""
+    mechanism = cd.load(on_a_turntable())
+    (report,) = mechanism.describe().loops
+    assert report.rank == 3
+    still = cd.Scene(cd.load(four_bar(loop("continuous"))), drive="a", loads={"d": -3.0})
+    expected = still.sweep(POSITIONS)
+    flags = [expected[name].unique for name in "abcd"]
+    scene = cd.Scene(mechanism, drive=["a", "table"], loads={"d": -3.0})
+    for swivel in (0.0, 1e-6, 1e-4, 0.3, 2.0):
+        positions = np.stack([POSITIONS[:20], np.linspace(0.0, swivel, 20)], axis=1)
+        found = scene.sweep(positions)
+        for name, unique in zip("abcd", flags, strict=True):
+            assert np.array_equal(found[name].unique, unique)
+            size = np.max(np.abs(expected[name].force))
+            difference = found[name].force - expected[name].force[:20]
+            assert np.max(np.abs(difference)) < 1e-12 * size
+    idle = cd.Scene(mechanism, drive=["a", "table"]).sweep(positions)
+    assert all(
+        np.array_equal(idle[name].unique, unique)
+        for name, unique in zip("abcd", flags, strict=True)
+    )
+
+
+def test_a_mechanism_without_size_is_refused() -> None:
+    with pytest.raises(cd.ModelError, match="the greatest length is"):
+        cd.load(slider_crank(1e-40, False))
