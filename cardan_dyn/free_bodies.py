@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .constraints import Constraints
 from .coordinates import Array, Coordinates
 from .frames import Frames
-from .residuals import Claim, Residuals, ratio
+from .residuals import Claim, Residuals
 from .self_stress import SelfStress, prove_flags
 from .twists import Twists, cross
 
@@ -47,8 +48,7 @@ class FreeBodies:
         length: float,
         gravity: Array,
         claimed: Iterable[str],
-        drives: Array,
-        held: Array,
+        prescribed: dict[str, float | None],
         moving: Array,
     ) -> None:
         """Cut the bodies free.
@@ -59,15 +59,13 @@ class FreeBodies:
             length: characteristic length [m].
             gravity: `(3,)` [m/s²].
             claimed: joints whose wrenches are claimed to be known.
-            drives: velocity coordinates of the drives.
-            held: velocity coordinates of the held joints.
+            prescribed: held joints to their positions, drives, in their order, to None.
             moving: velocity coordinates whose motion is claimed to be known.
         """
         self.frames = frames = Frames(description, coordinates)
         self.length = length
         self._twists = Twists(frames)
         self._gravity = gravity
-        self._drives, self._held = drives, set(held.tolist())
         self._proven_flags: set[bytes] = set()
         self.claimed = [frames.joints.index(name) for name in claimed]
         self._known = np.zeros(coordinates.model.nv, dtype=bool)
@@ -95,17 +93,19 @@ class FreeBodies:
         self.rate_scale = np.ones(coordinates.model.nv)
         self.rate_scale[self._twists.rates[self._twists.sliding]] = length
         self._lay_out_efforts()
-        self._lay_out_couplings(description, coordinates)
+        self._constraints = Constraints(
+            description, coordinates, frames, self._twists, length, prescribed, self._known
+        )
         # Where no wrench is claimed, the drives' efforts are all the same.
-        driving = {motion.joint for motion in frames.motions if motion.rate in set(drives.tolist())}
+        driving = {
+            frames.joints.index(name) for name, position in prescribed.items() if position is None
+        }
         self._powered = bool(np.all(self._known)) and (
             not self.claimed or driving <= set(self.claimed)
         )
-        self._loops = [
-            loop
-            for loop in range(len(frames.ends))
-            if np.all(self._known[self._rates_around(loop)])
-        ]
+        rates = {coordinates.velocities[name].start for name in prescribed}
+        passives = [rate for rate in np.nonzero(self._known)[0].tolist() if rate not in rates]
+        self._passives = np.array(passives, dtype=int)
 
     def _lay_out_efforts(self) -> None:
         """Say which component of which claimed wrench acts along each rate."""
@@ -121,43 +121,12 @@ class FreeBodies:
         self._inner_joints = np.array([place[owners[row]] for row in inner], dtype=int)
         self._last_parts = np.where(twists.sliding[self._last_rows], 0, 1)
 
-    def _lay_out_couplings(self, description: Description, coordinates: Coordinates) -> None:
-        """Lay out the couplings: factors of the rates, and coordinates, that they couple."""
-        frames, count = self.frames, len(description.couplings)
-        self._gears = np.zeros((count, coordinates.model.nv))
-        self._gear_columns = np.zeros((count, coordinates.size))
-        for row, coupling in enumerate(description.couplings):
-            first, second = (
-                frames.path(frames.links[link][0])
-                for link in (coupling.predecessor, coupling.successor)
-            )
-            for path, other, factor in ((first, second, -coupling.ratio), (second, first, 1.0)):
-                for joint in set(path) - set(other):
-                    name = frames.joints[joint]
-                    self._gears[row, coordinates.velocities[name].start] = factor
-                    self._gear_columns[row, coordinates.columns[name].start] = factor
-        self._geared = [row for row in range(count) if np.all(self._known[self._gears[row] != 0])]
-
-    def _rates_around(self, loop: int) -> list[int]:
-        """Return the rates of all joints that a loop depends on, its own included."""
-        frames = self.frames
-        joint = frames.tree + loop
-        around = {joint, *frames.path(frames.parents[joint])}
-        around ^= set(frames.path(frames.children[joint]))
-        return [
-            motion.rate + place
-            for motion in frames.motions
-            if motion.joint in around
-            for place in range(motion.size)
-        ]
-
     @cached_property
     def _stress(self) -> SelfStress:
-        prescribed = {*self._drives.tolist(), *self._held}
-        passives = [rate for rate in np.nonzero(self._known)[0].tolist() if rate not in prescribed]
-        gears = self._gears[self._geared]
+        known = self._constraints
+        gears = known.gears[known.geared]
         return SelfStress(
-            self.frames, self._twists, self._loops, gears, np.array(passives), self.length
+            self.frames, self._twists, known.loops, gears, self._passives, self.length
         )
 
     def prove_flags(self, x: Array, unique: Array) -> None:
@@ -200,15 +169,17 @@ class FreeBodies:
         acting = [np.max(np.abs(loads) * self.rate_scale[:, None], axis=0, initial=0.0)]
         inertial = np.zeros(count)
         moving = bool(self._heavy) and claim.moving
-        drift = self._asked(claim)
+        drift = self._constraints.asked(claim)
         if not (moving or claim.link_loads or (self._heavy and self._pulled)):
             # No wrench depends on the rates, so that a few samples have to do.
             few = sorted(set(np.linspace(0, count - 1, _FEW).astype(int).tolist()))
-            drift[few] = np.maximum(drift[few], self._few_drifts(placed, directions, claim, few))
+            drift[few] = np.maximum(
+                drift[few], self._constraints.few_drifts(placed, directions, claim, few)
+            )
         else:
             units = twists.units(placed, directions)
             displaced = twists.summed(twists.own(units, virtual))
-            drift = np.maximum(drift, self._drift(placed, displaced, None))
+            drift = np.maximum(drift, self._constraints.drift(placed, displaced, None))
             for link, load in claim.link_loads.items():
                 body, wrench = self._load(link, load, placed)
                 left[body] += wrench
@@ -222,7 +193,9 @@ class FreeBodies:
                     each = twists.own(units, rates[0])
                     velocity = twists.summed(each)
                     acceleration = twists.accelerations(units, each, velocity, rates[1])
-                    drift = np.maximum(drift, self._drift(placed, velocity, acceleration))
+                    drift = np.maximum(
+                        drift, self._constraints.drift(placed, velocity, acceleration)
+                    )
                 wrench, inertial = self._weight_and_inertia(placed, velocity, acceleration)
                 if moving and np.any(twists.sliding):
                     # Slides that make up for each other leave a body where it is.
@@ -238,7 +211,7 @@ class FreeBodies:
         return Residuals(
             unmet=unmet,
             unspent=np.abs(np.sum(power, axis=0)),
-            open=self._open(placed, claim),
+            open=self._constraints.open(placed, claim),
             drift=drift,
             wrench=self._size(own, None),
             applied=np.max(acting, axis=0),
@@ -313,98 +286,10 @@ class FreeBodies:
             moment = wrench[:, 1] - cross(placed[twists.owners[rows], 3], wrench[:, 0])
             part = np.where(twists.sliding[rows, None, None], wrench[:, 0], moment)
             efforts[twists.rates[rows]] = np.einsum("kin,kin->kn", part, directions[rows])
-        given = loads + claim.exerted.T + self._gears.T @ claim.couplings.T
+        given = loads + claim.exerted.T + self._constraints.gears.T @ claim.couplings.T
         rates = twists.rates[np.concatenate([self._last_rows, self._inner_rows])]
         unmet = np.abs(efforts[rates] - given[rates]) * self.rate_scale[rates, None]
         return np.asarray(np.max(unmet, axis=0, initial=0.0))
-
-    def _open(self, placed: Array, claim: Claim) -> Array:
-        """Return `(N,)` how far loops and couplings are from closed, see `Sweep.loop_residual`."""
-        frames, worst = self.frames, np.zeros(len(claim.x))
-        for loop in self._loops:
-            joint = frames.tree + loop
-            if joint in frames.fixed_placement:
-                start = frames.joint_frames(placed)[joint]
-            else:
-                start = placed[frames.last[joint]]
-            gap = start - frames.ended(placed, loop)
-            gap[3] /= self.length
-            # The chord of an angle is twice the sine of its half; three axes have two of it.
-            square = np.einsum("cin,cin->n", gap[:3], gap[:3])
-            np.maximum(worst, 0.5 * square, out=worst)
-            np.maximum(worst, np.einsum("in,in->n", gap[3], gap[3]), out=worst)
-        worst = np.sqrt(worst)
-        if self._geared:
-            slip = (claim.x + 2.0 * np.pi * claim.turns) @ self._gear_columns[self._geared].T
-            worst = np.maximum(worst, np.max(np.abs(slip), axis=1))
-        return worst
-
-    def _asked(self, claim: Claim) -> Array:
-        """Return `(N,)` how far rates are from what drives and couplings ask."""
-        worst = np.zeros(len(claim.x))
-        unit = np.abs(claim.transmission[:, self._drives] - np.eye(len(self._drives)))
-        np.maximum(worst, unit.max(axis=(1, 2)), out=worst)
-        for rates, wanted in ((claim.v, claim.speeds), (claim.a, claim.accelerations)):
-            if not claim.moving:
-                break
-            off = np.abs(rates[:, self._drives] - wanted).max(axis=1)
-            np.maximum(worst, ratio(off, np.abs(wanted).max(axis=1)), out=worst)
-        if self._geared:
-            gears = self._gears[self._geared]
-            units = np.max(np.abs(gears) * self.rate_scale, axis=1) / np.max(np.abs(gears), axis=1)
-            for rates in (claim.v.T, claim.a.T, *claim.transmission.transpose(2, 1, 0)):
-                slip = np.max(np.abs(gears @ rates) / units[:, None], axis=0)
-                fastest = np.abs(rates[self._known]) / self.rate_scale[self._known, None]
-                np.maximum(worst, ratio(slip, fastest.max(axis=0)), out=worst)
-        return worst
-
-    def _few_drifts(self, placed: Array, directions: Array, claim: Claim, few: list[int]) -> Array:
-        """Return how far rates pull loops open at a few samples."""
-        worst = np.zeros(len(few))
-        if not self._loops:
-            return worst
-        placed, twists = placed[..., few], self._twists
-        units = twists.units(placed, directions[..., few])
-        for rates in claim.transmission[few].transpose(2, 1, 0):
-            velocity = twists.summed(twists.own(units, rates))
-            np.maximum(worst, self._drift(placed, velocity, None), out=worst)
-        if claim.moving:
-            each = twists.own(units, claim.v[few].T)
-            velocity = twists.summed(each)
-            acceleration = twists.accelerations(units, each, velocity, claim.a[few].T)
-            np.maximum(worst, self._drift(placed, velocity, acceleration), out=worst)
-        return worst
-
-    def _drift(self, placed: Array, velocity: Array, acceleration: Array | None) -> Array:
-        """Return `(N,)` how far rates pull loops open, relative to the greatest twist."""
-        speed = self._fastest(velocity)
-        found = ratio(self._apart(placed, velocity), speed)
-        if acceleration is None:
-            return found
-        # Of an acceleration, centripetal terms are part.
-        size = self._fastest(acceleration) + speed * speed
-        return np.maximum(found, ratio(self._apart(placed, acceleration), size))
-
-    def _apart(self, placed: Array, twists: Array) -> Array:
-        """Return `(N,)` the greatest twist [rad/s] at which a loop's ends part."""
-        worst = np.zeros(placed.shape[-1])
-        for loop in self._loops:
-            frames, joint = self.frames, self.frames.tree + loop
-            child = frames.children[joint]
-            ends = frames.last[joint], frames.last[child] if child >= 0 else -1
-            first, second = (twists[end] if end >= 0 else 0.0 * twists[0] for end in ends)
-            apart = first - second
-            gap = apart[0]
-            if ends[0] >= 0:
-                gap = gap + cross(apart[1], placed[ends[0], 3])
-            worst = np.maximum(worst, np.abs(gap).max(axis=0) / self.length)
-            worst = np.maximum(worst, np.abs(apart[1]).max(axis=0))
-        return worst
-
-    def _fastest(self, twists: Array) -> Array:
-        """Return `(N,)` the greatest of all twists, linear ones over the length."""
-        greatest = np.max(np.abs(twists), axis=(0, 2), initial=0.0)
-        return np.maximum(greatest[0] / self.length, greatest[1])
 
     def _size(self, wrenches: Array, points: Array | None) -> Array:
         """Return the greatest size [N·m] of wrenches: of moments, and of forces times the length.

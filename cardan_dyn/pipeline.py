@@ -25,13 +25,14 @@ class Inputs:
     """What is prescribed for a block of samples.
 
     Attributes:
-        speeds, accelerations: of the drives, `(N, d)`.
+        positions, speeds, accelerations: of the drives, `(N, d)`.
         loads: efforts added at the joints, `(N, nv)` or `(1, nv)`.
         link_loads: links and the wrenches on them.
         turns: whole turns `(N, size)` that angles lack.
         moving: whether the sweep has any speed or acceleration.
     """
 
+    positions: Array
     speeds: Array
     accelerations: Array
     loads: Array
@@ -83,6 +84,7 @@ class Pipeline:
         needed: Needs,
         gravity: Array,
         outside: Array,
+        prescribed: dict[str, float | None],
         moving: Array,
     ) -> None:
         """Make the pipeline.
@@ -94,6 +96,7 @@ class Pipeline:
             needed: what the outputs need.
             gravity: `(3,)` [m/s²].
             outside: velocity coordinates that are driven or held.
+            prescribed: held joints to their positions, drives, in their order, to None.
             moving: velocity coordinates whose motion is solved, `outside` included.
         """
         self._mechanism = mechanism
@@ -107,8 +110,7 @@ class Pipeline:
         self._gravity = gravity
         self._weight = bool(np.any(gravity))
         self._drives = kinematics.drives
-        driven = set(self._drives.tolist())
-        self._held = np.array([k for k in outside.tolist() if k not in driven], dtype=int)
+        self._prescribed = prescribed
         slides = np.any(reactions.subspace[:, :3] != 0.0, axis=1)
         scale = np.where(slides, mechanism.length, 1.0)
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
@@ -125,8 +127,7 @@ class Pipeline:
             self._mechanism.length,
             self._gravity,
             self._claimed,
-            self._drives,
-            self._held,
+            self._prescribed,
             self._moving,
         )
 
@@ -182,6 +183,7 @@ class Pipeline:
                 turns=inputs.turns,
                 v=v,
                 a=a,
+                positions=inputs.positions,
                 speeds=inputs.speeds,
                 accelerations=inputs.accelerations,
                 transmission=transmission,

@@ -32,6 +32,7 @@ class Claim:
         x: `(N, size)` coordinates of all joints.
         turns: `(N, size)` whole turns that their angles lack.
         v, a: joint velocities and accelerations `(N, nv)`.
+        positions: of the drives, as they were asked for, `(N, d)`.
         speeds, accelerations: of the drives, as they were asked for, `(N, d)`.
         transmission: `(N, nv, d)` joint velocities per unit speed of each drive.
         wrenches: `(N, J, 6)` of the joints that are claimed, in the order of `claimed`.
@@ -46,6 +47,7 @@ class Claim:
     turns: Array
     v: Array
     a: Array
+    positions: Array
     speeds: Array
     accelerations: Array
     transmission: Array

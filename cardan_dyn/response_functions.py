@@ -87,10 +87,11 @@ class Functions:
         for factor, column in zip(factors, columns, strict=True):
             loads += factor * self._loads(column)
         ones = np.ones((len(positions), 1))
-        inputs = Inputs(ones, ones, loads, scene.link_loads, turns, moving=True)
+        placed = positions[:, None]
+        inputs = Inputs(placed, ones, ones, loads, scene.link_loads, turns, moving=True)
         together = superposed(cases, factors or [1.0])
         block = scene.pipeline.proven(here, inputs, (transmission, v, a + v), together)
-        block = joined([block], positions[:, None])
+        block = joined([block], placed)
         scene.pipeline.prove_flags(block)
         return self._stacked(cases, v), block
 

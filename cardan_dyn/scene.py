@@ -166,8 +166,16 @@ class Scene(Frozen):
         active = {place for place, number in enumerate(needed.motion) if number in needed.forces}
         self.reactions = ReactionSolver(mechanism, kinematics, active, rule)
         moving = np.concatenate([self._outside(), self.assembly.decided])
+        prescribed: dict[str, float | None] = {**dict.fromkeys(self.drives), **self.held}
         self.pipeline = Pipeline(
-            mechanism, kinematics, self.reactions, needed, self.gravity, self._outside(), moving
+            mechanism,
+            kinematics,
+            self.reactions,
+            needed,
+            self.gravity,
+            self._outside(),
+            prescribed,
+            moving,
         )
         self._freeze()
 
@@ -269,6 +277,7 @@ class Scene(Frozen):
         blocks: list[Block] = []
         for rows, here in zip(closed.spans, closed.blocks, strict=True):
             inputs = Inputs(
+                closed.positions[rows],
                 speeds[rows],
                 accelerations[rows],
                 loads[rows if len(loads) > 1 else slice(None)],

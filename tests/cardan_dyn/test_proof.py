@@ -139,7 +139,7 @@ def test_false_motion_efforts_and_loads_are_refused(name: str) -> None:
         outside = scene.coordinates.velocities[scene.drives[drive]].start
         false = bent(claim.exerted, (4, outside), 1e-6)
         assert refused(bodies, replace(claim, exerted=false), where)
-        for part in ("speeds", "accelerations"):
+        for part in ("positions", "speeds", "accelerations"):
             false = bent(getattr(claim, part), (4, drive), 1e-6)
             assert refused(bodies, replace(claim, **{part: false}), where)
     for load in scene.joint_loads:
@@ -154,6 +154,26 @@ def test_false_motion_efforts_and_loads_are_refused(name: str) -> None:
                 false = replace(load, **{part: bent(getattr(load, part), (0, axis), 1e-4)})
                 assert refused(bodies, replace(claim, link_loads={link: false}), where)
         assert refused(bodies, replace(claim, link_loads={}), where)
+
+
+def test_an_open_chain_elsewhere_than_asked_is_refused() -> None:
+    """It would be in balance anywhere."""
+    arm = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lower"/>
+      <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/>
+        <axis xyz="0 1 0"/></joint>
+      <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
+        <origin xyz="1 0 0"/><axis xyz="0 1 0"/></joint></robot>"""
+    scene = cd.Scene(
+        cd.load(arm), drive="shoulder", held={"elbow": 0.4}, loads={"lower": [1.0] * 6}
+    )
+    bodies, claim, where = claimed(scene, **RATES)
+    assert not refused(bodies, claim, where)
+    for column in range(2):
+        assert refused(bodies, replace(claim, x=bent(claim.x, (4, column), 1e-6)), where)
+    elbow = scene.coordinates.velocities["elbow"].start
+    for part in ("v", "a"):
+        false = bent(getattr(claim, part), (4, elbow), 1e-6)
+        assert refused(bodies, replace(claim, **{part: false}), where)
 
 
 def test_whole_turns_count_where_couplings_do() -> None:

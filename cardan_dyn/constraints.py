@@ -1,0 +1,199 @@
+"""Constraints: what positions and rates have to satisfy, checked for the proof.
+
+Loops stay closed, couplings keep their ratio, drives are where and as fast as they were asked to
+be, and held joints rest. All of it is seen from placements and twists by plain forward kinematics.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .coordinates import Array, Coordinates
+from .frames import Frames
+from .residuals import Claim, ratio
+from .twists import Twists, cross
+
+if TYPE_CHECKING:
+    from .description import Description
+
+
+class Constraints:
+    """The loops, couplings, drives and held joints of a scene.
+
+    Attributes:
+        loops: numbers of the loops whose joints all move as is claimed.
+        gears: `(G, nv)` factors of the rates that couplings make proportional; also the effort
+            along each rate per unit moment of a coupling.
+        geared: numbers of the couplings whose joints all move as is claimed.
+    """
+
+    def __init__(
+        self,
+        description: Description,
+        coordinates: Coordinates,
+        frames: Frames,
+        twists: Twists,
+        length: float,
+        prescribed: dict[str, float | None],
+        known: Array,
+    ) -> None:
+        """Lay out the constraints.
+
+        Args:
+            description: from `reread`.
+            coordinates: what the columns of coordinates and rates mean.
+            frames: where everything is.
+            twists: of its joints.
+            length: characteristic length [m].
+            prescribed: held joints to their positions, drives, in their order, to None.
+            known: `(nv,)` whether a rate is claimed to be known.
+        """
+        self._frames, self._twists, self._length = frames, twists, length
+        self._known = known
+        self._rate_scale = np.ones(coordinates.model.nv)
+        self._rate_scale[twists.rates[twists.sliding]] = length
+        drives = [name for name, value in prescribed.items() if value is None]
+        self._drives = [coordinates.velocities[name].start for name in drives]
+        self._drive_columns = [coordinates.columns[name].start for name in drives]
+        held = [name for name, value in prescribed.items() if value is not None]
+        self._held = [coordinates.velocities[name].start for name in held]
+        self._held_columns = [coordinates.columns[name].start for name in held]
+        self._held_at = np.array([prescribed[name] for name in held], dtype=float)
+        self._lay_out_couplings(description, coordinates)
+        self.loops = [
+            loop for loop in range(len(frames.ends)) if np.all(known[self._rates_around(loop)])
+        ]
+
+    def _lay_out_couplings(self, description: Description, coordinates: Coordinates) -> None:
+        """Lay out the couplings: factors of the rates, and coordinates, that they couple."""
+        frames, count = self._frames, len(description.couplings)
+        self.gears = np.zeros((count, coordinates.model.nv))
+        self._gear_columns = np.zeros((count, coordinates.size))
+        for row, coupling in enumerate(description.couplings):
+            first, second = (
+                frames.path(frames.links[link][0])
+                for link in (coupling.predecessor, coupling.successor)
+            )
+            for path, other, factor in ((first, second, -coupling.ratio), (second, first, 1.0)):
+                for joint in set(path) - set(other):
+                    name = frames.joints[joint]
+                    self.gears[row, coordinates.velocities[name].start] = factor
+                    self._gear_columns[row, coordinates.columns[name].start] = factor
+        self.geared = [row for row in range(count) if np.all(self._known[self.gears[row] != 0])]
+
+    def _rates_around(self, loop: int) -> list[int]:
+        """Return the rates of all joints that a loop depends on, its own included."""
+        frames = self._frames
+        joint = frames.tree + loop
+        around = {joint, *frames.path(frames.parents[joint])}
+        around ^= set(frames.path(frames.children[joint]))
+        return [
+            motion.rate + place
+            for motion in frames.motions
+            if motion.joint in around
+            for place in range(motion.size)
+        ]
+
+    def open(self, placed: Array, claim: Claim) -> Array:
+        """Return `(N,)` how far positions are from what they have to be.
+
+        See `Sweep.loop_residual`; drives and held joints count as loops do.
+        """
+        frames, worst = self._frames, np.zeros(len(claim.x))
+        for loop in self.loops:
+            joint = frames.tree + loop
+            if joint in frames.fixed_placement:
+                start = frames.joint_frames(placed)[joint]
+            else:
+                start = placed[frames.last[joint]]
+            gap = start - frames.ended(placed, loop)
+            gap[3] /= self._length
+            # The chord of an angle is twice the sine of its half; three axes have two of it.
+            square = np.einsum("cin,cin->n", gap[:3], gap[:3])
+            np.maximum(worst, 0.5 * square, out=worst)
+            np.maximum(worst, np.einsum("in,in->n", gap[3], gap[3]), out=worst)
+        worst = np.sqrt(worst)
+        if self.geared:
+            slip = (claim.x + 2.0 * np.pi * claim.turns) @ self._gear_columns[self.geared].T
+            worst = np.maximum(worst, np.max(np.abs(slip), axis=1))
+        for columns, wanted, rates in (
+            (self._drive_columns, claim.positions, self._drives),
+            (self._held_columns, self._held_at, self._held),
+        ):
+            off = np.abs(claim.x[:, columns] - wanted) / self._rate_scale[rates]
+            # Positions of many turns are exact to their own rounding.
+            off /= np.maximum(1.0, np.abs(wanted) / self._rate_scale[rates])
+            worst = np.maximum(worst, off.max(axis=1, initial=0.0))
+        return worst
+
+    def asked(self, claim: Claim) -> Array:
+        """Return `(N,)` how far rates are from what drives, held joints and couplings ask."""
+        worst = np.zeros(len(claim.x))
+        unit = np.abs(claim.transmission[:, self._drives] - np.eye(len(self._drives)))
+        np.maximum(worst, unit.max(axis=(1, 2)), out=worst)
+        for rates, wanted in ((claim.v, claim.speeds), (claim.a, claim.accelerations)):
+            if not claim.moving:
+                break
+            off = np.abs(rates[:, self._drives] - wanted).max(axis=1)
+            np.maximum(worst, ratio(off, np.abs(wanted).max(axis=1)), out=worst)
+        for rates in (claim.v, claim.a, *claim.transmission.transpose(2, 0, 1)):
+            if np.any(rates[:, self._held]):
+                return np.full(len(worst), np.inf)
+        if self.geared:
+            gears = self.gears[self.geared]
+            units = np.max(np.abs(gears) * self._rate_scale, axis=1) / np.max(np.abs(gears), axis=1)
+            for rates in (claim.v.T, claim.a.T, *claim.transmission.transpose(2, 1, 0)):
+                slip = np.max(np.abs(gears @ rates) / units[:, None], axis=0)
+                fastest = np.abs(rates[self._known]) / self._rate_scale[self._known, None]
+                np.maximum(worst, ratio(slip, fastest.max(axis=0)), out=worst)
+        return worst
+
+    def few_drifts(self, placed: Array, directions: Array, claim: Claim, few: list[int]) -> Array:
+        """Return how far rates pull loops open at a few samples."""
+        worst = np.zeros(len(few))
+        if not self.loops:
+            return worst
+        placed, twists = placed[..., few], self._twists
+        units = twists.units(placed, directions[..., few])
+        for rates in claim.transmission[few].transpose(2, 1, 0):
+            velocity = twists.summed(twists.own(units, rates))
+            np.maximum(worst, self.drift(placed, velocity, None), out=worst)
+        if claim.moving:
+            each = twists.own(units, claim.v[few].T)
+            velocity = twists.summed(each)
+            acceleration = twists.accelerations(units, each, velocity, claim.a[few].T)
+            np.maximum(worst, self.drift(placed, velocity, acceleration), out=worst)
+        return worst
+
+    def drift(self, placed: Array, velocity: Array, acceleration: Array | None) -> Array:
+        """Return `(N,)` how far rates pull loops open, relative to the greatest twist."""
+        speed = self._fastest(velocity)
+        found = ratio(self._apart(placed, velocity), speed)
+        if acceleration is None:
+            return found
+        # Of an acceleration, centripetal terms are part.
+        size = self._fastest(acceleration) + speed * speed
+        return np.maximum(found, ratio(self._apart(placed, acceleration), size))
+
+    def _apart(self, placed: Array, twists: Array) -> Array:
+        """Return `(N,)` the greatest twist [rad/s] at which a loop's ends part."""
+        worst = np.zeros(placed.shape[-1])
+        for loop in self.loops:
+            frames, joint = self._frames, self._frames.tree + loop
+            child = frames.children[joint]
+            ends = frames.last[joint], frames.last[child] if child >= 0 else -1
+            first, second = (twists[end] if end >= 0 else 0.0 * twists[0] for end in ends)
+            apart = first - second
+            gap = apart[0]
+            if ends[0] >= 0:
+                gap = gap + cross(apart[1], placed[ends[0], 3])
+            worst = np.maximum(worst, np.abs(gap).max(axis=0) / self._length)
+            worst = np.maximum(worst, np.abs(apart[1]).max(axis=0))
+        return worst
+
+    def _fastest(self, twists: Array) -> Array:
+        """Return `(N,)` the greatest of all twists, linear ones over the length."""
+        greatest = np.max(np.abs(twists), axis=(0, 2), initial=0.0)
+        return np.maximum(greatest[0] / self._length, greatest[1])
