@@ -228,7 +228,7 @@ class Assembly:
         return branch.limit(here - reach), branch.limit(here + reach)
 
     def others(self) -> list[Array]:
-        """Return the ways to assemble the loops with all drives at zero.
+        """Return the ways to assemble the loops where the description's own way starts.
 
         The description's own comes first, whichever one this is in. They are searched from many
         starts, the same ones at every call.

@@ -349,7 +349,7 @@ class Branch:
         position = float(self._positions[end])
         _, slope, curvature = self._nodes[end]
         steepest = int(np.argmax(np.abs(slope)))
-        if curvature[steepest] == 0.0:
+        if curvature[steepest] == 0.0 or len(self._positions) < 2:
             return position
         left = float(slope[steepest] / (2.0 * curvature[steepest]))
         if abs(slope[steepest]) * self.unit < _STEEP:

@@ -128,11 +128,6 @@ class Reduction:
     rows: tuple[Array, ...]
     null: tuple[Array, ...]
 
-    @property
-    def null_count(self) -> int:
-        """Number of redundant rows of all loops together."""
-        return sum(null.shape[1] for null in self.null)
-
 
 class Closure:
     """The loops and couplings of a group.
@@ -149,6 +144,7 @@ class Closure:
         gears: `(m, G)` coefficients of the couplings' rows.
         geared: velocity coordinates that couplings count, held ones included.
         gear_ratios: their coefficients, `(len(geared), G)`.
+        gear_units: `(G,)` the length where a slip is one, else 1.
     """
 
     def __init__(
@@ -189,6 +185,10 @@ class Closure:
         self.gears = gears[self.moving]
         self.geared = np.nonzero(np.any(gears != 0.0, axis=1))[0]
         self.gear_ratios = gears[self.geared]
+        slides = np.any(twin.subspace[:, :3] != 0.0, axis=1)
+        self.gear_units = np.array(
+            [self._slip_unit(coupling, slides) for coupling in self.couplings]
+        )
 
     def _sides(self, number: int, loop: Loop) -> tuple[tuple[Side, Side], Path]:
         paths = [self._path(body) for body in (loop.predecessor, loop.successor)]
@@ -232,6 +232,14 @@ class Closure:
         for column in coupling.successor_columns:
             row[column] = -1.0
         return row
+
+    def _slip_unit(self, coupling: Coupling, slides: Array) -> float:
+        """Return what a coupling's slip is compared with: one radian, or the length."""
+        length = self.mechanism.length
+        if coupling.successor_columns:
+            return length if slides[coupling.successor_columns[0]] else 1.0
+        first = coupling.predecessor_columns[0]
+        return abs(coupling.ratio) * (length if slides[first] else 1.0)
 
     def full(self) -> Reduction:
         """Return the reduction that keeps all six rows of every loop."""

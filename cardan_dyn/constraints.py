@@ -62,8 +62,11 @@ class Constraints:
         self._held_columns = [coordinates.columns[name].start for name in held]
         self._held_at = np.array([prescribed[name] for name in held], dtype=float)
         self._lay_out_couplings(description, coordinates)
+        self._signs = [self._signs_around(loop) for loop in range(len(frames.ends))]
         self.loops = [
-            loop for loop in range(len(frames.ends)) if np.all(known[self._rates_around(loop)])
+            loop
+            for loop, signs in enumerate(self._signs)
+            if np.all(known[twists.rates[signs[twists.owners] != 0.0]])
         ]
 
     def _lay_out_couplings(self, description: Description, coordinates: Coordinates) -> None:
@@ -82,19 +85,20 @@ class Constraints:
                     self.gears[row, coordinates.velocities[name].start] = factor
                     self._gear_columns[row, coordinates.columns[name].start] = factor
         self.geared = [row for row in range(count) if np.all(self._known[self.gears[row] != 0])]
+        # A slip is a motion of the successor, and a length where that slides.
+        ends = np.array([row == 1.0 if np.any(row == 1.0) else row != 0.0 for row in self.gears])
+        sizes = np.abs(self.gears) * self._rate_scale * ends.reshape(self.gears.shape)
+        self._gear_units = np.max(sizes, axis=1, initial=0.0)[self.geared]
 
-    def _rates_around(self, loop: int) -> list[int]:
-        """Return the rates of all joints that a loop depends on, its own included."""
+    def _signs_around(self, loop: int) -> Array:
+        """Return `(M,)` 1 for motions on a loop's predecessor side, -1 on its successor's."""
         frames = self._frames
         joint = frames.tree + loop
-        around = {joint, *frames.path(frames.parents[joint])}
-        around ^= set(frames.path(frames.children[joint]))
-        return [
-            motion.rate + place
-            for motion in frames.motions
-            if motion.joint in around
-            for place in range(motion.size)
-        ]
+        first = {joint, *frames.path(frames.parents[joint])}
+        second = set(frames.path(frames.children[joint]))
+        return np.array(
+            [(motion.joint in first) - float(motion.joint in second) for motion in frames.motions]
+        )
 
     def open(self, placed: Array, claim: Claim) -> Array:
         """Return `(N,)` how far positions are from what they have to be.
@@ -117,7 +121,7 @@ class Constraints:
         worst = np.sqrt(worst)
         if self.geared:
             slip = (claim.x + 2.0 * np.pi * claim.turns) @ self._gear_columns[self.geared].T
-            worst = np.maximum(worst, np.max(np.abs(slip), axis=1))
+            worst = np.maximum(worst, np.max(np.abs(slip) / self._gear_units, axis=1))
         for columns, wanted, rates in (
             (self._drive_columns, claim.positions, self._drives),
             (self._held_columns, self._held_at, self._held),
@@ -138,62 +142,33 @@ class Constraints:
                 break
             off = np.abs(rates[:, self._drives] - wanted).max(axis=1)
             np.maximum(worst, ratio(off, np.abs(wanted).max(axis=1)), out=worst)
-        for rates in (claim.v, claim.a, *claim.transmission.transpose(2, 0, 1)):
-            if np.any(rates[:, self._held]):
-                return np.full(len(worst), np.inf)
-        if self.geared:
-            gears = self.gears[self.geared]
-            units = np.max(np.abs(gears) * self._rate_scale, axis=1) / np.max(np.abs(gears), axis=1)
-            for rates in (claim.v.T, claim.a.T, *claim.transmission.transpose(2, 1, 0)):
-                slip = np.max(np.abs(gears @ rates) / units[:, None], axis=0)
-                fastest = np.abs(rates[self._known]) / self._rate_scale[self._known, None]
-                np.maximum(worst, ratio(slip, fastest.max(axis=0)), out=worst)
+        for rates in (claim.v.T, claim.a.T, *claim.transmission.transpose(2, 1, 0)):
+            off = np.abs(rates[self._held]) / self._rate_scale[self._held, None]
+            slip = np.abs(self.gears[self.geared] @ rates) / self._gear_units[:, None]
+            both = np.concatenate([off, slip]).max(axis=0, initial=0.0)
+            np.maximum(worst, ratio(both, self.greatest(rates)), out=worst)
         return worst
 
-    def few_drifts(self, placed: Array, directions: Array, claim: Claim, few: list[int]) -> Array:
-        """Return how far rates pull loops open at a few samples."""
-        worst = np.zeros(len(few))
-        if not self.loops:
-            return worst
-        placed, twists = placed[..., few], self._twists
-        units = twists.units(placed, directions[..., few])
-        for rates in claim.transmission[few].transpose(2, 1, 0):
-            velocity = twists.summed(twists.own(units, rates))
-            np.maximum(worst, self.drift(placed, velocity, None), out=worst)
-        if claim.moving:
-            each = twists.own(units, claim.v[few].T)
-            velocity = twists.summed(each)
-            acceleration = twists.accelerations(units, each, velocity, claim.a[few].T)
-            np.maximum(worst, self.drift(placed, velocity, acceleration), out=worst)
-        return worst
+    def parting(self, placed: Array, added: Array, size: Array) -> Array:
+        """Return `(N,)` how fast the ends of loops part, relative to the greatest rate.
 
-    def drift(self, placed: Array, velocity: Array, acceleration: Array | None) -> Array:
-        """Return `(N,)` how far rates pull loops open, relative to the greatest twist."""
-        speed = self._fastest(velocity)
-        found = ratio(self._apart(placed, velocity), speed)
-        if acceleration is None:
-            return found
-        # Of an acceleration, centripetal terms are part.
-        size = self._fastest(acceleration) + speed * speed
-        return np.maximum(found, ratio(self._apart(placed, acceleration), size))
-
-    def _apart(self, placed: Array, twists: Array) -> Array:
-        """Return `(N,)` the greatest twist [rad/s] at which a loop's ends part."""
+        Args:
+            placed: frames, see `Frames.placed`.
+            added: what each motion adds to the twists, or to the accelerations, `(M, 2, 3, N)`.
+            size: `(N,)` greatest rate [rad/s, or rad/s²], slides over the length.
+        """
         worst = np.zeros(placed.shape[-1])
         for loop in self.loops:
-            frames, joint = self._frames, self._frames.tree + loop
-            child = frames.children[joint]
-            ends = frames.last[joint], frames.last[child] if child >= 0 else -1
-            first, second = (twists[end] if end >= 0 else 0.0 * twists[0] for end in ends)
-            apart = first - second
-            gap = apart[0]
-            if ends[0] >= 0:
-                gap = gap + cross(apart[1], placed[ends[0], 3])
-            worst = np.maximum(worst, np.abs(gap).max(axis=0) / self._length)
-            worst = np.maximum(worst, np.abs(apart[1]).max(axis=0))
-        return worst
+            signs = self._signs[loop]
+            (around,) = np.nonzero(signs)
+            apart = np.einsum("m,mcin->cin", signs[around], added[around])
+            end = self._frames.last[self._frames.tree + loop]
+            gap = apart[0] if end < 0 else apart[0] + cross(apart[1], placed[end, 3])
+            np.maximum(worst, np.abs(gap).max(axis=0) / self._length, out=worst)
+            np.maximum(worst, np.abs(apart[1]).max(axis=0), out=worst)
+        return ratio(worst, size)
 
-    def _fastest(self, twists: Array) -> Array:
-        """Return `(N,)` the greatest of all twists, linear ones over the length."""
-        greatest = np.max(np.abs(twists), axis=(0, 2), initial=0.0)
-        return np.maximum(greatest[0] / self._length, greatest[1])
+    def greatest(self, rates: Array) -> Array:
+        """Return `(N,)` the greatest of the known rates `(nv, N)`, slides over the length."""
+        known = np.abs(rates[self._known]) / self._rate_scale[self._known, None]
+        return np.asarray(np.max(known, axis=0, initial=0.0))

@@ -1,7 +1,8 @@
 """Free bodies: the proof of a result, which takes nothing from what it proves.
 
-Every body of the description is cut free, with mass, centre and inertia as the text gives them,
-read a second time and placed by plain forward kinematics. On it act its weight, the loads, and the
+Every body of the description is cut free, with mass, centre and inertia as the text of a URDF gives
+them, read a second time (those of MJCF are what its reader found), and placed by plain forward
+kinematics. On it act its weight, the loads, and the
 wrenches of its joints as they are returned, loops included; what is left over is Newton's and
 Euler's imbalance. Loops have to be closed, by positions as well as by rates, along coordinates
 nothing acts but loads, couplings, drives and what holds joints, and power has to balance.
@@ -25,8 +26,6 @@ from .twists import Twists, cross
 if TYPE_CHECKING:
     from .description import Description
     from .loads import LinkLoad
-
-_FEW = 8  # Samples of a block whose rates are checked where no wrench depends on them.
 
 
 class FreeBodies:
@@ -168,36 +167,32 @@ class FreeBodies:
         power = [np.einsum("kn,kn->n", part, virtual) for part in (loads, exerted)]
         acting = [np.max(np.abs(loads) * self.rate_scale[:, None], axis=0, initial=0.0)]
         inertial = np.zeros(count)
-        moving = bool(self._heavy) and claim.moving
-        drift = self._constraints.asked(claim)
-        if not (moving or claim.link_loads or (self._heavy and self._pulled)):
-            # No wrench depends on the rates, so that a few samples have to do.
-            few = sorted(set(np.linspace(0, count - 1, _FEW).astype(int).tolist()))
-            drift[few] = np.maximum(
-                drift[few], self._constraints.few_drifts(placed, directions, claim, few)
-            )
-        else:
-            units = twists.units(placed, directions)
+        units = twists.units(placed, directions)
+        drift = self._drift(claim, placed, units)
+        velocity = acceleration = None
+        if claim.moving:
+            rates = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)
+            each = twists.own(units, rates[0])
+            velocity = twists.summed(each)
+            changes = twists.changes(units, each, velocity, rates[1])
+            constraints = self._constraints
+            fastest = constraints.greatest(rates[0])
+            np.maximum(drift, constraints.parting(placed, each, fastest), out=drift)
+            # Of an acceleration, centripetal terms are part.
+            size = constraints.greatest(rates[1]) + fastest**2
+            np.maximum(drift, constraints.parting(placed, changes, size), out=drift)
+            if self._heavy:
+                acceleration = twists.summed(changes)
+        if claim.link_loads or (self._heavy and (claim.moving or self._pulled)):
             displaced = twists.summed(twists.own(units, virtual))
-            drift = np.maximum(drift, self._constraints.drift(placed, displaced, None))
             for link, load in claim.link_loads.items():
                 body, wrench = self._load(link, load, placed)
                 left[body] += wrench
                 power.append(np.einsum("kin,kin->n", wrench, displaced[frames.last[body]]))
-                size = self._size(wrench[None], placed[[frames.last[body]], 3])
-                acting.append(size)
+                acting.append(self._size(wrench[None], placed[[frames.last[body]], 3]))
             if self._heavy:
-                velocity = acceleration = None
-                if moving:
-                    rates = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)
-                    each = twists.own(units, rates[0])
-                    velocity = twists.summed(each)
-                    acceleration = twists.accelerations(units, each, velocity, rates[1])
-                    drift = np.maximum(
-                        drift, self._constraints.drift(placed, velocity, acceleration)
-                    )
                 wrench, inertial = self._weight_and_inertia(placed, velocity, acceleration)
-                if moving and np.any(twists.sliding):
+                if claim.moving and np.any(twists.sliding):
                     # Slides that make up for each other leave a body where it is.
                     slides = np.abs(rates[1][twists.rates[twists.sliding]]).max(axis=0)
                     inertial = inertial + np.max(self._masses) * self.length * slides
@@ -207,7 +202,6 @@ class FreeBodies:
         left[~self._covered] = 0.0
         unmet = self._size(left, at[: frames.tree, 3])
         unmet = np.maximum(unmet, self._unmet(own, world, placed, directions, loads, claim))
-        fastest = np.abs(virtual[self._known]) / self.rate_scale[self._known, None]
         return Residuals(
             unmet=unmet,
             unspent=np.abs(np.sum(power, axis=0)),
@@ -217,10 +211,19 @@ class FreeBodies:
             applied=np.max(acting, axis=0),
             inertia=inertial,
             flow=np.sum(np.abs(power), axis=0),
-            fastest=np.max(fastest, axis=0, initial=0.0),
+            fastest=self._constraints.greatest(virtual),
             bodies_balanced=bool(np.any(self._covered)),
             power_balanced=self._powered,
         )
+
+    def _drift(self, claim: Claim, placed: Array, units: Array) -> Array:
+        """Return `(N,)` how far what is asked for and transmission ratios are missed."""
+        constraints, drift = self._constraints, self._constraints.asked(claim)
+        for rates in np.ascontiguousarray(claim.transmission.transpose(2, 1, 0)):
+            added = self._twists.own(units, rates)
+            size = constraints.greatest(rates)
+            np.maximum(drift, constraints.parting(placed, added, size), out=drift)
+        return drift
 
     def _load(self, link: str, load: LinkLoad, placed: Array) -> tuple[int, Array]:
         """Return a link's body and the wrench on it, about the corner."""

@@ -330,7 +330,8 @@ def _characteristic_length(model: pinocchio.Model, loops: tuple[Loop, ...]) -> f
     if on_world:
         spread = np.asarray(on_world) - np.mean(on_world, axis=0)
         lengths.append(float(np.max(np.linalg.norm(spread, axis=1))))
-    for inertia in model.inertias:
+    # What stands in the world may stand anywhere.
+    for inertia in list(model.inertias)[1:]:
         if inertia.mass > 0.0:
             lengths.append(float(np.linalg.norm(inertia.lever)))
             spread_of_mass = max(float(np.trace(inertia.inertia)), 0.0) / (2.0 * inertia.mass)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def reread(description: Description) -> Description:
     """Return a description with the numbers of its text: masses, origins, axes, ratios.
 
-    Other formats than URDF, and loops that stand beside the URDF, keep theirs.
+    MJCF, and loops that stand beside a URDF, keep the numbers that were read first.
     """
     source = description.source
     if source is None:
@@ -38,13 +38,9 @@ def reread(description: Description) -> Description:
         {item.attrib["name"]: item for tag in tags for item in robot.findall(tag)}
         for tags in (("link",), ("joint",), ("loop", "loop_joint"), ("coupling",))
     )
-    massless = {link.name for link in description.links if link.mass == 0.0}
     return replace(
         description,
-        links=tuple(
-            link if link.name in massless else _reweighed(link, links[link.name])
-            for link in description.links
-        ),
+        links=tuple(_reweighed(link.name, links[link.name]) for link in description.links),
         joints=tuple(_remeasured(joint, joints[joint.name]) for joint in description.joints),
         loops=tuple(
             _closed(loop, loops[loop.name]) if loop.name in loops else loop
@@ -57,14 +53,16 @@ def reread(description: Description) -> Description:
     )
 
 
-def _reweighed(link: LinkDescription, element: Element) -> LinkDescription:
-    inertial = _child(element, "inertial")
+def _reweighed(name: str, element: Element) -> LinkDescription:
+    inertial = element.find("inertial")
+    if inertial is None or float(_child(inertial, "mass").attrib["value"]) == 0.0:
+        return LinkDescription(name)
     frame = _origin(inertial)
     words = _child(inertial, "inertia")
     rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
     tensor = np.array([[float(words.get(name, "0")) for name in row] for row in rows])
     return LinkDescription(
-        link.name,
+        name,
         float(_child(inertial, "mass").attrib["value"]),
         frame[:3, 3],
         np.einsum("ij,jk,lk->il", frame[:3, :3], tensor, frame[:3, :3]),

@@ -44,6 +44,10 @@ class ClosedPositions:
     blocks: Iterable[ClosedMechanism]
     kinematics: Kinematics
 
+    def __post_init__(self) -> None:
+        read_only(self.positions)
+        read_only(self.turns)
+
     def __len__(self) -> int:
         return len(self.positions)
 

@@ -171,7 +171,7 @@ class Solver:
         error, residual = closure.error(actions)
         slips = self._slips(x, turns)
         if slips.size:
-            residual = np.maximum(residual, np.max(np.abs(slips), axis=1))
+            residual = np.maximum(residual, np.max(np.abs(slips) / closure.gear_units, axis=1))
         if inverse is not None and _near(passive, inverse, self.row_scale):
             null = np.zeros((len(x), inverse.shape[1], 0))
             condition = _conditions(passive, inverse, self.row_scale)

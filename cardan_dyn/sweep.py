@@ -100,9 +100,11 @@ class Sweep:
             exceed what is left of them. Errors are some eps times it. One value, the greatest of
             its samples, if it comes from a `Response`.
         loop_residual: worst closure error: angle [rad], or gap as a fraction of
-            `Mechanism.length`.
+            `Mechanism.length`; couplings, drives and held joints count as well.
         balance_residual: worst Newton-Euler imbalance over all bodies, relative to the greatest
-            wrench of all samples (to inertial terms where wrenches are mere rounding of them);
+            wrench of all samples (to inertial terms where wrenches are mere rounding of them).
+            It proves what is unique; of what the laws of motion leave open, it proves that the
+            choice is one in balance, not that it is the least;
             nan if only the drive efforts were asked for, and where nothing acts, so that there
             is nothing to compare.
         rate_residual: worst violation of the loops, couplings and drives by speeds and

@@ -80,7 +80,6 @@ class _Body:
 
     Attributes:
         joint: that joint; None for what stands in the world.
-        parent: the body that it moves on.
         placement: `(4, 4)` of the joint in the parent.
         links: names and `(4, 4)` placements of the links.
         children: bodies that move on this one.
@@ -88,7 +87,6 @@ class _Body:
     """
 
     joint: JointDescription | None
-    parent: _Body | None
     placement: Array
     links: dict[str, Array]
     children: list[_Body]
@@ -272,7 +270,7 @@ def _bodies(description: Description) -> _Bodies:
     for joint in sorted(description.joints, key=lambda joint: number[joint.name]):
         joints[joint.parent].append(joint)
     found = _Bodies()
-    found.add(description.root, _Body(None, None, np.eye(4), {}, [], []), np.eye(4))
+    found.add(description.root, _Body(None, np.eye(4), {}, [], []), np.eye(4))
     waiting = joints[description.root][::-1]
     while waiting:
         joint = waiting.pop()
@@ -282,7 +280,7 @@ def _bodies(description: Description) -> _Bodies:
             found.fixed[joint.child] = joint.name
             found.add(joint.child, body, place @ joint.child_placement)
         else:
-            child = _Body(joint, body, place, {}, [], [])
+            child = _Body(joint, place, {}, [], [])
             body.children.append(child)
             found.add(joint.child, child, joint.child_placement)
         waiting.extend(reversed(joints[joint.child]))

@@ -73,8 +73,8 @@ class Twists:
                 result[number] += result[before]
         return result
 
-    def accelerations(self, units: Array, own: Array, velocities: Array, a: Array) -> Array:
-        """Return the accelerations of all motions' frames.
+    def changes(self, units: Array, own: Array, velocities: Array, a: Array) -> Array:
+        """Return what each motion adds to the accelerations, `(M, 2, 3, N)`.
 
         Args:
             units: from `units`.
@@ -87,7 +87,7 @@ class Twists:
         carried = velocities - own
         added += cross(carried[:, [1]], own)
         added[:, 0] += cross(carried[:, 0], own[:, 1])
-        return self.summed(added)
+        return added
 
 
 def cross(a: Array, b: Array) -> Array:

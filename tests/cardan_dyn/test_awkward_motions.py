@@ -114,7 +114,6 @@ def test_dead_points_of_slides_do_not_depend_on_the_unit_of_length(length: float
 def test_loose_bodies_hang_on_lines_of_many_groups(count: int) -> None:
     """A chain of driven links hangs on the shaft behind three loops; all of it is balanced."""
     line = drive_line(3)
-    last = "l"
     mechanism = cd.load(line)
     last = next(reversed(mechanism.links))
     chain = "".join(

@@ -123,6 +123,7 @@ def test_nothing_of_a_result_can_be_changed() -> None:
         *(turn.drive_effort, turn.condition, turn.holding_effort["joint_angle"]),
         *(turn.motion.x, turn.motion.v, turn.motion.a, turn.motion.turns),
         *(turn.motion.transmission, turn.rotation("pin_in"), turn.origin("pin_in")),
+        *(scene.close(POSITIONS).positions, scene.close(POSITIONS).turns),
         *(scene.gravity, scene.link_loads["shaft_out"].force, scene.joint_loads["bearing_out"]),
     ]
     for array in arrays:
@@ -162,7 +163,8 @@ def test_threads_share_a_scene(name: str) -> None:
     """Every thread sweeps other positions, under constant switching; all begin with a new scene."""
     tasks = [(np.linspace(0.1 * k, 0.1 * k + 5.0, 30 + k), float(k)) for k in range(12)]
     expected = [SCENES[name]().sweep(where, speed=speed) for where, speed in tasks]
-    scene, found, errors = SCENES[name](), {}, []
+    found: list[tuple[int, cd.Sweep]] = []
+    scene, errors = SCENES[name](), []
     gate = threading.Barrier(4)
 
     def work(first: int) -> None:
@@ -171,7 +173,7 @@ def test_threads_share_a_scene(name: str) -> None:
             for number in range(first, len(tasks), 4):
                 for _ in range(3):
                     where, speed = tasks[number]
-                    found[number] = scene.sweep(where, speed=speed)
+                    found.append((number, scene.sweep(where, speed=speed)))
         except Exception as error:  # An error in a thread would be lost.
             errors.append(error)
 
@@ -186,7 +188,8 @@ def test_threads_share_a_scene(name: str) -> None:
     finally:
         sys.setswitchinterval(before)
     assert not errors
-    for number, sweep in found.items():
+    assert len(found) == 3 * len(tasks)
+    for number, sweep in found:
         equal(sweep, expected[number])
 
 

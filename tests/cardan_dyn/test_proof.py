@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -179,7 +180,6 @@ def test_an_open_chain_elsewhere_than_asked_is_refused() -> None:
 def test_whole_turns_count_where_couplings_do() -> None:
     bodies, claim, where = claimed(geared(), **RATES)
     turns = claim.turns.copy()
-    turns[:, -1] += 0.0
     column = geared().coordinates.columns["in"].start
     turns[:, column] += 1.0
     assert refused(bodies, replace(claim, turns=turns), where)
@@ -284,14 +284,52 @@ def test_a_false_drive_effort_alone_is_refused() -> None:
     assert refused(bodies, replace(claim, exerted=false), where)
 
 
+@pytest.mark.parametrize("outputs", [None, []])
+def test_false_rates_of_massless_scenes_are_refused_at_any_sample(
+    outputs: list[str] | None,
+) -> None:
+    bare = re.sub("<inertial>.*?</inertial>", "", text("four_bar"), flags=re.DOTALL)
+    for loads in ({"rocker_bearing": 2.0}, {"coupler": cd.Wrench([1.0, 0.0, 2.0])}):
+        scene = cd.Scene(cd.load(bare), drive="crank_bearing", loads=loads, outputs=outputs)
+        bodies, claim, where = claimed(scene, **RATES)
+        assert not refused(bodies, claim, where)
+        passive = scene.coordinates.velocities["rocker_bearing"].start
+        for sample in range(len(where)):
+            for part in ("v", "a"):
+                false = bent(getattr(claim, part), (sample, passive), 1e-6)
+                assert refused(bodies, replace(claim, **{part: false}), where)
+            false = bent(claim.transmission, (sample, passive, 0), 1e-6)
+            assert refused(bodies, replace(claim, transmission=false), where)
+
+
+def test_transmission_ratios_of_every_drive_are_proven() -> None:
+    robot = cd.load("stewart_platform")
+    legs = [name for name in robot.joints if name.startswith("leg")]
+    scene = cd.Scene(robot, drive=legs, gravity=GRAVITY)
+    bodies = scene.pipeline.bodies
+    seen: list[Claim] = []
+    check = bodies.check
+    bodies.check = lambda claim: seen.append(claim) or check(claim)
+    where = 0.01 * np.sin(np.arange(18.0)).reshape(3, 6)
+    scene.sweep(where)
+    del bodies.check
+    false = np.array(seen[0].transmission)
+    false[:, scene.assembly.passives, 0] += 0.5
+    false[:, scene.assembly.passives, 1] -= 0.5
+    assert not refused(bodies, seen[0], where)
+    assert refused(bodies, replace(seen[0], transmission=false), where)
+
+
 def test_the_text_is_read_a_second_time() -> None:
     """Numbers that the first reader got wrong are seen by the second one."""
     mechanism = cd.load(text("four_bar"))
     description = mechanism.description
-    heavier = tuple(
-        replace(link, mass=1.001 * link.mass) if link.mass else link for link in description.links
-    )
-    spoiled = cd.Mechanism(replace(description, links=heavier))
-    scene = cd.Scene(spoiled, drive="crank_bearing", gravity=GRAVITY)
-    with pytest.raises(cd.AccuracyError, match="balance"):
-        scene.sweep(POSITIONS)
+    for factor in (1.001, 0.0):
+        others = tuple(
+            replace(link, mass=factor * link.mass) if link.mass else link
+            for link in description.links
+        )
+        spoiled = cd.Mechanism(replace(description, links=others))
+        scene = cd.Scene(spoiled, drive="crank_bearing", gravity=GRAVITY)
+        with pytest.raises(cd.AccuracyError, match=r"balance|power"):
+            scene.sweep(POSITIONS)

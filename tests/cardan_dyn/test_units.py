@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from test_loops import four_bar, loop
@@ -55,6 +57,55 @@ def test_forces_do_not_depend_on_the_unit_of_length(length: float, planar: bool)
         assert np.max(np.abs(one[name].moment - other[name].moment / length)) < allowed * size
         assert np.array_equal(one[name].unique, other[name].unique)
     assert np.max(other.condition) == pytest.approx(np.max(one.condition), rel=1e-6)
+
+
+@pytest.mark.parametrize("length", [1e-9, 1e-3, 1.0, 1e6, 1e9])
+def test_slips_of_racks_do_not_depend_on_the_unit_of_length(length: float) -> None:
+    text = f"""<robot name="rack"><link name="base"/><link name="pinion"/><link name="rack"/>
+      <joint name="turn" type="continuous"><parent link="base"/><child link="pinion"/>
+        <origin xyz="0 {0.3 * length!r} 0"/><axis xyz="0 0 1"/></joint>
+      <joint name="slide" type="prismatic"><parent link="base"/><child link="rack"/>
+        <origin xyz="{length!r} 0 0"/><axis xyz="1 0 0"/></joint>
+      <coupling name="teeth"><predecessor link="pinion"/><successor link="rack"/>
+        <ratio value="{0.3 * length!r}"/></coupling></robot>"""
+    scene = cd.Scene(cd.load(text), drive="turn", loads={"slide": -2.0})
+    swept = scene.sweep(POSITIONS, speed=1.0, acceleration=0.3)
+    assert swept.drive_effort == pytest.approx(0.6 * length, rel=1e-14)
+    assert swept.motion.position("slide") == pytest.approx(0.3 * length * POSITIONS, rel=1e-14)
+    bodies, seen = scene.pipeline.bodies, []
+    check = bodies.check
+    bodies.check = lambda claim: seen.append(claim) or check(claim)
+    scene.sweep(POSITIONS)
+    off = seen[0].x.copy()
+    off[3, scene.coordinates.columns["slide"].start] += 1e-6 * length
+    with pytest.raises(cd.AccuracyError, match="loop residual"):
+        check(replace(seen[0], x=off)).prove(POSITIONS[:, None], np.ones(len(POSITIONS)))
+
+
+@pytest.mark.parametrize("away", [0.0, 1e3, 2e6, 1e8])
+def test_what_stands_in_the_world_may_be_heavy_and_far_away(away: float) -> None:
+    """The mass of a pedestal far from the origin once counted as the size of the mechanism."""
+    mass = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+
+    def joint(name: str, kind: str, parent: str, child: str, x: float) -> str:
+        return (
+            f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="{x!r} 0 0"/><axis xyz="0 0 1"/></joint>'
+        )
+
+    links = "".join(f'<link name="{name}">{mass}</link>' for name in ("ped", "l", "c", "r"))
+    text = f"""<robot name="r"><link name="base"/>{links}
+      {joint("foot", "fixed", "base", "ped", away + 0.5)}
+      {joint("a", "continuous", "base", "l", away)}{joint("b", "continuous", "l", "c", 0.1)}
+      {joint("d", "continuous", "ped", "r", 0.0)}
+      <loop name="e" type="continuous"><predecessor link="c"><origin xyz="0.3 0.3 0"/></predecessor>
+        <successor link="r"><origin xyz="-0.1 0.3 0"/></successor><axis xyz="0 0 1"/></loop>
+      </robot>"""
+    scene = cd.Scene(cd.load(text), drive="a", gravity=(0.0, -9.81, 0.0))
+    swept = scene.sweep([0.05])
+    assert swept.condition[0] == pytest.approx(15.3, rel=0.05)
+    # Placements 1e8 m away are rounded to 1e-8 m in the description itself.
+    assert swept.drive_effort[0] == pytest.approx(0.97977401, rel=1e-7)
 
 
 def on_a_turntable() -> str:
