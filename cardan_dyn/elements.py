@@ -91,6 +91,9 @@ GREATEST = 1e50
 """Greatest number in a description: products of several of them are still far from overflow."""
 
 
+_LEAST = 1e-150  # Squares of smaller numbers vanish: they are taken as zero.
+
+
 def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
     """Return the numbers that an attribute lists.
 
@@ -106,6 +109,7 @@ def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
             f"{at}: {text!r} is beyond {GREATEST:.0e}; choose units in which numbers are not so "
             "far from 1"
         )
+    values[np.abs(values) < _LEAST] = 0.0
     return values
 
 

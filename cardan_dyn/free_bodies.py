@@ -128,19 +128,20 @@ class FreeBodies:
             self.frames, self._twists, known.loops, gears, self._passives, self.length
         )
 
-    def prove_flags(self, x: Array, unique: Array) -> None:
+    def prove_flags(self, x: Array, unique: Array, condition: float = 1.0) -> None:
         """Refuse flags that self-stresses contradict; those that were proven before pass.
 
         Args:
             x: `(N, size)` coordinates of the samples that they hold for.
             unique: `(J, 6)` which components of the claimed wrenches are flagged unique.
+            condition: greatest condition number of the closure equations.
 
         Raises:
             AccuracyError: a component flagged unique changes, or one flagged open does not.
         """
         flags = unique.tobytes()
         if flags not in self._proven_flags:
-            prove_flags(self._stress, x, unique, self.claimed)
+            prove_flags(self._stress, x, unique, self.claimed, condition)
             self._proven_flags.add(flags)
 
     def check(self, claim: Claim) -> Residuals:

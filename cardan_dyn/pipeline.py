@@ -139,7 +139,7 @@ class Pipeline:
         """
         if self._claimed:
             unique = found.influence[self._claimed_places] < UNIQUE_TOLERANCE
-            self.bodies.prove_flags(found.x, unique)
+            self.bodies.prove_flags(found.x, unique, float(np.max(found.condition)))
 
     def run(self, here: ClosedMechanism, inputs: Inputs) -> Block:
         """Return motion, reactions and residuals at closed positions."""

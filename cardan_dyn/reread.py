@@ -36,7 +36,8 @@ def reread(description: Description) -> Description:
         return description
     links, joints, loops, couplings = (
         {item.attrib["name"]: item for tag in tags for item in robot.findall(tag)}
-        for tags in (("link",), ("joint",), ("loop", "loop_joint"), ("coupling",))
+        # Where both notations close the same loops, <loop> is the one that counts.
+        for tags in (("link",), ("joint",), ("loop_joint", "loop"), ("coupling",))
     )
     return replace(
         description,

@@ -20,7 +20,7 @@ CHECK_ROUNDING = 0.1 * float(np.finfo(float).eps)
 
 Their size is estimated with the length of the whole mechanism, some ten times that of its bodies.
 """
-_HARMLESS = 1e6  # A condition number that cannot make an error of this size.
+_HARMLESS = 1e6  # A condition number that explains no error of the size that is refused.
 _ROUNDING = 1e-13  # Wrenches this much smaller than inertial terms are what rounding left of them.
 
 
@@ -206,6 +206,7 @@ def _worst(error: Array, scale: Array) -> float:
 
 
 def ratio(part: Array, whole: Array) -> Array:
-    """Return `part / whole`, infinite where something is compared with nothing."""
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        return np.where(part == 0.0, 0.0, part / whole)
+    """Return `part / whole`, beyond bounds where something is compared with nothing."""
+    # Numbers next to nothing have no digits that could agree.
+    with np.errstate(invalid="ignore", over="ignore"):
+        return np.where(part == 0.0, 0.0, part / (whole + 1e-300))

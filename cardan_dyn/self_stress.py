@@ -19,10 +19,11 @@ from .twists import Twists
 
 _UNIQUE = 1e-7
 """Greatest change, per unit of self-stress, of a component that passes for unique."""
-_OPEN = 1e-10
+_OPEN = 1e-13
 """Greatest change of a component that passes for open nowhere."""
 _ZERO, _CLEAR = 1e-11, 1e-7
 """Relative singular values of equilibrium up to which it is singular, and from which it is not."""
+_CERTAIN = 1e4  # Condition number up to which rounding cannot pass for a self-stress.
 _AT_ONCE = 64  # Positions whose equilibrium is decomposed together.
 MOST_UNKNOWNS = 600
 """Greatest number of closure wrench components that are decomposed; beyond, nothing is said."""
@@ -116,7 +117,9 @@ class SelfStress:
         return result, clear
 
 
-def prove_flags(stress: SelfStress, x: Array, unique: Array, joints: list[int]) -> None:
+def prove_flags(
+    stress: SelfStress, x: Array, unique: Array, joints: list[int], condition: float
+) -> None:
     """Refuse flags that self-stresses contradict.
 
     Args:
@@ -124,6 +127,7 @@ def prove_flags(stress: SelfStress, x: Array, unique: Array, joints: list[int]) 
         x: `(N, size)` coordinates of a sweep.
         unique: `(J, 6)` flags of the claimed joints.
         joints: their numbers in `Frames`.
+        condition: of the closure equations, whose rounding may make a component look open.
 
     Raises:
         AccuracyError: a component flagged unique changes, or one flagged open does not.
@@ -142,8 +146,8 @@ def prove_flags(stress: SelfStress, x: Array, unique: Array, joints: list[int]) 
             raise _contradiction("unique, but changes", stress, joints, wrong)
         if np.all(unique | (changed > _OPEN)):
             return
-    if not told:
-        return  # At all positions rank is in doubt: they are next to singular ones.
+    if not told or condition > _CERTAIN:
+        return  # Rank is in doubt, next to singular positions or for want of digits.
     wrong = ~unique & (changed <= _OPEN)
     raise _contradiction("open, but does not change", stress, joints, wrong)
 

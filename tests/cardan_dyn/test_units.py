@@ -143,6 +143,13 @@ def test_a_planar_loop_on_a_turntable_is_planar_to_all() -> None:
     )
 
 
+def test_numbers_next_to_nothing_are_nothing() -> None:
+    tilted = four_bar(loop("continuous"), axis="0 1e-320 1")
+    expected = cd.Scene(cd.load(four_bar(loop("continuous"))), drive="a", loads={"d": -3.0})
+    found = cd.Scene(cd.load(tilted), drive="a", loads={"d": -3.0}).sweep(POSITIONS)
+    assert np.array_equal(found.drive_effort, expected.sweep(POSITIONS).drive_effort)
+
+
 def test_a_mechanism_without_size_is_refused() -> None:
     with pytest.raises(cd.ModelError, match="the greatest length is"):
         cd.load(slider_crank(1e-40, False))

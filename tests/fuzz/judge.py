@@ -93,8 +93,11 @@ def _judged(made: Callable[[], str]) -> Verdict:
     except (KeyboardInterrupt, SystemExit):
         raise
     except BaseException as error:
-        kind = type(error).__name__
-        return Verdict(kind, Finding(kind, location(error), _message(error)))
+        kind, place = type(error).__name__, location(error)
+        if "/" in place and " > " not in place:
+            # Nothing of the package took part: the case itself could not be written down.
+            return Verdict("no case", None)
+        return Verdict(kind, Finding(kind, place, _message(error)))
 
 
 def _message(error: BaseException) -> str:
