@@ -92,7 +92,7 @@ class Motion:
         count = self.transmission.shape[2]
         if isinstance(drive, str) and drive in self.drives:
             return self.drives.index(drive)
-        if isinstance(drive, (int, np.integer)) and not isinstance(drive, bool):
+        if isinstance(drive, (int, np.integer)) and not isinstance(drive, (bool, np.timedelta64)):
             number = int(drive)
             if 0 <= number < count:
                 return number
