@@ -56,6 +56,7 @@ class Constraints:
         self._rate_scale[twists.rates[twists.sliding]] = length
         drives = [name for name, value in prescribed.items() if value is None]
         self._drives = [coordinates.velocities[name].start for name in drives]
+        self._unit = np.eye(len(drives))
         self._drive_columns = [coordinates.columns[name].start for name in drives]
         held = [name for name, value in prescribed.items() if value is not None]
         self._held = [coordinates.velocities[name].start for name in held]
@@ -132,21 +133,33 @@ class Constraints:
             worst = np.maximum(worst, off.max(axis=1, initial=0.0))
         return worst
 
-    def asked(self, claim: Claim) -> Array:
-        """Return `(N,)` how far rates are from what drives, held joints and couplings ask."""
-        worst = np.zeros(len(claim.x))
-        unit = np.abs(claim.transmission[:, self._drives] - np.eye(len(self._drives)))
-        np.maximum(worst, unit.max(axis=(1, 2)), out=worst)
+    def missed(self, claim: Claim) -> Array:
+        """Return `(N,)` how far the drives' rates are from what was asked for."""
+        unit = np.abs(claim.transmission[:, self._drives] - self._unit)
+        worst = np.asarray(unit.max(axis=(1, 2)))
+        if not claim.moving:
+            if np.any(claim.v) or np.any(claim.a):
+                worst[:] = np.inf
+            return worst
         for rates, wanted in ((claim.v, claim.speeds), (claim.a, claim.accelerations)):
-            if not claim.moving:
-                break
             off = np.abs(rates[:, self._drives] - wanted).max(axis=1)
             np.maximum(worst, ratio(off, np.abs(wanted).max(axis=1)), out=worst)
-        for rates in (claim.v.T, claim.a.T, *claim.transmission.transpose(2, 1, 0)):
+        return worst
+
+    def slipping(self, rates: Array, size: Array) -> Array:
+        """Return `(N,)` how fast couplings slip and held joints move, relative to the greatest.
+
+        Args:
+            rates: `(nv, N)`.
+            size: see `parting`.
+        """
+        worst = np.zeros(rates.shape[1])
+        if self._held:
             off = np.abs(rates[self._held]) / self._rate_scale[self._held, None]
+            np.maximum(worst, ratio(off.max(axis=0), size), out=worst)
+        if self.geared:
             slip = np.abs(self.gears[self.geared] @ rates) / self._gear_units[:, None]
-            both = np.concatenate([off, slip]).max(axis=0, initial=0.0)
-            np.maximum(worst, ratio(both, self.greatest(rates)), out=worst)
+            np.maximum(worst, ratio(slip.max(axis=0), size), out=worst)
         return worst
 
     def parting(self, placed: Array, added: Array, size: Array) -> Array:

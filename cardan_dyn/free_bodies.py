@@ -67,6 +67,11 @@ class FreeBodies:
         self._gravity = gravity
         self._proven_flags: set[bytes] = set()
         self.claimed = [frames.joints.index(name) for name in claimed]
+        self._order = np.argsort(self.claimed)
+        self._sorted = sorted(self.claimed)
+        every = self._sorted == list(range(len(frames.joints)))
+        # A slice makes no copies.
+        self._chosen: slice | list[int] = slice(None) if every else self._sorted
         self._known = np.zeros(coordinates.model.nv, dtype=bool)
         self._known[moving] = True
         self._covered = np.ones(frames.tree, dtype=bool)
@@ -110,7 +115,7 @@ class FreeBodies:
         """Say which component of which claimed wrench acts along each rate."""
         frames, twists = self.frames, self._twists
         owners = [frames.motions[owner].joint for owner in twists.owners]
-        place = {joint: place for place, joint in enumerate(self.claimed)}
+        place = {joint: place for place, joint in enumerate(self._sorted)}
         rows = [row for row, joint in enumerate(owners) if joint in place]
         # In the frame of a joint's last motion its wrench is what was returned.
         last = [row for row in rows if frames.last[owners[row]] == twists.owners[row]]
@@ -150,38 +155,46 @@ class FreeBodies:
         placed = frames.placed(claim.x)
         at = frames.joint_frames(placed)
         directions = twists.directions(placed)
-        own = np.ascontiguousarray(claim.wrenches.transpose(1, 2, 0))
+        own = np.ascontiguousarray(claim.wrenches[:, self._order].transpose(1, 2, 0))
         own = own.reshape(len(self.claimed), 2, 3, count)
-        world = np.einsum("jkcn,jcin->jkin", own, at[self.claimed, :3])
-        world[:, 1] += cross(at[self.claimed, 3], world[:, 0])
+        world = np.einsum("jkcn,jcin->jkin", own, at[self._chosen, :3])
+        world[:, 1] += cross(at[self._chosen, 3], world[:, 0])
         left = np.zeros((frames.tree, 2, 3, count))
-        for joint, wrench in zip(self.claimed, world, strict=True):
+        for joint, wrench in zip(self._sorted, world, strict=True):
             parent, child = frames.parents[joint], frames.children[joint]
             if child >= 0:
                 left[child] += wrench
             if parent >= 0:
                 left[parent] -= wrench
 
-        virtual = np.ascontiguousarray(claim.transmission.sum(axis=2).T)
+        ratios = np.ascontiguousarray(claim.transmission.transpose(2, 1, 0))
+        virtual = ratios[0] if len(ratios) == 1 else ratios.sum(axis=0)
         loads = np.ascontiguousarray(np.broadcast_to(claim.loads, claim.v.shape).T)
         exerted = np.ascontiguousarray(claim.exerted.T)
         power = [np.einsum("kn,kn->n", part, virtual) for part in (loads, exerted)]
         acting = [np.max(np.abs(loads) * self.rate_scale[:, None], axis=0, initial=0.0)]
         inertial = np.zeros(count)
         units = twists.units(placed, directions)
-        drift = self._drift(claim, placed, units)
+        constraints = self._constraints
+        drift = constraints.missed(claim)
+        for part in ratios:
+            size = constraints.greatest(part)
+            np.maximum(drift, constraints.slipping(part, size), out=drift)
+            if constraints.loops:
+                added = twists.own(units, part)
+                np.maximum(drift, constraints.parting(placed, added, size), out=drift)
         velocity = acceleration = None
         if claim.moving:
-            rates = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)
-            each = twists.own(units, rates[0])
+            v, a = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)
+            each = twists.own(units, v)
             velocity = twists.summed(each)
-            changes = twists.changes(units, each, velocity, rates[1])
-            constraints = self._constraints
-            fastest = constraints.greatest(rates[0])
-            np.maximum(drift, constraints.parting(placed, each, fastest), out=drift)
+            changes = twists.changes(units, each, velocity, a)
+            fastest = constraints.greatest(v)
             # Of an acceleration, centripetal terms are part.
-            size = constraints.greatest(rates[1]) + fastest**2
-            np.maximum(drift, constraints.parting(placed, changes, size), out=drift)
+            size = constraints.greatest(a) + fastest**2
+            for part, added, scale in ((v, each, fastest), (a, changes, size)):
+                np.maximum(drift, constraints.slipping(part, scale), out=drift)
+                np.maximum(drift, constraints.parting(placed, added, scale), out=drift)
             if self._heavy:
                 acceleration = twists.summed(changes)
         if claim.link_loads or (self._heavy and (claim.moving or self._pulled)):
@@ -195,7 +208,7 @@ class FreeBodies:
                 wrench, inertial = self._weight_and_inertia(placed, velocity, acceleration)
                 if claim.moving and np.any(twists.sliding):
                     # Slides that make up for each other leave a body where it is.
-                    slides = np.abs(rates[1][twists.rates[twists.sliding]]).max(axis=0)
+                    slides = np.abs(a[twists.rates[twists.sliding]]).max(axis=0)
                     inertial = inertial + np.max(self._masses) * self.length * slides
                 left[self._heavy] += wrench
                 power.append(np.einsum("bkin,bkin->n", wrench, displaced[self._moved_by]))
@@ -206,25 +219,16 @@ class FreeBodies:
         return Residuals(
             unmet=unmet,
             unspent=np.abs(np.sum(power, axis=0)),
-            open=self._constraints.open(placed, claim),
+            open=constraints.open(placed, claim),
             drift=drift,
             wrench=self._size(own, None),
             applied=np.max(acting, axis=0),
             inertia=inertial,
             flow=np.sum(np.abs(power), axis=0),
-            fastest=self._constraints.greatest(virtual),
+            fastest=constraints.greatest(virtual),
             bodies_balanced=bool(np.any(self._covered)),
             power_balanced=self._powered,
         )
-
-    def _drift(self, claim: Claim, placed: Array, units: Array) -> Array:
-        """Return `(N,)` how far what is asked for and transmission ratios are missed."""
-        constraints, drift = self._constraints, self._constraints.asked(claim)
-        for rates in np.ascontiguousarray(claim.transmission.transpose(2, 1, 0)):
-            added = self._twists.own(units, rates)
-            size = constraints.greatest(rates)
-            np.maximum(drift, constraints.parting(placed, added, size), out=drift)
-        return drift
 
     def _load(self, link: str, load: LinkLoad, placed: Array) -> tuple[int, Array]:
         """Return a link's body and the wrench on it, about the corner."""
