@@ -3,7 +3,7 @@
 Z arrangement at 0.4 and 0.3 rad with its masses, 30 rad/s and 5 rad/s², unit torque at the output;
 all wrenches of all joints. Exact is the 50-digit evaluation at a few of the samples; errors are
 relative to the greatest wrench of the sample. Pinocchio by hand is given the closed positions and
-rates, which the sweep finds itself; "positions closed before" are those of `Scene.close`.
+rates, which the sweep finds itself; "positions closed before" are those of `Scene.assemble`.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def _errors(positions: np.ndarray, sweep: cd.Sweep) -> Callable[[Callable], floa
             {"bearing_in": ACCELERATION},
             {"bearing_out": -1.0},
         )
-    scale = np.repeat([sweep.mechanism.length, 1.0], 3)
+    scale = np.repeat([sweep.mechanism.characteristic_length, 1.0], 3)
 
     def error(wrench: Callable[[str, int], np.ndarray]) -> float:
         worst = 0.0
@@ -138,7 +138,7 @@ def measure(fast: bool = False) -> list[Record]:
             )
             runs[name] = run, count
         name = f"cardan_dyn sweep of positions closed before, N = {count}"
-        before = scene.close(positions)
+        before = scene.assemble(positions)
         turn = scene.sweep(before, SPEED, ACCELERATION)
         errors[name] = error(
             lambda joint, k, turn=turn: np.r_[turn[joint].force[k], turn[joint].moment[k]]
@@ -148,9 +148,7 @@ def measure(fast: bool = False) -> list[Record]:
             name = f"Pinocchio by hand, N = {count}"
             hand = by_hand(mechanism, closed)
             wrenches = hand()
-            errors[name] = error(
-                lambda joint, k, w=wrenches: w[k, mechanism.joints[joint].index - 1]
-            )
+            errors[name] = error(lambda joint, k, w=wrenches: w[k, mechanism.joints[joint].id - 1])
             runs[name] = hand, count
     data, q = mechanism.model.createData(), closed.motion.q[0]
     zero = np.zeros(mechanism.model.nv)

@@ -16,5 +16,4 @@ def prepared(scene: cd.Scene, method: str, span: tuple[float, float] | None = No
     """Return what sweeps positions: the scene, or its response."""
     if method == "sweep":
         return scene
-    low, high = span or (None, None)
-    return scene.response(low=low, high=high)  # type: ignore[attr-defined]
+    return scene.response(interval=span)  # type: ignore[attr-defined]

@@ -1,9 +1,9 @@
 """How far are a result and its proofs from the exact ones? What all stress maps measure.
 
 At every point of a map: the error of all unique wrench components against 50 digits, relative to
-the greatest wrench of the sample (forces times `Mechanism.length`); the stated condition number
-`Sweep.condition`; and the reported residuals beside the same residuals evaluated with 50 digits
-from the returned doubles.
+the greatest wrench of the sample (forces times the characteristic length); the stated condition
+number `Sweep.condition`; and the reported residuals beside the same residuals evaluated with 50
+digits from the returned doubles.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ def measure(name: str, label: str, parameter: float, case: Case) -> Point:
                 error=error,
                 stated=stated,
                 loop=float(sweep.loop_residual),
-                loop_true=_loop_error(exact, guess, mechanism.length),
+                loop_true=_loop_error(exact, guess, mechanism.characteristic_length),
                 balance=max(float(sweep.balance_residual), getattr(ready, "error", 0.0)),
                 over_stated=error / (EPS * stated),
                 method=case.method,
@@ -170,9 +170,9 @@ def measure(name: str, label: str, parameter: float, case: Case) -> Point:
 def _coordinates(exact: Exact, sweep: cd.Sweep, sample: int) -> dict[str, float]:
     """Return joint coordinates without their whole turns, which a double cannot hold as well."""
     motion = sweep.motion
-    columns = motion.coordinates.columns
+    columns = sweep.mechanism.coordinates.columns
     return {
-        joint.name: float(motion.x[sample, columns[joint.name]][0])
+        joint.name: float(motion._x[sample, columns[joint.name]][0])
         for joint in exact.joints
         if joint.kind != "fixed"
     }
@@ -180,7 +180,7 @@ def _coordinates(exact: Exact, sweep: cd.Sweep, sample: int) -> dict[str, float]
 
 def _compared(sweep: cd.Sweep, sample: int, state: State) -> float:
     """Return the greatest error of all unique components, see the module."""
-    length = sweep.mechanism.length
+    length = sweep.mechanism.characteristic_length
     scale = np.repeat([length, 1.0], 3)
     error = greatest = 0.0
     for name, exact in state.wrenches.items():
@@ -212,7 +212,7 @@ def _imbalance(exact: Exact, sweep: cd.Sweep, sample: int, case: Case) -> tuple[
     from .exact import STEP
     from .vectors import add, cross, turn
 
-    motion, length = sweep.motion, sweep.mechanism.length
+    motion, length = sweep.motion, sweep.mechanism.characteristic_length
     joints = [joint for joint in exact.joints if joint.kind != "fixed"]
     moving = bool(case.speed or case.acceleration)
     coordinates = _coordinates(exact, sweep, sample)

@@ -65,7 +65,7 @@ def _library(count: int, method: str) -> Method:
         ready = prepared(scene, method.split(",")[0])
 
         def run() -> np.ndarray:
-            turn = ready.turn(len(phi)) if "FFT" in method else ready.sweep(phi)
+            turn = ready.uniform(len(phi)) if "FFT" in method else ready.sweep(phi)
             first, last = turn["bearing_in"], turn["bearing_out"]
             return np.stack([first.torsion, first.bending, last.torsion, last.bending], axis=1)
 

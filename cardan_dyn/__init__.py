@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING
 
-from .arguments import Wrench
+from ._version import __version__
+from .description.read import bundled_names
+from .dynamics.problem_solver import AssembledPositions
 from .errors import (
     AccuracyError,
     ArgumentError,
@@ -17,32 +20,42 @@ from .errors import (
     ModelError,
     SingularConfigurationError,
 )
-from .mechanism import Joint, Mechanism, load
-from .motion import Motion
-from .plan import Plan
-from .read import bundled_names
-from .results import ClosedPositions
-from .scene import Scene
-from .sweep import Sweep
-from .wrench import JointWrench
+from .forces.link_loads import Wrench
+from .mechanism.joints import Joint
+from .mechanism.mechanism import Mechanism, load
+from .results.motion import Motion
+from .results.sweep import Sweep
+from .results.wrench import JointWrench
+from .scene.plan import Plan
+from .scene.scene import Scene
 
 if TYPE_CHECKING:
-    from .response import Response
-    from .viewer import View, view
+    from . import figures
+    from .response.response import Response
+    from .scene.describe import MechanismReport, describe
+    from .viewer.viewing import View, view
 
-__version__ = "0.1.0"
+_IMPORTED_WHEN_USED = {
+    "MechanismReport": ".scene.describe",
+    "Response": ".response.response",
+    "View": ".viewer.viewing",
+    "describe": ".scene.describe",
+    "view": ".viewer.viewing",
+}
+"""What most scripts never ask for."""
 
 __all__ = [
     "AccuracyError",
     "ArgumentError",
+    "AssembledPositions",
     "AssemblyError",
     "CardanError",
-    "ClosedPositions",
     "ImmutableError",
     "IndeterminateError",
     "Joint",
     "JointWrench",
     "Mechanism",
+    "MechanismReport",
     "MissingExtraError",
     "MobilityError",
     "ModelError",
@@ -54,20 +67,22 @@ __all__ = [
     "Sweep",
     "View",
     "Wrench",
+    "__version__",
     "bundled_names",
+    "describe",
+    "figures",
     "load",
     "view",
 ]
 
 
 def __getattr__(name: str) -> object:
-    """Import what most scripts never ask for when it is first asked for."""
-    if name == "Response":
-        from .response import Response
-
-        return Response
-    if name in ("View", "view"):
-        from . import viewer
-
-        return getattr(viewer, name)
+    if name == "figures":
+        return import_module(".figures", __name__)
+    if name in _IMPORTED_WHEN_USED:
+        return getattr(import_module(_IMPORTED_WHEN_USED[name], __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -14,9 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from .arrays import Array
 from .errors import ArgumentError
-
-Array = np.ndarray
 
 _MOST_NAMES = 100_000
 """Names are counted up to here, since an iterator may never end."""

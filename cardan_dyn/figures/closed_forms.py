@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from analytic import grossmann, single_joint, thoma
 
-from ..comparisons import thoma_moments
-from ..coordinates import Array
+from ..arrays import Array
 from ..errors import ArgumentError
-from ..sweep import Sweep
+from ..results.sweep import Sweep
+from ..validation.comparisons import thoma_moments
 from .style import Axes, Figure, angle_axis, axes_grid, legend, line_style, point_style, some
 
 INPUT_LABEL = "rotation of the input shaft φ₁ [°]"

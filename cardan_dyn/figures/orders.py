@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..coordinates import Array
+from ..arrays import Array
 from ..errors import ArgumentError
 from .style import Figure, axes_grid, legend, line_style
 

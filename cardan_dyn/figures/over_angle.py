@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..errors import ArgumentError, choices
-from ..sweep import Sweep
+from ..results.sweep import Sweep
 from .style import Figure, angle_axis, axes_grid, curve_style, legend, names
 
 UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ..coordinates import Array
+from ..arrays import Array
 from ..errors import ArgumentError, choices
-from ..sweep import FRAMES, Sweep
+from ..results.sweep import FRAMES, Sweep
 from .style import Axes, Figure, axes_grid, curve_style, legend, line_style, names
 
 _AXES_OF = {

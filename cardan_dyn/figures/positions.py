@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..coordinates import Array
+from ..arrays import Array
 from ..errors import ArgumentError
-from ..sweep import Sweep
+from ..results.sweep import Sweep
 from .style import Axes, Figure, axes_grid, line_style
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..coordinates import Array
+from ..arrays import Array
 from ..errors import MissingExtraError
 
 Figure = Any

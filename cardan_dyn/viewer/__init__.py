@@ -2,7 +2,3 @@
 
 Needs the extra `viz`.
 """
-
-from .viewing import View, view
-
-__all__ = ["View", "view"]

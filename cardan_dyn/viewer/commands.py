@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..coordinates import Array
+from ..arrays import Array
 from ..errors import MissingExtraError
 
 STEADY = 1e-7

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..errors import MissingExtraError
 from .commands import meshcat
-from .scene import Scenery
+from .scenery import Scenery
 
 HOST = "127.0.0.1"
 
@@ -45,7 +45,7 @@ def _template() -> Any:
         from jinja2 import Environment, PackageLoader
     except ImportError as error:
         raise MissingExtraError('the viewer needs Jinja: pip install "cardan-dyn[viz]"') from error
-    environment = Environment(loader=PackageLoader("cardan_dyn", "templates"), autoescape=True)
+    environment = Environment(loader=PackageLoader("cardan_dyn.viewer"), autoescape=True)
     return environment.get_template("scene.html")
 
 

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from ..coordinates import Array
+from ..arrays import Array, quaternion_product
 
 _SIDES = 20
 
@@ -64,7 +64,9 @@ def towards(directions: Array) -> Array:
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     # The shortest turn from the axis that is farthest from being opposite to any direction.
     base = axes[np.argmax(np.min(directions @ axes.T, axis=0))]
-    return _product(_shortest(base, directions), _shortest(np.array([0.0, 0.0, 1.0]), base[None]))
+    return quaternion_product(
+        _shortest(base, directions), _shortest(np.array([0.0, 0.0, 1.0]), base[None])
+    )
 
 
 def filled(vectors: Array, threshold: float) -> tuple[Array, Array]:
@@ -123,11 +125,3 @@ def _shortest(source: Array, target: Array) -> Array:
     across = np.cross(source, np.eye(3)[np.argmin(np.abs(source))])
     result[opposite] = [*across, 0.0]
     return np.asarray(result / np.linalg.norm(result, axis=1)[:, None])
-
-
-def _product(first: Array, second: Array) -> Array:
-    """Return the products of quaternions: the turn `second`, then `first`."""
-    u, a = first[:, :3], first[:, 3:]
-    v, b = second[:, :3], second[:, 3:]
-    scalar = a * b - np.sum(u * v, axis=1, keepdims=True)
-    return np.concatenate([a * v + b * u + np.cross(u, v), scalar], axis=1)

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..coordinates import Array
-from ..mechanism import Joint, Mechanism
-from ..sweep import Sweep
+from ..arrays import Array
+from ..mechanism.joints import Joint
+from ..mechanism.mechanism import Mechanism
+from ..results.sweep import Sweep
 
 _APART = 0.14
 """Least distance of two joints' moments, as a fraction of the radius of the scene."""
@@ -101,7 +102,7 @@ def _offset(mechanism: Mechanism, joint: Joint, radius: float) -> float:
     """Return how far along its axis from its origin a joint's moments are drawn [m]."""
     if not joint.parts or joint.type in ("spherical", "universal", "floating"):
         return 0.0
-    inertia = mechanism.model.inertias[joint.index]
+    inertia = mechanism.model.inertias[joint.id]
     distance = float(inertia.lever @ joint.axis) if inertia.mass > 0.0 else 0.0
     return float(np.clip(distance, -radius, radius))
 
@@ -131,12 +132,12 @@ def _turns(sweep: Sweep, joint: Joint, rows: Array) -> bool:
     if joint.name in {loop.joint for loop in sweep.mechanism.loops}:
         return False
     angle = sweep.motion.position(joint.name)[rows]
-    parent = int(sweep.mechanism.model.parents[joint.index])
+    parent = int(sweep.mechanism.model.parents[joint.id])
     if parent == 0:
         still = True
     else:
         carrier = next(
-            (item for item in sweep.mechanism.joints.values() if item.index == parent), None
+            (item for item in sweep.mechanism.joints.values() if item.id == parent), None
         )
         still = carrier is not None and not np.any(
             np.ptp(sweep.rotation(carrier.name)[rows], axis=0) > 1e-9

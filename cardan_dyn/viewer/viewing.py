@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import ArgumentError
-from ..sweep import Sweep
+from ..results.sweep import Sweep
 from .commands import meshcat
 from .page import Server, render
-from .scene import Parts, build
+from .scenery import Parts, build
 
 
 def view(

@@ -15,10 +15,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio
 
-from ..coordinates import Array
-from ..description import SourceText
+from ..arrays import Array
+from ..description.description import SourceText
 from ..errors import ModelError
-from ..mechanism import Mechanism
+from ..mechanism.mechanism import Mechanism
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ def test_reference_closes_a_spatial_loop_exactly() -> None:
 
 
 def test_dead_point_is_where_crank_and_coupler_are_in_line() -> None:
-    low, high = cd.Scene(cd.load("four_bar"), drive="rocker_bearing").range()
+    low, high = cd.Scene(cd.load("four_bar"), drive="rocker_bearing").motion_range()
     assert float(dead_point(1)) == pytest.approx(low, abs=1e-8)
     assert float(dead_point(-1)) == pytest.approx(high, abs=1e-8)
 
@@ -75,11 +75,11 @@ def test_dead_point_is_where_crank_and_coupler_are_in_line() -> None:
 def test_changed_descriptions_load_as_they_should() -> None:
     whole = cd.load("double_shaft_z")
     changed = cd.load(with_length(with_mass(mechanics("double_shaft_z"), "tube", 10.0), 2.0))
-    index = whole.joints["pin_1_out"].index
+    index = whole.joints["pin_1_out"].id
     first, second = whole.model.inertias[index], changed.model.inertias[index]
     assert second.mass == pytest.approx(10.0 * first.mass)
     np.testing.assert_allclose(second.lever, 2.0 * first.lever)
     np.testing.assert_allclose(second.inertia, 40.0 * first.inertia, atol=1e-12)
-    assert changed.length == pytest.approx(2.0 * whole.length)
+    assert changed.characteristic_length == pytest.approx(2.0 * whole.characteristic_length)
     assert "<inertial>" not in massless(text("four_bar"))
     assert "<visual" not in mechanics("four_bar")

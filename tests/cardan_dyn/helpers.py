@@ -87,7 +87,7 @@ def forward_accelerations(
     pin.initConstraintDynamics(model, data, models, datas)
     tau = np.zeros(model.nv)
     for name, effort in efforts.items():
-        tau[model.idx_vs[mechanism.joints[name].index]] += effort
+        tau[model.idx_vs[mechanism.joints[name].id]] += effort
     q, v = turn.motion.q[sample], turn.motion.v[sample]
     settings = pin.ProximalSettings(1e-14, 1e-8, 100)
     a = pin.constraintDynamics(model, data, q, v, tau, models, datas, settings).copy()

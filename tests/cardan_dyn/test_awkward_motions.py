@@ -82,7 +82,7 @@ def test_responses_of_gears_repeat_after_several_turns(ratio: float) -> None:
         <ratio value="{ratio!r}"/></coupling></robot>"""
     scene = cd.Scene(cd.load(text), drive="in", gravity=(0.0, -9.81, 0.0))
     response = scene.response()
-    assert response.series.length == pytest.approx(2.0 * np.pi / ratio)
+    assert response._data.series.length == pytest.approx(2.0 * np.pi / ratio)
     positions = np.concatenate([np.linspace(-40.0, 40.0, 401), [2e5 * np.pi + 0.7, -1e4 * np.pi]])
     # The weight of 2 kg at 0.5 m turns with the second wheel, whose moment the gear passes on.
     exact = ratio * 2.0 * 9.81 * 0.5 * np.cos(ratio * positions)
@@ -90,7 +90,7 @@ def test_responses_of_gears_repeat_after_several_turns(ratio: float) -> None:
     assert np.max(np.abs(swept - exact)) < 1e-9
     assert np.max(np.abs(response.sweep(positions).drive_effort - exact)) < 1e-9
     assert np.max(np.abs(swept[:401] - exact[:401])) < 1e-12
-    turn = response.turn(64).drive_effort
+    turn = response.uniform(64).drive_effort
     angle = 2.0 * np.pi / ratio * np.arange(64) / 64
     assert np.max(np.abs(turn - ratio * 9.81 * np.cos(ratio * angle))) < 1e-12
 
@@ -102,7 +102,7 @@ def test_dead_points_of_slides_do_not_depend_on_the_unit_of_length(length: float
     scene = cd.Scene(mechanism, drive="guide", start={"crank_bearing": 1.0})
     rod = np.hypot(2.0, 0.2)
     exact = [np.sqrt((rod + sign) ** 2 - 0.2**2) - 3.0 for sign in (-1.0, 1.0)]
-    low, high = (end / length for end in scene.range())
+    low, high = (end / length for end in scene.motion_range())
     assert low == pytest.approx(exact[0], abs=1e-8)
     assert high == pytest.approx(exact[1], abs=1e-8)
     with pytest.raises(cd.AssemblyError) as caught:

@@ -7,7 +7,7 @@ import pytest
 from helpers import double, relative, universal
 
 import cardan_dyn as cd
-from cardan_dyn.branch import Branch
+from cardan_dyn.kinematics.branch import Branch
 
 LINK = (
     '<link name="{0}"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx=".01" '
@@ -45,7 +45,7 @@ def test_no_way_leads_past_where_ways_meet(crank: float, base: float, lean: floa
     """Beyond it a parallelogram and an antiparallelogram go on, and neither is the right one."""
     mechanism = cd.load(parallelogram(crank, base, lean))
     low, high = -np.pi / 2.0 - lean, np.pi / 2.0 - lean
-    found = cd.Scene(mechanism, drive="A").range()
+    found = cd.Scene(mechanism, drive="A").motion_range()
     assert found == pytest.approx((low, high), abs=5e-6)
     scene = cd.Scene(mechanism, drive="A", loads={"D": -3.0})
     for _ in range(3):
@@ -88,7 +88,7 @@ def test_following_quickly_equals_following_carefully(
 def test_known_periods_are_used_for_any_positions(joint: cd.Mechanism) -> None:
     scene = universal(joint, 0.7)
     scene.response()
-    branch = scene.assembly._branch
+    branch = scene._solver.assembly._cache._branch
     assert branch is not None
     known = branch.span
     scene.sweep([6.2, -6.2])

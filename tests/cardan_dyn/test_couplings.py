@@ -38,13 +38,13 @@ def test_a_gear_passes_power_on_without_loss() -> None:
     np.testing.assert_allclose(turn.motion.velocity("b"), -7.5)
     # The moment that the teeth exert on b drives its inertia against the load.
     tooth = 0.025 * (-2.5 * 2.0) - 7.0
-    np.testing.assert_allclose(turn.tooth_moment["mesh"], tooth, rtol=1e-13)
+    np.testing.assert_allclose(turn.coupling_moment["mesh"], tooth, rtol=1e-13)
     np.testing.assert_allclose(turn["b"].torsion, 7.0 + tooth, rtol=1e-13)
     # On a the same teeth exert 2.5 times as much, so that no power is lost.
     np.testing.assert_allclose(turn["a"].torsion, 0.025 * 2.0, rtol=1e-13)
     np.testing.assert_allclose(turn.drive_effort, 0.025 * 2.0 - 2.5 * tooth, rtol=1e-13)
     assert turn.power_residual < 1e-14
-    assert turn.tooth_unique["mesh"]
+    assert turn.coupling_unique["mesh"]
 
 
 def test_closed_gear_trains_are_solved_or_refused() -> None:
@@ -53,10 +53,10 @@ def test_closed_gear_trains_are_solved_or_refused() -> None:
     scene = cd.Scene(cd.load(closed), drive="a", loads={"c": -4.0})
     turn = scene.sweep(POSITIONS, speed=1.0)
     assert relative(turn.drive_effort, np.full(41, 24.0)) < 1e-13
-    assert turn.tooth_unique == {"ab": False, "bc": False, "ca": False}
+    assert turn.coupling_unique == {"ab": False, "bc": False, "ca": False}
     assert np.all([turn[name].unique for name in "abc"])
     tree = cd.Scene(cd.load(gears(*train, third=True)), drive="a", loads={"c": -4.0})
-    assert tree.sweep(POSITIONS, speed=1.0).tooth_unique == {"ab": True, "bc": True}
+    assert tree.sweep(POSITIONS, speed=1.0).coupling_unique == {"ab": True, "bc": True}
     locked = gears(*train, coupling("ca", "c", "a", 1.0 / 5.0), third=True)
     with pytest.raises(cd.MobilityError, match="it is locked") as caught:
         cd.Scene(cd.load(locked), drive="a")

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cardan_dyn as cd
-from cardan_dyn.urdf import check_inertia
+from cardan_dyn.description.urdf import check_inertia
 
 JOINT = text("universal_joint")
 
@@ -278,7 +278,7 @@ def test_namespaces(urdf: str, message: str) -> None:
 
 def test_extensions_of_others_are_left_alone() -> None:
     extra = '<g:joint_states xmlns:g="http://a/b"><g:joint name="x"/></g:joint_states>'
-    extra += '<transmission><joint name="x"/><joint name="y"/></transmission>'
+    extra += '<velocity_ratios><joint name="x"/><joint name="y"/></velocity_ratios>'
     assert (
         cd.load(changed("</robot>", f"{extra}</robot>")).joint_names == cd.load(JOINT).joint_names
     )

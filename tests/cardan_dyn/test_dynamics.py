@@ -55,7 +55,7 @@ def test_constrained_forward_dynamics_agrees(
         a, data, _ = forward_accelerations(mechanism, turn, sample, efforts)
         assert np.max(np.abs(a - turn.motion.a[sample])) < 1e-9 * scale
         for joint_name, wrench in wrenches.items():
-            found = data.f[mechanism.joints[joint_name].index].vector
+            found = data.f[mechanism.joints[joint_name].id].vector
             ours = np.concatenate([wrench.force[sample], wrench.moment[sample]])
             difference = np.where(wrench.unique, found - ours, 0.0)
             assert np.max(np.abs(difference)) < 1e-9 * size, joint_name

@@ -150,7 +150,7 @@ def test_strict_scenes_refuse_to_choose(joint: cd.Mechanism, shaft: cd.Mechanism
 
 
 def test_description_of_the_universal_joint(joint: cd.Mechanism, shaft: cd.Mechanism) -> None:
-    report = joint.describe()
+    report = cd.describe(joint)
     assert (report.coordinates, report.rank, report.mobility) == (5, 3, 2)
     assert not report.counted
     (pin,) = report.loops
@@ -162,19 +162,19 @@ def test_description_of_the_universal_joint(joint: cd.Mechanism, shaft: cd.Mecha
     assert "universal_joint: mobility 2" in shown
     assert "loop pin_out (continuous): rank 3 of 6, 3 redundant" in shown
     assert "leaves open at bearing_in: force xyz" in shown
-    report = shaft.describe()
+    report = cd.describe(shaft)
     assert (report.coordinates, report.rank, report.mobility) == (9, 6, 3)
     assert report.loops[0].blurred == {}
 
 
 def test_description_of_a_planar_four_bar() -> None:
-    report = cd.load(four_bar(loop("continuous"))).describe()
+    report = cd.describe(cd.load(four_bar(loop("continuous"))))
     assert report.mobility == 1
     assert report.loops[0].blurred == dict.fromkeys("abdc", "force z, moment xy")
-    ball = cd.load(four_bar(loop("spherical"))).describe()
+    ball = cd.describe(cd.load(four_bar(loop("spherical"))))
     assert (ball.rank, ball.mobility) == (5, 1)
     opened = four_bar("")
-    assert cd.load(opened).describe().mobility == 3
+    assert cd.describe(cd.load(opened)).mobility == 3
 
 
 def bennett(alpha: float, beta: float, theta: float) -> tuple[str, float]:
@@ -215,7 +215,7 @@ def test_a_mechanism_that_moves_by_its_dimensions_alone() -> None:
     theta = 1.0
     urdf, ratio = bennett(np.deg2rad(60.0), np.deg2rad(35.0), theta)
     mechanism = cd.load(urdf)
-    report = mechanism.describe()
+    report = cd.describe(mechanism)
     assert (report.rank, report.mobility) == (3, 1)
     turn = cd.Scene(mechanism, drive="j1", loads={"j3": -1.0}).sweep(
         np.linspace(-0.6, 0.6, 9), speed=2.0

@@ -105,8 +105,8 @@ def test_mechanisms_sweeps_and_closed_positions_can_be_copied(made: str) -> None
     assert np.array_equal(
         again.wrench("pin_in", "world").force, turn.wrench("pin_in", "world").force
     )
-    closed = COPIES[made](scene.close(POSITIONS))
-    equal(closed.scene.sweep(closed, speed=3.0), turn)
+    closed = COPIES[made](scene.assemble(POSITIONS))
+    equal(cd.Scene._of(closed.solver).sweep(closed, speed=3.0), turn)
 
 
 def test_pickles_of_sweeps_stay_small() -> None:
@@ -121,15 +121,24 @@ def test_nothing_of_a_result_can_be_changed() -> None:
     arrays = [
         *(bearing.force, bearing.moment, bearing.torsion, bearing.axial, bearing.unique),
         *(turn.drive_effort, turn.condition, turn.holding_effort["joint_angle"]),
-        *(turn.motion.x, turn.motion.v, turn.motion.a, turn.motion.turns),
-        *(turn.motion.transmission, turn.rotation("pin_in"), turn.origin("pin_in")),
-        *(scene.close(POSITIONS).positions, scene.close(POSITIONS).turns),
-        *(scene.gravity, scene.link_loads["shaft_out"].force, scene.joint_loads["bearing_out"]),
+        *(turn.motion._x, turn.motion.v, turn.motion.a, turn.motion._turns),
+        *(turn.motion._velocity_ratios, turn.rotation("pin_in"), turn.origin("pin_in")),
+        *(scene.assemble(POSITIONS).positions, scene.assemble(POSITIONS).turns),
+        *(
+            scene.gravity,
+            scene._problem.link_loads["shaft_out"].force,
+            scene._problem.joint_loads["bearing_out"],
+        ),
     ]
     for array in arrays:
         with pytest.raises(ValueError, match="read-only"):
             array[...] = 7.0
-    for mapping in (scene.held, scene.joint_loads, scene.link_loads, turn.holding_effort):
+    for mapping in (
+        scene.held,
+        scene._problem.joint_loads,
+        scene._problem.link_loads,
+        turn.holding_effort,
+    ):
         with pytest.raises(cd.ImmutableError, match="cannot be changed"):
             mapping["joint_angle"] = 0.0
         with pytest.raises(cd.ImmutableError):

@@ -275,7 +275,7 @@ def test_spherical_loop_in_space() -> None:
         a, data, _ = forward_accelerations(mechanism, turn, sample, efforts)
         np.testing.assert_allclose(a, turn.motion.a[sample], atol=1e-9 * np.max(np.abs(a)))
         for name in mechanism.joint_names:
-            found = data.f[mechanism.joints[name].index].vector
+            found = data.f[mechanism.joints[name].id].vector
             ours = np.concatenate([turn[name].force[sample], turn[name].moment[sample]])
             assert np.max(np.abs(found - ours)) < 1e-9 * scale, name
     assert model.nv == mechanism.model.nv
@@ -300,7 +300,7 @@ def test_every_joint_has_a_wrench_where_pinocchio_says_it_is(joint: cd.Mechanism
     for sample, q in enumerate(turn.motion.q):
         pin.forwardKinematics(joint.model, data, q)
         for name, record in joint.joints.items():
-            frame = data.oMi[record.index]
+            frame = data.oMi[record.id]
             np.testing.assert_allclose(turn.rotation(name)[sample], frame.rotation, atol=1e-14)
             np.testing.assert_allclose(turn.origin(name)[sample], frame.translation, atol=1e-14)
 

@@ -11,8 +11,8 @@ from helpers import relative
 from test_loops import POSITIONS, RATES, four_bar, loop
 
 import cardan_dyn as cd
-from cardan_dyn.description import LoopDescription
-from cardan_dyn.read import read
+from cardan_dyn.description.description import LoopDescription
+from cardan_dyn.description.read import read
 
 HEAD = '<mujoco><compiler angle="{angle}" eulerseq="{sequence}"/>'
 TREE = (
@@ -132,7 +132,7 @@ def placed(mechanism: cd.Mechanism, coordinates: dict[str, float]) -> dict[str, 
     model = mechanism.model
     step = np.zeros(model.nv)
     for name, value in coordinates.items():
-        step[model.idx_vs[mechanism.joints[name].index]] = value
+        step[model.idx_vs[mechanism.joints[name].id]] = value
     data = model.createData()
     pin.forwardKinematics(model, data, pin.integrate(model, pin.neutral(model), step))
     return {name: data.oMi[body] * place for name, (body, place) in mechanism.links.items()}
@@ -160,8 +160,8 @@ def test_against_mujoco() -> None:
     # The range counts from ref, our coordinate from the initial configuration.
     limits = joints["j_3"].limits
     assert np.rad2deg([limits.lower, limits.upper]) == pytest.approx([-30.0, 60.0])
-    assert len(description.remarks) == 1
-    assert "zero where the file counts 30 (ref)" in description.remarks[0]
+    assert len(description.warnings) == 1
+    assert "zero where the file counts 30 (ref)" in description.warnings[0]
 
 
 BODY = '<mujoco>{head}<worldbody><body name="b">{body}</body></worldbody>{tail}</mujoco>'
@@ -252,7 +252,7 @@ def test_inertias_that_no_body_can_have() -> None:
     text = of_body("<joint/>" + INERTIAL.format("1 1 5"))
     with pytest.raises(cd.ModelError, match=r"body 'b': principal moments 1, 1, 5 .*strict=False"):
         read(text)
-    assert "violate the triangle inequality" in read(text, strict=False).remarks[0]
+    assert "violate the triangle inequality" in read(text, strict=False).warnings[0]
 
 
 def test_names() -> None:
@@ -360,7 +360,7 @@ def test_inactive_equalities_are_left_out() -> None:
     text = HALVES.format(rocker=ROCKER, more=off + both)
     assert read(text).loops == ()
     assert read(text).notation == "no loops"
-    assert [remark.split(": ", 1)[1] for remark in read(text).remarks] == [
+    assert [remark.split(": ", 1)[1] for remark in read(text).warnings] == [
         "<equality> <connect> 'c': left out, as it is not active",
         "<equality> <connect> 2: left out, as it is not active",
     ]
@@ -479,9 +479,9 @@ def test_forces_that_wrenches_leave_out() -> None:
         "tendon 't': frictionloss 2; actuator 'motor': armature 0.1; load(..., strict=False) "
         "accepts the file and leaves them out"
     )
-    remarks = read(FORCES, strict=False).remarks
-    assert len(remarks) == 7
-    assert "joint 'd': damping 1 0, stiffness 3 left out of the wrenches" in remarks[2]
+    warnings = read(FORCES, strict=False).warnings
+    assert len(warnings) == 7
+    assert "joint 'd': damping 1 0, stiffness 3 left out of the wrenches" in warnings[2]
     same_as_urdf(cd.load(FORCES, strict=False))
 
 
@@ -584,7 +584,7 @@ def test_refused(text: str, message: str) -> None:
 def test_what_stands_in_the_world_needs_no_mass() -> None:
     mocap = of_body('<geom type="mesh" mesh="m"/>').replace("<body ", '<body mocap="true" ')
     assert read(mocap).links[-1].mass == 0.0
-    assert "it stands still" in read(mocap).remarks[0]
+    assert "it stands still" in read(mocap).warnings[0]
     point = read(of_body('<joint/><inertial pos="0 0 0" mass="2"/>'))
     assert point.links[-1].mass == 2.0
-    assert "a point mass" in point.remarks[0]
+    assert "a point mass" in point.warnings[0]

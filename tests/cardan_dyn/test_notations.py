@@ -49,7 +49,7 @@ def test_two_notations_that_agree_say_which_was_used() -> None:
     urdf = PLUS.replace("</robot>", ISAAC.format(kind="continuous") + "</robot>")
     mechanism = cd.load(urdf)
     assert mechanism.notation == ("URDF+ <loop>; Isaac <loop_joint> says the same and is not used")
-    assert mechanism.notation in str(mechanism.describe())
+    assert mechanism.notation in str(cd.describe(mechanism))
     same(sweep(urdf), sweep(PLUS))
 
 
@@ -79,7 +79,7 @@ def test_gepetto(tmp_path: Path) -> None:
     reference = sweep(four_bar(loop("spherical")))
     found = sweep(path, drive=None)
     assert found.mechanism.notation == "Gepetto robot.yaml"
-    assert found.mechanism.independent == ("a",)
+    assert found.mechanism.independent_joints == ("a",)
     assert relative(found.drive_effort, reference.drive_effort) < 1e-13
     force = reference.wrench("c", "world").force[:, :2]
     assert relative(found.wrench("loop_1", "world").force[:, :2], force) < 1e-12
@@ -145,7 +145,7 @@ def test_independent_joints_are_the_drives() -> None:
         '<joint name="joint_angle" ', '<joint name="joint_angle" independent="true" '
     )
     mechanism = cd.load(urdf)
-    assert mechanism.independent == ("bearing_in", "joint_angle")
+    assert mechanism.independent_joints == ("bearing_in", "joint_angle")
     scene = cd.Scene(mechanism, held={"joint_angle": 0.5}, loads={"bearing_out": -1.0})
     assert scene.drives == ("bearing_in",)
     reference = universal(cd.load("universal_joint"), 0.5).sweep([0.3])

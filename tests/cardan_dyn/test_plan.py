@@ -42,7 +42,7 @@ def test_groups_of_a_drive_line() -> None:
 def test_a_line_solved_in_groups_equals_the_line_solved_at_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from cardan_dyn import assembly
+    from cardan_dyn.kinematics import loop_system
 
     mechanism = cd.load(drive_line(4))
     options = {
@@ -51,8 +51,10 @@ def test_a_line_solved_in_groups_equals_the_line_solved_at_once(
         "gravity": (0.0, -1.0, -9.81),
     }
     parts = cd.Scene(mechanism, **options).sweep(POSITIONS, **RATES)
-    real = assembly.partition
-    monkeypatch.setattr(assembly, "partition", lambda *arguments: real(*arguments, together=True))
+    real = loop_system.partition
+    monkeypatch.setattr(
+        loop_system, "partition", lambda *arguments: real(*arguments, together=True)
+    )
     scene = cd.Scene(mechanism, **options)
     assert len([step for step in scene.plan().steps if step.startswith("close")]) == 1
     whole = scene.sweep(POSITIONS, **RATES)
@@ -178,8 +180,8 @@ def test_calls_into_pinocchio_per_sample(
 
 def test_range_of_a_rocker_ends_at_its_dead_points() -> None:
     mechanism = cd.load(four_bar(loop("continuous")))
-    assert cd.Scene(mechanism, drive="a").range() == (-np.inf, np.inf)
-    low, high = cd.Scene(mechanism, drive="d").range()
+    assert cd.Scene(mechanism, drive="a").motion_range() == (-np.inf, np.inf)
+    low, high = cd.Scene(mechanism, drive="d").motion_range()
     limits = []
     for reach in (np.sqrt(8.0) + 0.5, np.sqrt(8.0) - 0.5):
         cosine = (2.0**2 + 2.5**2 - reach**2) / (2.0 * 2.0 * 2.5)
@@ -196,7 +198,7 @@ def test_range_of_a_rocker_ends_at_its_dead_points() -> None:
     assert e.value.nearest == pytest.approx(high, abs=1e-9)
     with pytest.raises(cd.MobilityError, match="the range of one drive depends"):
         joint = cd.load("universal_joint")
-        cd.Scene(joint, drive=["bearing_in", "joint_angle"]).range()
+        cd.Scene(joint, drive=["bearing_in", "joint_angle"]).motion_range()
 
 
 def test_range_of_a_slide() -> None:
@@ -204,7 +206,7 @@ def test_range_of_a_slide() -> None:
 
     scene = cd.Scene(cd.load(slider_crank(None)), drive="d")
     reach = np.sqrt(1.0 - 0.09)
-    low, high = scene.range()
+    low, high = scene.motion_range()
     assert low == pytest.approx(0.7 - reach, abs=1e-9)
     assert high == pytest.approx(1.3 - reach, abs=1e-9)
 
@@ -238,9 +240,9 @@ def test_long_lines_take_small_models() -> None:
     sizes = []
     for count in (3, 12):
         scene = cd.Scene(cd.load(drive_line(count)), drive="bearing_0")
-        solvers = scene.assembly.kinematics.solvers
+        solvers = scene._solver.assembly.kinematics.solvers
         assert len(solvers) == count
-        sizes.append(max(solver.twin.model.nv for solver in solvers))
+        sizes.append(max(solver.batch.model.nv for solver in solvers))
     assert sizes[0] == sizes[1] <= 30
 
 
@@ -274,7 +276,7 @@ def test_a_zero_that_is_a_dead_point() -> None:
     with pytest.raises(cd.SingularConfigurationError, match=r"is a dead point: .*Give start="):
         cd.Scene(mechanism, drive="piston_guide")
     scene = cd.Scene(mechanism, drive="piston_guide", start={"crank_bearing": 1.0})
-    low, high = scene.range()
+    low, high = scene.motion_range()
     assert high - low == pytest.approx(0.09, abs=1e-9)
     crank = cd.Scene(mechanism, drive="crank_bearing").sweep([1.0, 1.2])
     back = scene.sweep(crank.motion.position("piston_guide"))

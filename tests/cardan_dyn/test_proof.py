@@ -12,8 +12,8 @@ import pytest
 from helpers import text
 
 import cardan_dyn as cd
-from cardan_dyn.free_bodies import FreeBodies
-from cardan_dyn.residuals import Claim
+from cardan_dyn.proof.free_bodies import FreeBodies
+from cardan_dyn.proof.residuals import Claim
 
 POSITIONS = np.linspace(0.2, 1.4, 30)
 GRAVITY = (1.0, -2.0, -9.0)
@@ -70,7 +70,7 @@ def positions(scene: cd.Scene) -> np.ndarray:
 def claimed(scene: cd.Scene, **rates: float) -> tuple[FreeBodies, Claim, np.ndarray]:
     """Return the proof, and the claim that a sweep hands to it."""
     seen: list[Claim] = []
-    bodies = scene.pipeline.bodies
+    bodies = scene._solver.inverse_dynamics.bodies
     check = bodies.check
 
     def watched(claim: Claim) -> object:
@@ -109,7 +109,7 @@ def test_what_is_right_is_not_refused(name: str, rates: dict[str, float]) -> Non
     found.prove(where, np.ones(len(where)))
     assert found.balance < 1e-13
     assert found.power < 1e-13
-    assert np.max(found.open) < 1e-13
+    assert np.max(found.loop_error) < 1e-13
     assert found.rate < 1e-13
 
 
@@ -132,24 +132,24 @@ def test_false_motion_efforts_and_loads_are_refused(name: str) -> None:
     for rate in range(claim.v.shape[1]):
         assert refused(bodies, replace(claim, v=bent(claim.v, (4, rate), 1e-6)), where)
         assert refused(bodies, replace(claim, a=bent(claim.a, (4, rate), 1e-6)), where)
-        false = bent(claim.transmission, (4, rate, 0), 1e-6)
-        assert refused(bodies, replace(claim, transmission=false), where)
+        false = bent(claim.velocity_ratios, (4, rate, 0), 1e-6)
+        assert refused(bodies, replace(claim, velocity_ratios=false), where)
     for column in range(claim.x.shape[1]):
         assert refused(bodies, replace(claim, x=bent(claim.x, (4, column), 1e-6)), where)
     for drive in range(len(scene.drives)):
-        outside = scene.coordinates.velocities[scene.drives[drive]].start
+        outside = scene.mechanism.coordinates.velocity_columns[scene.drives[drive]].start
         false = bent(claim.exerted, (4, outside), 1e-6)
         assert refused(bodies, replace(claim, exerted=false), where)
         for part in ("positions", "speeds", "accelerations"):
             false = bent(getattr(claim, part), (4, drive), 1e-6)
             assert refused(bodies, replace(claim, **{part: false}), where)
-    for load in scene.joint_loads:
-        place = scene.coordinates.velocities[load].start
+    for load in scene._problem.joint_loads:
+        place = scene.mechanism.coordinates.velocity_columns[load].start
         assert refused(bodies, replace(claim, loads=bent(claim.loads, (0, place), 1e-4)), where)
     for number in range(claim.couplings.shape[1]):
         false = bent(claim.couplings, (4, number), 1e-6)
         assert refused(bodies, replace(claim, couplings=false), where)
-    for link, load in scene.link_loads.items():
+    for link, load in scene._problem.link_loads.items():
         for part in ("force", "moment"):
             for axis in range(3):
                 false = replace(load, **{part: bent(getattr(load, part), (0, axis), 1e-4)})
@@ -171,7 +171,7 @@ def test_an_open_chain_elsewhere_than_asked_is_refused() -> None:
     assert not refused(bodies, claim, where)
     for column in range(2):
         assert refused(bodies, replace(claim, x=bent(claim.x, (4, column), 1e-6)), where)
-    elbow = scene.coordinates.velocities["elbow"].start
+    elbow = scene.mechanism.coordinates.velocity_columns["elbow"].start
     for part in ("v", "a"):
         false = bent(getattr(claim, part), (4, elbow), 1e-6)
         assert refused(bodies, replace(claim, **{part: false}), where)
@@ -180,7 +180,7 @@ def test_an_open_chain_elsewhere_than_asked_is_refused() -> None:
 def test_whole_turns_count_where_couplings_do() -> None:
     bodies, claim, where = claimed(geared(), **RATES)
     turns = claim.turns.copy()
-    column = geared().coordinates.columns["in"].start
+    column = geared().mechanism.coordinates.columns["in"].start
     turns[:, column] += 1.0
     assert refused(bodies, replace(claim, turns=turns), where)
 
@@ -235,7 +235,7 @@ def test_a_false_number_in_any_body_of_the_model_is_refused(name: str, fault: st
 @pytest.mark.parametrize("name", SCENES)
 def test_closure_forces_that_are_lost_are_refused(name: str) -> None:
     scene = SCENES[name]()
-    scene.reactions.active.clear()
+    scene._solver.reactions._active.clear()
     with pytest.raises(cd.AccuracyError, match="please report"):
         scene.sweep(positions(scene), **RATES)
 
@@ -293,31 +293,31 @@ def test_false_rates_of_massless_scenes_are_refused_at_any_sample(
         scene = cd.Scene(cd.load(bare), drive="crank_bearing", loads=loads, outputs=outputs)
         bodies, claim, where = claimed(scene, **RATES)
         assert not refused(bodies, claim, where)
-        passive = scene.coordinates.velocities["rocker_bearing"].start
+        passive = scene.mechanism.coordinates.velocity_columns["rocker_bearing"].start
         for sample in range(len(where)):
             for part in ("v", "a"):
                 false = bent(getattr(claim, part), (sample, passive), 1e-6)
                 assert refused(bodies, replace(claim, **{part: false}), where)
-            false = bent(claim.transmission, (sample, passive, 0), 1e-6)
-            assert refused(bodies, replace(claim, transmission=false), where)
+            false = bent(claim.velocity_ratios, (sample, passive, 0), 1e-6)
+            assert refused(bodies, replace(claim, velocity_ratios=false), where)
 
 
-def test_transmission_ratios_of_every_drive_are_proven() -> None:
+def test_velocity_ratios_of_every_drive_are_proven() -> None:
     robot = cd.load("stewart_platform")
     legs = [name for name in robot.joints if name.startswith("leg")]
     scene = cd.Scene(robot, drive=legs, gravity=GRAVITY)
-    bodies = scene.pipeline.bodies
+    bodies = scene._solver.inverse_dynamics.bodies
     seen: list[Claim] = []
     check = bodies.check
     bodies.check = lambda claim: seen.append(claim) or check(claim)
     where = 0.01 * np.sin(np.arange(18.0)).reshape(3, 6)
     scene.sweep(where)
     del bodies.check
-    false = np.array(seen[0].transmission)
-    false[:, scene.assembly.passives, 0] += 0.5
-    false[:, scene.assembly.passives, 1] -= 0.5
+    false = np.array(seen[0].velocity_ratios)
+    false[:, scene._problem.passive_columns, 0] += 0.5
+    false[:, scene._problem.passive_columns, 1] -= 0.5
     assert not refused(bodies, seen[0], where)
-    assert refused(bodies, replace(seen[0], transmission=false), where)
+    assert refused(bodies, replace(seen[0], velocity_ratios=false), where)
 
 
 def test_the_text_is_read_a_second_time() -> None:

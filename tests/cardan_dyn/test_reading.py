@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.elements import MOST_LINKS
+from cardan_dyn.description.elements import MOST_LINKS
 
 
 def serial(links: int, kind: str = "continuous") -> str:

@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from cardan_dyn import cli, comparisons, report
+from cardan_dyn.command_line import commands as cli
+from cardan_dyn.report import report
+from cardan_dyn.validation import comparisons
 
 
 def run(*arguments: str):

@@ -11,8 +11,8 @@ from test_loops import four_bar, loop
 
 import cardan_dyn as cd
 from analytic import grossmann
-from cardan_dyn import response_build
-from cardan_dyn.series import Series
+from cardan_dyn.response import build as response_build
+from cardan_dyn.response.series import Series
 
 POSITIONS = np.random.default_rng(11).uniform(-30.0, 30.0, 200)
 
@@ -34,7 +34,7 @@ def test_grossmann_everywhere(
     beta = np.deg2rad(beta_deg)
     response = universal(joint, beta).response(tolerance)
     for sweep, positions in (
-        (response.turn(1000), 2.0 * np.pi * np.arange(1000) / 1000),
+        (response.uniform(1000), 2.0 * np.pi * np.arange(1000) / 1000),
         (response.sweep(POSITIONS), POSITIONS),
     ):
         closed = grossmann.moments(beta, positions)
@@ -60,7 +60,7 @@ def test_a_turn_begins_where_the_scene_starts() -> None:
         )
         if known:
             begun.sweep(known)
-        turn = begun.response().turn(12)
+        turn = begun.response().uniform(12)
         np.testing.assert_allclose(turn.motion.position("crank_bearing"), start + steps)
         assert relative(turn.drive_effort, scene.sweep(start + steps).drive_effort) < 1e-12
 
@@ -141,9 +141,9 @@ def test_inertia_and_its_slope(joint: cd.Mechanism) -> None:
     np.testing.assert_allclose(response.inertia(positions), 2.0 * np.array(energy), rtol=1e-12)
     step = 1e-3
     slope = (response.inertia(positions + step) - response.inertia(positions - step)) / (2 * step)
-    np.testing.assert_allclose(response.inertia_slope(positions), slope, atol=1e-6)
+    np.testing.assert_allclose(response.inertia_derivative(positions), slope, atol=1e-6)
     np.testing.assert_allclose(
-        turn.drive_effort, 0.5 * response.inertia_slope(positions), atol=1e-13
+        turn.drive_effort, 0.5 * response.inertia_derivative(positions), atol=1e-13
     )
     np.testing.assert_allclose(
         response.ratio("bearing_out", positions), turn.motion.ratio("bearing_out"), rtol=1e-13
@@ -152,12 +152,12 @@ def test_inertia_and_its_slope(joint: cd.Mechanism) -> None:
 
 def test_a_rocker_on_its_range() -> None:
     scene = cd.Scene(cd.load(four_bar(loop("continuous"))), drive="d", loads={"a": -2.0})
-    low, high = scene.range()
+    low, high = scene.motion_range()
     with pytest.raises(cd.CardanError, match=r"cannot be|give the range"):
         scene.response()
     inside = low + 0.1 * (high - low), high - 0.1 * (high - low)
-    response = scene.response(1e-12, low=inside[0], high=inside[1])
-    assert response.range == pytest.approx(inside)
+    response = scene.response(1e-12, interval=(inside[0], inside[1]))
+    assert response.interval == pytest.approx(inside)
     positions = np.linspace(*inside, 50)
     direct, found = scene.sweep(positions, speed=3.0), response.sweep(positions, 3.0)
     for name in "abcd":
@@ -166,11 +166,11 @@ def test_a_rocker_on_its_range() -> None:
     with pytest.raises(cd.ArgumentError, match="the response holds for positions from"):
         response.sweep(inside[1] + 0.01)
     with pytest.raises(cd.ArgumentError, match="does not turn through"):
-        response.turn(10)
-    with pytest.raises(cd.ArgumentError, match="the range from 1 to 0 is empty"):
-        scene.response(low=1.0, high=0.0)
-    with pytest.raises(cd.ArgumentError, match="give both low and high"):
-        scene.response(low=1.0)
+        response.uniform(10)
+    with pytest.raises(cd.ArgumentError, match="the interval from 1 to 0 is empty"):
+        scene.response(interval=(1.0, 0.0))
+    with pytest.raises(cd.ArgumentError, match=r"expected \(low, high\)"):
+        scene.response(interval=(1.0,))
 
 
 def test_a_tolerance_out_of_reach_is_refused(
@@ -178,10 +178,10 @@ def test_a_tolerance_out_of_reach_is_refused(
 ) -> None:
     """Towards a dead point forces grow without bound, and no polynomial follows them."""
     rocker = cd.Scene(cd.load(four_bar(loop("continuous"))), drive="d", loads={"a": -2.0})
-    low, high = rocker.range()
+    low, high = rocker.motion_range()
     monkeypatch.setattr(response_build, "_MOST", 1024)
     with pytest.raises(cd.AccuracyError, match=r"the response reaches .* not 1e-12") as caught:
-        rocker.response(1e-12, low=low + 1e-7, high=high - 1e-7)
+        rocker.response(1e-12, interval=(low + 1e-7, high - 1e-7))
     assert caught.value.residual > 1e-12
     scene = universal(joint, 0.5)
     with pytest.raises(cd.ArgumentError, match="tolerance is 0"):
@@ -194,15 +194,15 @@ def test_a_response_survives_its_file(joint: cd.Mechanism, tmp_path: Path) -> No
     scene = universal(joint, 0.5)
     response = scene.response()
     response.save(tmp_path / "response.npz")
-    again = cd.Response.load(tmp_path / "response.npz", universal(joint, 0.5))
+    again = universal(joint, 0.5).load_response(tmp_path / "response.npz")
     first, second = response.sweep(POSITIONS, 3.0), again.sweep(POSITIONS, 3.0)
     np.testing.assert_array_equal(first["pin_out"].moment, second["pin_out"].moment)
     assert again.proof == response.proof
     with pytest.raises(cd.CardanError, match="response of another scene; different: held"):
-        cd.Response.load(tmp_path / "response.npz", universal(joint, 0.6))
+        universal(joint, 0.6).load_response(tmp_path / "response.npz")
     (tmp_path / "other.npz").write_bytes(b"nothing")
     with pytest.raises(cd.CardanError, match="is not a saved response"):
-        cd.Response.load(tmp_path / "other.npz", scene)
+        scene.load_response(tmp_path / "other.npz")
 
 
 def test_outputs_prune_responses_as_well(shaft: cd.Mechanism) -> None:

@@ -42,13 +42,15 @@ def test_moments_of_couplings_are_functions_like_the_others() -> None:
     response = scene.response()
     direct = scene.sweep(POSITIONS, speed=3.0, acceleration=2.0)
     found = response.sweep(POSITIONS, 3.0, 2.0)
-    assert list(found.tooth_moment) == ["mesh"]
-    np.testing.assert_allclose(found.tooth_moment["mesh"], direct.tooth_moment["mesh"], rtol=1e-13)
-    assert found.tooth_unique == direct.tooth_unique == {"mesh": True}
+    assert list(found.coupling_moment) == ["mesh"]
+    np.testing.assert_allclose(
+        found.coupling_moment["mesh"], direct.coupling_moment["mesh"], rtol=1e-13
+    )
+    assert found.coupling_unique == direct.coupling_unique == {"mesh": True}
     grid = response.sweep(POSITIONS[:, None], loads={"b": np.array([0.0, 7.0, -1.0])})
-    np.testing.assert_allclose(grid.tooth_moment["mesh"][5], [0.0, -7.0, 1.0], atol=1e-13)
+    np.testing.assert_allclose(grid.coupling_moment["mesh"][5], [0.0, -7.0, 1.0], atol=1e-13)
     with pytest.raises(KeyError):
-        grid.tooth_moment["b"]
+        grid.coupling_moment["b"]
 
 
 def test_open_moments_of_couplings_are_marked_and_survive_a_file(tmp_path: object) -> None:
@@ -58,11 +60,11 @@ def test_open_moments_of_couplings_are_marked_and_survive_a_file(tmp_path: objec
     response = scene.response()
     response.save(f"{tmp_path}/train")
     direct = scene.sweep(POSITIONS, speed=1.0)
-    for each in (response, cd.Response.load(f"{tmp_path}/train", scene)):
+    for each in (response, scene.load_response(f"{tmp_path}/train")):
         found = each.sweep(POSITIONS, 1.0)
-        assert found.tooth_unique == {"ab": False, "bc": False, "ca": False}
-        for name, moment in direct.tooth_moment.items():
-            np.testing.assert_allclose(found.tooth_moment[name], moment, atol=1e-12)
+        assert found.coupling_unique == {"ab": False, "bc": False, "ca": False}
+        for name, moment in direct.coupling_moment.items():
+            np.testing.assert_allclose(found.coupling_moment[name], moment, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["acceleration", "speed²", "gravity x"])
@@ -123,7 +125,7 @@ def test_joints_that_no_output_needs_have_no_ratio_and_no_motion() -> None:
     unsolved = scene.sweep(POSITIONS).motion
     response = scene.response()
     found = response.sweep(POSITIONS).motion
-    for name in scene.coordinates.columns:
+    for name in scene.mechanism.coordinates.columns:
         np.testing.assert_allclose(response.ratio(name, POSITIONS), unsolved.ratio(name))
         np.testing.assert_allclose(found.velocity(name), unsolved.velocity(name), atol=1e-12)
 
@@ -144,16 +146,16 @@ def test_what_is_no_number_is_an_argument_error(
     scene = universal(joint, 0.5)
     for call in (
         lambda: scene.response(wrong),  # type: ignore[arg-type]
-        lambda: scene.response(low=wrong, high=1.0),  # type: ignore[arg-type]
-        lambda: scene.response(low=0.0, high=wrong),  # type: ignore[arg-type]
+        lambda: scene.response(interval=(wrong, 1.0)),  # type: ignore[arg-type]
+        lambda: scene.response(interval=(0.0, wrong)),  # type: ignore[arg-type]
         lambda: response.sweep(wrong),  # type: ignore[arg-type]
         lambda: response.sweep(0.0, wrong),  # type: ignore[arg-type]
         lambda: response.sweep(0.0, 0.0, wrong),  # type: ignore[arg-type]
         lambda: response.sweep(0.0, gravity=wrong),  # type: ignore[arg-type]
         lambda: response.sweep(0.0, loads={"bearing_out": wrong}),  # type: ignore[dict-item]
-        lambda: response.turn(wrong),  # type: ignore[arg-type]
+        lambda: response.uniform(wrong),  # type: ignore[arg-type]
         lambda: response.inertia(wrong),  # type: ignore[arg-type]
-        lambda: response.inertia_slope(wrong),  # type: ignore[arg-type]
+        lambda: response.inertia_derivative(wrong),  # type: ignore[arg-type]
     ):
         with pytest.raises(cd.ArgumentError):
             call()
@@ -166,9 +168,9 @@ def test_numbers_of_a_wrong_shape_or_size_are_argument_errors(
     for call in (
         lambda: scene.response([1e-9]),  # type: ignore[arg-type]
         lambda: scene.response(np.nan),
-        lambda: scene.response(low=[0.0], high=[1.0]),  # type: ignore[arg-type]
-        lambda: scene.response(low=1.0, high=1.0 + 1e-15),
-        lambda: scene.response(low=0.0, high=np.inf),
+        lambda: scene.response(interval=([0.0], [1.0])),  # type: ignore[arg-type]
+        lambda: scene.response(interval=(1.0, 1.0 + 1e-15)),
+        lambda: scene.response(interval=(0.0, np.inf)),
         lambda: response.sweep([]),
         lambda: response.sweep(0.0, []),
         lambda: response.sweep([0.0, np.nan]),
@@ -178,9 +180,9 @@ def test_numbers_of_a_wrong_shape_or_size_are_argument_errors(
         lambda: response.sweep(0.0, gravity=[1.0, 2.0]),
         lambda: response.sweep(0.0, gravity=9.81),
         lambda: response.sweep(0.0, 1e200),
-        lambda: response.turn(2.5),  # type: ignore[arg-type]
-        lambda: response.turn(0),
-        lambda: response.turn(-3),
+        lambda: response.uniform(2.5),  # type: ignore[arg-type]
+        lambda: response.uniform(0),
+        lambda: response.uniform(-3),
     ):
         with pytest.raises(cd.ArgumentError):
             call()
@@ -189,7 +191,7 @@ def test_numbers_of_a_wrong_shape_or_size_are_argument_errors(
 def test_more_operating_points_than_memory_holds_are_refused(response: cd.Response) -> None:
     for count in (10**12, 2**63, 10**400):
         with pytest.raises(cd.ArgumentError, match="GB of memory per component"):
-            response.turn(count)
+            response.uniform(count)
     many = np.linspace(0.0, 1.0, 10**5)
     with pytest.raises(cd.ArgumentError, match="80 GB of memory per component"):
         response.sweep(many[:, None], many)

@@ -20,8 +20,8 @@ def true_error(
     worst = 0.0
     for load, speed, acceleration in ((-2.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)):
         own = scene(load)
-        length = own.mechanism.length
-        loads = dict.fromkeys(own.joint_loads, load)
+        length = own.mechanism.characteristic_length
+        loads = dict.fromkeys(own.loads, load)
         direct = own.sweep(positions, speed, acceleration)
         found = response.sweep(positions, speed, acceleration, loads=loads)
         pairs = [(direct.drive_effort[:, None], found.drive_effort[:, None])]
@@ -40,10 +40,10 @@ def true_error(
 
 def near_the_ends(response: cd.Response) -> np.ndarray:
     """Positions everywhere, closer and closer towards the ends, and between the last samples."""
-    low, high = response.range
+    low, high = response.interval
     share = np.concatenate([np.geomspace(1e-9, 0.5, 60), np.linspace(0.0, 0.5, 60)])
     share = np.append(
-        share, 0.5 - 0.5 * np.cos(np.linspace(0.0, 12.0 * np.pi, 49) / response.samples)
+        share, 0.5 - 0.5 * np.cos(np.linspace(0.0, 12.0 * np.pi, 49) / response.sample_count)
     )
     return np.clip(
         np.concatenate([low + share * (high - low), high - share * (high - low)]), low, high
@@ -68,10 +68,10 @@ def test_the_error_near_dead_points_is_not_smaller_than_it_is_said_to_be(
     def scene(load: float) -> cd.Scene:
         return cd.Scene(mechanism, loads={loaded: load}, **RANGES[name])
 
-    low, high = scene(0.0).range()
+    low, high = scene(0.0).motion_range()
     for tolerance in (1e-4, 1e-6, 1e-9, 1e-12):
         response = scene(-2.0).response(
-            tolerance, low=low + left[0] * (high - low), high=high - left[1] * (high - low)
+            tolerance, interval=(low + left[0] * (high - low), high - left[1] * (high - low))
         )
         true = true_error(scene, response, near_the_ends(response))
         assert response.error >= 0.3 * true
@@ -106,5 +106,5 @@ def test_the_error_of_a_double_shaft_is_what_it_is_said_to_be(
 
 
 def test_a_cardan_joint_takes_no_more_samples_than_it_needs(joint: cd.Mechanism) -> None:
-    assert universal(joint, np.deg2rad(50.0)).response().samples == 128
-    assert universal(joint, np.deg2rad(80.0)).response().samples == 512
+    assert universal(joint, np.deg2rad(50.0)).response().sample_count == 128
+    assert universal(joint, np.deg2rad(80.0)).response().sample_count == 512

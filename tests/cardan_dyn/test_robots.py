@@ -41,7 +41,7 @@ def test_open_chains_carry_what_hangs_on_them(name: str) -> None:
         pin.centerOfMass(model, data, q)
         rnea = pin.rnea(model, data, q, np.zeros(model.nv), np.zeros(model.nv))
         for name_ in names:
-            index = mechanism.joints[name_].index
+            index = mechanism.joints[name_].id
             wrench = turn.wrench(name_, "world")
             weight = np.array([0.0, 0.0, G * data.mass[index]])
             frame = data.oMi[index]
@@ -58,8 +58,8 @@ def test_robots_with_impossible_inertias_say_so() -> None:
     with pytest.raises(cd.ModelError, match=r"load\(..., strict=False\)"):
         cd.load(robot("panda.urdf"))
     mechanism = cd.load(robot("panda.urdf"), strict=False)
-    assert any("taken as massless" in remark for remark in mechanism.remarks)
-    assert "remark: " in str(mechanism.describe())
+    assert any("taken as massless" in remark for remark in mechanism.warnings)
+    assert "warning: " in str(cd.describe(mechanism))
 
 
 def placement(mechanism: cd.Mechanism, link: str, positions: dict[str, float]) -> pin.SE3:
@@ -67,7 +67,7 @@ def placement(mechanism: cd.Mechanism, link: str, positions: dict[str, float]) -
     model = mechanism.model
     q = pin.neutral(model)
     for name, value in positions.items():
-        index = mechanism.joints[name].index
+        index = mechanism.joints[name].id
         if model.nqs[index] == 2:
             q[model.idx_qs[index] : model.idx_qs[index] + 2] = np.cos(value), np.sin(value)
         else:
@@ -134,7 +134,7 @@ def test_talos_stands_on_both_feet() -> None:
     for name, record in turn.mechanism.joints.items():
         if not record.parts:
             continue
-        inertia = turn.mechanism.model.inertias[record.index]
+        inertia = turn.mechanism.model.inertias[record.id]
         centre = turn.origin(name) + turn.rotation(name) @ inertia.lever
         weight += np.cross(centre, [0.0, 0.0, -G * inertia.mass])
     np.testing.assert_allclose(moments, -weight, atol=1e-8 * total)
@@ -187,7 +187,7 @@ def test_baxter_holds_a_bar_in_both_hands() -> None:
     first, second = (turn.wrench(f"{side}_s0", "world") for side in ("left", "right"))
     fingers = [name for name in mechanism.joint_names if "gripper" in name]
     carried = sum(
-        mechanism.model.inertias[mechanism.joints[name].index].mass for name in (*arms, *fingers)
+        mechanism.model.inertias[mechanism.joints[name].id].mass for name in (*arms, *fingers)
     )
     np.testing.assert_allclose(
         first.force + second.force, [[0.0, 0.0, G * carried]] * 2, atol=1e-9 * total

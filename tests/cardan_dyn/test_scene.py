@@ -222,9 +222,9 @@ def test_positions_closed_once_serve_several_sweeps(
 ) -> None:
     scene = double(shaft, 0.5, 0.4)
     positions = np.linspace(-9.0, 9.0, 700)
-    closed = scene.close(positions)
+    closed = scene.assemble(positions)
     assert len(closed) == 700
-    assert repr(closed) == "<700 closed positions of 'double_shaft_z'>"
+    assert repr(closed) == "<700 assembled positions of 'double_shaft_z'>"
     for rates in ({}, {"speed": 20.0}, {"speed": np.linspace(0.0, 9.0, 700), "acceleration": 3.0}):
         direct, again = scene.sweep(positions, **rates), scene.sweep(closed, **rates)
         # At speed balanced bodies leave the rounding of inertial terms, which condition counts.
@@ -238,7 +238,7 @@ def test_positions_closed_once_serve_several_sweeps(
         assert again.balance_residual < 10.0 * direct.balance_residual
     with pytest.raises(cd.ArgumentError, match="speed has 3 samples, position has 700"):
         scene.sweep(closed, speed=np.zeros(3))
-    with pytest.raises(cd.ArgumentError, match="closed by another scene"):
+    with pytest.raises(cd.ArgumentError, match="assembled by another scene"):
         double(shaft, 0.5, 0.4).sweep(closed)
     # Nothing that depends on the position alone is done again.
     monkeypatch.setattr(pin, "computeJointJacobians", None)
@@ -247,11 +247,11 @@ def test_positions_closed_once_serve_several_sweeps(
 
 def test_closed_positions_stay_right_when_more_of_the_motion_becomes_known() -> None:
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", loads={"rocker_bearing": -5.0})
-    closed = scene.close(np.linspace(0.0, 0.1, 5))
+    closed = scene.assemble(np.linspace(0.0, 0.1, 5))
     before = scene.sweep(closed)["crank_bearing"].moment
     # What was closed for three rows of the planar loop is closed again for all six.
-    (solver,) = scene.assembly.kinematics.solvers
-    assert solver.reduction.null[0].shape[1] == 3
-    solver.reduction = solver.closure.full()
+    kinematics = scene._solver.assembly.kinematics
+    assert kinematics.reductions[0].null[0].shape[1] == 3
+    kinematics.reductions[0] = kinematics.solvers[0].equations.full()
     after = scene.sweep(closed)["crank_bearing"].moment
     assert relative(after, before) < 1e-13

@@ -72,12 +72,12 @@ def test_slips_of_racks_do_not_depend_on_the_unit_of_length(length: float) -> No
     swept = scene.sweep(POSITIONS, speed=1.0, acceleration=0.3)
     assert swept.drive_effort == pytest.approx(0.6 * length, rel=1e-14)
     assert swept.motion.position("slide") == pytest.approx(0.3 * length * POSITIONS, rel=1e-14)
-    bodies, seen = scene.pipeline.bodies, []
+    bodies, seen = scene._solver.inverse_dynamics.bodies, []
     check = bodies.check
     bodies.check = lambda claim: seen.append(claim) or check(claim)
     scene.sweep(POSITIONS)
     off = seen[0].x.copy()
-    off[3, scene.coordinates.columns["slide"].start] += 1e-6 * length
+    off[3, scene.mechanism.coordinates.columns["slide"].start] += 1e-6 * length
     with pytest.raises(cd.AccuracyError, match="loop residual"):
         check(replace(seen[0], x=off)).prove(POSITIONS[:, None], np.ones(len(POSITIONS)))
 
@@ -122,7 +122,7 @@ def on_a_turntable() -> str:
 def test_a_planar_loop_on_a_turntable_is_planar_to_all() -> None:
     """A plane that turns with the body which carries it is a plane nonetheless."""
     mechanism = cd.load(on_a_turntable())
-    (report,) = mechanism.describe().loops
+    (report,) = cd.describe(mechanism).loops
     assert report.rank == 3
     still = cd.Scene(cd.load(four_bar(loop("continuous"))), drive="a", loads={"d": -3.0})
     expected = still.sweep(POSITIONS)

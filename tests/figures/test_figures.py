@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.comparisons import POSITIONS, double_shaft_turn, universal_joint_turn
+from cardan_dyn.validation.comparisons import POSITIONS, double_shaft_turn, universal_joint_turn
 
 pytest.importorskip("matplotlib", reason="figures need matplotlib")
 

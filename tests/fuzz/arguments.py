@@ -132,12 +132,13 @@ def _rates(rng: Random) -> str:
 
 def _sweep(rng: Random) -> str:
     own = rng.choice(SCENES)
-    place = _value(rng, *PLACES, f"scene({own!r}).close([0.0, 0.1])", "scene('gear').close([0.1])")
+    closed = f"scene({own!r}).assemble([0.0, 0.1])", "scene('gear').assemble([0.1])"
+    place = _value(rng, *PLACES, *closed)
     return f"scene({own!r}).sweep({place}, {_rates(rng)})"
 
 
 def _close(rng: Random) -> str:
-    return f"scene({rng.choice(SCENES)!r}).close({_value(rng, *PLACES)})"
+    return f"scene({rng.choice(SCENES)!r}).assemble({_value(rng, *PLACES)})"
 
 
 def _build(rng: Random) -> str:
@@ -145,11 +146,9 @@ def _build(rng: Random) -> str:
     options = []
     if rng.random() < 0.6:
         options.append(_value(rng, "1e-9", "1e-13", "1e-6", "0.5", "1e-300", wrong=0.6))
-    options += [
-        f"{name}={_value(rng, '0.0', '0.3', '-0.2', '1.0', '1e-12', '1e9')}"
-        for name in ("low", "high")
-        if rng.random() < 0.4
-    ]
+    if rng.random() < 0.5:
+        ends = [_value(rng, "0.0", "0.3", "-0.2", "1.0", "1e-12", "1e9") for _ in range(2)]
+        options.append(f"interval=({ends[0]}, {ends[1]})" if rng.random() < 0.9 else "interval=3")
     return f"scene({own!r}).response({', '.join(options)})"
 
 
@@ -162,14 +161,14 @@ def _answered(rng: Random) -> str:
         options += f", gravity={_value(rng, '[0, 0, -1.0]', 'np.ones((4, 3))', '[0, 0, 1e300]')}"
     options = options.strip(", ")
     method = rng.choice(
-        ["sweep", "sweep", "turn", "inertia", "inertia_slope", "ratio", "save", "load"]
+        ["sweep", "sweep", "turn", "inertia", "inertia_derivative", "ratio", "save", "load"]
     )
     made = f"response({own!r})"
     if method == "sweep":
         return f"{made}.sweep({_value(rng, *PLACES)}, {options})"
     if method == "turn":
         counts = ("1", "7", "720", "np.int32(5)", "True", "0", "-3", "10**5", "10**400", "2**63")
-        return f"{made}.turn({_value(rng, *counts)}, {options})"
+        return f"{made}.uniform({_value(rng, *counts)}, {options})"
     if method == "ratio":
         return f"{made}.ratio({_name(rng, own)}, {_value(rng, *PLACES)})"
     if method == "save":
@@ -213,7 +212,7 @@ def _loaded(rng: Random, own: str) -> str:
         damage = f"change=({rng.choice(names)!r}, lambda old: {new})"
     elif way in (5, 6):
         keys = ["columns", "proof", "mechanism", "identity", "format", "outputs", "efforts"]
-        keys += ["couplings", "tooth_unique"]
+        keys += ["couplings", "coupling_unique"]
         new = rng.choice(
             [
                 "None",
@@ -238,7 +237,7 @@ def _loaded(rng: Random, own: str) -> str:
         damage += ", sealed=True"
     path = f"saved({own!r}, {damage})" if rng.random() < 0.9 else odd(rng)
     other = f"scene({own!r})" if rng.random() < 0.9 else rng.choice(["scene('arm')", odd(rng)])
-    return f"cd.Response.load({path}, {other})"
+    return f"{other}.load_response({path})"
 
 
 def _asked(rng: Random) -> str:
@@ -252,7 +251,7 @@ def _asked(rng: Random) -> str:
         [
             f"mechanism({own!r}).joint({name})",
             f"mechanism({own!r}).link({_value(rng, *map(repr, LINKS))})",
-            f"mechanism({own!r}).describe()",
+            f"cd.describe(mechanism({own!r}))",
             f"{source}[{name}]",
             f"{source}.wrench({name}, {frame})",
             f"{source}.wrench({name}, frame={frame})",
@@ -264,7 +263,7 @@ def _asked(rng: Random) -> str:
             f"{source}.motion.ratio({name}, {_value(rng, '0', '1', '-1', '-2', '7')})",
             f"{source}.drive_effort",
             f"scene({own!r}).plan()",
-            f"scene({own!r}).range()",
+            f"scene({own!r}).motion_range()",
             f"scene({own!r}).branches()" if own != "thoma_rig" else "scene('gear').branches()",
         ]
     )

@@ -42,7 +42,7 @@ TYPES = (
 TAGS = (
     *("inertial", "mass", "inertia", "origin", "axis", "axis2", "link", "joint", "loop", "limit"),
     *("loop_joint", "coupling", "mimic", "robot", "body", "site", "geom", "include", "parent"),
-    *("Joint", "transmission", "gazebo", "x", "dynamics", "equality", "freejoint", "default"),
+    *("Joint", "velocity_ratios", "gazebo", "x", "dynamics", "equality", "freejoint", "default"),
 )
 WHOLE = (
     '<link name="loose"/>',
@@ -157,10 +157,10 @@ def element(rng: Random, root: Element) -> None:
     if action == 0:
         parent.remove(item)
     elif action == 1:
-        twin = copy.deepcopy(item)
-        parent.insert(rng.randrange(len(parent) + 1), twin)
+        batch = copy.deepcopy(item)
+        parent.insert(rng.randrange(len(parent) + 1), batch)
         if rng.random() < 0.5:
-            number(rng, twin)
+            number(rng, batch)
     elif action == 2:
         target = rng.choice([other for other in _all(root) if other not in set(item.iter())])
         parent.remove(item)

@@ -145,7 +145,7 @@ def description(case: descriptions.Case, seed: int, directory: Path) -> str:
     repr(mechanism)
     _accepted_numbers(case, mechanism)
     if seed % 8 == 0 and len(mechanism.joints) < 30:
-        str(mechanism.describe())
+        str(cd.describe(mechanism))
     scene = _scene(mechanism, case)
     if scene is None:
         return "loaded, not movable"
@@ -164,14 +164,14 @@ def _scene(mechanism: cd.Mechanism, case: descriptions.Case) -> cd.Scene | None:
 
     Errors of the package are passed over here: whether some drive fits is not the question.
     """
-    single = [joint.name for joint in mechanism.joints.values() if joint.size == 1]
+    single = [joint.name for joint in mechanism.joints.values() if joint.nv == 1]
     held = {name: value for name, value in case.held.items() if name in single}
     hinted = tuple(name for name in case.drives if name in single)
     waiting: list[tuple[tuple[str, ...], dict[str, float]]] = []
     if hinted:
         waiting.append((hinted, held))
-    if mechanism.independent:
-        waiting.append((tuple(mechanism.independent), {}))
+    if mechanism.independent_joints:
+        waiting.append((tuple(mechanism.independent_joints), {}))
     waiting += [((name,), {}) for name in single if (name,) != hinted]
     rng = Random(len(mechanism.joints))
     for _ in range(_ATTEMPTS):
@@ -273,7 +273,10 @@ def _weigh(case: descriptions.Case, mechanism: cd.Mechanism, sweep: cd.Sweep) ->
         arm = np.cross(centre, body.mass * UP)
         wanted = wanted + arm
         reach += float(np.max(np.abs(centre), initial=0.0)) * body.mass * FALL
-    slack = RESIDUAL * (float(np.max(np.abs(moment))) + reach + scale * mechanism.length) + 1e-12
+    slack = (
+        RESIDUAL * (float(np.max(np.abs(moment))) + reach + scale * mechanism.characteristic_length)
+        + 1e-12
+    )
     if not np.all(np.abs(moment - wanted) <= slack):
         text = f"about the origin {moment[0].tolist()} N·m, expected {wanted[0].tolist()}"
         raise Wrong("weight misplaced", "moment", text)
@@ -309,7 +312,7 @@ def _carried(mechanism: cd.Mechanism, sweep: cd.Sweep) -> tuple[np.ndarray, np.n
     for name, joint in mechanism.joints.items():
         loop = loops.get(name)
         if joint.parts:
-            from_world = mechanism.model.parents[joint.parts[0].index] == 0
+            from_world = mechanism.model.parents[joint.parts[0].id] == 0
         else:
             from_world = loop is not None and loop.predecessor == 0
         to_world = loop is not None and loop.successor == 0
@@ -387,7 +390,7 @@ def prove(result: object) -> None:
     elif isinstance(result, cd.Response):
         if not (np.isfinite(result.error) and result.error < RESIDUAL):
             raise Wrong("not proven", "response error", str(result.error))
-        low, high = (float(np.clip(limit, -3.0, 3.0)) for limit in result.range)
+        low, high = (float(np.clip(limit, -3.0, 3.0)) for limit in result.interval)
         if low <= high:
             prove_sweep(result.sweep(np.linspace(low, high, 5)))
     elif isinstance(result, cd.JointWrench):

@@ -292,7 +292,7 @@ def test_residuals(turn: cd.Sweep) -> None:
 
 
 def test_quasi_static_torque_is_virtual_work(name: str) -> None:
-    """Without mass forces the drive torque is -load times the transmission ratio."""
+    """Without mass forces the drive torque is -load times the velocity ratio."""
     run = RUNS[name]
     mechanism = cd.load(name)
     turn = cd.Scene(mechanism, drive=run.drive, loads={run.output: run.load}).sweep(POSITIONS)

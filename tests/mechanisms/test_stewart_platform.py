@@ -15,7 +15,7 @@ from jets import Jet, spin
 from urdf_reader import Body, Reader, rotation, text, vector
 
 import cardan_dyn as cd
-from cardan_dyn.solver import Solver
+from cardan_dyn.kinematics.group_solver import GroupSolver
 
 READER = Reader(text("stewart_platform"))
 NUMBERS = range(1, 7)
@@ -295,13 +295,13 @@ def test_a_path_of_six_drives_is_followed_many_samples_at_a_time(
     path = 0.05 * (np.sin(phase) - np.sin(phase[0]))
     rates = {"speed": 0.1 * np.cos(phase), "acceleration": -0.1 * np.sin(phase)}
     sizes = []
-    real = Solver.evaluate
+    real = GroupSolver.evaluate
 
-    def counted(self: Solver, x: np.ndarray, *arguments: object) -> object:
+    def counted(self: GroupSolver, x: np.ndarray, *arguments: object) -> object:
         sizes.append(len(x))
         return real(self, x, *arguments)
 
-    monkeypatch.setattr(Solver, "evaluate", counted)
+    monkeypatch.setattr(GroupSolver, "evaluate", counted)
     whole = cd.Scene(mechanism, drive=legs, gravity=GRAVITY).sweep(path, **rates)
     assert len(sizes) < 60
     assert sum(sizes) < 8 * len(path)

@@ -68,7 +68,7 @@ def position_of(sweep: cd.Sweep, oracle: Oracle, sample: int) -> Position:
 def differences(case: Case, sweep: cd.Sweep) -> list[Difference]:
     """Return everything in which a sweep differs from the free bodies."""
     oracle = Oracle(case.chain)
-    length = float(sweep.mechanism.length)
+    length = float(sweep.mechanism.characteristic_length)
     found: list[Difference] = []
     closest = followed(case, oracle)
     statics = []
@@ -154,7 +154,7 @@ def _wrenches(
     scale: float,
     allowed: float,
 ) -> list[Difference]:
-    length = float(sweep.mechanism.length)
+    length = float(sweep.mechanism.characteristic_length)
     lengths = np.repeat([length, 1.0], 3)
     # How far from equal stiffness in all directions: rounding of the choice grows with it.
     stiff = own.stiffness[own.stiffness > OPEN]

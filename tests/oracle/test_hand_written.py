@@ -81,7 +81,9 @@ def test_a_compliance_where_nothing_is_open_changes_nothing() -> None:
 def test_the_unit_of_length_changes_nothing(factor: float) -> None:
     plain = sweep_of(hand_written.sliding_chain(1.0))
     scaled = agreed(hand_written.sliding_chain(factor))
-    assert scaled.mechanism.length == pytest.approx(factor * plain.mechanism.length, rel=1e-12)
+    assert scaled.mechanism.characteristic_length == pytest.approx(
+        factor * plain.mechanism.characteristic_length, rel=1e-12
+    )
     for name in plain.mechanism.joint_names:
         one, other = plain[name], scaled[name]
         np.testing.assert_array_equal(other.unique, one.unique, err_msg=name)

@@ -146,7 +146,7 @@ def answer_to(case: Case, oracle: Oracle, positions: list[Position]) -> Answer:
     where = {name: column([x[name] for x in positions]) for name in table(0)}
     velocity, acceleration = table(0), table(1)
     return Answer(
-        SimpleNamespace(length=size),
+        SimpleNamespace(characteristic_length=size),
         np.ones(len(positions)),
         SimpleNamespace(
             position=where.__getitem__,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn import comparisons
+from cardan_dyn.validation import comparisons
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 OPTIONS = (

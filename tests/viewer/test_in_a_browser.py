@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn import comparisons, report
-from cardan_dyn.viewer.defaults import default_sweep
+from cardan_dyn.command_line.presets import default_sweep
+from cardan_dyn.report import report
+from cardan_dyn.validation import comparisons
 
 # Hues of the bundled descriptions' materials: channel that leads, channel that trails.
 BLUE, ORANGE = (2, 0), (0, 2)
@@ -131,7 +132,7 @@ def test_served_page_is_the_exported_one(opened: Callable, joint_turn: cd.Sweep)
 def test_without_visuals_rods_and_axes_are_shown(opened: Callable, tmp_path: Path) -> None:
     from xml.etree import ElementTree
 
-    from cardan_dyn.read import bundled_directory
+    from cardan_dyn.description.read import bundled_directory
 
     root = ElementTree.parse(bundled_directory() / "four_bar.urdf").getroot()
     for link in root.findall("link"):

@@ -14,10 +14,10 @@ import pytest
 from click.testing import CliRunner
 
 import cardan_dyn as cd
-from cardan_dyn import cli
+from cardan_dyn.command_line import commands as cli
+from cardan_dyn.command_line.presets import PRESETS, default_sweep
 from cardan_dyn.viewer import commands
 from cardan_dyn.viewer import shapes as forms
-from cardan_dyn.viewer.defaults import PRESETS, default_sweep
 from cardan_dyn.viewer.visuals import shapes
 
 
@@ -87,7 +87,13 @@ def test_options_of_the_command(tmp_path: Path) -> None:
 def test_command_prints_its_address_and_ends_with_its_process(tmp_path: Path) -> None:
     environment = {"PATH": "/usr/bin:/bin", "PYTHONUNBUFFERED": "1"}
     with subprocess.Popen(
-        [sys.executable, "-c", "from cardan_dyn.cli import main; main()", "view", "four_bar"],
+        [
+            sys.executable,
+            "-c",
+            "from cardan_dyn.command_line.commands import main; main()",
+            "view",
+            "four_bar",
+        ],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         stdin=subprocess.DEVNULL,

@@ -1,0 +1,1 @@
+"""Description: text in any notation to checked plain data, and back to text."""

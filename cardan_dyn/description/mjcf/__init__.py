@@ -1,0 +1,1 @@
+"""MJCF: MuJoCo's notation to a description, by a reader of its own."""

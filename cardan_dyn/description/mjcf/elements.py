@@ -1,0 +1,263 @@
+"""Elements of MJCF: settings, default classes and frames."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...errors import ModelError, choices
+from ..elements import numbers
+from .schema import DEFAULTS, ORIENTATIONS, check_attributes, check_children, keyword
+
+Array = np.ndarray
+Attributes = Mapping[str, str]
+_TINY = 1e-10
+"""Sine of an angle below which two directions do not span a plane."""
+
+
+def number(attributes: Attributes, name: str, default: str, at: str) -> float:
+    """Return the number that an attribute states."""
+    return float(numbers(attributes.get(name), 1, default, f"{at}: {name}")[0])
+
+
+def several(attributes: Attributes, name: str, least: int, most: int, at: str) -> Array:
+    """Return the numbers of an attribute that may list more or fewer; none without it."""
+    value = attributes.get(name)
+    if value is None:
+        return np.zeros(0)
+    count = len(value.split())
+    if not least <= count <= most:
+        raise ModelError(f"{at}: {name} {value!r} is not {least} to {most} finite numbers")
+    return numbers(value, count, "", f"{at}: {name}")
+
+
+def flag(attributes: Attributes, name: str, default: str, at: str) -> bool:
+    """Return whether an attribute is true."""
+    return keyword(attributes.get(name, default), ("true", "false"), f"{at}: {name}") == "true"
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """What `<compiler>` says.
+
+    Attributes:
+        angle: radians of one unit of angle.
+        eulerseq: axes about which Euler angles turn; small letters turn with the frame.
+        autolimits: whether a range makes a joint limited.
+        inertiafromgeom: `false`, `true` or `auto`: whether geoms give bodies their inertia.
+        groups: first and last group of geoms that do.
+        boundmass, boundinertia: least mass [kg] and principal moment [kg·m²] of a body.
+        balanceinertia: whether moments that no body can have are replaced by their mean.
+        settotalmass: mass of all bodies together [kg], where positive.
+    """
+
+    angle: float = math.pi / 180.0
+    eulerseq: str = "xyz"
+    autolimits: bool = True
+    inertiafromgeom: str = "auto"
+    groups: tuple[float, float] = (0.0, 5.0)
+    boundmass: float = 0.0
+    boundinertia: float = 0.0
+    balanceinertia: bool = False
+    settotalmass: float = -1.0
+
+    @classmethod
+    def of(cls, root: ElementTree.Element, where: str) -> Compiler:
+        """Return what all `<compiler>` elements say, the last word of each counting."""
+        at = f"{where}: compiler"
+        found: dict[str, str] = {}
+        for element in root.findall("compiler"):
+            check_attributes(element, at)
+            found.update(element.attrib)
+        if found.get("coordinate", "local") != "local":
+            raise ModelError(
+                f"{at}: coordinate {found['coordinate']!r} is not supported; load and save the "
+                "model in MuJoCo 2.3.3 or older, which makes coordinates local"
+            )
+        degrees = keyword(found.get("angle", "degree"), ("degree", "radian"), f"{at}: angle")
+        sequence = found.get("eulerseq", "xyz")
+        if len(sequence) != 3 or set(sequence) - set("xyzXYZ"):
+            raise ModelError(f"{at}: eulerseq {sequence!r} is not three letters of xyzXYZ")
+        groups = numbers(found.get("inertiagrouprange"), 2, "0 5", f"{at}: inertiagrouprange")
+        return cls(
+            angle=math.pi / 180.0 if degrees == "degree" else 1.0,
+            eulerseq=sequence,
+            autolimits=flag(found, "autolimits", "true", at),
+            inertiafromgeom=keyword(
+                found.get("inertiafromgeom", "auto"),
+                ("false", "true", "auto"),
+                f"{at}: inertiafromgeom",
+            ),
+            groups=(float(groups[0]), float(groups[1])),
+            boundmass=number(found, "boundmass", "0", at),
+            boundinertia=number(found, "boundinertia", "0", at),
+            balanceinertia=flag(found, "balanceinertia", "false", at),
+            settotalmass=number(found, "settotalmass", "-1", at),
+        )
+
+
+class DefaultClasses:
+    """The classes of `<default>`: attributes that elements need not repeat."""
+
+    def __init__(self, root: ElementTree.Element, where: str) -> None:
+        self._where = where
+        self._classes: dict[str, dict[str, dict[str, str]]] = {"main": {}}
+        for section in root.findall("default"):
+            if section.get("class", "main") != "main":
+                raise ModelError(
+                    f"{where}: the outermost <default> is class 'main', not "
+                    f"{section.get('class')!r}; put it into another <default>"
+                )
+            self._add(section, "main")
+            waiting = [(item, "main") for item in section.findall("default")]
+            while waiting:
+                element, parent = waiting.pop()
+                name = element.get("class")
+                if not name or name in self._classes:
+                    raise ModelError(
+                        f"{where}: <default> in <default> needs a class name of its own, "
+                        f"not {name!r}"
+                    )
+                self._classes[name] = dict(self._classes[parent])
+                self._add(element, name)
+                waiting.extend((item, name) for item in element.findall("default"))
+
+    def _add(self, section: ElementTree.Element, name: str) -> None:
+        at = f"{self._where}: default class {name!r}"
+        check_children(section, DEFAULTS, at)
+        content = self._classes[name]
+        for element in section:
+            if element.tag != "default":
+                check_attributes(element, at)
+                content[element.tag] = merged(content.get(element.tag, {}), element.attrib)
+
+    def known(self, name: str, at: str) -> str:
+        """Return the name of a class, which must exist."""
+        if name not in self._classes:
+            raise ModelError(
+                f"{at}: default class {name!r} does not exist; classes: {choices(self._classes)}"
+            )
+        return name
+
+    def of(
+        self, element: ElementTree.Element, childclass: str, at: str, kind: str | None = None
+    ) -> dict[str, str]:
+        """Return an element's attributes, those of its class filled in.
+
+        Args:
+            element: its own `class` counts, or else:
+            childclass: that of the body or frame around it.
+            at: how messages name it.
+            kind: tag of its defaults, if not its own.
+        """
+        name = self.known(element.get("class") or childclass, at)
+        return merged(self._classes[name].get(kind or element.tag, {}), element.attrib)
+
+
+def merged(base: Attributes, over: Attributes) -> dict[str, str]:
+    """Return attributes over those of a class, as MuJoCo combines them.
+
+    An orientation replaces one that is written otherwise; a size that lists fewer numbers keeps
+    the rest of them.
+    """
+    kept = dict(base)
+    if any(name in over for name in ORIENTATIONS):
+        for name in ORIENTATIONS:
+            kept.pop(name, None)
+    kept.update(over)
+    if "size" in over:
+        given = over["size"].split()
+        kept["size"] = " ".join(given + base.get("size", "").split()[len(given) :])
+    return kept
+
+
+def pose(attributes: Attributes, compiler: Compiler, at: str) -> Array:
+    """Return the `(4, 4)` placement that pos and an orientation describe."""
+    result = np.eye(4)
+    result[:3, 3] = numbers(attributes.get("pos"), 3, "0 0 0", f"{at}: pos")
+    result[:3, :3] = _orientation(attributes, compiler, at)
+    return result
+
+
+def segment(attributes: Attributes, at: str) -> tuple[Array, float]:
+    """Return the `(4, 4)` placement and half the length of what fromto spans.
+
+    Its z axis points to the first end, as in MuJoCo.
+    """
+    ends = numbers(attributes.get("fromto"), 6, "", f"{at}: fromto")
+    along = ends[:3] - ends[3:]
+    result = np.eye(4)
+    result[:3, 3] = 0.5 * (ends[:3] + ends[3:])
+    result[:3, :3] = _from_z(unit(along, f"{at}: fromto"))
+    return result, 0.5 * float(np.linalg.norm(along))
+
+
+def unit(vector: Array, at: str) -> Array:
+    """Return a vector scaled to the length 1."""
+    greatest = float(np.max(np.abs(vector)))
+    if greatest == 0.0:
+        raise ModelError(f"{at}: a vector of zeros has no direction")
+    scaled = vector / greatest
+    return scaled / np.linalg.norm(scaled)
+
+
+def rotation_of_quaternion(quaternion: Array, at: str) -> Array:
+    """Return the `(3, 3)` rotation of a quaternion w x y z of any length."""
+    w, x, y, z = unit(quaternion, at)
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
+def _orientation(attributes: Attributes, compiler: Compiler, at: str) -> Array:
+    """Return the `(3, 3)` rotation that one of `ORIENTATIONS` describes."""
+    given = [name for name in ORIENTATIONS if name in attributes]
+    if len(given) > 1:
+        raise ModelError(f"{at}: {' and '.join(given)} both turn it; keep one of them")
+    if not given:
+        return np.eye(3)
+    name = given[0]
+    at = f"{at}: {name}"
+    count = {"quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3}[name]
+    values = numbers(attributes[name], count, "", at)
+    if name == "quat":
+        return rotation_of_quaternion(values, at)
+    if name == "axisangle":
+        return _turn(unit(values[:3], at), compiler.angle * values[3])
+    if name == "zaxis":
+        return _from_z(unit(values, at))
+    if name == "xyaxes":
+        x, y = unit(values[:3], at), unit(values[3:], at)
+        y = y - x * (x @ y)
+        if np.linalg.norm(y) < _TINY:
+            raise ModelError(f"{at}: both axes have the same direction")
+        y = y / np.linalg.norm(y)
+        return np.stack([x, y, np.cross(x, y)], axis=1)
+    result = np.eye(3)
+    for letter, angle in zip(compiler.eulerseq, values, strict=True):
+        turn = _turn(np.eye(3)["xyz".index(letter.lower())], compiler.angle * angle)
+        result = result @ turn if letter.islower() else turn @ result
+    return result
+
+
+def _turn(axis: Array, angle: float) -> Array:
+    """Return the `(3, 3)` rotation about a unit axis."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross)
+
+
+def _from_z(direction: Array) -> Array:
+    """Return the shortest `(3, 3)` rotation from z to a unit vector; half a turn about x to -z."""
+    across = np.array([-direction[1], direction[0], 0.0])
+    sine = float(np.linalg.norm(across))
+    axis = across / sine if sine > _TINY else np.array([1.0, 0.0, 0.0])
+    return _turn(axis, math.atan2(sine, direction[2]))

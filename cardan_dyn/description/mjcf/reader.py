@@ -1,0 +1,284 @@
+"""MJCF: a MuJoCo model to a checked description.
+
+Of MuJoCo's model, bodies, joints, masses and rigid equalities count here. What else would change
+wrenches (springs, friction, armatures) is refused, or left out with a warning. What cannot be read
+exactly is refused by name.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...arrays import Array
+from ...errors import ModelError
+from ..description import Description, JointDescription, LinkDescription
+from ..elements import check_size, check_unique
+from .elements import Attributes, Compiler, DefaultClasses, flag, pose
+from .equality import Places, equalities, unique
+from .forces import Forces
+from .include import with_includes
+from .inertia import Shape, frame_of, link, scaled_to
+from .joints import joint
+from .schema import CONTENTS, REFUSED, SECTIONS, check_attributes, check_children
+
+_Content = list[tuple[ElementTree.Element, Array, str]]
+"""Elements of a body, with the frame `(4, 4)` and the default class around each."""
+
+
+def parse(root: ElementTree.Element, where: str, path: Path | None, strict: bool) -> Description:
+    """Read an MJCF model; equalities `connect` and `weld` become loops, gears couplings.
+
+    Joints that share a body get massless links between them. All coordinates are zero in the
+    initial configuration, also those to which the file gives another value there (`ref`).
+
+    Args:
+        root: its outermost element; includes are put in place in it.
+        where: how messages name the source of the text.
+        path: the file, if it is one; includes are found from there.
+        strict: refuse inertias that no body can have, and what wrenches leave out.
+
+    Raises:
+        ModelError: what is wrong, where, and the valid choices.
+    """
+    with_includes(root, where, path)
+    check_size(1 + sum(1 for _ in root.iter("body")), where)
+    check_children(root, SECTIONS, where)
+    reader = _Reader(root, where, strict)
+    for world in root.findall("worldbody"):
+        reader.read(world)
+    links = reader.links
+    if reader.compiler.settotalmass > 0.0:
+        links[1:] = scaled_to(links[1:], reader.compiler.settotalmass, where)
+    loops, couplings, inactive = equalities(root, reader.classes, reader.places, where)
+    reader.forces.of_sections(root)
+    left_out = reader.forces.left_out(strict)
+    return Description(
+        name=root.get("model") or "mechanism",
+        links=tuple(links),
+        joints=tuple(reader.places.joints.values()),
+        order=tuple(reader.places.joints),
+        loops=tuple(loops),
+        couplings=tuple(couplings),
+        notation="MJCF <equality>" if loops or couplings else "no loops",
+        warnings=(*reader.warnings, *inactive, *left_out),
+    )
+
+
+class _Reader:
+    """Reads the bodies of a file.
+
+    Attributes:
+        compiler, classes: settings and default classes.
+        links: found so far, that of the world first.
+        places: what equalities refer to.
+        forces: what wrenches leave out.
+        warnings: what was accepted.
+    """
+
+    def __init__(self, root: ElementTree.Element, where: str, strict: bool) -> None:
+        self._where = where
+        self._strict = strict
+        self.compiler = Compiler.of(root, where)
+        self.classes = DefaultClasses(root, where)
+        self.forces = Forces(self.classes, where)
+        self.warnings: list[str] = []
+        self._names = {
+            "body": _given(root, ("body",), where),
+            "joint": _given(root, ("joint", "freejoint"), where),
+        }
+        self._counts = {"body": 0, "joint": 0}
+        world = self._generated("world", "body")
+        self.links = [LinkDescription(world)]
+        self.places = Places(world, {world: np.eye(4)}, {world: world}, {}, {})
+
+    def read(self, world: ElementTree.Element) -> None:
+        """Read a `<worldbody>` and all bodies in it, depth first."""
+        if world.attrib:
+            raise ModelError(f"{self._where}: <worldbody> has no attributes; name a <body>")
+        waiting = [(world, self.places.root, np.eye(4), "main")]
+        while waiting:
+            element, parent, frame, childclass = waiting.pop()
+            if element is world:
+                name, at = parent, f"{self._where}: worldbody"
+            else:
+                name, at = self._body(element)
+            childclass = self.classes.known(element.get("childclass", childclass), at)
+            content = self._contents(element, childclass, at)
+            if element is not world:
+                attributes = element.attrib
+                origin = frame @ pose(attributes, self.compiler, at)
+                self._joints(content, name, parent, origin, at)
+                self._mass(content, name, at)
+                self._about(attributes, name, at)
+            elif any(child.tag in ("inertial", "joint", "freejoint") for child, *_ in content):
+                raise ModelError(
+                    f"{at}: the world has no joints and no mass; write them in a <body>"
+                )
+            self._sites(content, name, at)
+            waiting.extend(
+                (child, name, place, own)
+                for child, place, own in reversed(content)
+                if child.tag == "body"
+            )
+
+    def _body(self, element: ElementTree.Element) -> tuple[str, str]:
+        """Return the name of a body, and how messages name it."""
+        self._counts["body"] += 1
+        name = element.get("name") or self._generated(f"body_{self._counts['body']}", "body")
+        at = f"{self._where}: body {name!r}"
+        check_attributes(element, at)
+        return name, at
+
+    def _contents(self, element: ElementTree.Element, childclass: str, at: str) -> _Content:
+        """Return what a body contains, frames resolved."""
+        self._check_contents(element, at)
+        content: _Content = []
+        waiting = [(child, np.eye(4), childclass) for child in reversed(element)]
+        while waiting:
+            child, frame, own = waiting.pop()
+            if child.tag != "frame":
+                content.append((child, frame, own))
+                continue
+            inside = f"{at}: frame {child.get('name', '')!r}"
+            check_attributes(child, inside)
+            self._check_contents(child, inside)
+            frame = frame @ pose(child.attrib, self.compiler, inside)
+            own = self.classes.known(child.get("childclass", own), inside)
+            waiting.extend((item, frame, own) for item in reversed(child))
+        return content
+
+    @staticmethod
+    def _check_contents(element: ElementTree.Element, at: str) -> None:
+        for child in element:
+            if child.tag in REFUSED:
+                raise ModelError(f"{at}: <{child.tag}> is not supported: {REFUSED[child.tag]}")
+        check_children(element, CONTENTS, at)
+
+    def _joints(
+        self,
+        content: _Content,
+        body: str,
+        parent: str,
+        origin: Array,
+        at: str,
+    ) -> None:
+        """Add the joints of a body, and the links between them.
+
+        Args:
+            content: of the body.
+            body: its name.
+            parent: name of the body that it is in.
+            origin: `(4, 4)` placement of the body in that one.
+            at: how messages name the body.
+        """
+        found = [item for item in content if item[0].tag in ("joint", "freejoint")]
+        places = self.places
+        if not found:
+            name = self._generated(f"{body}_fixed", "joint")
+            axis = np.array([1.0, 0.0, 0.0])
+            places.joints[name] = JointDescription(name, "fixed", parent, body, origin, axis, axis)
+        for count, (element, frame, childclass) in enumerate(found, start=1):
+            last = count == len(found)
+            child = body if last else self._generated(f"{body}_{count}", "body")
+            own = self._joint(element, frame, childclass, (parent, child), origin)
+            if own.type == "floating" and (len(found) > 1 or parent != places.root):
+                raise ModelError(
+                    f"{self._where}: joint {own.name!r}: a free joint is the only joint of a "
+                    "body in <worldbody>; write a ball and three slides"
+                )
+            places.joints[own.name] = own
+            places.links[child] = places.links[parent] @ origin
+            places.rigid[child] = child
+            if not last:
+                self.links.append(LinkDescription(child))
+            parent, origin = child, np.eye(4)
+        if not found:
+            places.links[body] = places.links[parent] @ origin
+            places.rigid[body] = places.rigid[parent]
+
+    def _joint(
+        self,
+        element: ElementTree.Element,
+        frame: Array,
+        childclass: str,
+        ends: tuple[str, str],
+        body: Array,
+    ) -> JointDescription:
+        """Return a joint between two links; `body` is the placement of the second in the first."""
+        self._counts["joint"] += 1
+        name = element.get("name") or self._generated(f"joint_{self._counts['joint']}", "joint")
+        at = f"{self._where}: joint {name!r}"
+        check_attributes(element, at)
+        attributes: Attributes = {"type": "free"}
+        if element.tag == "joint":
+            attributes = self.classes.of(element, childclass, at)
+        self.forces.of_joint(attributes, name)
+        found, warning = joint(attributes, name, ends, body, frame, self.compiler, at)
+        if warning:
+            self.warnings.append(warning)
+        return found
+
+    def _mass(self, content: _Content, name: str, at: str) -> None:
+        """Add the link of a body; in what stands in the world, no mesh needs a mass."""
+        stands = self.places.rigid[name] == self.places.root
+        inertials: list[Shape] = []
+        geoms: list[Shape] = []
+        for element, frame, childclass in content:
+            if element.tag == "inertial":
+                check_attributes(element, f"{at}: inertial")
+                inertials.append(Shape(element.attrib, frame, f"{at}: inertial"))
+            elif element.tag == "geom":
+                label = f"{at}: geom {element.get('name') or len(geoms) + 1!r}"
+                check_attributes(element, label)
+                attributes = self.classes.of(element, childclass, label)
+                geoms.append(Shape(attributes, frame, label))
+        if len(inertials) > 1:
+            raise ModelError(f"{at}: there are {len(inertials)} <inertial>; a body has one mass")
+        inertial = inertials[0] if inertials else None
+        if stands and self.compiler.settotalmass <= 0.0:
+            geoms = []
+        self.links.append(
+            link(name, inertial, geoms, self.compiler, at, self._strict, self.warnings)
+        )
+
+    def _about(self, attributes: Attributes, name: str, at: str) -> None:
+        """Note what else a body's attributes say."""
+        self.forces.of_body(attributes, name)
+        if flag(attributes, "mocap", "false", at):
+            if self.places.rigid[name] != self.places.root:
+                raise ModelError(f"{at}: a mocap body stands in the world, without a joint")
+            self.warnings.append(f"{at}: mocap: it stands still")
+
+    def _sites(self, content: _Content, body: str, at: str) -> None:
+        for element, frame, childclass in content:
+            name = element.get("name")
+            if element.tag != "site" or not name:
+                continue
+            label = f"{at}: site {name!r}"
+            check_attributes(element, label)
+            if name in self.places.sites:
+                raise ModelError(f"{label}: another site has this name")
+            attributes = self.classes.of(element, childclass, label)
+            own = frame @ frame_of(attributes, self.compiler, label)
+            self.places.sites[name] = body, own
+
+    def _generated(self, name: str, kind: str) -> str:
+        """Return a name for what the file gives none."""
+        found = unique(name, self._names[kind])
+        self._names[kind].add(found)
+        return found
+
+
+def _given(root: ElementTree.Element, tags: tuple[str, ...], where: str) -> set[str]:
+    """Return the names that a file gives to bodies or joints, each once."""
+    names = [
+        name
+        for world in root.findall("worldbody")
+        for element in world.iter()
+        if element.tag in tags and (name := element.get("name"))
+    ]
+    check_unique(names, tags[0], where)
+    return set(names)

@@ -1,0 +1,200 @@
+"""Notations: the ways in which others write loops beside a URDF's tree.
+
+URDF+ `<loop>` (Chignoli et al., arXiv 2411.19753) comes first, then NVIDIA Isaac's `<loop_joint>`,
+then Gepetto's YAML file beside the URDF. Where a description uses several, they must say the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ..errors import ModelError, choices
+from .description import LoopDescription
+from .elements import JOINT_TYPES, check_unique, loop
+
+GEPETTO_TYPES = {"6d": "fixed", "3d": "spherical"}
+
+
+@dataclass(frozen=True, eq=False)
+class Gepetto:
+    """What Gepetto's YAML file adds to a URDF.
+
+    Attributes:
+        path: the file.
+        loops: the closures.
+        motors: names of the driven joints.
+        joint_types: joints whose type it changes.
+    """
+
+    path: Path
+    loops: tuple[LoopDescription, ...]
+    motors: tuple[str, ...]
+    joint_types: dict[str, str]
+
+
+def agreed(
+    robot: ElementTree.Element, links: Collection[str], extra: Gepetto | None, where: str
+) -> tuple[tuple[LoopDescription, ...], str]:
+    """Return the loops of a description and which notation they came from.
+
+    Raises:
+        ModelError: two notations close different loops.
+    """
+    found = {
+        "URDF+ <loop>": tuple(
+            loop(item, ("predecessor", "successor"), links, where) for item in robot.findall("loop")
+        ),
+        "Isaac <loop_joint>": tuple(
+            loop(item, ("link1", "link2"), links, where) for item in robot.findall("loop_joint")
+        ),
+        f"Gepetto {extra.path.name}" if extra else "": extra.loops if extra else (),
+    }
+    used = {name: loops for name, loops in found.items() if loops}
+    if not used:
+        return (), "no loops"
+    first = next(iter(used))
+    for other in list(used)[1:]:
+        if _ends(used[other]) != _ends(used[first]):
+            raise ModelError(
+                f"{where}: {first} and {other} close different loops: "
+                f"{choices(map(str, _ends(used[first])))} against "
+                f"{choices(map(str, _ends(used[other])))}; keep one of them"
+            )
+    same = "".join(f"; {other} says the same and is not used" for other in list(used)[1:])
+    return used[first], first + same
+
+
+def _ends(loops: tuple[LoopDescription, ...]) -> list[tuple[str, ...]]:
+    return sorted(tuple(sorted((loop.predecessor, loop.successor))) for loop in loops)
+
+
+def gepetto(path: Path, robot: ElementTree.Element, joints: set[str]) -> Gepetto | None:
+    """Read Gepetto's YAML file of the same name beside a URDF, if there is one.
+
+    Args:
+        path: of the URDF.
+        robot: its outermost element.
+        joints: names of its joints.
+
+    Raises:
+        ModelError: the file is malformed, or names a frame or joint that does not exist.
+    """
+    beside = [path.with_suffix(suffix) for suffix in (".yaml", ".yml")]
+    existing = [candidate for candidate in beside if candidate.is_file()]
+    if not existing:
+        return None
+    where = str(existing[0])
+    content = _content(existing[0], where)
+    if content is None:
+        return None
+    pairs = content["closed_loop"]
+    if not isinstance(pairs, list):
+        raise ModelError(f"{where}: closed_loop is not a list of pairs of names")
+    types = _names(content.get("type", ["6d"] * len(pairs)), f"{where}: type")
+    if len(types) != len(pairs):
+        raise ModelError(f"{where}: {len(pairs)} closed_loop but {len(types)} type entries")
+    frames = _frames(robot)
+    loops = tuple(
+        _loop(number, _names(pair, f"{where}: closed_loop entry {number}"), kind, frames, where)
+        for number, (pair, kind) in enumerate(zip(pairs, types, strict=True), start=1)
+    )
+    motors = _names(content.get("name_mot", []), f"{where}: name_mot")
+    names = _names(content.get("joint_name", []), f"{where}: joint_name")
+    kinds = _names(content.get("joint_type", []), f"{where}: joint_type")
+    for name in (*motors, *names):
+        if name not in joints:
+            raise ModelError(f"{where}: joint {name!r} does not exist; joints: {choices(joints)}")
+    check_unique(motors, "name_mot", where)
+    check_unique(names, "joint_name", where)
+    known = JOINT_TYPES | {"spherical"}
+    for kind in kinds:
+        if kind.lower() not in known:
+            raise ModelError(f"{where}: joint_type {kind!r} is unknown; types: {choices(known)}")
+    if len(names) != len(kinds):
+        raise ModelError(f"{where}: {len(names)} joint_name but {len(kinds)} joint_type entries")
+    changed = {name: kind.lower() for name, kind in zip(names, kinds, strict=True)}
+    return Gepetto(existing[0], loops, tuple(motors), changed)
+
+
+def _content(path: Path, where: str) -> dict[object, object] | None:
+    """Return what a YAML file says about loops, None if it is about something else.
+
+    Raises:
+        ModelError: it cannot be read, or says something twice.
+    """
+    import yaml
+
+    try:
+        loader = yaml.SafeLoader(path.read_text(encoding="utf-8-sig"))
+        try:
+            node = loader.get_single_node()
+            content = None if node is None else loader.construct_document(node)
+        finally:
+            loader.dispose()
+    except Exception as error:
+        # PyYAML meets wrong scalars and deep nesting with errors of all kinds.
+        detail = " ".join(str(error).split()) or type(error).__name__
+        raise ModelError(f"{where}: cannot be read as YAML: {detail}") from error
+    if not isinstance(content, dict) or "closed_loop" not in content:
+        return None
+    # A dictionary keeps the last of equal keys without a word.
+    keys = node.value if isinstance(node, yaml.MappingNode) else []
+    check_unique([key.value for key, _ in keys if isinstance(key, yaml.ScalarNode)], "key", where)
+    return content
+
+
+def _loop(
+    number: int, pair: list[str], kind: str, frames: dict[str, set[str]], where: str
+) -> LoopDescription:
+    """Return the closure between two frames."""
+    if kind.lower() not in GEPETTO_TYPES:
+        raise ModelError(f"{where}: type {kind!r} is unknown; types: {choices(GEPETTO_TYPES)}")
+    if len(pair) != 2:
+        raise ModelError(f"{where}: closed_loop entry {pair} is not a pair of frames")
+    links: list[str] = []
+    for frame in pair:
+        if frame not in frames:
+            raise ModelError(f"{where}: frame {frame!r} does not exist; frames: {choices(frames)}")
+        if len(frames[frame]) > 1:
+            raise ModelError(
+                f"{where}: frame {frame!r} is a link and a joint, which move different links: "
+                f"{choices(frames[frame])}; rename one of them"
+            )
+        links += frames[frame]
+    if links[0] == links[1]:
+        raise ModelError(
+            f"{where}: closed_loop entry {pair}: both frames are on the link {links[0]!r}"
+        )
+    axis = np.array([1.0, 0.0, 0.0])
+    name, still = f"loop_{number}", np.eye(4)
+    return LoopDescription(
+        name, GEPETTO_TYPES[kind.lower()], links[0], links[1], still, still, axis, axis
+    )
+
+
+def _frames(robot: ElementTree.Element) -> dict[str, set[str]]:
+    """Return names that Pinocchio gives frames, of links and joints, to the links they sit on."""
+    frames = {link.get("name", ""): {link.get("name", "")} for link in robot.findall("link")}
+    for joint in robot.findall("joint"):
+        child = joint.find("child")
+        if child is not None:
+            frames.setdefault(joint.get("name", ""), set()).add(child.get("link", ""))
+    return frames
+
+
+def _names(value: object, at: str) -> list[str]:
+    """Return a list of strings."""
+    if not isinstance(value, list):
+        raise ModelError(f"{at} is not a list of names")
+    for item in value:
+        if not isinstance(item, str):
+            raise ModelError(
+                f"{at}: {type(item).__name__} is not a name; what YAML takes for something else, "
+                "like 1 or no, needs quotes"
+            )
+    return value

@@ -1,0 +1,124 @@
+"""Read: find a description, and choose the reader of its notation."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..checks import flag, shortened
+from ..errors import ModelError, choices
+
+if TYPE_CHECKING:
+    from .description import Description
+
+_BLANK = "\ufeff \t\r\n"
+"""What may stand before a text's first element."""
+_EXTERNAL = re.compile(r"\b(SYSTEM|PUBLIC)\b")
+
+
+def bundled_directory() -> Path:
+    """Return the directory of the bundled descriptions.
+
+    A wheel carries it inside the package; in a checkout it stands beside the package.
+    """
+    package = Path(__file__).parent.parent
+    inside = package / "urdf"
+    return inside if inside.is_dir() else package.parent / "urdf"
+
+
+def bundled_names() -> list[str]:
+    """Return the names of the bundled descriptions that `load` accepts."""
+    return sorted(path.stem for path in bundled_directory().glob("*.urdf"))
+
+
+def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
+    """Read a bundled description by name, a file by path, or text.
+
+    Args:
+        source: name in `bundled_names()`, path, or text that starts with `<`.
+        strict: whether inertias that no body can have are refused.
+
+    A file's loops may be written in URDF+ notation (`<loop>`, `<coupling>`), in that of NVIDIA
+    Isaac (`<loop_joint>`), in Gepetto's YAML file of the same name beside the URDF, or as
+    `<equality>` of an MJCF file.
+
+    Raises:
+        ModelError: what is wrong, where, and the valid choices.
+        ArgumentError: `strict` is neither True nor False.
+    """
+    strict = flag("strict", strict)
+    if isinstance(source, str) and source.lstrip(_BLANK).startswith("<"):
+        return _parse(source.lstrip(_BLANK), "text", None, strict)
+    path = _find(_name(source))
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError, MemoryError) as error:
+        raise ModelError(f"{path}: cannot be read as text ({error})") from error
+    return _parse(text, str(path), path, strict)
+
+
+def _parse(text: str, where: str, path: Path | None, strict: bool) -> Description:
+    from xml.etree import ElementTree
+
+    from . import urdf
+    from .description import SourceText
+    from .elements import check_size
+
+    try:
+        root = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, ValueError) as error:
+        raise ModelError(f"{where}: malformed XML: {error}") from error
+    prolog = text[: text.find(f"<{root.tag}")]
+    if "<!DOCTYPE" in prolog and _EXTERNAL.search(prolog):
+        # Entities that another document may define would be nothing, without a word.
+        raise ModelError(f"{where}: its DOCTYPE refers to another document, which is not read")
+    if root.tag == "mujoco":
+        from .mjcf import reader as mjcf
+
+        at = "MJCF text" if path is None else where
+        description = mjcf.parse(root, at, path, strict)
+        check_size(len(description.links), at)
+    elif root.tag == "robot":
+        description = urdf.parse(root, "URDF text" if path is None else where, path, strict)
+    else:
+        raise ModelError(
+            f"{where}: the outermost element is <{root.tag}>, expected <robot> or <mujoco>"
+        )
+    return replace(description, source=SourceText(text, path))
+
+
+def _name(source: object) -> str:
+    """Return a name or path as a string.
+
+    Raises:
+        ModelError: it is neither.
+    """
+    try:
+        name = os.fspath(source)  # type: ignore[call-overload]
+    except Exception:  # A path of another's making may raise anything.
+        name = None
+    if isinstance(name, str):
+        return str(name)
+    raise ModelError(
+        f"load() takes a name, a path or text, not {type(source).__name__}; "
+        f"bundled descriptions: {choices(bundled_names())}"
+    )
+
+
+def _find(name: str) -> Path:
+    if name in bundled_names():
+        return bundled_directory() / f"{name}.urdf"
+    path = Path(name)
+    try:
+        found = path.is_file()
+    except (OSError, ValueError):
+        found = False
+    if not found:
+        raise ModelError(
+            f"no description {shortened(repr(name))}: it is neither a file nor a bundled name; "
+            f"bundled descriptions: {choices(bundled_names())}"
+        )
+    return path

@@ -1,0 +1,127 @@
+"""Reread: the numbers of a URDF, read once more for the proof.
+
+A proof that takes its masses and lengths from where the solution has them is blind to what went
+wrong on the way there. So this reads the text a second time, by code that shares nothing with the
+first reader; what the first one checked is not checked again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arrays import Array
+from .description import Description, LinkDescription
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+    from .description import JointDescription, LoopDescription
+
+
+def reread(description: Description) -> Description:
+    """Return a description with the numbers of its text: masses, origins, axes, ratios.
+
+    MJCF, and loops that stand beside a URDF, keep the numbers that were read first.
+    """
+    source = description.source
+    if source is None:
+        return description
+    from xml.etree import ElementTree
+
+    robot = ElementTree.fromstring(source.text)
+    if robot.tag != "robot":
+        return description
+    links, joints, loops, couplings = (
+        {item.attrib["name"]: item for tag in tags for item in robot.findall(tag)}
+        # Where both notations close the same loops, <loop> is the one that counts.
+        for tags in (("link",), ("joint",), ("loop_joint", "loop"), ("coupling",))
+    )
+    return replace(
+        description,
+        links=tuple(_reweighed(link.name, links[link.name]) for link in description.links),
+        joints=tuple(_remeasured(joint, joints[joint.name]) for joint in description.joints),
+        loops=tuple(
+            _closed(loop, loops[loop.name]) if loop.name in loops else loop
+            for loop in description.loops
+        ),
+        couplings=tuple(
+            replace(item, ratio=float(_child(couplings[item.name], "ratio").attrib["value"]))
+            for item in description.couplings
+        ),
+    )
+
+
+def _reweighed(name: str, element: Element) -> LinkDescription:
+    inertial = element.find("inertial")
+    if inertial is None or float(_child(inertial, "mass").attrib["value"]) == 0.0:
+        return LinkDescription(name)
+    frame = _origin(inertial)
+    words = _child(inertial, "inertia")
+    rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
+    tensor = np.array([[float(words.get(name, "0")) for name in row] for row in rows])
+    return LinkDescription(
+        name,
+        float(_child(inertial, "mass").attrib["value"]),
+        frame[:3, 3],
+        np.einsum("ij,jk,lk->il", frame[:3, :3], tensor, frame[:3, :3]),
+    )
+
+
+def _remeasured(joint: JointDescription, element: Element) -> JointDescription:
+    origin = _origin(element)
+    if joint.type == "fixed":
+        return replace(joint, origin=origin)
+    axis = _axis(element, "axis")
+    return replace(joint, origin=origin, axis=axis, axis_2=axis)
+
+
+def _closed(loop: LoopDescription, element: Element) -> LoopDescription:
+    first, second = _ends(element)
+    axis = _axis(element, "axis")
+    other = _axis(element, "axis2") if loop.type == "universal" else axis
+    return replace(loop, predecessor_origin=first, successor_origin=second, axis=axis, axis_2=other)
+
+
+def _axis(element: Element, tag: str) -> Array:
+    axis = _triple(element.find(tag), "xyz", (1.0, 0.0, 0.0))
+    return axis / np.sqrt(axis @ axis)
+
+
+def _ends(loop: Element) -> tuple[Array, Array]:
+    sides = ("link1", "link2") if loop.tag == "loop_joint" else ("predecessor", "successor")
+    ends = [_child(loop, side) for side in sides]
+    first, second = (_frame(end) if end.find("origin") is None else _origin(end) for end in ends)
+    return first, second
+
+
+def _origin(element: Element) -> Array:
+    found = element.find("origin")
+    return np.eye(4) if found is None else _frame(found)
+
+
+def _frame(element: Element) -> Array:
+    """Return the `(4, 4)` placement of xyz and rpy: turns about fixed axes x, y, z in turn."""
+    frame = np.eye(4)
+    for first, angle in enumerate(_triple(element, "rpy", (0.0, 0.0, 0.0))):
+        one, other = (first + 1) % 3, (first + 2) % 3
+        turn = np.eye(4)
+        turn[one, one] = turn[other, other] = np.cos(angle)
+        turn[other, one], turn[one, other] = np.sin(angle), -np.sin(angle)
+        frame = turn @ frame
+    frame[:3, 3] = _triple(element, "xyz", (0.0, 0.0, 0.0))
+    return frame
+
+
+def _triple(element: Element | None, name: str, default: tuple[float, ...]) -> Array:
+    words = None if element is None else element.get(name)
+    return np.array(default) if words is None else np.array(words.split(), dtype=float)
+
+
+def _child(element: Element, tag: str) -> Element:
+    found = element.find(tag)
+    if found is None:
+        raise ValueError(f"<{element.tag}> has lost its <{tag}>")
+    return found

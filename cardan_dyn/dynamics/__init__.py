@@ -1,0 +1,1 @@
+"""Dynamics: wrenches and efforts of closed positions, and what statics leaves open."""

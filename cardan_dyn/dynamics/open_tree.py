@@ -1,0 +1,118 @@
+"""Open tree: the wrenches that inertia, weight and link loads ask of it with all loops cut open."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+from ..forces.link_loads import LinkLoad
+from ..kinematics.all_groups import ClosedState, Kinematics
+from ..kinematics.batch_model import placement
+from ..mechanism.mechanism import Mechanism
+from ..mechanism.tree import ancestors
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadCase:
+    """What acts on a mechanism at closed positions.
+
+    Attributes:
+        dynamics: joint velocities and accelerations `(N, nv)`, or None where neither inertia nor
+            gravity acts.
+        loads: `(N, nv)` or `(1, nv)` efforts added at the joints [N·m, N].
+        link_loads: wrenches on links.
+        gravity: `(3,)` [m/s²].
+    """
+
+    dynamics: tuple[Array, Array] | None
+    loads: Array
+    link_loads: Sequence[LinkLoad]
+    gravity: Array
+
+
+class OpenTree:
+    """The bodies of a mechanism, each accounted for in one group.
+
+    Attributes:
+        bodies: their number.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, kinematics: Kinematics, active: Collection[int]
+    ) -> None:
+        """Find the group of every body.
+
+        Args:
+            mechanism: the mechanism.
+            kinematics: the groups whose motion is solved.
+            active: indices of those whose closure forces are solved; where there is none, virtual
+                work takes their place, which needs the inertia of everything that moves.
+        """
+        self.bodies = mechanism.model.njoints - 1
+        self._model = mechanism.model
+        self._heavy_groups = [
+            index
+            for index, solver in enumerate(kinematics.solvers)
+            if solver.batch.has_mass and (not active or index in active)
+        ]
+        self._group_of_body = {
+            body: index
+            for index, solver in enumerate(kinematics.solvers)
+            for body in solver.group.massive
+        }
+
+    def wrenches(self, state: ClosedState, case: LoadCase) -> Array:
+        """Return the wrench of every body's joint in its frame, `(N, b, 6)`."""
+        result = np.zeros((len(state.x), self.bodies, 6))
+        if case.dynamics is not None:
+            for index in self._heavy_groups:
+                group_state = state.groups[index]
+                batch = group_state.batch
+                v, a = (batch.velocity(rates) for rates in case.dynamics)
+                wrenches = batch.inverse_dynamics(group_state.q, v, a, case.gravity)
+                result[:, consecutive(batch.bodies)] += wrenches.reshape(len(v), -1, 6)
+        for load in case.link_loads:
+            # A load on a body that the outputs leave out changes nothing that they ask for.
+            if load.body in self._group_of_body:
+                result -= self._spread(state, load)
+        return result
+
+    def _spread(self, state: ClosedState, load: LinkLoad) -> Array:
+        """Return what a link load takes off the joints between its body and the root."""
+        group_state = state.groups[self._group_of_body[load.body]]
+        local, actions = group_state.batch.local, group_state.actions
+        wrench = _about_origin(load, actions, local[load.body])[:, :, None]
+        result = np.zeros((len(actions), self.bodies, 6))
+        for body in ancestors(self._model, load.body + 1):
+            first = 6 * local[body]
+            result[:, body] = np.matmul(actions[:, first : first + 6], wrench)[:, :, 0]
+        return result
+
+
+def consecutive(indices: Array) -> slice | Array:
+    """Return indices as a slice if they follow one another, since slices make no copies."""
+    span = indices.size and indices[-1] - indices[0] == indices.size - 1
+    if span and np.all(np.diff(indices) == 1):
+        return slice(int(indices[0]), int(indices[-1]) + 1)
+    return indices
+
+
+def _about_origin(load: LinkLoad, actions: Array, index: int) -> Array:
+    """Return a link load `(N, 6)` in world axes about the origin of a batch model.
+
+    Args:
+        load: the load.
+        actions: of the batch model.
+        index: of the load's body in it.
+    """
+    rotation, position = placement(actions, index)
+    force, moment = load.force.T, load.moment.T
+    if not load.in_world:
+        axes = np.einsum("ikn,kj->ijn", rotation, load.rotation)
+        force, moment = (np.einsum("ijn,jn->in", axes, part) for part in (force, moment))
+    point = position + np.einsum("ikn,k->in", rotation, load.translation)
+    force = np.broadcast_to(force, point.shape)
+    return np.concatenate([force, moment + np.cross(point, force, axis=0)]).T

@@ -1,0 +1,217 @@
+"""Problem solver: closed positions, motion, wrenches and their proof, for a problem's positions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ArgumentError, IndeterminateError
+from ..frozen import Frozen, read_only
+from ..kinematics.all_groups import ClosedState, Kinematics
+from ..kinematics.assembly import Assembly
+from ..kinematics.needs import solved_couplings
+from ..problem.problem import Problem
+from .indeterminate import IndeterminacyRule, LeastEnergy, LeastNorm
+from .inverse_dynamics import Inputs, InverseDynamics, Solution, joined
+from .reactions import ReactionSolver, counted
+
+_BLOCK = 768
+"""Samples worked on at a time, so that their arrays stay in the cache."""
+COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+
+
+_ASSEMBLY = frozenset({"mechanism", "drives", "held", "start", "branch", "outputs", "all_outputs"})
+"""Attributes of a problem that decide how its loops are closed."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AssembledPositions:
+    """Drive positions with their loops closed; `Scene.assemble` makes them for `Scene.sweep`.
+
+    `len()` is the number of positions.
+
+    Attributes:
+        solver: what closed them.
+        positions: of the drives `(N, d)`.
+        turns: whole turns `(N, size)` that angles lack.
+        spans: samples of each block.
+        blocks: the closed state of each block; closed when they are first read, unless kept.
+        kinematics: what closes them.
+    """
+
+    solver: ProblemSolver
+    positions: Array
+    turns: Array
+    spans: list[slice]
+    blocks: Iterable[ClosedState]
+    kinematics: Kinematics
+
+    def __post_init__(self) -> None:
+        read_only(self.positions)
+        read_only(self.turns)
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Closing them again takes less than carrying along all that was computed.
+        return self.solver.assemble, (self.positions,)
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} assembled positions of {self.solver.problem.mechanism.name!r}>"
+
+
+class ProblemSolver(Frozen):
+    """Solves a problem at any drive positions.
+
+    It does not change, but for what its assembly learns about the motion; threads may share it.
+
+    Attributes:
+        problem: what it solves.
+        assembly: closes the loops.
+        reactions: gives the wrenches at closed positions.
+        inverse_dynamics: gives motion, wrenches and residuals at closed positions.
+
+    Raises:
+        ArgumentError, AssemblyError, MobilityError, SingularConfigurationError: see `Assembly`.
+    """
+
+    def __init__(self, problem: Problem, like: ProblemSolver | None = None) -> None:
+        """Make the solver.
+
+        Args:
+            problem: what to solve.
+            like: solver of a similar problem. What was learned about the motion is taken over
+                where the problems differ in nothing that the motion depends on.
+        """
+        self.problem = problem
+        mechanism = problem.mechanism
+        if like is not None and not problem.differs_from(like.problem) & _ASSEMBLY:
+            self.assembly: Assembly = like.assembly
+        else:
+            self.assembly = Assembly(problem)
+        kinematics, needed = self.assembly.kinematics, self.assembly.needed
+        joints = counted(mechanism)
+        rule: IndeterminacyRule = LeastNorm(mechanism.characteristic_length, joints)
+        if problem.compliance:
+            compliances = {
+                problem.wrench_index(name): value for name, value in problem.compliance.items()
+            }
+            rule = LeastEnergy(mechanism.characteristic_length, joints, compliances)
+        active = {
+            position for position, index in enumerate(needed.motion) if index in needed.forces
+        }
+        self.reactions = ReactionSolver(mechanism, kinematics, active, rule)
+        self.inverse_dynamics = InverseDynamics(
+            problem, kinematics, self.reactions, needed, self.assembly.decided
+        )
+        self._freeze()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return ProblemSolver, (self.problem,)
+
+    @property
+    def has_mass(self) -> bool:
+        """Whether any body has mass."""
+        return self.inverse_dynamics.has_mass
+
+    @property
+    def couplings(self) -> dict[int, str]:
+        """Indices and names of the couplings whose moments are solved."""
+        indices = solved_couplings(self.assembly.groups, self.assembly.needed)
+        return {index: self.problem.mechanism.couplings[index].name for index in indices}
+
+    def knows_effort(self, joint: str) -> bool:
+        """Return whether what a driven or held joint exerts is solved."""
+        needed = self.assembly.needed
+        if needed.efforts_alone:
+            return joint in self.problem.drives
+        return self.problem.mechanism.joints[joint].id - 1 in needed.known_bodies
+
+    def assemble(self, positions: Array) -> AssembledPositions:
+        """Return drive positions `(N, d)` with all their loops closed, to be used again.
+
+        Raises:
+            AssemblyError: the loops cannot be closed at a position.
+            SingularConfigurationError: a position is a dead point.
+        """
+        assembled = self.assembled_in_turn(positions)
+        return replace(assembled, blocks=list(assembled.blocks))
+
+    def assembled_in_turn(self, positions: Array) -> AssembledPositions:
+        """Return drive positions `(N, d)` whose blocks are closed one by one as they are read."""
+        guess = self.assembly.guesses(positions)
+        # Blocks of equal size: a small one costs almost as much as a large one.
+        count = max(1, -(-len(positions) // _BLOCK))
+        ends = np.linspace(0, len(positions), count + 1).astype(int).tolist()
+        spans = [slice(*span) for span in pairwise(ends)]
+        blocks = (self.assembly.close(guess[span], positions[span]) for span in spans)
+        return AssembledPositions(self, positions, guess.turns, spans, blocks, guess.kinematics)
+
+    def current(self, assembled: AssembledPositions) -> AssembledPositions:
+        """Return assembled positions, closed again where other rows turned out to be redundant.
+
+        Raises:
+            ArgumentError: they are those of another scene.
+        """
+        if assembled.solver is not self:
+            raise ArgumentError(
+                "these positions were assembled by another scene; assemble them again"
+            )
+        if assembled.kinematics.reductions != self.assembly.kinematics.reductions:
+            return self.assembled_in_turn(assembled.positions)
+        return assembled
+
+    def solve(self, assembled: AssembledPositions, speeds: Array, accelerations: Array) -> Solution:
+        """Return all that is solved and proven at assembled positions, for drive rates `(N, d)`.
+
+        Raises:
+            ArgumentError: a load has another number of samples.
+            AccuracyError: a residual misses its tolerance.
+        """
+        problem, count = self.problem, len(assembled)
+        loads, link_loads = problem.joint_loads_at(count), problem.link_loads_at(count)
+        has_rates = bool(np.any(speeds) or np.any(accelerations))
+        blocks: list[Solution] = []
+        for span, state in zip(assembled.spans, assembled.blocks, strict=True):
+            inputs = Inputs(
+                assembled.positions[span],
+                speeds[span],
+                accelerations[span],
+                loads[span if len(loads) > 1 else slice(None)],
+                {name: load.of_samples(span) for name, load in link_loads.items()},
+                assembled.turns[span],
+                has_rates,
+            )
+            blocks.append(self.inverse_dynamics.solve(state, inputs))
+        solution = joined(blocks, assembled.positions)
+        self.inverse_dynamics.prove_flags(solution)
+        return solution
+
+    def refuse_indeterminate(self, unique: Array) -> None:
+        """Refuse statically indeterminate outputs where a problem is strict, without compliances.
+
+        Args:
+            unique: `(k, 6)` which components of the outputs are unique.
+
+        Raises:
+            IndeterminateError: the problem is strict and wants a component that is not unique.
+        """
+        problem = self.problem
+        if not problem.strict or problem.compliance or np.all(unique):
+            return
+        components = {
+            name: [label for label, sure in zip(COMPONENTS, row, strict=True) if not sure]
+            for name, row in zip(problem.outputs, unique, strict=True)
+            if not np.all(row)
+        }
+        listed = "; ".join(f"{name}: {', '.join(labels)}" for name, labels in components.items())
+        raise IndeterminateError(
+            f"{problem.mechanism.name}: the laws of motion leave open: {listed}. Give compliances, "
+            "change the mechanism (a slide, a ball) or leave strict out to have the least norm",
+            components=components,
+        )

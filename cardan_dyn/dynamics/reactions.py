@@ -1,0 +1,318 @@
+"""Reactions: the wrench in every joint and the forces that keep the loops closed.
+
+Inverse dynamics of the open tree leaves efforts in the passive joints. The closure forces of the
+loops are what turns those efforts into the given loads, and the wrenches of the open tree with the
+closure forces added are the joint wrenches of the closed chain. Forces pass through the groups from
+the load to the drive, against the order in which motion passes through them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+from ..kinematics.all_groups import ClosedState, Kinematics
+from ..kinematics.batch_model import placement
+from ..kinematics.group_solver import GroupState
+from ..kinematics.needs import Needs
+from ..mechanism.mechanism import Mechanism
+from .indeterminate import IndeterminacyRule, LeastNorm, SelfStress, influence
+from .open_tree import LoadCase, OpenTree, consecutive
+
+UNIQUE_TOLERANCE = 1e-9
+"""Greatest influence of a self-stress on a component that counts as unique."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Reactions:
+    """Wrenches of one load case.
+
+    Attributes:
+        wrenches: `(N, b, 6)` wrench of every joint in its frame: the bodies of the model in order,
+            then `fixed` loops in file order.
+        closure_forces: `(N, 6)` per loop: wrench of its predecessor on its successor, in world axes
+            about the origin of its group's batch model; then `(N, 1)` per coupling: its moment at
+            its successor's joint.
+        indeterminate_couplings: indices of the couplings whose moment is not unique.
+        influence: `(b, 6)` greatest change of a component per unit of self-stress.
+    """
+
+    wrenches: Array
+    closure_forces: list[Array]
+    indeterminate_couplings: set[int]
+    influence: Array
+
+
+def superposed(cases: Sequence[Reactions], factors: Sequence[float]) -> Reactions:
+    """Return the reactions of load cases, each times a factor, that act together."""
+
+    def total(parts: Sequence[Array]) -> Array:
+        return np.asarray(sum(factor * part for factor, part in zip(factors, parts, strict=True)))
+
+    first = cases[0]
+    return Reactions(
+        total([case.wrenches for case in cases]),
+        [total(parts) for parts in zip(*(case.closure_forces for case in cases), strict=True)],
+        first.indeterminate_couplings,
+        first.influence,
+    )
+
+
+class ReactionSolver:
+    """Computes reactions for the closed positions of one problem.
+
+    Attributes:
+        size: number of wrenches: of the bodies, then of the `fixed` loops.
+        subspace: `(nv, 6)` unit twist of each velocity coordinate in its joint's frame.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        kinematics: Kinematics,
+        active: set[int],
+        rule: IndeterminacyRule | None = None,
+    ) -> None:
+        """Make the solver.
+
+        Args:
+            mechanism: the mechanism.
+            kinematics: the groups whose motion is solved.
+            active: indices of those whose closure forces are.
+            rule: chooses what is statically indeterminate; the least norm if None.
+        """
+        self._mechanism = mechanism
+        self._active = active
+        self._tree = OpenTree(mechanism, kinematics, active)
+        bodies, fixed = self._tree.bodies, mechanism.fixed_loops
+        self.size = bodies + len(fixed)
+        self._fixed = {
+            index: bodies + fixed.index(loop.joint)
+            for index, loop in enumerate(mechanism.loops)
+            if loop.joint in fixed
+        }
+        self._solved_loops = {
+            loop for index in active for loop in kinematics.solvers[index].group.loops
+        }
+        self._carriers = {
+            body: index
+            for index, solver in reversed(list(enumerate(kinematics.solvers)))
+            for body in solver.batch.local
+        }
+        self._rule = rule or LeastNorm(mechanism.characteristic_length, counted(mechanism))
+        model = mechanism.model
+        self._owners = np.array(
+            [joint - 1 for joint in range(1, model.njoints) for _ in range(model.nvs[joint])]
+        )
+        self.subspace = np.zeros((model.nv, 6))
+        for solver in kinematics.solvers:
+            carried = solver.batch.owner >= 0
+            self.subspace[carried] = solver.batch.subspace[carried]
+
+    def solve(self, state: ClosedState, cases: Sequence[LoadCase]) -> list[Reactions]:
+        """Return the reactions of every load case at closed positions.
+
+        What depends on the positions alone is done once for all cases.
+        """
+        wrenches, forces, self_stresses = self._determinate(state, cases)
+        amounts: list[Array] = []
+        if self_stresses:
+            loaded = {joint for item in self_stresses for joint in item.joints.tolist()}
+            rotations = {
+                joint: self._from_parent(state, joint)
+                for joint in self._rule.oriented & loaded & set(range(self._tree.bodies))
+            }
+            amounts = self._rule.amounts(wrenches, self_stresses, rotations)
+        for item, amount in zip(self_stresses, amounts, strict=True):
+            wrenches[:, item.joints] += item.wrenches(amount)
+            for index, part in item.forces.items():
+                forces[index] += part @ amount
+        changes = influence(self_stresses, self.size, self._mechanism.characteristic_length)
+        loops = len(self._mechanism.loops)
+        indeterminate = {
+            index - loops
+            for item in self_stresses
+            for index, part in item.forces.items()
+            if index >= loops and np.max(np.abs(part), initial=0.0) > UNIQUE_TOLERANCE
+        }
+        return [
+            Reactions(
+                wrenches[..., case], [part[..., case] for part in forces], indeterminate, changes
+            )
+            for case in range(len(cases))
+        ]
+
+    def solved(self, needed: Needs) -> tuple[list[str], Array]:
+        """Return the joints whose wrenches are solved, and their indices among all wrenches."""
+        joints = {
+            joint.name: joint.id - 1
+            for joint in self._mechanism.joints.values()
+            if joint.parts and joint.id - 1 in needed.known_bodies
+        }
+        for loop, index in self._fixed.items():
+            if loop in self._solved_loops:
+                joints[self._mechanism.loops[loop].joint] = index
+        return list(joints), np.array(list(joints.values()), dtype=int)
+
+    def efforts(self, reactions: Reactions) -> Array:
+        """Return what loads, drives and held joints exert along the coordinates, `(N, nv)`.
+
+        Couplings act between joints: they are neither of these, and pass on no power.
+        """
+        wrenches = reactions.wrenches[:, self._owners]
+        efforts = np.asarray(np.einsum("nki,ki->nk", wrenches, self.subspace))
+        moments = reactions.closure_forces[len(self._mechanism.loops) :]
+        for coupling, moment in zip(self._mechanism.couplings, moments, strict=True):
+            efforts[:, coupling.successor_columns] -= moment
+            efforts[:, coupling.predecessor_columns] += coupling.ratio * moment
+        return efforts
+
+    def self_stresses(self, state: GroupState) -> list[SelfStress]:
+        """Return the closure forces of a group that no passive effort feels."""
+        forces = []
+        if state.null.shape[2]:
+            forces.append(self._forces(state, state.null))
+        for local, loop in enumerate(state.group.loops):
+            null = state.reduction.null[local]
+            if null.shape[1]:
+                forces.append({loop: state.equations.wrench(local, state.actions, null)})
+        return [SelfStress(item, *self._effect(state, item)) for item in forces]
+
+    def _determinate(
+        self, state: ClosedState, cases: Sequence[LoadCase]
+    ) -> tuple[Array, list[Array], list[SelfStress]]:
+        """Return one solution of the equations of motion, and the self-stresses it may differ by.
+
+        Returns:
+            Wrenches `(N, b, 6, c)` and closure forces `(N, 6, c)` or `(N, 1, c)`, see `Reactions`,
+            for all c load cases, and the self-stresses of all groups.
+        """
+        mechanism, count = self._mechanism, len(state.x)
+        wrenches = np.zeros((count, self.size, 6, len(cases)))
+        # Given efforts, and what couplings of later groups exert.
+        given = np.empty((count, mechanism.model.nv, len(cases)))
+        for index, case in enumerate(cases):
+            wrenches[:, : self._tree.bodies, :, index] = self._tree.wrenches(state, case)
+            given[..., index] = case.loads
+        forces = [np.zeros((count, 6, len(cases))) for _ in mechanism.loops]
+        forces += [np.zeros((count, 1, len(cases))) for _ in mechanism.couplings]
+        self_stresses: list[SelfStress] = []
+        for index, group_state in reversed(list(enumerate(state.groups))):
+            group = group_state.group
+            if not (group.loops or group.couplings) or index not in self._active:
+                continue
+            unmet = given[:, group.passives] - self._efforts_along(wrenches, group.passives)
+            forces_of_group = self._forces(group_state, group_state.solve_transposed(unmet))
+            for item, part in forces_of_group.items():
+                forces[item] += part
+            for local, loop in enumerate(group.loops):
+                joints, added = self._on_path(group_state, local, loop, forces[loop])
+                wrenches[:, joints] += added
+            for number in group.couplings:
+                coupling = mechanism.couplings[number]
+                moment = forces[len(mechanism.loops) + number]
+                given[:, coupling.successor_columns] += moment
+                given[:, coupling.predecessor_columns] -= coupling.ratio * moment
+            self_stresses += self.self_stresses(group_state)
+        return wrenches, forces, self_stresses
+
+    def _efforts_along(self, wrenches: Array, columns: Array) -> Array:
+        """Return components of wrenches `(N, b, 6, c)` along some coordinates, `(N, k, c)`."""
+        chosen = wrenches[:, self._owners[columns]]
+        return np.asarray(np.einsum("nkic,ki->nkc", chosen, self.subspace[columns]))
+
+    def _from_parent(self, state: ClosedState, body: int) -> Array:
+        """Return rotations `(N, 3, 3)` from a joint's frame to its frame at coordinate zero."""
+        model = self._mechanism.model
+        joint = next(item for item in self._mechanism.joints.values() if item.id == body + 1)
+        first = joint.parts[0].id
+        group_state = state.groups[self._carriers[body]]
+        local, actions = group_state.batch.local, group_state.actions
+        own = placement(actions, local[body])[0].transpose(2, 0, 1)
+        zero = model.jointPlacements[first].rotation
+        if model.parents[first]:
+            parent = placement(actions, local[model.parents[first] - 1])[0]
+            zero = parent.transpose(2, 0, 1) @ zero
+        return np.asarray(np.swapaxes(zero, -1, -2) @ own)
+
+    def _forces(self, state: GroupState, multipliers: Array) -> dict[int, Array]:
+        """Return closure forces `(N, 6, k)` and coupling moments `(N, 1, k)` by their index.
+
+        Args:
+            state: of a group.
+            multipliers: `(N, R, k)`.
+        """
+        result, start = {}, 0
+        for local, loop in enumerate(state.group.loops):
+            rows = state.reduction.rows[local]
+            part = multipliers[:, start : start + rows.shape[1]]
+            result[loop] = state.equations.wrench(local, state.actions, rows @ part)
+            start += rows.shape[1]
+        for coupling in state.group.couplings:
+            # The successor's coefficient in a coupling's row is -1, its effort the multiplier.
+            index = len(self._mechanism.loops) + coupling
+            result[index] = multipliers[:, start : start + 1]
+            start += 1
+        return result
+
+    def _on_path(
+        self, state: GroupState, local: int, loop: int, forces: Array
+    ) -> tuple[slice | Array, Array]:
+        """Return the joints on a loop and what closure forces `(N, 6, k)` add to their wrenches.
+
+        Args:
+            state: of the loop's group.
+            local: index of the loop in the group.
+            loop: index of the loop in the mechanism.
+            forces: in world axes about the origin of the batch model.
+
+        Returns:
+            Indices of the joints among all wrenches, and `(N, J, 6, k)`.
+        """
+        signs = state.equations.signs[local]
+        (path,) = np.nonzero(signs)
+        rows = consecutive((6 * path[:, None] + np.arange(6)).ravel())
+        added = state.actions[:, rows] @ forces
+        added = added.reshape(len(added), len(path), 6, -1)
+        added *= signs[path][:, None, None]
+        joints = state.batch.bodies[path]
+        if loop in self._fixed:
+            rotation, position = state.equations.ends[local][1].place(state.actions)
+            columns = rotation.transpose(2, 1, 0)
+            action = np.zeros((len(added), 6, 6))
+            action[:, :3, :3] = action[:, 3:, 3:] = columns
+            action[:, 3:, :3] = np.cross(position.T[:, None, :], columns)
+            joints = np.append(joints, self._fixed[loop])
+            added = np.concatenate([added, (action @ forces)[:, None]], axis=1)
+        return consecutive(joints), added
+
+    def _effect(self, state: GroupState, forces: dict[int, Array]) -> tuple[Array, Array]:
+        """Return the joints that closure forces load, and what they add, `(N, J, 6, k)`."""
+        every = np.arange(self.size)
+        parts = [
+            self._on_path(state, local, loop, forces[loop])
+            for local, loop in enumerate(state.group.loops)
+            if loop in forces
+        ]
+        if len(parts) == 1:
+            ((joints, spread),) = parts
+            return every[joints], spread
+        loaded = np.array(sorted({k for part, _ in parts for k in every[part].tolist()}), dtype=int)
+        size = next(iter(forces.values())).shape[2]
+        total = np.zeros((len(state.q), len(loaded), 6, size))
+        for joints, spread in parts:
+            total[:, np.searchsorted(loaded, every[joints])] += spread
+        return loaded, total
+
+
+def counted(mechanism: Mechanism) -> frozenset[int]:
+    """Return the indices of wrenches that a norm over all joints counts: each joint once.
+
+    The massless bodies between the parts of a joint pass its wrench on; `fixed` loops come last.
+    """
+    bodies = mechanism.model.njoints - 1
+    own = {joint.id - 1 for joint in mechanism.joints.values() if joint.parts}
+    return frozenset(own | set(range(bodies, bodies + len(mechanism.fixed_loops))))

@@ -1,0 +1,1 @@
+"""Forces: what acts on a mechanism from outside."""

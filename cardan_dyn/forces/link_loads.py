@@ -1,0 +1,62 @@
+"""Link loads: wrenches that act on links, as users give them and as they are solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from ..arrays import Array
+from ..frozen import read_only
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+
+@dataclass(frozen=True, eq=False)
+class Wrench:
+    """A wrench that acts on a link, for `Scene(loads={"link": Wrench(...)})`.
+
+    Attributes:
+        force: `(3,)` or `(N, 3)` [N].
+        moment: `(3,)` or `(N, 3)` [N·m], about the link's origin.
+        frame: `link` or `world`: the axes of both.
+    """
+
+    force: ArrayLike = (0.0, 0.0, 0.0)
+    moment: ArrayLike = (0.0, 0.0, 0.0)
+    frame: str = "link"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LinkLoad:
+    """A wrench that acts on a link, checked and placed in the body that carries the link.
+
+    Attributes:
+        body: number of the joint that moves the link (0-based).
+        rotation, translation: `(3, 3)` and `(3,)` placement of the link in that body [m].
+        force, moment: `(N, 3)` or `(1, 3)` [N, N·m], about the link's origin.
+        in_world: whether they are given in world axes instead of the link's.
+    """
+
+    body: int
+    rotation: Array
+    translation: Array
+    force: Array
+    moment: Array
+    in_world: bool
+
+    def __post_init__(self) -> None:
+        read_only(self.force)
+        read_only(self.moment)
+
+    @property
+    def wrench(self) -> Wrench:
+        """The wrench as a user would give it."""
+        return Wrench(self.force, self.moment, "world" if self.in_world else "link")
+
+    def of_samples(self, samples: slice) -> LinkLoad:
+        """Return the load of some samples; one that stays the same is that of any."""
+        force, moment = (
+            part[samples] if len(part) > 1 else part for part in (self.force, self.moment)
+        )
+        return replace(self, force=force, moment=moment)

@@ -1,0 +1,160 @@
+"""All groups: the kinematics of a scene, from the drives to the last joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+from ..mechanism.coordinates import Coordinates
+from .group_solver import GroupSolver, GroupState
+from .reduction import Reduction
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ClosedState:
+    """A mechanism at positions whose loops are closed.
+
+    Attributes:
+        x: `(N, size)` coordinates.
+        groups: the state of every group.
+        residual: `(N,)` worst closure error, see `ClosureEquations.error`.
+        condition: `(N,)` greatest condition number of a group's closure equations.
+        correction: `(N,)` how far the guess was off.
+    """
+
+    x: Array
+    groups: list[GroupState]
+    residual: Array
+    condition: Array
+    correction: Array
+
+    @property
+    def inverses(self) -> list[Array]:
+        """Inverses of every group's closure equations."""
+        return [state.inverse for state in self.groups]
+
+
+class Kinematics:
+    """Solves the groups of a scene in order. Nothing in it changes.
+
+    Attributes:
+        coordinates: layout of coordinate rows.
+        drives: velocity coordinates of the drives.
+        solvers: one per group.
+        reductions: per group, which rows it solves; all of them until the motion is known.
+    """
+
+    def __init__(
+        self,
+        coordinates: Coordinates,
+        drives: Array,
+        solvers: list[GroupSolver],
+        reductions: list[Reduction] | None = None,
+        rounding: list[Array] | None = None,
+    ) -> None:
+        """Make the kinematics.
+
+        Args:
+            coordinates: layout of coordinate rows.
+            drives: velocity coordinates of the drives.
+            solvers: one per group.
+            reductions: per group; all rows if None.
+            rounding: per group, see `GroupSolver.rounding`; zero if None.
+        """
+        self.coordinates = coordinates
+        self.drives = drives
+        self.solvers = solvers
+        self.reductions = reductions or [solver.equations.full() for solver in solvers]
+        self._rounding = rounding or [np.zeros(solver.group.passives.size) for solver in solvers]
+
+    def with_reductions(self, reductions: list[Reduction]) -> Kinematics:
+        """Return the same for other rows of every group."""
+        return Kinematics(self.coordinates, self.drives, self.solvers, reductions, self._rounding)
+
+    def with_amplitudes(self, states: Array) -> Kinematics:
+        """Return the same, told over states `(K, size)` how far everything moves."""
+        rounding = [solver.rounding(states) for solver in self.solvers]
+        return Kinematics(self.coordinates, self.drives, self.solvers, self.reductions, rounding)
+
+    def with_open_reductions(self, x: Array) -> Kinematics:
+        """Return the same for the rows that open loops can reach, see `GroupSolver`."""
+        return self.with_reductions([solver.open_reduction(x) for solver in self.solvers])
+
+    def newton_step(self, x: Array) -> ClosedState:
+        """Take one Newton step towards closed loops from guesses `x (N, size)`.
+
+        Returns:
+            Coordinates after the step, and all else as it is before it.
+        """
+        x = self.coordinates.normalised(x.copy())
+        pairs = zip(self.solvers, self.reductions, strict=True)
+        return _joined(x, [solver.newton_step(x, reduction) for solver, reduction in pairs])
+
+    def close(self, x: Array, turns: Array | None = None, most: int = 12) -> ClosedState:
+        """Close all loops from guesses `x (N, size)`; the caller judges the result.
+
+        Args:
+            x: coordinates; kept as they are.
+            turns: `(N, size)` whole turns that the angles in `x` lack.
+            most: greatest number of Newton steps per group.
+        """
+        x = self.coordinates.normalised(x.copy())
+        groups = zip(self.solvers, self.reductions, self._rounding, strict=True)
+        return _joined(
+            x,
+            [
+                solver.newton(x, reduction, rounding, turns, most)
+                for solver, reduction, rounding in groups
+            ],
+        )
+
+    def evaluate(self, x: Array) -> ClosedState:
+        """Return what is known at coordinates `x (N, size)` without changing them."""
+        pairs = zip(self.solvers, self.reductions, strict=True)
+        return _joined(x, [solver.evaluate(x, reduction)[0] for solver, reduction in pairs])
+
+    def rates(self, state: ClosedState, drive_rates: Array) -> Array:
+        """Return joint rates `(N, nv)` for drive rates `(N, d)`; held joints rest."""
+        v = np.zeros((len(state.x), self.coordinates.model.nv))
+        v[:, self.drives] = drive_rates
+        for group_state in state.groups:
+            group = group_state.group
+            if group.passives.size:
+                v[:, group.passives] = group_state.rates(v[:, group.known])
+        return v
+
+    def accelerations(self, state: ClosedState, v: Array, drive_accelerations: Array) -> Array:
+        """Return joint accelerations `(N, nv)` at joint rates `v (N, nv)`."""
+        a = np.zeros_like(v)
+        a[:, self.drives] = drive_accelerations
+        for group_state in state.groups:
+            group = group_state.group
+            if group.passives.size:
+                a[:, group.passives] = group_state.accelerations(v, a[:, group.known])
+        return a
+
+    def same_side(self, state: ClosedState, inverses: list[Array]) -> Array:
+        """Return `(N,)` whether other positions lie on the same side of singular configurations.
+
+        Args:
+            state: closed positions.
+            inverses: of every group's closure equations at the other positions.
+        """
+        result = np.ones(len(state.x), dtype=bool)
+        for group_state, inverse in zip(state.groups, inverses, strict=True):
+            result &= group_state.same_side(inverse)
+        return result
+
+
+def _joined(x: Array, groups: list[GroupState]) -> ClosedState:
+    def worst(name: str, least: float) -> Array:
+        greatest = np.full(len(x), least)
+        for group in groups:
+            greatest = np.maximum(greatest, getattr(group, name))
+        return greatest
+
+    return ClosedState(
+        x, groups, worst("residual", 0.0), worst("condition", 1.0), worst("correction", 0.0)
+    )

@@ -1,0 +1,295 @@
+"""Group solver: close the loops of a group for many samples at once, and find its rates.
+
+Newton's method on whole arrays. Each sample is factorised once: the inverse that gave the last
+small step serves the rates and the closure forces as well, after one step of refinement.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Array, generic
+from ..mechanism.mechanism import Mechanism
+from .batch_model import BatchModel, batch_model_of
+from .closure_equations import ClosureEquations
+from .loop_groups import Group
+from .reduction import Reduction
+from .stacked import condition_numbers, factorised, flipped, is_near, refined, same_side, times
+
+_EXACT = 2e-15
+"""A Newton step of this size, relative to an angle's amplitude, is the rounding of the angle."""
+_CONVERGED = 1e-9
+"""A Newton step of this size [rad] leaves an error of its square, which is below rounding."""
+_LONGEST = 0.5
+"""Greatest Newton step [rad]: farther away, a full step may end in another assembly mode."""
+_NEARBY = 1e-4
+"""Newton step [rad] up to which the inverse before it is tried as the inverse after it."""
+_OPEN_STATES = 3
+"""Configurations of an open loop that its reachable rows are found from. One would do for joints in
+general position; the others catch a configuration that happens to be special."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GroupState:
+    """A group at given positions, with what the next steps need of it.
+
+    Attributes:
+        group: its loops and joints.
+        batch: its bodies.
+        equations: its closure equations.
+        reduction: which of their rows were solved.
+        row_scale: `(p, 1)` lengths for the rows of slides, or None where nothing slides.
+        known_scale: `(k, 1)` likewise for what is known.
+        q: `(N, 7 n)` configurations of the batch model.
+        actions: see `BatchModel.actions`.
+        twists: `(N, m, 6)` unit twists of the movable coordinates.
+        known_rows, passive_rows: transposed closure matrices `(N, k, R)` and `(N, p, R)`.
+        inverse: `(N, R, p)`: inverse of `passive_rows`, or its pseudoinverse.
+        null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
+        residual: `(N,)` closure error, see `ClosureEquations.error`.
+        condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
+        correction: `(N,)` how far the guess was off.
+    """
+
+    group: Group
+    batch: BatchModel
+    equations: ClosureEquations
+    reduction: Reduction
+    row_scale: Array | None
+    known_scale: Array
+    q: Array
+    actions: Array
+    twists: Array
+    known_rows: Array
+    passive_rows: Array
+    inverse: Array
+    null: Array
+    residual: Array
+    condition: Array
+    correction: Array
+
+    @property
+    def scaled_rows(self) -> Array:
+        """The passives' rows with slides counted in lengths, for decisions about rank."""
+        return self.passive_rows if self.row_scale is None else self.passive_rows * self.row_scale
+
+    @property
+    def all_scaled_rows(self) -> Array:
+        """The rows of what is known, then of the passives, slides counted in lengths."""
+        known = self.known_rows * self.known_scale
+        return np.concatenate([known, self.scaled_rows], axis=1)
+
+    @property
+    def reachable(self) -> Reduction:
+        """The rows that the loops' joints can reach at these positions together."""
+        return self.equations.reduction(self.twists, self.actions)
+
+    def same_side(self, inverse: Array) -> Array:
+        """Return `(N,)` whether other positions lie on the same side of singular configurations.
+
+        Args:
+            inverse: of the closure equations at the other positions.
+        """
+        return same_side(self.passive_rows, inverse)
+
+    def solve(self, right: Array) -> Array:
+        """Solve the closure equations for passive rates: `(N, R)` to `(N, p)`."""
+        matrices, inverses = flipped(self.passive_rows), flipped(self.inverse)
+        return refined(matrices, inverses, right[:, :, None])[:, :, 0]
+
+    def solve_transposed(self, right: Array) -> Array:
+        """Solve for closure forces: passive efforts `(N, p, k)` to multipliers `(N, R, k)`."""
+        return refined(self.passive_rows, self.inverse, right)
+
+    def rates(self, known: Array) -> Array:
+        """Return passive rates `(N, p)` for the rates `(N, k)` of what is known."""
+        return -self.solve(times(flipped(self.known_rows), known))
+
+    def accelerations(self, v: Array, known: Array) -> Array:
+        """Return passive accelerations `(N, p)` at joint rates `v (N, nv)`.
+
+        Args:
+            v: joint rates.
+            known: accelerations `(N, k)` of what is known.
+        """
+        drift = self.equations.drift(self.twists, v[:, self.equations.movable])
+        right = times(flipped(self.known_rows), known)
+        drift = self.equations.project(drift, None, self.actions, self.reduction)
+        return -self.solve(right + drift)
+
+
+class GroupSolver:
+    """Closes the loops of a group for many samples by Newton's method on whole arrays.
+
+    Nothing in it changes. Which rows are redundant is no part of it, but an argument.
+
+    Attributes:
+        group: what it solves.
+        batch: its bodies.
+        equations: its closure equations.
+    """
+
+    def __init__(self, mechanism: Mechanism, group: Group) -> None:
+        self.group = group
+        self._coordinates = coordinates = mechanism.coordinates
+        at_zero = mechanism.placements_at_zero
+        near = [mechanism.loops[index].predecessor - 1 for index in group.loops]
+        points = [at_zero[body].translation for body in near or group.massive]
+        origin = np.mean(points, axis=0) if points else np.zeros(3)
+        self.batch = batch_model_of(mechanism, group.bodies, group.massive, origin)
+        self.equations = ClosureEquations(mechanism, self.batch, group)
+        self._length = mechanism.characteristic_length
+        self._moves = coordinates.moves(group.passives)
+        slides = np.any(self.batch.subspace[:, :3] != 0.0, axis=1)
+        sliding = slides[group.passives]
+        self._scale = np.where(sliding, 1.0 / self._length, 1.0)
+        # Slides count in characteristic lengths; otherwise the unit of length would decide which
+        # positions are singular.
+        self._row_scale = self._length ** sliding[:, None] if np.any(sliding) else None
+        self._known_scale = self._length ** slides[group.known][:, None]
+
+    def rounding(self, states: Array) -> Array:
+        """Return `(p,)` Newton steps of the passives that are mere rounding.
+
+        A guess is exact when it is off by the rounding of the motion's amplitude: where the motion
+        is small, so is what its wrenches follow from.
+
+        Args:
+            states: `(K, size)` coordinates all over the motion.
+        """
+        moved = np.zeros(len(self._scale))
+        moved[self._moves.steps] = np.max(np.abs(states[:, self._moves.columns]), axis=0)
+        for _, start in self._moves.balls:
+            moved[start : start + 3] = 1.0
+        moved *= self._scale
+        # A slide that stays where it is shows nothing but its rounding.
+        return _EXACT * np.where(moved < 1e-13, 1.0, np.minimum(1.0, moved))
+
+    def evaluate(
+        self,
+        x: Array,
+        reduction: Reduction,
+        turns: Array | None = None,
+        inverse: Array | None = None,
+    ) -> tuple[GroupState, Array]:
+        """Return the closure equations at `x` and their reduced error `(N, R)`, closed or not.
+
+        Args:
+            x: `(N, size)` coordinates.
+            reduction: the rows that are solved.
+            turns: `(N, size)` whole turns that the angles in `x` lack; couplings count them.
+            inverse: inverse at a position nearby; used where it is near enough.
+        """
+        equations, known = self.equations, len(self.group.known)
+        q = self.batch.configuration(x)
+        actions = self.batch.actions(q)
+        twists = equations.unit_twists.of(actions)
+        rows = equations.rows(twists, actions, reduction)
+        passive = rows[:, known:]
+        error, residual = equations.error(actions)
+        slips = self._slips(x, turns)
+        if slips.size:
+            relative = np.abs(slips) / equations.slip_units
+            residual = np.maximum(residual, np.max(relative, axis=1))
+        if inverse is not None and is_near(passive, inverse, self._row_scale):
+            null = np.zeros((len(x), inverse.shape[1], 0))
+            condition = condition_numbers(passive, inverse, self._row_scale)
+        else:
+            inverse, null, condition = factorised(passive, self._row_scale)
+        state = GroupState(
+            group=self.group,
+            batch=self.batch,
+            equations=equations,
+            reduction=reduction,
+            row_scale=self._row_scale,
+            known_scale=self._known_scale,
+            q=q,
+            actions=actions,
+            twists=twists,
+            known_rows=rows[:, :known],
+            passive_rows=passive,
+            inverse=inverse,
+            null=null,
+            residual=residual,
+            condition=condition,
+            correction=np.zeros(len(x)),
+        )
+        return state, equations.project(error, slips, actions, reduction)
+
+    def open_reduction(self, x: Array) -> Reduction:
+        """Return the rows that the joints of each loop can reach while the loops are open.
+
+        A planar or spherical chain stays one however it is bent, so a few configurations suffice.
+        Closed loops may reach fewer rows, never more.
+
+        Args:
+            x: `(size,)` coordinates of the joints that do not move.
+        """
+        rows = np.repeat(x[None, :], _OPEN_STATES, axis=0)
+        movable = self.equations.movable
+        moves = self._coordinates.moves(movable)
+        step = generic(_OPEN_STATES, len(movable))
+        step[:, moves.slides] *= self._length
+        moves.apply(rows, step)
+        actions = self.batch.actions(self.batch.configuration(rows))
+        return self.equations.reduction(self.equations.unit_twists.of(actions), actions)
+
+    def newton_step(self, x: Array, reduction: Reduction) -> GroupState:
+        """Take one Newton step from a guess; return the state at the guess.
+
+        Args:
+            x: `(N, size)` coordinates; those of the passives are corrected in place.
+            reduction: the rows that are solved.
+        """
+        state, error = self.evaluate(x, reduction)
+        step = -times(flipped(state.inverse), error)
+        self._moves.apply(x, step)
+        return replace(state, correction=np.abs(step * self._scale).max(axis=1, initial=0.0))
+
+    def newton(
+        self,
+        x: Array,
+        reduction: Reduction,
+        rounding: Array,
+        turns: Array | None = None,
+        most: int = 12,
+    ) -> GroupState:
+        """Close the loops from a guess; the caller judges `residual` and `correction`.
+
+        Args:
+            x: `(N, size)` coordinates; those of the passives are corrected in place.
+            reduction: the rows that are solved.
+            rounding: `(p,)` steps that are not worth taking, see `rounding`.
+            turns: see `evaluate`.
+            most: greatest number of Newton steps.
+        """
+        state, error = self.evaluate(x, reduction, turns)
+        correction = np.zeros(len(x))
+        for _ in range(most if self.group.passives.size else 0):
+            step = -times(flipped(state.inverse), error)
+            scaled = np.abs(step * self._scale)
+            if (scaled <= rounding).all():
+                break
+            sizes = scaled.max(axis=1)
+            correction += sizes
+            worst = float(sizes.max())
+            if worst > _LONGEST:
+                step *= np.minimum(1.0, _LONGEST / np.maximum(sizes, _LONGEST))[:, None]
+            if not np.isfinite(worst):
+                break
+            self._moves.apply(x, step)
+            nearby = state.inverse if worst < _NEARBY else None
+            state, error = self.evaluate(x, reduction, turns, nearby)
+            if worst < _CONVERGED:
+                break
+        return replace(state, correction=correction)
+
+    def _slips(self, x: Array, turns: Array | None) -> Array:
+        """Return how far the couplings are from their ratio `(N, G)` [rad or m]."""
+        if not self.equations.couplings:
+            return np.zeros((len(x), 0))
+        angles = x if turns is None else x + 2.0 * np.pi * turns
+        columns = self._coordinates.column_of(self.equations.coupled_columns)
+        return np.asarray(angles[:, columns] @ self.equations.coupled_ratios)

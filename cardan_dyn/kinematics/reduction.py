@@ -1,0 +1,35 @@
+"""Reduction: which rows of a loop's closure equations are independent, as a value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Reduction:
+    """The rows of each loop that its motion can reach, and those that it cannot.
+
+    Attributes:
+        rows: per loop `(6, r)`: orthonormal combinations of the weighed rows, in the loop's
+            `LoopAxes`, that the joints' twists span over the whole motion.
+        null: per loop `(6, 6 - r)`: the combinations that they never reach.
+    """
+
+    rows: tuple[Array, ...]
+    null: tuple[Array, ...]
+
+
+def axis_aligned(vectors: Array) -> Array:
+    """Return a basis of the same space along the axes where the space allows it.
+
+    Exact zeros and ones keep the rows of a planar or spherical loop free of rounding.
+    """
+    projector = vectors @ vectors.T
+    exact = np.round(projector)
+    if vectors.shape[1] and np.allclose(projector, exact, rtol=0.0, atol=1e-12):
+        return np.eye(6)[:, np.diag(exact) == 1.0]
+    return vectors

@@ -1,0 +1,101 @@
+"""Stacked matrices: solving one small system per sample, for many samples at once.
+
+Transposed closure matrices are `(N, p, R)` with p ≤ R rows, one per passive coordinate; their
+inverses are `(N, R, p)`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+from .tolerances import RANK_TOLERANCE
+
+_STALE = 1e-8
+"""Largest ‖A A⁻¹ - 1‖ (in components) that one step of iterative refinement brings to rounding: the
+error after it is its square, 1e-16."""
+
+
+def same_side(rows: Array, inverses: Array) -> Array:
+    """Return `(N,)` whether two positions lie on the same side of every singular configuration.
+
+    Two assembly modes that meet in a turning point differ in the sign of the determinant of the
+    closure equations; the determinant of the product is positive where the signs agree.
+
+    Args:
+        rows: `(N, p, R)` transposed closure matrices.
+        inverses: `(N, R, p)` of those at the other positions.
+    """
+    return np.linalg.det(np.matmul(rows, inverses)) > 0.0
+
+
+def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
+    """Return inverses `(N, R, p)`, null spaces `(N, R, R - p)` and condition numbers `(N,)`.
+
+    Args:
+        rows: transposed closure matrices `(N, p, R)`, p ≤ R.
+        scale: `(p, 1)` units of their rows for condition and rank, None if all are 1.
+    """
+    count, p, r = rows.shape
+    if p == r:
+        try:
+            inverse = np.linalg.inv(rows)
+            return inverse, np.zeros((count, r, 0)), condition_numbers(rows, inverse, scale)
+        except np.linalg.LinAlgError:
+            pass  # One of them is exactly singular: the pseudoinverses below exist.
+    left, values, right = np.linalg.svd(rows if scale is None else rows * scale)
+    size = min(p, r)
+    greatest = values[:, :1] if size else np.ones((count, 1))
+    small = values <= RANK_TOLERANCE * greatest
+    reciprocal = np.where(small, 0.0, 1.0 / np.where(small, 1.0, values))
+    inverse = (flipped(right[:, :size]) * reciprocal[:, None]) @ flipped(left[:, :, :size])
+    if scale is not None:
+        inverse *= scale.T
+    smallest = values[:, -1] if size else np.ones(count)
+    condition = np.divide(
+        greatest[:, 0], smallest, out=np.full(count, np.inf), where=smallest > 0.0
+    )
+    return inverse, flipped(right[:, p:]), condition
+
+
+def refined(matrices: Array, inverses: Array, right: Array) -> Array:
+    """Return solutions of linear systems from explicit inverses.
+
+    One step of iterative refinement makes an explicit inverse as stable as an elimination.
+    """
+    solution = np.matmul(inverses, right)
+    solution += np.matmul(inverses, right - np.matmul(matrices, solution))
+    return solution
+
+
+def times(matrices: Array, vectors: Array) -> Array:
+    """Return stacked products `(N, i, j) (N, j)`."""
+    return np.asarray(np.matmul(matrices, vectors[:, :, None])[:, :, 0])
+
+
+def flipped(matrices: Array) -> Array:
+    """Return stacked transposes."""
+    return matrices.transpose(0, 2, 1)
+
+
+def condition_numbers(rows: Array, inverse: Array, scale: Array | None) -> Array:
+    """Return condition numbers `(N,)` in the Frobenius norm, rows scaled if a scale is given."""
+    if scale is not None:
+        rows, inverse = rows * scale, inverse / scale.T
+    return _norms(rows) * _norms(inverse)
+
+
+def is_near(rows: Array, inverse: Array, scale: Array | None) -> bool:
+    """Return whether one step of refinement makes `inverse` the inverse of `rows`."""
+    _, p, r = rows.shape
+    if p != r:
+        return False
+    product = np.matmul(rows, inverse)
+    if scale is not None:
+        product *= scale / scale.T
+    product -= np.eye(p)
+    return bool(np.max(np.abs(product), initial=0.0) < _STALE)
+
+
+def _norms(matrices: Array) -> Array:
+    return np.asarray(np.sqrt(np.einsum("nij,nij->n", matrices, matrices)))

@@ -1,0 +1,329 @@
+"""Mechanism: the Pinocchio model of the spanning tree plus its loop closures.
+
+A loop becomes an ordinary tree joint plus one weld. Its joint is inserted into the tree on the
+predecessor and carries a share of the successor's inertia; a 6D `RigidConstraintModel` welds
+that share to the successor. So every joint, loop or not, has a coordinate and a wrench, and
+Pinocchio's own `constraintDynamics` applies to `Mechanism.model` as it is. A `fixed` loop needs
+no joint: its weld connects the two links directly.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio
+
+from ..description.read import read
+from ..errors import ModelError, choices
+from ..frozen import Frozen, FrozenDict
+from .coordinates import Coordinates
+from .joints import Joint
+from .tree import TreeBuilder, ancestors, se3
+
+if TYPE_CHECKING:
+    from ..description.description import (
+        CouplingDescription,
+        Description,
+        JointDescription,
+        LoopDescription,
+    )
+    from .frames import Frames
+
+
+_SHORTEST = 1e-30  # Squares of lengths and their reciprocals have to stay numbers.
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """A weld that closes a loop.
+
+    Attributes:
+        joint: name of the joint that the loop is.
+        predecessor: index in `Mechanism.model` of the welded body on the predecessor's side (the
+            body of the loop's own joint, or the predecessor itself for a `fixed` loop).
+        predecessor_placement: `pin.SE3` of the weld in that body.
+        successor: index of the successor's body, 0 for the world.
+        successor_placement: `pin.SE3` of the weld in the successor's body.
+    """
+
+    joint: str
+    predecessor: int
+    predecessor_placement: pinocchio.SE3
+    successor: int
+    successor_placement: pinocchio.SE3
+
+
+@dataclass(frozen=True, eq=False)
+class Coupling:
+    """A gear: ratio times the predecessor's rotation equals the successor's.
+
+    Rotations count from the nearest common ancestor of both links.
+
+    Attributes:
+        name: its name in the description.
+        ratio: rotation of the successor per rotation of the predecessor.
+        predecessor, successor: indices of the links' bodies in `Mechanism.model`.
+        predecessor_columns, successor_columns: velocity coordinates between them and their
+            nearest common ancestor.
+    """
+
+    name: str
+    ratio: float
+    predecessor: int
+    successor: int
+    predecessor_columns: tuple[int, ...]
+    successor_columns: tuple[int, ...]
+
+
+class Mechanism(Frozen):
+    """A closed-chain mechanism; `load` makes one.
+
+    It cannot be changed; copies and pickles are made anew from its description.
+
+    Attributes:
+        name: name in the description.
+        description: the description that it was made of.
+        notation: how the description writes its loops, and what else it says about them.
+        warnings: what is wrong with the description and was accepted.
+        source: text and file of the description, from which a viewer reads what it shows.
+        model: `pin.Model` of the spanning tree, the joints of the loops included. Its `gravity` is
+            Pinocchio's 9.81 m/s² along -z, which plays no part in scenes: they have the gravity
+            that they are given, none unless they are given some. It keeps the limits of the
+            description, of which scenes know nothing either.
+        constraint_models: the welds as `pin.RigidConstraintModel`, for `pin.constraintDynamics`.
+        joints: mapping of joint names to `Joint`, tree joints first, then loops.
+        links: mapping of link names to `(index in model, pin.SE3 placement in that body)`.
+        loops: the welds.
+        couplings: the gears.
+        independent_joints: names of the joints that the description's author drives.
+        helpers: indices of bodies that only carry a loop's joint to the world. Their inertia
+            keeps `model`'s inertia matrix regular; welded to the world, they never move.
+        characteristic_length: greatest distance within a body [m]. It weighs forces against
+            moments and distances against angles wherever both are compared.
+        coordinates: layout of joint coordinates and velocities.
+    """
+
+    def __init__(self, description: Description) -> None:
+        self.description = description
+        self.name = description.name
+        self.notation = description.notation
+        self.warnings = description.warnings
+        self.source = description.source
+        tree = TreeBuilder(description)
+        self.model = tree.model
+        self.links = FrozenDict(tree.links)
+        joints: dict[str, Joint] = {}
+        described: list[JointDescription | LoopDescription] = [
+            *description.joints,
+            *description.loops,
+        ]
+        for item in described:
+            if item.name in tree.parts:
+                axis = np.cross(item.axis, item.axis_2) if item.type == "universal" else item.axis
+                joints[item.name] = Joint(item.name, item.type, axis, tuple(tree.parts[item.name]))
+        self.joints = FrozenDict(joints)
+        self.loops = tuple(self._weld(loop) for loop in description.loops)
+        self.couplings = tuple(self._gear(item) for item in description.couplings)
+        self.independent_joints = description.independent_joints
+        self.helpers = tuple(
+            loop.predecessor
+            for loop in self.loops
+            if loop.successor == 0 and self.joints[loop.joint].parts
+        )
+        self.constraint_models = pinocchio.StdVec_RigidConstraintModel()
+        for weld in self.loops:
+            self.constraint_models.append(
+                pinocchio.RigidConstraintModel(
+                    pinocchio.ContactType.CONTACT_6D,
+                    self.model,
+                    weld.predecessor,
+                    weld.predecessor_placement,
+                    weld.successor,
+                    weld.successor_placement,
+                    pinocchio.ReferenceFrame.LOCAL,
+                )
+            )
+        self.characteristic_length = _characteristic_length(self.model, self.loops)
+        if self.characteristic_length < _SHORTEST:
+            raise ModelError(
+                f"{self.name}: the greatest length is {self.characteristic_length:g} m; "
+                "give lengths in metres"
+            )
+        self.coordinates = Coordinates(self.model, self.joints.values(), self.characteristic_length)
+        self._freeze()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Mechanism, (self.description,)
+
+    @cached_property
+    def fixed_loops(self) -> tuple[str, ...]:
+        """Names of the `fixed` loops, which have a wrench but neither coordinate nor body."""
+        return tuple(loop.joint for loop in self.loops if not self.joints[loop.joint].parts)
+
+    def __getitem__(self, joint: str) -> Joint:
+        return self.joint(joint)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of all joints, those of the tree first, then the loops."""
+        return iter(self.joints)
+
+    def __contains__(self, joint: object) -> bool:
+        return isinstance(joint, str) and joint in self.joints
+
+    def __len__(self) -> int:
+        """Return the number of joints, loops included."""
+        return len(self.joints)
+
+    def __bool__(self) -> bool:
+        return True
+
+    @property
+    def link_names(self) -> list[str]:
+        """Names of all links."""
+        return list(self.links)
+
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of all joints that carry a wrench, loops last."""
+        return list(self.joints)
+
+    def joint(self, name: object) -> Joint:
+        """Return a joint by name.
+
+        Raises:
+            ModelError: unknown name; the message lists the valid ones.
+        """
+        if not isinstance(name, str) or name not in self.joints:
+            raise ModelError(
+                f"{self.name}: no joint {name!r}; joints: {choices(self.joints)}", name=name
+            )
+        return self.joints[name]
+
+    def link(self, name: object) -> tuple[int, pinocchio.SE3]:
+        """Return a link's body index and its placement there.
+
+        Raises:
+            ModelError: unknown name; the message lists the valid ones.
+        """
+        if not isinstance(name, str) or name not in self.links:
+            raise ModelError(
+                f"{self.name}: no link {name!r}; links: {choices(self.links)}", name=name
+            )
+        return self.links[name]
+
+    @cached_property
+    def frames(self) -> Frames:
+        """Where every joint is, by plain forward kinematics."""
+        from .frames import Frames
+
+        return Frames(self.description, self.coordinates)
+
+    @cached_property
+    def reread(self) -> Description:
+        """The description with the numbers of its text read once more, for the proof."""
+        from ..description.second_reading import reread
+
+        return reread(self.description)
+
+    @cached_property
+    def placements_at_zero(self) -> dict[int, pinocchio.SE3]:
+        """Placements of all bodies (0-based; -1 is the world) with every joint at zero."""
+        placements = {-1: pinocchio.SE3.Identity()}
+        for index in range(1, self.model.njoints):
+            parent = placements[self.model.parents[index] - 1]
+            placements[index - 1] = parent * self.model.jointPlacements[index]
+        return placements
+
+    def __repr__(self) -> str:
+        loops = ", ".join(loop.joint for loop in self.loops) or "none"
+        return f"<Mechanism {self.name!r}: {len(self.joints)} joints, loops: {loops}>"
+
+    def _weld(self, loop: LoopDescription) -> Loop:
+        predecessor, frame = self.links[loop.predecessor]
+        placement = frame * se3(loop.predecessor_origin)
+        own = self.joints[loop.name].id
+        if own:
+            predecessor, placement = own, pinocchio.SE3.Identity()
+        successor, frame = self.links[loop.successor]
+        return Loop(
+            loop.name, predecessor, placement, successor, frame * se3(loop.successor_origin)
+        )
+
+    def _gear(self, coupling: CouplingDescription) -> Coupling:
+        bodies = [self.links[name][0] for name in (coupling.predecessor, coupling.successor)]
+        chains = [set(ancestors(self.model, body)) for body in bodies]
+        first, second = (
+            tuple(self._turning(coupling.name, own - other))
+            for own, other in (chains, chains[::-1])
+        )
+        if not (first or second):
+            raise ModelError(
+                f"{self.name}: coupling {coupling.name!r}: no joint moves {coupling.predecessor!r} "
+                f"relative to {coupling.successor!r}"
+            )
+        return Coupling(coupling.name, coupling.ratio, bodies[0], bodies[1], first, second)
+
+    def _turning(self, coupling: str, bodies: set[int]) -> list[int]:
+        """Return the velocity coordinates of joints that a coupling counts."""
+        columns = []
+        for joint in self.joints.values():
+            for part in joint.parts:
+                if part.id - 1 not in bodies:
+                    continue
+                if joint.nv != 1:
+                    raise ModelError(
+                        f"{self.name}: coupling {coupling!r}: joint {joint.name!r} between its "
+                        f"links is {joint.type}; only joints with one coordinate can be coupled"
+                    )
+                columns.append(self.model.idx_vs[part.id])
+        return columns
+
+
+def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
+    """Load a mechanism with closed loops.
+
+    Args:
+        source: name of a bundled description, path of a URDF or MJCF file, or URDF text. Loops
+            may be written in URDF+, as Isaac's `<loop_joint>`, in Gepetto's YAML file beside the
+            URDF, or as `<equality>` in MJCF.
+        strict: refuse inertias that no body can have. Many published robots have some: with
+            False they are accepted (a mass of zero as no mass) and listed in
+            `Mechanism.warnings`. A negative mass is refused in any case.
+
+    Raises:
+        ModelError: the description is missing, malformed or impossible.
+    """
+    return Mechanism(read(source, strict))
+
+
+def _characteristic_length(model: pinocchio.Model, loops: tuple[Loop, ...]) -> float:
+    """Return the greatest distance that occurs within a body of the mechanism [m]."""
+    on_world: list[np.ndarray] = []
+    lengths = [0.0]
+
+    def place(body: int, placement: pinocchio.SE3) -> None:
+        if body == 0:
+            on_world.append(placement.translation)
+        else:
+            lengths.append(float(np.linalg.norm(placement.translation)))
+
+    for parent, placement in zip(model.parents[1:], model.jointPlacements[1:], strict=False):
+        place(parent, placement)
+    for loop in loops:
+        place(loop.predecessor, loop.predecessor_placement)
+        place(loop.successor, loop.successor_placement)
+    if on_world:
+        spread = np.asarray(on_world) - np.mean(on_world, axis=0)
+        lengths.append(float(np.max(np.linalg.norm(spread, axis=1))))
+    # What stands in the world may stand anywhere.
+    for inertia in list(model.inertias)[1:]:
+        if inertia.mass > 0.0:
+            lengths.append(float(np.linalg.norm(inertia.lever)))
+            spread_of_mass = max(float(np.trace(inertia.inertia)), 0.0) / (2.0 * inertia.mass)
+            lengths.append(float(np.sqrt(spread_of_mass)))
+    return max(lengths) or 1.0

@@ -1,0 +1,290 @@
+"""Tree: Pinocchio's model of a description, with a joint for every loop.
+
+Every joint is a chain of elementary parts (turn about an axis, slide along an axis, ball) through
+massless bodies. So all joint types, and loops as well as tree joints, go through the same few
+lines everywhere else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio
+
+from ..arrays import Array
+from ..errors import ModelError
+from .joints import Part, elementary
+
+if TYPE_CHECKING:
+    from ..description.description import Description, JointDescription, LoopDescription
+
+
+@dataclass(frozen=True, eq=False)
+class _Body:
+    """Links that fixed joints make one body, in the frame of the joint that moves them.
+
+    Attributes:
+        joint: that joint; None for what stands in the world.
+        placement: `(4, 4)` of the joint in the parent.
+        links: names and `(4, 4)` placements of the links.
+        children: bodies that move on this one.
+        loops: loops whose predecessor is one of the links.
+    """
+
+    joint: JointDescription | None
+    placement: Array
+    links: dict[str, Array]
+    children: list[_Body]
+    loops: list[LoopDescription]
+
+
+class TreeBuilder:
+    """Builds the model of a description.
+
+    Attributes:
+        model: the tree with the joints of its loops.
+        parts: joint name to its parts in the model; none for `fixed` joints and loops.
+        links: link name to `(body in the model, pin.SE3 placement there)`.
+    """
+
+    def __init__(self, description: Description) -> None:
+        self._description = description
+        self._masses = {link.name: link for link in description.links}
+        self._bodies = _bodies(description)
+        self._shares = self._count_shares()
+        self.model = pinocchio.Model()
+        self.model.name = description.name
+        self.parts: dict[str, list[Part]] = {}
+        self.links: dict[str, tuple[int, pinocchio.SE3]] = {}
+        self._build()
+
+    def _build(self) -> None:
+        """Add all joints, depth first.
+
+        Loops cannot be appended at the end: Pinocchio's inertia matrix and constrained dynamics
+        take it for granted that the joints of a subtree follow each other, and are silently wrong
+        otherwise.
+        """
+        root = self._bodies[self._description.root]
+        index = {root: 0}
+        self.model.inertias[0] = self._inertia(root)
+        self._add_frames(root, 0)
+        waiting: list[tuple[_Body, _Body | LoopDescription]] = []
+
+        def wait(body: _Body) -> None:
+            items: list[_Body | LoopDescription] = [*body.children, *body.loops]
+            waiting.extend((body, item) for item in reversed(items))
+
+        wait(root)
+        while waiting:
+            parent, item = waiting.pop()
+            if isinstance(item, _Body):
+                index[item] = own = self._add_body(item, index[parent])
+                self._add_frames(item, own)
+                wait(item)
+            elif item.type != "fixed":
+                place = parent.links[item.predecessor] @ item.predecessor_origin
+                chain = elementary(item.type, item.axis, item.axis_2)
+                own = self._add(item.name, item.type, chain, index[parent], se3(place))
+                self.model.inertias[own] = self._loop_inertia(item)
+            else:
+                self.parts[item.name] = []
+
+    def _add_body(self, body: _Body, parent: int) -> int:
+        joint = body.joint
+        if joint is None:
+            raise ValueError("only moving bodies are added")
+        chain = elementary(joint.type, joint.axis, joint.axis_2)
+        index = self._add(joint.name, joint.type, chain, parent, se3(body.placement))
+        self.model.inertias[index] = _share(self._inertia(body), self._shares.get(body, 1))
+        if len(chain) == 1:
+            self._set_limits(joint, index)
+        return index
+
+    def _add(
+        self,
+        name: str,
+        kind: str,
+        chain: list[tuple[str, Array]],
+        parent: int,
+        placement: pinocchio.SE3,
+    ) -> int:
+        """Add the parts of a joint; the last one has the joint's name. Return the child body."""
+        parts = []
+        for number, (part, axis) in enumerate(chain, start=1):
+            own = name if number == len(chain) else f"{name}:{number}"
+            joint = _joint_model(kind if kind == "continuous" else part, axis)
+            parent = self.model.addJoint(parent, joint, placement, own)
+            parts.append(Part(part, axis, parent))
+            placement = pinocchio.SE3.Identity()
+        self.parts[name] = parts
+        return parent
+
+    def _add_frames(self, body: _Body, index: int) -> None:
+        """Add the frames that Pinocchio's readers would: of links, and of their joints."""
+        kinds = pinocchio.FrameType
+        if body.joint is not None:
+            frame = pinocchio.SE3.Identity()
+            self._add_frame(body.joint.name, index, frame, kinds.JOINT)
+        for name, placement in body.links.items():
+            frame = se3(placement)
+            self.links[name] = index, frame
+            fixed = self._bodies.fixed.get(name)
+            if fixed is not None:
+                self._add_frame(fixed, index, frame, kinds.FIXED_JOINT)
+            self._add_frame(name, index, frame, kinds.BODY)
+
+    def _add_frame(
+        self, name: str, index: int, placement: pinocchio.SE3, kind: pinocchio.FrameType
+    ) -> None:
+        if not self.model.existFrame(name, kind):
+            self.model.addFrame(pinocchio.Frame(name, index, placement, kind), False)
+
+    def _inertia(self, body: _Body) -> pinocchio.Inertia:
+        """Return the inertia of all links of a body together."""
+        total = pinocchio.Inertia.Zero()
+        for name, placement in body.links.items():
+            link = self._masses[name]
+            if link.mass > 0.0:
+                own = _inertia(link.mass, link.centre, link.inertia)
+                total = total + se3(placement).act(own)
+        return total
+
+    def _count_shares(self) -> dict[_Body, int]:
+        """Return for bodies that loops lead to among how many bodies each is split."""
+        shares: dict[_Body, int] = {}
+        for loop in self._description.loops:
+            successor = self._bodies[loop.successor]
+            if self._bodies[loop.predecessor] is successor:
+                raise ModelError(
+                    f"{self._description.name}: loop {loop.name!r} connects {loop.predecessor!r} "
+                    f"and {loop.successor!r}, which fixed joints already make one body"
+                )
+            if loop.type != "fixed":
+                shares[successor] = shares.get(successor, 1) + 1
+        return shares
+
+    def _loop_inertia(self, loop: LoopDescription) -> pinocchio.Inertia:
+        """Return the inertia of the body that carries a loop's joint."""
+        body = self._bodies[loop.successor]
+        if body.joint is None:
+            masses = [link.mass for link in self._description.links if link.mass > 0.0]
+            mass = float(np.mean(masses)) if masses else 1.0
+            return pinocchio.Inertia(mass, np.zeros(3), mass * np.eye(3))
+        placement = se3(body.links[loop.successor] @ loop.successor_origin)
+        return placement.actInv(_share(self._inertia(body), self._shares[body]))
+
+    def _set_limits(self, joint: JointDescription, index: int) -> None:
+        model, limits = self.model, joint.limits
+        if model.joints[index].nq == 1:
+            model.lowerPositionLimit[model.idx_qs[index]] = limits.lower
+            model.upperPositionLimit[model.idx_qs[index]] = limits.upper
+        rate = model.idx_vs[index]
+        for names, value in (
+            (("lowerVelocityLimit", "upperVelocityLimit"), limits.velocity),
+            (("lowerEffortLimit", "upperEffortLimit"), limits.effort),
+        ):
+            for name, sign in zip(names, (-1.0, 1.0), strict=True):
+                getattr(model, name)[rate : rate + model.nvs[index]] = sign * value
+
+
+class _Bodies:
+    """The bodies of a description.
+
+    Attributes:
+        fixed: link to the name of the fixed joint that places it.
+    """
+
+    def __init__(self) -> None:
+        self.fixed: dict[str, str] = {}
+        self._of: dict[str, _Body] = {}
+
+    def __getitem__(self, link: str) -> _Body:
+        return self._of[link]
+
+    def add(self, link: str, body: _Body, placement: Array) -> None:
+        """Make a link part of a body."""
+        self._of[link] = body
+        body.links[link] = placement
+
+
+def _bodies(description: Description) -> _Bodies:
+    """Return the bodies, their children in the order in which their joints are to be added."""
+    number = {name: place for place, name in enumerate(description.order)}
+    joints: dict[str, list[JointDescription]] = {link.name: [] for link in description.links}
+    for joint in sorted(description.joints, key=lambda joint: number[joint.name]):
+        joints[joint.parent].append(joint)
+    found = _Bodies()
+    found.add(description.root, _Body(None, np.eye(4), {}, [], []), np.eye(4))
+    waiting = joints[description.root][::-1]
+    while waiting:
+        joint = waiting.pop()
+        body = found[joint.parent]
+        place = body.links[joint.parent] @ joint.origin
+        if joint.type == "fixed":
+            found.fixed[joint.child] = joint.name
+            found.add(joint.child, body, place @ joint.child_placement)
+        else:
+            child = _Body(joint, place, {}, [], [])
+            body.children.append(child)
+            found.add(joint.child, child, joint.child_placement)
+        waiting.extend(reversed(joints[joint.child]))
+    for loop in description.loops:
+        found[loop.predecessor].loops.append(loop)
+    return found
+
+
+def se3(matrix: Array) -> pinocchio.SE3:
+    """Return a `(4, 4)` placement as Pinocchio's type."""
+    return pinocchio.SE3(matrix[:3, :3], matrix[:3, 3])
+
+
+_ALIGNED = {
+    "revolute": ("JointModelRX", "JointModelRY", "JointModelRZ"),
+    "prismatic": ("JointModelPX", "JointModelPY", "JointModelPZ"),
+    "continuous": ("JointModelRUBX", "JointModelRUBY", "JointModelRUBZ"),
+}
+
+
+def _joint_model(kind: str, axis: Array) -> pinocchio.JointModel:
+    """Return the joint that Pinocchio's own reader would take.
+
+    A `continuous` one turns without end: its configuration is a cosine and a sine.
+    """
+    if kind == "spherical":
+        return pinocchio.JointModelSpherical()
+    if sorted(axis.tolist()) == [0.0, 0.0, 1.0]:
+        return getattr(pinocchio, _ALIGNED[kind][int(np.argmax(axis))])()
+    if kind == "prismatic":
+        return pinocchio.JointModelPrismaticUnaligned(axis)
+    if kind == "revolute":
+        return pinocchio.JointModelRevoluteUnaligned(axis)
+    # The bindings give no way to set the axis of such a joint; the reader does.
+    xyz = " ".join(map(repr, axis.tolist()))
+    one = pinocchio.buildModelFromXML(
+        '<robot name="one"><link name="a"/><link name="b"/><joint name="j" type="continuous">'
+        f'<parent link="a"/><child link="b"/><axis xyz="{xyz}"/></joint></robot>'
+    )
+    return one.joints[1]
+
+
+def _inertia(mass: float, centre: Array, tensor: Array) -> pinocchio.Inertia:
+    """Return an inertia, also one that no body can have, which the constructor would refuse."""
+    inertia = pinocchio.Inertia.Zero()
+    inertia.mass, inertia.lever, inertia.inertia = mass, centre, 0.5 * (tensor + tensor.T)
+    return inertia
+
+
+def _share(whole: pinocchio.Inertia, parts: int) -> pinocchio.Inertia:
+    return _inertia(whole.mass / parts, whole.lever, whole.inertia / parts)
+
+
+def ancestors(model: pinocchio.Model, index: int) -> list[int]:
+    """Return the bodies (0-based) from the root to the body of a joint index, its own last."""
+    path = []
+    while index > 0:
+        path.append(index - 1)
+        index = model.parents[index]
+    return path[::-1]

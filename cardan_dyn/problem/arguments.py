@@ -1,0 +1,237 @@
+"""Arguments: what a user hands to a scene, checked against the mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arrays import Array
+from ..checks import described, flag, mapping, names, numbers, shortened, text, vector
+from ..errors import ArgumentError, MobilityError, choices
+from ..forces.link_loads import LinkLoad, Wrench
+from ..frozen import frozen
+from ..mechanism.mechanism import Mechanism
+from .problem import Problem
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+_MOST_TURNS = 1000.0
+"""Turns from zero at which a joint may be held or start; it is followed through all of them."""
+_MOST_LENGTHS = 6000.0
+"""The same for slides, in lengths of the mechanism."""
+
+
+def checked(
+    mechanism: Mechanism,
+    *,
+    drive: str | Sequence[str] | None = None,
+    held: Mapping[str, float] | None = None,
+    loads: Mapping[str, object] | None = None,
+    gravity: ArrayLike | None = None,
+    outputs: Sequence[str] | None = None,
+    compliance: Mapping[str, ArrayLike] | None = None,
+    strict: bool = False,
+    start: Mapping[str, float] | None = None,
+    branch: str = "A",
+) -> Problem:
+    """Return the problem that a scene's arguments pose; see `Scene` for them and the errors."""
+    if not isinstance(mechanism, Mechanism):
+        raise ArgumentError(
+            f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
+        )
+    held_at = held_positions(mechanism, held, "held")
+    if drive is None:
+        drive = [name for name in mechanism.independent_joints if name not in held_at]
+    joint_loads, link_loads = split_loads(mechanism, loads)
+    return Problem(
+        mechanism=mechanism,
+        drives=_drives(mechanism, drive, held_at),
+        held=frozen(held_at),
+        start=frozen(held_positions(mechanism, start, "start")),
+        branch=text("branch", branch),
+        joint_loads=frozen(joint_loads),
+        link_loads=frozen(link_loads),
+        gravity=np.zeros(3) if gravity is None else vector("gravity", gravity, 3),
+        outputs=wanted_outputs(mechanism, outputs),
+        all_outputs=outputs is None,
+        compliance=frozen(compliances(mechanism, compliance)),
+        strict=flag("strict", strict),
+    )
+
+
+def _drives(mechanism: Mechanism, drive: object, held: Mapping[str, float]) -> tuple[str, ...]:
+    """Return the names of the driven joints.
+
+    Raises:
+        ModelError: no such joint.
+        ArgumentError: no names, a joint without a single coordinate, driven twice, or held.
+        MobilityError: there is none.
+    """
+    drives = names("drive", drive)
+    for name in drives:
+        check_single(mechanism, name, "drive")
+    if not drives:
+        listed = choices(mechanism.coordinates.columns)
+        raise MobilityError(f"a scene needs at least one drive; joints: {listed}")
+    if len(set(drives)) != len(drives) or set(drives) & set(held):
+        raise ArgumentError(
+            f"a joint is driven once or held, not both: drives {list(drives)}, held {list(held)}"
+        )
+    return drives
+
+
+def check_single(mechanism: Mechanism, name: object, role: str) -> None:
+    """Refuse a joint that a scene cannot drive, hold or load, since it has no single coordinate.
+
+    Raises:
+        ModelError: no such joint.
+        ArgumentError: it has none, or several.
+    """
+    joint = mechanism.joint(name)
+    if joint.nv != 1:
+        single = [item.name for item in mechanism.joints.values() if item.nv == 1]
+        raise ArgumentError(
+            f"{role} {name!r} is a {joint.type} joint; joints with one coordinate: "
+            f"{choices(single)}"
+        )
+
+
+def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, float]:
+    """Return positions of joints, from the argument called `role`.
+
+    Raises:
+        ModelError: no such joint.
+        ArgumentError: no mapping, no number, or too far away to be followed to.
+    """
+    positions = {}
+    for name, value in mapping(role, given).items():
+        check_single(mechanism, name, f"{role} joint")
+        label = f"{role}[{shortened(repr(name))}]"
+        array = numbers(label, value)
+        if array.ndim:
+            raise ArgumentError(
+                f"{label} has shape {array.shape}, expected a number; to move this joint, "
+                "make it a drive"
+            )
+        _check_distance(mechanism, name, label, float(array))
+        positions[name] = float(array)
+    return positions
+
+
+def _check_distance(mechanism: Mechanism, name: str, label: str, position: float) -> None:
+    """Refuse a position that is too far from zero to be followed to."""
+    if mechanism.joints[name].parts[0].kind == "revolute":
+        turns = abs(position) / (2.0 * np.pi)
+        if turns > _MOST_TURNS:
+            raise ArgumentError(
+                f"{label} is {position:g} rad, {turns:.3g} turns; positions count whole turns, "
+                f"{_MOST_TURNS:g} at most: take the angle within one turn"
+            )
+    elif abs(position) > _MOST_LENGTHS * mechanism.characteristic_length:
+        raise ArgumentError(
+            f"{label} is {position:g} m; joints slide {_MOST_LENGTHS:g} times the length of the "
+            f"mechanism at most, which is {mechanism.characteristic_length:g} m"
+        )
+
+
+def wanted_outputs(mechanism: Mechanism, outputs: object) -> tuple[str, ...]:
+    """Return the names of the joints whose wrenches are kept.
+
+    Raises:
+        ModelError: no such joint.
+        ArgumentError: no sequence of names.
+    """
+    if outputs is None:
+        return tuple(mechanism.joints)
+    asked = names("outputs", outputs)
+    return tuple(dict.fromkeys(mechanism.joint(name).name for name in asked))
+
+
+def compliances(mechanism: Mechanism, given: object) -> dict[str, Array]:
+    """Return `(6, 6)` compliances of joints.
+
+    Raises:
+        ModelError: no such joint.
+        ArgumentError: not 6 values or `(6, 6)`, not symmetric, or negative.
+    """
+    result = {}
+    for name, value in mapping("compliance", given).items():
+        mechanism.joint(name)
+        label = f"compliance[{name!r}]"
+        array = numbers(label, value)
+        matrix = np.diag(array) if array.shape == (6,) else array
+        if matrix.shape != (6, 6):
+            raise ArgumentError(
+                f"{label} has shape {array.shape}; expected 6 values or a symmetric "
+                "(6, 6), force first [m/N, rad/(N·m)]"
+            )
+        greatest = float(np.max(np.abs(matrix)))
+        # Of order one, so that nothing overflows.
+        scaled = matrix / greatest if greatest > 0.0 else matrix
+        if not np.allclose(scaled, scaled.T, rtol=1e-12, atol=0.0):
+            raise ArgumentError(f"{label} is not symmetric")
+        least = float(np.linalg.eigvalsh(scaled)[0])
+        if least < -1e-12:
+            raise ArgumentError(
+                f"{label} is negative in some direction: its least eigenvalue is {least:.3g} "
+                f"times its greatest value {greatest:.3g}"
+            )
+        result[name] = matrix
+    return result
+
+
+def split_loads(
+    mechanism: Mechanism, loads: object
+) -> tuple[dict[str, Array], dict[str, LinkLoad]]:
+    """Return efforts at joints and wrenches on links.
+
+    Raises:
+        ArgumentError: no mapping, the name is neither a joint nor a link, the value has a wrong
+            shape, or the wrench acts on a link that cannot move.
+    """
+    efforts: dict[str, Array] = {}
+    wrenches: dict[str, LinkLoad] = {}
+    for name, value in mapping("loads", loads).items():
+        label = f"loads[{shortened(repr(name))}]"
+        as_wrench = isinstance(value, Wrench) or name not in mechanism.joints
+        if not as_wrench:
+            check_single(mechanism, name, "loaded joint")
+            efforts[name] = numbers(label, value)
+            if efforts[name].ndim > 1 or not efforts[name].size:
+                raise ArgumentError(f"{label} has shape {efforts[name].shape}, expected (N,)")
+        elif name in mechanism.links:
+            wrenches[name] = _link_load(mechanism, name, label, value)
+        else:
+            raise ArgumentError(
+                f"{label}: no joint or link has this name; joints: {choices(mechanism.joints)}; "
+                f"links: {choices(mechanism.links)}"
+            )
+    return efforts, wrenches
+
+
+def _link_load(mechanism: Mechanism, name: str, label: str, value: object) -> LinkLoad:
+    body, frame = mechanism.link(name)
+    if body == 0:
+        raise ArgumentError(f"{label}: link {name!r} is fixed to the world; nothing can move it")
+    if not isinstance(value, Wrench):
+        array = numbers(label, value)
+        if array.shape[-1:] != (6,) or array.ndim > 2 or not array.size:
+            raise ArgumentError(
+                f"{label} has shape {array.shape}; a link takes force and moment, (6,) or (N, 6)"
+            )
+        value = Wrench(array[..., :3], array[..., 3:])
+    if not isinstance(value.frame, str) or value.frame not in ("link", "world"):
+        raise ArgumentError(
+            f"{label}: frame {described(value.frame)} is unknown; frames: link, world"
+        )
+    parts = []
+    for part, given in (("force", value.force), ("moment", value.moment)):
+        array = numbers(f"{label}.{part}", given)
+        if array.shape[-1:] != (3,) or array.ndim > 2 or not array.size:
+            raise ArgumentError(f"{label}.{part} has shape {array.shape}, expected (3,) or (N, 3)")
+        parts.append(np.atleast_2d(array))
+    in_world = value.frame == "world"
+    return LinkLoad(body - 1, frame.rotation, frame.translation, parts[0], parts[1], in_world)

@@ -1,0 +1,146 @@
+"""Problem: what a scene solves, as frozen data that every later step reads and none changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ArgumentError
+from ..forces.link_loads import LinkLoad
+from ..frozen import FrozenDict, frozen, read_only
+from ..mechanism.mechanism import Mechanism
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Problem:
+    """A mechanism whose motion is prescribed, with what acts on it; all of it was checked.
+
+    Attributes:
+        mechanism: the mechanism.
+        drives: names of the joints whose motion is prescribed.
+        held: joints whose position is fixed, to that position [rad or m].
+        start: joints that are brought to a position before the drives take over.
+        branch: name of the assembly mode.
+        joint_loads: joint to the effort added there, a number or `(N,)` [N·m or N].
+        link_loads: link to the wrench that acts on it.
+        gravity: `(3,)` acceleration of free fall in world axes [m/s²].
+        outputs: names of the joints whose wrenches are wanted.
+        all_outputs: whether these are all joints, since none was named.
+        compliance: joint to its `(6, 6)` compliance, force first [m/N, rad/(N·m)].
+        strict: whether statically indeterminate components are refused.
+    """
+
+    mechanism: Mechanism
+    drives: tuple[str, ...]
+    held: FrozenDict[str, float]
+    start: FrozenDict[str, float]
+    branch: str
+    joint_loads: FrozenDict[str, Array]
+    link_loads: FrozenDict[str, LinkLoad]
+    gravity: Array
+    outputs: tuple[str, ...]
+    all_outputs: bool
+    compliance: FrozenDict[str, Array]
+    strict: bool
+
+    def __post_init__(self) -> None:
+        read_only(self.gravity)
+        for mapping in (self.joint_loads, self.compliance):
+            frozen(mapping)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Through the constructor, which closes the arrays of a copy to writing as well.
+        return _restored, ({field.name: getattr(self, field.name) for field in fields(self)},)
+
+    def differs_from(self, other: Problem) -> set[str]:
+        """Return the names of the attributes that are not the very same objects or values."""
+        return {field.name for field in fields(self) if not _same(self, other, field.name)}
+
+    @cached_property
+    def prescribed_columns(self) -> Array:
+        """Velocity coordinates `(p,)` of the drives, then of the held joints."""
+        velocities = self.mechanism.coordinates.velocity_columns
+        names = (*self.drives, *self.held)
+        return np.array([velocities[name].start for name in names], dtype=int)
+
+    @cached_property
+    def passive_columns(self) -> Array:
+        """Velocity coordinates, ascending, that are neither driven nor held."""
+        every = np.arange(self.mechanism.model.nv)
+        return np.setdiff1d(every, self.prescribed_columns)
+
+    @property
+    def wanted_bodies(self) -> set[int] | None:
+        """Bodies (0-based) whose joint wrenches are wanted, None for all."""
+        if self.all_outputs:
+            return None
+        joints = self.mechanism.joints
+        wanted = {joints[name].id - 1 for name in self.outputs}
+        for loop in self.mechanism.loops:
+            # A `fixed` loop has no body of its own; it is solved with the bodies it connects.
+            if loop.joint in self.outputs and not joints[loop.joint].parts:
+                wanted |= {loop.predecessor - 1, loop.successor - 1}
+        return wanted - {-1}
+
+    def wrench_index(self, joint: str) -> int:
+        """Return the index of a joint among all wrenches: bodies in order, then `fixed` loops."""
+        record = self.mechanism.joints[joint]
+        if record.parts:
+            return record.id - 1
+        return self.mechanism.model.njoints - 1 + self.mechanism.fixed_loops.index(joint)
+
+    @cached_property
+    def output_indices(self) -> list[int]:
+        """Index of every output among all wrenches."""
+        return [self.wrench_index(name) for name in self.outputs]
+
+    def joint_loads_at(self, count: int) -> Array:
+        """Return efforts added at the joints, `(1, nv)` or `(N, nv)`.
+
+        Raises:
+            ArgumentError: a load has another number of samples.
+        """
+        varies = any(effort.ndim for effort in self.joint_loads.values())
+        loads = np.zeros((count if varies else 1, self.mechanism.model.nv))
+        for name, effort in self.joint_loads.items():
+            if effort.ndim and len(effort) != count:
+                raise ArgumentError(
+                    f"the load on {name!r} has {len(effort)} values, the sweep {count} positions"
+                )
+            column = self.mechanism.coordinates.velocity_columns[name].start
+            loads[:, column] += effort
+        return loads
+
+    def link_loads_at(self, count: int) -> Mapping[str, LinkLoad]:
+        """Return the wrenches on links, each with one sample or `count` samples.
+
+        Raises:
+            ArgumentError: a wrench has another number of samples.
+        """
+        for name, load in self.link_loads.items():
+            for part in (load.force, load.moment):
+                if len(part) not in (1, count):
+                    raise ArgumentError(
+                        f"the wrench on {name!r} has {len(part)} samples, the sweep {count}"
+                    )
+        return self.link_loads
+
+
+def _restored(values: dict[str, object]) -> Problem:
+    return Problem(**values)  # type: ignore[arg-type]
+
+
+def _same(one: Problem, other: Problem, name: str) -> bool:
+    first, second = getattr(one, name), getattr(other, name)
+    if isinstance(first, np.ndarray):
+        return np.array_equal(first, second)
+    if isinstance(first, Mapping):
+        # The order counts: joints are brought to their positions one after the other.
+        return list(first) == list(second) and all(
+            np.array_equal(first[key], second[key]) for key in first
+        )
+    return first is second or bool(first == second)

@@ -1,0 +1,1 @@
+"""Report: the validation as table, figures, turning scenes and one page."""

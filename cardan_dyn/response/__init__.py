@@ -1,0 +1,1 @@
+"""Response: wrenches as functions of the drive's position."""

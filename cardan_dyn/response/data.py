@@ -1,0 +1,70 @@
+"""Data of a response: its functions, and how well they hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from ..arrays import Array
+from ..frozen import FrozenDict, read_only
+from .columns import Layout
+from .series import Series
+
+
+@dataclass(frozen=True)
+class Proof:
+    """How well a response holds at its own samples.
+
+    Attributes:
+        tolerance: what was asked for.
+        error: greatest error of the functions, relative to the greatest wrench of the joint (or a
+            tenth of the greatest of all joints): the greater of what the series leave out, added
+            up from how their coefficients fall off, and of the deviation from directly solved
+            positions between the samples; at least the rounding of solved positions, eps times
+            `condition`.
+        condition: greatest condition number of the solved positions, see `Sweep`.
+        cancellation: by how much inertial terms exceed the greatest wrench of the column `speed²`.
+        loop_residual, balance_residual, power_residual, rate_residual: worst of the first samples
+            and of the positions between them, see `Sweep`.
+        unproven: see `Sweep`.
+    """
+
+    tolerance: float
+    error: float
+    condition: float
+    cancellation: float
+    loop_residual: float
+    balance_residual: float
+    power_residual: float
+    rate_residual: float
+    unproven: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ResponseData:
+    """The functions of a response. Nothing in it can be changed.
+
+    Attributes:
+        layout: what wrenches are proportional to, and where the functions stand in `series`.
+        series: the functions.
+        zero: `(C,)` which of them vanish.
+        constant: `(C,)` which of the others do not change.
+        unique: `(k, 6)` see `JointWrench.unique`.
+        coupling_unique: see `Sweep.coupling_unique`.
+        proof: how well they hold.
+    """
+
+    layout: Layout
+    series: Series
+    zero: Array
+    constant: Array
+    unique: Array
+    coupling_unique: FrozenDict[str, bool]
+    proof: Proof
+
+    def __post_init__(self) -> None:
+        for array in (self.zero, self.constant, self.unique):
+            read_only(array)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Through the constructor, which closes the arrays of a copy to writing as well.
+        return ResponseData, tuple(getattr(self, field.name) for field in fields(self))

@@ -1,0 +1,1 @@
+"""Results: motion and wrenches as their users read them."""

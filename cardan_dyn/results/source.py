@@ -1,0 +1,116 @@
+"""Source: where a sweep takes its arrays from, as far as they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Protocol
+
+from ..arrays import Array
+from ..frozen import frozen, read_only
+from .motion import Motion
+from .wrench import Components, GivenComponents
+
+
+class Source(Protocol):
+    """What a sweep takes its arrays from, as far as they are asked for."""
+
+    @property
+    def position(self) -> Array:
+        """Drive positions `(N,)`, or `(N, d)`."""
+        ...
+
+    @property
+    def speed(self) -> Array:
+        """Drive speeds, like `position`."""
+        ...
+
+    @property
+    def acceleration(self) -> Array:
+        """Drive accelerations, like `position`."""
+        ...
+
+    @property
+    def joint_loads(self) -> Mapping[str, Array]:
+        """Loaded joints and their efforts."""
+        ...
+
+    @property
+    def gravity(self) -> Array:
+        """Acceleration of free fall, `(3,)` or `(..., 3)`."""
+        ...
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        ...
+
+    def wrench(self, output: int) -> Components:
+        """Return the wrench of an output, by its index, in its joint frame."""
+        ...
+
+    def drive_effort(self) -> Array | None:
+        """Return what the drive exerts, None if the outputs leave it out."""
+        ...
+
+    def holding_effort(self) -> Mapping[str, Array]:
+        """Return what holds the held joints."""
+        ...
+
+    def motion(self) -> Motion:
+        """Return positions, speeds and accelerations."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedSource:
+    """A `Source` whose arrays are all there.
+
+    Attributes:
+        wrenches: `(N, k, 6)`.
+        efforts: `(N,)`, `(N, d)` or None.
+        holding: per held joint `(N,)`.
+        moved: the motion.
+        position, speed, acceleration: of the drives `(N,)`, or `(N, d)`.
+        joint_loads: loaded joints and their efforts.
+        gravity: `(3,)`.
+    """
+
+    wrenches: Array
+    efforts: Array | None
+    holding: Mapping[str, Array]
+    moved: Motion
+    position: Array
+    speed: Array
+    acceleration: Array
+    joint_loads: Mapping[str, Array]
+    gravity: Array
+
+    def __post_init__(self) -> None:
+        frozen(self.holding)
+        for name in ("wrenches", "efforts", "position", "speed", "acceleration", "gravity"):
+            array = getattr(self, name)
+            if array is not None:
+                read_only(array)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Through the constructor, which closes the arrays of a copy to writing as well.
+        return SolvedSource, tuple(getattr(self, field.name) for field in fields(self))
+
+    def __len__(self) -> int:
+        return len(self.wrenches)
+
+    def wrench(self, output: int) -> Components:
+        """Return the wrench of an output, by its index, in its joint frame."""
+        return GivenComponents(self.wrenches[:, output])
+
+    def drive_effort(self) -> Array | None:
+        """Return what the drive exerts, None if the outputs leave it out."""
+        return self.efforts
+
+    def holding_effort(self) -> Mapping[str, Array]:
+        """Return what holds the held joints."""
+        return self.holding
+
+    def motion(self) -> Motion:
+        """Return positions, speeds and accelerations."""
+        return self.moved

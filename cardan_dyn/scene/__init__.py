@@ -1,0 +1,1 @@
+"""Scene: what a user asks for, checked and handed on."""

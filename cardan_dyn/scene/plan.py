@@ -1,0 +1,94 @@
+"""Plan: what a scene computes per sample, and what it leaves out and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..kinematics.loop_groups import Group
+from ..kinematics.needs import Needs
+from ..mechanism.mechanism import Mechanism
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What a scene does per sample, for people.
+
+    Attributes:
+        steps: what is done, in order.
+        skipped: what is left out, and why.
+    """
+
+    steps: list[str]
+    skipped: list[str]
+
+    def __str__(self) -> str:
+        lines = [f"{number}. {step}" for number, step in enumerate(self.steps, start=1)]
+        if self.skipped:
+            lines += ["skipped:", *(f"- {reason}" for reason in self.skipped)]
+        return "\n".join(lines)
+
+
+def plan_of(
+    mechanism: Mechanism,
+    groups: list[Group],
+    needed: Needs,
+    outputs: tuple[str, ...],
+    *,
+    has_mass: bool,
+    has_weight: bool,
+) -> Plan:
+    """Return what a sweep of a scene does, and what it leaves out.
+
+    Args:
+        mechanism: the mechanism.
+        groups: all groups of the scene.
+        needed: which of them its outputs need.
+        outputs: names of the joints whose wrenches are wanted.
+        has_mass: whether any body has mass.
+        has_weight: whether there is gravity.
+    """
+    steps, skipped = [], []
+    for number, group in enumerate(groups):
+        text = _named(mechanism, group)
+        if number not in needed.motion:
+            skipped.append(f"{text}: no output needs it")
+        elif group.loops or group.couplings:
+            steps.append(text)
+            if number not in needed.forces:
+                skipped.append(f"closure forces of: {text}: no output needs them")
+    if has_mass:
+        acting = "weight and inertia" if has_weight else "inertia"
+        steps.append(f"inverse dynamics: {acting}; inertia only in sweeps with speed")
+    else:
+        skipped.append("inverse dynamics: no body has mass")
+    if not has_weight:
+        skipped.append("weight: the scene has no gravity")
+    if needed.forces:
+        order = "against the order of motion" if len(needed.forces) > 1 else "at once"
+        steps.append(f"closure forces of {len(needed.forces)} group(s), {order}")
+        steps.append("wrenches of: " + ", ".join(outputs))
+    else:
+        steps.append("drive efforts by virtual work")
+    bodies = "" if needed.efforts_alone else ", balance of bodies"
+    steps.append(f"residuals: loops, rates{bodies}, power")
+    return Plan(steps, skipped)
+
+
+def _named(mechanism: Mechanism, group: Group) -> str:
+    """Return what a group closes and decides, by name."""
+    closed = [mechanism.loops[number].joint for number in group.loops]
+    closed += [mechanism.couplings[number].name for number in group.couplings]
+    columns = {int(column) for column in group.passives}
+    decided = [
+        name
+        for name, span in mechanism.coordinates.velocity_columns.items()
+        if columns.intersection(range(span.start, span.stop))
+    ]
+    if not closed:
+        carried = sorted(
+            joint.name
+            for joint in mechanism.joints.values()
+            if joint.parts and joint.id - 1 in group.massive
+        )
+        return f"bodies on no loop: {', '.join(carried)}"
+    return f"close {', '.join(closed)}: decides {', '.join(decided) or 'nothing'}"

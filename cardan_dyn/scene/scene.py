@@ -1,0 +1,358 @@
+"""Scene: a mechanism with its drive, held joints, loads and gravity."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..checks import mapping, samples
+from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
+from ..errors import MobilityError
+from ..forces.link_loads import Wrench
+from ..frozen import Frozen, frozen
+from ..mechanism.mechanism import Mechanism
+from ..problem.arguments import checked
+from ..results.collect import sweep_of
+from ..results.sweep import Sweep
+from .plan import Plan, plan_of
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ..response.response import Response
+
+_OVERFLOW: Any = {"over": "ignore", "invalid": "ignore"}
+"""NumPy need not warn of numbers that overflow: results that contain them are refused."""
+
+
+class Scene(Frozen):
+    """A mechanism whose motion is prescribed, with what acts on it.
+
+    A scene cannot be changed. It may be used by several threads at the same time; copies and
+    pickles are made anew from its arguments.
+
+    Args:
+        mechanism: from `load`.
+        drive: name of the joint whose motion is prescribed, or a list of names: as many as
+            the mechanism has mobility once the held joints are held. If not given, the joints
+            that the description calls independent, as far as they are not held.
+        held: joints whose position the scene fixes, to their coordinates [rad or m]. The moment
+            or force that holds them is a result.
+        loads: what acts on the mechanism. A joint's name with an effort, a number or `(N,)`
+            [N·m or N], positive in the sense of the joint's coordinate; a link's name with a
+            `Wrench`, or with six numbers `(6,)` or `(N, 6)`: force and moment about the link's
+            origin in the link's axes.
+        gravity: `(3,)` acceleration of free fall in world axes [m/s²]; none unless given.
+        outputs: names of the joints whose wrenches are wanted; all joints if not given. Loops
+            that they do not need are not solved. Drive efforts and what holds joints are among
+            the results if the joint is; the empty list asks for the drive efforts alone, which
+            then come without a balance of the bodies.
+        compliance: joints to their compliance in the axes that stay with the parent: 6 values, or
+            a symmetric `(6, 6)`, force first [m/N, rad/(N·m)]. What the laws of motion leave open
+            is then what makes the elastic energy least, instead of the least norm.
+        strict: refuse to choose what the laws of motion leave open.
+        start: joints to positions [rad or m] to which they are brought before the drives take
+            over, for a description whose zero is a dead point of the drives.
+        branch: name of the assembly mode, from `branches`; `A` is the description's own.
+
+    Raises:
+        ModelError: unknown joint or link.
+        ArgumentError: a value is not finite or has the wrong shape.
+        MobilityError: the drives do not match the mobility.
+        SingularConfigurationError: the scene starts in a dead point of its drives.
+        AssemblyError: the loops cannot be closed at the held positions, or not in this way.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        *,
+        drive: str | Sequence[str] | None = None,
+        held: Mapping[str, float] | None = None,
+        loads: Mapping[str, object] | None = None,
+        gravity: ArrayLike | None = None,
+        outputs: Sequence[str] | None = None,
+        compliance: Mapping[str, ArrayLike] | None = None,
+        strict: bool = False,
+        start: Mapping[str, float] | None = None,
+        branch: str = "A",
+    ) -> None:
+        problem = checked(
+            mechanism,
+            drive=drive,
+            held=held,
+            loads=loads,
+            gravity=gravity,
+            outputs=outputs,
+            compliance=compliance,
+            strict=strict,
+            start=start,
+            branch=branch,
+        )
+        self._take(ProblemSolver(problem))
+
+    def _take(self, solver: ProblemSolver) -> None:
+        self._solver = solver
+        self._problem = solver.problem
+        self._freeze()
+
+    @classmethod
+    def _of(cls, solver: ProblemSolver) -> Scene:
+        scene = cls.__new__(cls)
+        scene._take(solver)
+        return scene
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Scene._of, (self._solver,)
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism."""
+        return self._problem.mechanism
+
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """Names of the driven joints."""
+        return self._problem.drives
+
+    @property
+    def held(self) -> Mapping[str, float]:
+        """Held joints and their positions [rad or m]."""
+        return self._problem.held
+
+    @property
+    def loads(self) -> Mapping[str, Array | Wrench]:
+        """Loaded joint to its effort, a number or `(N,)` [N·m or N]; link to its `Wrench`."""
+        links = {name: load.wrench for name, load in self._problem.link_loads.items()}
+        return frozen({**self._problem.joint_loads, **links})
+
+    @property
+    def gravity(self) -> Array:
+        """Acceleration of free fall `(3,)` in world axes [m/s²]."""
+        return self._problem.gravity
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the joints whose wrenches are wanted."""
+        return self._problem.outputs
+
+    @property
+    def compliance(self) -> Mapping[str, Array]:
+        """Joint to its `(6, 6)` compliance, force first [m/N, rad/(N·m)]."""
+        return self._problem.compliance
+
+    @property
+    def strict(self) -> bool:
+        """Whether statically indeterminate components are refused."""
+        return self._problem.strict
+
+    @property
+    def start(self) -> Mapping[str, float]:
+        """Joints that are brought to a position before the drives take over [rad or m]."""
+        return self._problem.start
+
+    @property
+    def branch(self) -> str:
+        """Name of the assembly mode."""
+        return self._problem.branch
+
+    def __repr__(self) -> str:
+        parts = [f"drives {', '.join(self.drives)}"]
+        if self.held:
+            parts.append("held " + ", ".join(f"{name} {at:g}" for name, at in self.held.items()))
+        if self.loads:
+            parts.append(f"loads on {', '.join(self.loads)}")
+        if np.any(self.gravity):
+            parts.append(f"gravity {self.gravity.tolist()}")
+        return f"<Scene of {self.mechanism.name!r}: {'; '.join(parts)}>"
+
+    def replace(self, **changes: Any) -> Scene:
+        """Return a scene that differs in some arguments; what they do not concern is kept.
+
+        A scene with other loads, gravity, compliances or strictness keeps all that was learned
+        about the motion. `held` and `loads` replace the values of the joints and links that they
+        name, and keep the others; None as a value takes a joint or link out.
+
+        Args:
+            changes: arguments of `Scene`.
+
+        Raises:
+            TypeError: no such argument.
+            CardanError: as `Scene` does.
+        """
+        problem = self._problem
+        given: dict[str, Any] = {
+            "mechanism": problem.mechanism,
+            "drive": problem.drives,
+            "held": problem.held,
+            "loads": self.loads,
+            "gravity": problem.gravity,
+            "outputs": None if problem.all_outputs else problem.outputs,
+            "compliance": problem.compliance,
+            "strict": problem.strict,
+            "start": problem.start,
+            "branch": problem.branch,
+        }
+        unknown = set(changes) - set(given)
+        if unknown:
+            raise TypeError(f"Scene has no argument {', '.join(sorted(unknown))}")
+        for name in ("held", "loads"):
+            if name in changes:
+                merged = {**given[name], **mapping(name, changes[name])}
+                kept = {key: value for key, value in merged.items() if value is not None}
+                changes = {**changes, name: kept}
+        return Scene._of(ProblemSolver(checked(**{**given, **changes}), like=self._solver))
+
+    def sweep(
+        self,
+        position: ArrayLike | AssembledPositions,
+        speed: ArrayLike = 0.0,
+        acceleration: ArrayLike = 0.0,
+    ) -> Sweep:
+        """Solve motion and reactions at given drive positions.
+
+        Results are reproducible to rounding times `Sweep.condition`, not bit for bit: what was
+        learned in earlier sweeps gives later ones nearer guesses.
+
+        Args:
+            position: drive positions `(N,)` [rad or m], `(N, d)` for d drives, in any order; or
+                what `assemble` made of them.
+            speed: drive speeds [rad/s or m/s], a number or like `position`. The mechanism is
+                quasi-static where it is zero.
+            acceleration: drive accelerations [rad/s² or m/s²], a number or like `position`.
+
+        Raises:
+            ArgumentError: a value is not finite or has the wrong shape.
+            AssemblyError: the loops cannot be closed at a position.
+            SingularConfigurationError: a position is a dead point.
+            AccuracyError: a result missed its tolerance.
+            IndeterminateError: a wanted component is not unique, in a strict scene.
+        """
+        count, solver = len(self.drives), self._solver
+        with np.errstate(**_OVERFLOW):
+            if isinstance(position, AssembledPositions):
+                assembled = solver.current(position)
+            else:
+                assembled = solver.assembled_in_turn(samples("position", position, count, None))
+            speeds = samples("speed", speed, count, len(assembled))
+            accelerations = samples("acceleration", acceleration, count, len(assembled))
+            return sweep_of(solver, assembled, speeds, accelerations)
+
+    def assemble(self, position: ArrayLike) -> AssembledPositions:
+        """Close the loops at given drive positions, for several sweeps over them.
+
+        What depends on the position alone is kept, some kilobytes per sample, so that a sweep
+        with another speed or acceleration has only the rest to do.
+
+        Args:
+            position: see `sweep`.
+
+        Raises:
+            ArgumentError: a value is not finite or has the wrong shape.
+            AssemblyError: the loops cannot be closed at a position.
+            SingularConfigurationError: a position is a dead point.
+        """
+        with np.errstate(**_OVERFLOW):
+            return self._solver.assemble(samples("position", position, len(self.drives), None))
+
+    def response(
+        self, tolerance: float = 1e-13, *, interval: tuple[float, float] | None = None
+    ) -> Response:
+        """Return wrenches and efforts as functions of the drive's position.
+
+        Built from a few hundred solved positions, they hold everywhere to rounding, at any speed,
+        acceleration, load and gravity, for nanoseconds per value.
+
+        Args:
+            tolerance: error of the functions relative to the greatest wrench of their joint, or a
+                tenth of the greatest of all joints; where rounding stops short of it, times the
+                condition number. `Response.error` is what was reached.
+            interval: positions between which it is to hold [rad or m]; without, the drive has to
+                come back to where it was.
+
+        Raises:
+            ArgumentError: the interval is empty, or the scene has several drives.
+            AccuracyError: the tolerance cannot be reached; the message says what can.
+            IndeterminateError: a wanted component is not unique, in a strict scene.
+            CardanError: the drive does not turn through and no interval was given.
+        """
+        from ..response.build import build
+        from ..response.response import Response
+
+        return Response(self._solver, build(self._solver, tolerance, interval))
+
+    def load_response(self, path: str | os.PathLike[str]) -> Response:
+        """Read the response of this scene, or of one like it, that `Response.save` wrote.
+
+        Efforts at joints and the direction of gravity may have other values.
+
+        Args:
+            path: the file.
+
+        Raises:
+            ArgumentError: no path.
+            CardanError: the file cannot be read, is damaged, or is the response of another scene.
+        """
+        from ..response.file import read
+        from ..response.response import Response
+
+        return Response(self._solver, read(path, self._solver))
+
+    def plan(self) -> Plan:
+        """Return what a sweep does, and what it leaves out; `print` shows it."""
+        assembly = self._solver.assembly
+        return plan_of(
+            self.mechanism,
+            assembly.groups,
+            assembly.needed,
+            self.outputs,
+            has_mass=self._solver.has_mass,
+            has_weight=bool(np.any(self.gravity)),
+        )
+
+    def motion_range(self) -> tuple[float, float]:
+        """Return between which positions the drive can move [rad or m].
+
+        `<limit>` elements of the description play no part: they are a maker's choice, and a sweep
+        beyond them is as well computed as one within.
+
+        Returns:
+            The limits; they are dead points of the drive, or positions where assembly modes meet,
+            which are found to some 1e-6. ±inf where it turns through.
+
+        Raises:
+            MobilityError: the scene has several drives.
+        """
+        if len(self.drives) > 1:
+            raise MobilityError(
+                f"the range of one drive depends on the positions of the others: {self.drives}"
+            )
+        return self._solver.assembly.motion_range()
+
+    def branches(self) -> dict[str, dict[str, float]]:
+        """Return the assembly modes with the drives where the scene starts.
+
+        Returns:
+            Name for `Scene(branch=...)` to the positions of all joints with one coordinate [m, or
+            rad within half a turn either way]. `A` is the description's own, the others follow by
+            their distance from it, whichever of them the scene is in. They are searched from many
+            starts, so one that few starts lead to may be missing.
+        """
+        columns = self.mechanism.coordinates.columns
+        return {
+            name: {
+                joint: self._within_a_turn(joint, float(state[span][0]))
+                for joint, span in columns.items()
+                if span.stop - span.start == 1
+            }
+            for name, state in self._solver.assembly.modes().items()
+        }
+
+    def _within_a_turn(self, joint: str, value: float) -> float:
+        if joint in self.drives or self.mechanism.joints[joint].type == "prismatic":
+            return value
+        return value - 2.0 * np.pi * float(np.rint(value / (2.0 * np.pi)))

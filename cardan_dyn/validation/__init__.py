@@ -1,0 +1,1 @@
+"""Validation: bundled mechanisms against the closed forms of the literature."""
