@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -14,8 +13,7 @@ _STIFF = 1e-10  # Energies this much smaller than the greatest one decide nothin
 _ROUNDING = 1e-18  # The square of what influence counts as none, see `UNIQUE_TOLERANCE`.
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SelfStress:
+class SelfStress(NamedTuple):
     """Closure forces that change no passive effort.
 
     Attributes:

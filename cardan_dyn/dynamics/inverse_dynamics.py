@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from ..proof.free_bodies import FreeBodies
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Inputs:
+class Inputs(NamedTuple):
     """What is prescribed for a block of samples.
 
     Attributes:

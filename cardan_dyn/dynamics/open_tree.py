@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import ancestors
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class LoadCase:
+class LoadCase(NamedTuple):
     """What acts on a mechanism at closed positions.
 
     Attributes:
@@ -64,32 +63,42 @@ class OpenTree:
             for body in solver.group.massive
         }
 
-    def wrenches(self, state: ClosedState, case: LoadCase) -> Array:
-        """Return the wrench of every body's joint in its frame, `(N, b, 6)`."""
-        result = np.zeros((len(state.x), self.bodies, 6))
+    def wrenches(self, state: ClosedState, cases: Sequence[LoadCase], size: int) -> Array:
+        """Return the wrench of every body's joint in its frame, `(N, size, 6, c)` for c load cases.
+
+        Args:
+            state: closed positions.
+            cases: what acts.
+            size: number of wrenches; those beyond the bodies' are zero.
+        """
+        result = np.zeros((len(state.x), size, 6, len(cases)))
+        for index, case in enumerate(cases):
+            own = result[..., index]
+            for bodies, part in self._parts(state, case):
+                own[:, bodies] += part
+        return result
+
+    def _parts(
+        self, state: ClosedState, case: LoadCase
+    ) -> Iterator[tuple[slice | Array | int, Array]]:
+        """Yield bodies and what one group's inertia, or one load, adds to their wrenches."""
         if case.dynamics is not None:
             for index in self._heavy_groups:
                 group_state = state.groups[index]
                 batch = group_state.batch
                 v, a = (batch.velocity(rates) for rates in case.dynamics)
                 wrenches = batch.inverse_dynamics(group_state.q, v, a, case.gravity)
-                result[:, consecutive(batch.bodies)] += wrenches.reshape(len(v), -1, 6)
+                yield consecutive(batch.bodies), wrenches.reshape(len(v), -1, 6)
         for load in case.link_loads:
             # A load on a body that the outputs leave out changes nothing that they ask for.
-            if load.body in self._group_of_body:
-                result -= self._spread(state, load)
-        return result
-
-    def _spread(self, state: ClosedState, load: LinkLoad) -> Array:
-        """Return what a link load takes off the joints between its body and the root."""
-        group_state = state.groups[self._group_of_body[load.body]]
-        local, actions = group_state.batch.local, group_state.actions
-        wrench = _about_origin(load, actions, local[load.body])[:, :, None]
-        result = np.zeros((len(actions), self.bodies, 6))
-        for body in ancestors(self._model, load.body + 1):
-            first = 6 * local[body]
-            result[:, body] = np.matmul(actions[:, first : first + 6], wrench)[:, :, 0]
-        return result
+            if load.body not in self._group_of_body:
+                continue
+            group_state = state.groups[self._group_of_body[load.body]]
+            local, actions = group_state.batch.local, group_state.actions
+            wrench = _about_origin(load, actions, local[load.body])[:, :, None]
+            for body in ancestors(self._model, load.body + 1):
+                first = 6 * local[body]
+                yield body, -np.matmul(actions[:, first : first + 6], wrench)[:, :, 0]
 
 
 def consecutive(indices: Array) -> slice | Array:

@@ -9,7 +9,7 @@ the load to the drive, against the order in which motion passes through them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,8 +26,7 @@ UNIQUE_TOLERANCE = 1e-9
 """Greatest influence of a self-stress on a component that counts as unique."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Reactions:
+class Reactions(NamedTuple):
     """Wrenches of one load case.
 
     Attributes:
@@ -191,11 +190,10 @@ class ReactionSolver:
             for all c load cases, and the self-stresses of all groups.
         """
         mechanism, count = self._mechanism, len(state.x)
-        wrenches = np.zeros((count, self.size, 6, len(cases)))
+        wrenches = self._tree.wrenches(state, cases, self.size)
         # Given efforts, and what couplings of later groups exert.
         given = np.empty((count, mechanism.model.nv, len(cases)))
         for index, case in enumerate(cases):
-            wrenches[:, : self._tree.bodies, :, index] = self._tree.wrenches(state, case)
             given[..., index] = case.loads
         forces = [np.zeros((count, 6, len(cases))) for _ in mechanism.loops]
         forces += [np.zeros((count, 1, len(cases))) for _ in mechanism.couplings]

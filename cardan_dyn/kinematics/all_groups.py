@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,7 @@ from .group_solver import GroupSolver, GroupState
 from .reduction import Reduction
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ClosedState:
+class ClosedState(NamedTuple):
     """A mechanism at positions whose loops are closed.
 
     Attributes:

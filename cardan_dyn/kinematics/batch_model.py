@@ -17,8 +17,6 @@ import pinocchio
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 
-_MOST_BODIES = 32  # pin.Data takes 230 MB for them, and the third power of their number.
-
 
 class BatchModel:
     """The free-flyer batch of some bodies of a mechanism and all their ancestors.
@@ -178,24 +176,6 @@ class BatchModel:
         for rows in zip(q, v, a, result, strict=True):
             rows[3][:] = rnea(model, data, rows[0], rows[1], rows[2])
         return result
-
-
-def batch_model_of(
-    mechanism: Mechanism,
-    bodies: list[int],
-    massive: set[int],
-    origin: Array,
-) -> BatchModel:
-    """Return the batch model of some bodies; of many, one that spares Pinocchio's memory.
-
-    Arguments as for `BatchModel`.
-    """
-    kind = BatchModel
-    if len(bodies) > _MOST_BODIES:
-        from .long_chain import LongChain
-
-        kind = LongChain
-    return kind(mechanism, bodies, massive, origin)
 
 
 class UnitTwists:

@@ -6,13 +6,13 @@ small step serves the rates and the closure forces as well, after one step of re
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array, generic
 from ..mechanism.mechanism import Mechanism
-from .batch_model import BatchModel, batch_model_of
+from .batch_model import BatchModel
 from .closure_equations import ClosureEquations
 from .loop_groups import Group
 from .reduction import Reduction
@@ -26,13 +26,14 @@ _LONGEST = 0.5
 """Greatest Newton step [rad]: farther away, a full step may end in another assembly mode."""
 _NEARBY = 1e-4
 """Newton step [rad] up to which the inverse before it is tried as the inverse after it."""
+_MOST_BODIES = 32
+"""Bodies that Pinocchio's data are made for: they take 230 MB then, and the third power of more."""
 _OPEN_STATES = 3
 """Configurations of an open loop that its reachable rows are found from. One would do for joints in
 general position; the others catch a configuration that happens to be special."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class GroupState:
+class GroupState(NamedTuple):
     """A group at given positions, with what the next steps need of it.
 
     Attributes:
@@ -138,7 +139,7 @@ class GroupSolver:
         near = [mechanism.loops[index].predecessor - 1 for index in group.loops]
         points = [at_zero[body].translation for body in near or group.massive]
         origin = np.mean(points, axis=0) if points else np.zeros(3)
-        self.batch = batch_model_of(mechanism, group.bodies, group.massive, origin)
+        self.batch = _batch_model(mechanism, group, origin)
         self.equations = ClosureEquations(mechanism, self.batch, group)
         self._length = mechanism.characteristic_length
         self._moves = coordinates.moves(group.passives)
@@ -246,7 +247,7 @@ class GroupSolver:
         state, error = self.evaluate(x, reduction)
         step = -times(flipped(state.inverse), error)
         self._moves.apply(x, step)
-        return replace(state, correction=np.abs(step * self._scale).max(axis=1, initial=0.0))
+        return state._replace(correction=np.abs(step * self._scale).max(axis=1, initial=0.0))
 
     def newton(
         self,
@@ -284,7 +285,7 @@ class GroupSolver:
             state, error = self.evaluate(x, reduction, turns, nearby)
             if worst < _CONVERGED:
                 break
-        return replace(state, correction=correction)
+        return state._replace(correction=correction)
 
     def _slips(self, x: Array, turns: Array | None) -> Array:
         """Return how far the couplings are from their ratio `(N, G)` [rad or m]."""
@@ -293,3 +294,12 @@ class GroupSolver:
         angles = x if turns is None else x + 2.0 * np.pi * turns
         columns = self._coordinates.column_of(self.equations.coupled_columns)
         return np.asarray(angles[:, columns] @ self.equations.coupled_ratios)
+
+
+def _batch_model(mechanism: Mechanism, group: Group, origin: Array) -> BatchModel:
+    """Return the model of a group's bodies; of many, one that spares Pinocchio's memory."""
+    if len(group.bodies) > _MOST_BODIES:
+        from .long_chain import LongChain
+
+        return LongChain(mechanism, group.bodies, group.massive, origin)
+    return BatchModel(mechanism, group.bodies, group.massive, origin)

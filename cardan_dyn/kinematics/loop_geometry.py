@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,8 +10,7 @@ from ..arrays import Array, cross
 from .batch_model import placement
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class LoopEnd:
+class LoopEnd(NamedTuple):
     """One end of a loop, where it is welded.
 
     Attributes:
@@ -44,8 +43,7 @@ class LoopEnd:
         return rotation, position
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class LoopPath:
+class LoopPath(NamedTuple):
     """The moving coordinates of a loop, from the common ancestor outwards on both sides.
 
     Attributes:
@@ -74,8 +72,7 @@ class LoopPath:
         return np.concatenate((linear, angular))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class LoopAxes:
+class LoopAxes(NamedTuple):
     """The axes in which a loop's rows are chosen.
 
     Attributes:

@@ -8,7 +8,7 @@ and the strong components of what depends on what give the groups.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio
@@ -22,8 +22,7 @@ _LONG = 3 * _PIECE
 _WHOLE = 14  # Up to this many bodies, one model costs less than two.
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Group:
+class Group(NamedTuple):
     """Loops that are solved together.
 
     Attributes:

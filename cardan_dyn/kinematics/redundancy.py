@@ -6,7 +6,7 @@ while it is closed shows only over the motion: at single positions (dead points)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,8 +27,7 @@ STATES_STUDIED = 32
 parallelogram's two ends are."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Redundancy:
+class Redundancy(NamedTuple):
     """What is known about redundant rows.
 
     Attributes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio
@@ -12,8 +12,7 @@ from ..arrays import Array, quaternion_product
 from .joints import Joint
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Moves:
+class Moves(NamedTuple):
     """Displacements along chosen velocity coordinates.
 
     Attributes:

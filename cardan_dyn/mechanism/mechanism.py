@@ -11,9 +11,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pinocchio
@@ -38,8 +37,7 @@ if TYPE_CHECKING:
 _SHORTEST = 1e-30  # Squares of lengths and their reciprocals have to stay numbers.
 
 
-@dataclass(frozen=True, eq=False)
-class Loop:
+class Loop(NamedTuple):
     """A weld that closes a loop.
 
     Attributes:
@@ -58,8 +56,7 @@ class Loop:
     successor_placement: pinocchio.SE3
 
 
-@dataclass(frozen=True, eq=False)
-class Coupling:
+class Coupling(NamedTuple):
     """A gear: ratio times the predecessor's rotation equals the successor's.
 
     Rotations count from the nearest common ancestor of both links.
