@@ -70,8 +70,9 @@ class Problem:
     @cached_property
     def passive_columns(self) -> Array:
         """Velocity coordinates, ascending, that are neither driven nor held."""
-        every = np.arange(self.mechanism.model.nv)
-        return np.setdiff1d(every, self.prescribed_columns)
+        passive = np.ones(self.mechanism.model.nv, dtype=bool)
+        passive[self.prescribed_columns] = False
+        return np.nonzero(passive)[0]
 
     @property
     def wanted_bodies(self) -> set[int] | None:

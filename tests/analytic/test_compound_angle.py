@@ -3,9 +3,9 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from cross_geometry import ULP, cross, dot, norm, relative_errors
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from testkit.cross_geometry import ULP, cross, dot, norm, relative_errors
 
 from analytic import compound_angle as ca
 from analytic import drive_line

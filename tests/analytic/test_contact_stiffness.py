@@ -3,7 +3,7 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from cross_geometry import ULP, relative_errors
+from testkit.cross_geometry import ULP, relative_errors
 
 from analytic import contact_stiffness as cs
 

@@ -3,9 +3,9 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from cross_geometry import ULP, cross, dot, norm, relative_errors, turned
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from testkit.cross_geometry import ULP, cross, dot, norm, relative_errors, turned
 
 from analytic import _cross, drive_line, single_joint
 

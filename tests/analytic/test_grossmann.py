@@ -3,9 +3,19 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from cross_geometry import NEAR_90, TO_60, ULP, Cross, cross, dot, grid, norm, relative_errors
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from testkit.cross_geometry import (
+    NEAR_90,
+    TO_60,
+    ULP,
+    Cross,
+    cross,
+    dot,
+    grid,
+    norm,
+    relative_errors,
+)
 
 from analytic import grossmann, single_joint, thoma
 

@@ -3,10 +3,10 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from cross_geometry import ULP, relative_errors
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from testkit.cross_geometry import ULP, relative_errors
 
 from analytic import clearance, impact
 

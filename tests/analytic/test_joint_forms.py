@@ -3,9 +3,9 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from cross_geometry import ULP, Cross, relative_errors
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from testkit.cross_geometry import ULP, Cross, relative_errors
 
 from analytic import grossmann, joint_forms, single_joint
 

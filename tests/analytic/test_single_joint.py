@@ -3,9 +3,9 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from cross_geometry import NEAR_90, TO_60, ULP, Cross, grid, relative_errors
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from testkit.cross_geometry import NEAR_90, TO_60, ULP, Cross, grid, relative_errors
 
 from analytic import _cross
 from analytic import single_joint as sj

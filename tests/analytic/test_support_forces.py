@@ -3,7 +3,7 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from cross_geometry import cross, norm, turned
+from testkit.cross_geometry import cross, norm, turned
 
 from analytic import compound_angle
 from analytic import support_forces as sf

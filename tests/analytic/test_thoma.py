@@ -5,7 +5,7 @@ import sys
 import mpmath as mp
 import numpy as np
 import pytest
-from cross_geometry import NEAR_90, TO_60, ULP, Cross, dot, grid, relative_errors
+from testkit.cross_geometry import NEAR_90, TO_60, ULP, Cross, dot, grid, relative_errors
 
 from analytic import grossmann, single_joint, thoma
 

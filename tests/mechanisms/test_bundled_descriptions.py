@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from urdf_reader import URDF, Body, Reader, text
+from testkit.urdf_reader import URDF, Body, Reader, text
 
 import cardan_dyn as cd
 

@@ -10,8 +10,8 @@ import re
 
 import numpy as np
 import pytest
-from shaft_line import ShaftLine, about, across, dot
-from urdf_reader import Reader, text
+from testkit.shaft_line import ShaftLine, about, across, dot
+from testkit.urdf_reader import Reader, text
 
 import cardan_dyn as cd
 from analytic import support_forces

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shaft_line import ShaftLine, about, across, dot, single_joint, single_ratio
-from urdf_reader import Reader, text
+from testkit.shaft_line import ShaftLine, about, across, dot, single_joint, single_ratio
+from testkit.urdf_reader import Reader, text
 
 import cardan_dyn as cd
 from analytic import drive_line

@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from shaft_line import ShaftLine, about, across
-from urdf_reader import edited, text
+from testkit.shaft_line import ShaftLine, about, across
+from testkit.urdf_reader import edited, text
 
 import cardan_dyn as cd
 

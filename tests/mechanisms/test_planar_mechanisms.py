@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from planar import (
+from testkit.planar import (
     FreeBodies,
     Moving,
     angle_of,
@@ -20,7 +20,7 @@ from planar import (
     turned,
     two_rates,
 )
-from urdf_reader import Reader, text
+from testkit.urdf_reader import Reader, text
 
 import cardan_dyn as cd
 

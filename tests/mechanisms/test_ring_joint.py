@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from jets import Jet, spin
-from shaft_line import ShaftLine, about, single_joint, single_ratio
-from urdf_reader import Reader, text
+from testkit.jets import Jet, spin
+from testkit.shaft_line import ShaftLine, about, single_joint, single_ratio
+from testkit.urdf_reader import Reader, text
 
 import cardan_dyn as cd
 from analytic import joint_forms

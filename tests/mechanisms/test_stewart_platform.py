@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from jets import Jet, spin
-from urdf_reader import Body, Reader, rotation, text, vector
+from testkit.jets import Jet, spin
+from testkit.urdf_reader import Body, Reader, rotation, text, vector
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.group_solver import GroupSolver

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from urdf_reader import Reader, edited, text
+from testkit.urdf_reader import Reader, edited, text
 
 import cardan_dyn as cd
 from analytic import single_joint, thoma

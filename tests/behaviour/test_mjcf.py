@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from helpers import relative
-from test_loops import POSITIONS, RATES, four_bar, loop
+from testkit.linkages import POSITIONS, RATES, four_bar, loop
+from testkit.scenes import relative
 
 import cardan_dyn as cd
 from cardan_dyn.description.description import LoopDescription

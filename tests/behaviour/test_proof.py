@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from helpers import text
+from testkit.scenes import text
 
 import cardan_dyn as cd
 from cardan_dyn.proof.free_bodies import FreeBodies

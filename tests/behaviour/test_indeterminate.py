@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from helpers import relative, universal
-from test_loops import POSITIONS, RATES, four_bar, loop
+from testkit.linkages import POSITIONS, RATES, four_bar, loop
+from testkit.scenes import relative, universal
 
 import cardan_dyn as cd
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers import CrossGeometry, relative, text, universal
+from testkit.scenes import CrossGeometry, relative, text, universal
 
 import cardan_dyn as cd
 from analytic import grossmann, single_joint, thoma

@@ -5,54 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from helpers import forward_accelerations, relative, text, universal
+from testkit.linkages import LINK, POSITIONS, RATES, four_bar, loop
+from testkit.scenes import forward_accelerations, relative, text, universal
 
 import cardan_dyn as cd
-
-# A spatial four-bar RSSR: input and output cranks about skew axes, coupler with balls at its ends.
-LINK = """<link name="{name}"><inertial><origin xyz="{com}"/><mass value="{mass}"/>
-<inertia ixx="0.02" iyy="0.03" izz="0.025" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
-
-
-def four_bar(
-    loop: str,
-    *,
-    axis: str = "0 0 1",
-    rocker: str = "2.5",
-) -> str:
-    """A planar four-bar in the x-y plane, closed by `loop` between coupler and rocker.
-
-    Ground pivots 2 apart, crank 0.5, coupler and rocker such that it closes with all coordinates
-    at zero: crank along y, coupler from (0, 0.5) to (2, 2.5), rocker from (2, 0) to (2, 2.5).
-    """
-    return f"""<robot name="four_bar"><link name="ground"/>
-{LINK.format(name="crank", com="0 0.25 0", mass="1")}
-{LINK.format(name="coupler", com="1 1 0", mass="2")}
-{LINK.format(name="rocker", com="0 1.25 0", mass="3")}
-<joint name="a" type="continuous"><parent link="ground"/><child link="crank"/>
-  <origin xyz="0 0 0"/><axis xyz="{axis}"/></joint>
-<joint name="b" type="continuous"><parent link="crank"/><child link="coupler"/>
-  <origin xyz="0 0.5 0"/><axis xyz="{axis}"/></joint>
-<joint name="d" type="continuous"><parent link="ground"/><child link="rocker"/>
-  <origin xyz="2 0 0"/><axis xyz="{axis}"/></joint>
-{loop.replace("ROCKER", rocker)}</robot>"""
-
-
-def loop(kind: str, predecessor: str = "coupler", successor: str = "rocker") -> str:
-    origins = {"coupler": "2 2 0", "rocker": "0 ROCKER 0", "ground": "2 0 0"}
-    return (
-        f'<loop name="c" type="{kind}"><predecessor link="{predecessor}">'
-        f'<origin xyz="{origins[predecessor]}"/></predecessor><successor link="{successor}">'
-        f'<origin xyz="{origins[successor]}"/></successor><axis xyz="0 0 1"/></loop>'
-    )
 
 
 def scene_of(urdf: str, **options: object) -> cd.Scene:
     return cd.Scene(cd.load(urdf), drive="a", loads={"d": -3.0}, **options)
-
-
-POSITIONS = np.linspace(0.0, 2.0 * np.pi, 41)
-RATES = {"speed": 4.0, "acceleration": -7.0}
 
 
 def planar_reference(urdf: str, turn: cd.Sweep, gravity: float) -> dict[str, np.ndarray]:

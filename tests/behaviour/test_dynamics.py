@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from helpers import double, forward_accelerations, relative, text, universal
+from testkit.scenes import double, forward_accelerations, relative, text, universal
 
 import cardan_dyn as cd
 

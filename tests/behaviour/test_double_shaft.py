@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers import double, relative, text
+from testkit.scenes import double, relative, text
 
 import cardan_dyn as cd
 from analytic import grossmann, single_joint

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers import relative, universal
-from lines import two_lines
+from testkit.drive_lines import two_lines
+from testkit.scenes import relative, universal
 
 import cardan_dyn as cd
 

@@ -13,7 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from urdf_reader import Reader
+
+from testkit.urdf_reader import Reader
 
 Array = np.ndarray
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers import text, universal
-from test_couplings import coupling, gears
+from testkit.linkages import coupling, gears
+from testkit.scenes import text, universal
 
 import cardan_dyn as cd
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers import text, universal
+from testkit.scenes import text, universal
 
 import cardan_dyn as cd
 from cardan_dyn.response import file as response_file

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers import text, universal
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from testkit.scenes import text, universal
 
 import cardan_dyn as cd
 from cardan_dyn.description.urdf import check_inertia

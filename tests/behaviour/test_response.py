@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers import double, relative, universal
-from test_loops import four_bar, loop
+from testkit.linkages import four_bar, loop
+from testkit.scenes import double, relative, universal
 
 import cardan_dyn as cd
 from analytic import grossmann

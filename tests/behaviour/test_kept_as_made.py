@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from helpers import text, universal
+from testkit.scenes import text, universal
 
 import cardan_dyn as cd
 

@@ -8,8 +8,8 @@ import pickle
 import numpy as np
 import pinocchio as pin
 import pytest
-from helpers import double, relative, text, universal
-from test_loops import LINK, four_bar, loop
+from testkit.linkages import LINK, four_bar, loop
+from testkit.scenes import double, relative, text, universal
 
 import cardan_dyn as cd
 from analytic import single_joint

@@ -4,31 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers import relative
-from test_loops import LINK
+from testkit.linkages import LINK, coupling, gears
+from testkit.scenes import relative
 
 import cardan_dyn as cd
 
 POSITIONS = np.linspace(-10.0, 10.0, 41)
-
-
-def gears(*couplings: str, third: bool = False) -> str:
-    """Wheels about parallel axes on the ground."""
-    names = ("a", "b", "c") if third else ("a", "b")
-    wheels = "".join(
-        LINK.format(name=f"wheel_{name}", com="0 0 0", mass=str(k + 1))
-        + f'<joint name="{name}" type="continuous"><parent link="ground"/>'
-        f'<child link="wheel_{name}"/><origin xyz="{k} 0 0"/><axis xyz="0 0 1"/></joint>'
-        for k, name in enumerate(names)
-    )
-    return f'<robot name="gears"><link name="ground"/>{wheels}{"".join(couplings)}</robot>'
-
-
-def coupling(name: str, first: str, second: str, ratio: float) -> str:
-    return (
-        f'<coupling name="{name}"><predecessor link="wheel_{first}"/>'
-        f'<successor link="wheel_{second}"/><ratio value="{ratio!r}"/></coupling>'
-    )
 
 
 def test_a_gear_passes_power_on_without_loss() -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers import relative, text, universal
-from test_loops import LINK, POSITIONS, RATES, four_bar, loop
+from testkit.linkages import LINK, POSITIONS, RATES, four_bar, loop, slider_crank
+from testkit.scenes import relative, text, universal
 
 import cardan_dyn as cd
 
@@ -54,43 +54,6 @@ def test_universal(positions: np.ndarray, beta_deg: float) -> None:
 def test_universal_needs_axes_at_right_angles() -> None:
     with pytest.raises(cd.ModelError, match="<axis> and <axis2> at right angles"):
         cd.load(without_cross().replace('axis2 xyz="0 0 1"', 'axis2 xyz="0 1 1"'))
-
-
-SLIDER = """<robot name="slider_crank"><link name="ground"/>
-{crank}{rod}{slider}
-<joint name="a" type="continuous"><parent link="ground"/><child link="crank"/>
-  <axis xyz="0 0 1"/></joint>
-<joint name="b" type="continuous"><parent link="crank"/><child link="rod"/>
-  <origin xyz="0 0.3 0"/><axis xyz="0 0 1"/></joint>
-{rest}</robot>"""
-
-
-def slider_crank(guide: str | None) -> str:
-    """Crank 0.3, rod 1.0, slider on the x axis; closed at its pin or else at its guide."""
-    reach = float(np.sqrt(1.0 - 0.09))
-    tip = f"{reach!r} -0.3 0"
-    if guide is None:
-        rest = (
-            f'<joint name="d" type="prismatic"><parent link="ground"/><child link="slider"/>'
-            f'<origin xyz="{reach!r} 0 0"/><axis xyz="1 0 0"/>'
-            '<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>'
-            f'<loop name="c" type="continuous"><predecessor link="rod"><origin xyz="{tip}"/>'
-            '</predecessor><successor link="slider"/><axis xyz="0 0 1"/></loop>'
-        )
-    else:
-        rest = (
-            f'<joint name="c" type="continuous"><parent link="rod"/><child link="slider"/>'
-            f'<origin xyz="{tip}"/><axis xyz="0 0 1"/></joint>'
-            f'<loop name="d" type="{guide}"><predecessor link="ground">'
-            f'<origin xyz="{reach!r} 0 0"/></predecessor><successor link="slider"/>'
-            '<axis xyz="1 0 0"/></loop>'
-        )
-    links = {
-        "crank": LINK.format(name="crank", com="0 0.1 0", mass="1"),
-        "rod": LINK.format(name="rod", com="0.4 -0.1 0", mass="2"),
-        "slider": LINK.format(name="slider", com="0 0 0", mass="3"),
-    }
-    return SLIDER.format(**links, rest=rest)
 
 
 def test_prismatic_and_cylindrical_guides() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers import double, relative, universal
+from testkit.scenes import double, relative, universal
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.branch import Branch

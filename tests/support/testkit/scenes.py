@@ -1,4 +1,4 @@
-"""What several test modules share."""
+"""Scenes of the bundled shafts, and measures that many tests take."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pinocchio as pin
 
 import cardan_dyn as cd
 
-URDF = Path(__file__).parents[2] / "urdf"
+URDF = Path(__file__).parents[3] / "urdf"
 
 
 def text(name: str) -> str:

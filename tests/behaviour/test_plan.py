@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from helpers import relative, text, universal
-from lines import drive_line, two_lines
-from test_loops import POSITIONS, RATES, four_bar, loop
+from testkit.drive_lines import drive_line, two_lines
+from testkit.linkages import POSITIONS, RATES, four_bar, loop
+from testkit.scenes import relative, text, universal
 
 import cardan_dyn as cd
 
@@ -202,7 +202,7 @@ def test_range_of_a_rocker_ends_at_its_dead_points() -> None:
 
 
 def test_range_of_a_slide() -> None:
-    from test_joint_types import slider_crank
+    from testkit.linkages import slider_crank
 
     scene = cd.Scene(cd.load(slider_crank(None)), drive="d")
     reach = np.sqrt(1.0 - 0.09)

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from helpers import double, text, universal
+from testkit.scenes import double, text, universal
 
 import cardan_dyn as cd
 

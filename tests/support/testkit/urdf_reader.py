@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-URDF = Path(__file__).parents[2] / "urdf"
+URDF = Path(__file__).parents[3] / "urdf"
 DENSITY = 7850.0
 """Density of steel [kg/m³], as the header of every description states."""
 

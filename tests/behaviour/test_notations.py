@@ -7,8 +7,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from helpers import relative, text, universal
-from test_loops import POSITIONS, RATES, four_bar, loop
+from testkit.linkages import POSITIONS, RATES, four_bar, loop
+from testkit.scenes import relative, text, universal
 
 import cardan_dyn as cd
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from helpers import double, universal
+from testkit.scenes import double, universal
 
 import cardan_dyn as cd
 

@@ -6,39 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_loops import four_bar, loop
+from testkit.linkages import four_bar, loop, tilted_slider_crank
 
 import cardan_dyn as cd
 
 POSITIONS = np.linspace(0.0, 6.0, 60)
 JOINTS = ("crank_bearing", "crank_pin", "piston_pin", "guide")
-LIMIT = '<limit lower="-1e9" upper="1e9" effort="1e9" velocity="1e9"/>'
-
-
-def slider_crank(length: float, planar: bool) -> str:
-    """A slider-crank that lies anyhow in space; its piston slides on a rail or in a plane."""
-
-    def origin(*xyz: float, rpy: str = "0 0 0") -> str:
-        return f'<origin xyz="{" ".join(repr(length * x) for x in xyz)}" rpy="{rpy}"/>'
-
-    guide = ("planar", "0 0 1") if planar else ("prismatic", "1 0 0")
-    rail = (
-        f'<link name="rail"/><joint name="rail_guide" type="prismatic"><parent link="base"/>'
-        f'<child link="rail"/>{origin(3, 0.2, 0)}<axis xyz="1 0 0"/>{LIMIT}</joint>'
-        '<loop name="bolt" type="fixed"><predecessor link="piston"/><successor link="rail"/></loop>'
-    )
-    return f"""<robot name="crank"><link name="world"/><link name="base"/><link name="crank"/>
-      <link name="rod"/><link name="piston"/>{rail if planar else ""}
-      <joint name="mount" type="fixed"><parent link="world"/><child link="base"/>
-        {origin(1, 2, 3, rpy="0.3 0.4 0.5")}</joint>
-      <joint name="crank_bearing" type="continuous"><parent link="base"/><child link="crank"/>
-        <axis xyz="0 0 1"/></joint>
-      <joint name="crank_pin" type="continuous"><parent link="crank"/><child link="rod"/>
-        {origin(1, 0, 0)}<axis xyz="0 0 1"/></joint>
-      <joint name="guide" type="{guide[0]}"><parent link="base"/><child link="piston"/>
-        {origin(3, 0.2, 0)}<axis xyz="{guide[1]}"/>{LIMIT}</joint>
-      <loop name="piston_pin" type="continuous"><predecessor link="rod">{origin(2, 0.2, 0)}
-        </predecessor><successor link="piston"/><axis xyz="0 0 1"/></loop></robot>"""
 
 
 @pytest.mark.parametrize("length", [1e-9, 1e-6, 1e-3, 1e3, 1e6])
@@ -46,7 +19,7 @@ def slider_crank(length: float, planar: bool) -> str:
 def test_forces_do_not_depend_on_the_unit_of_length(length: float, planar: bool) -> None:
     def sweep(unit: float) -> cd.Sweep:
         loads = {"piston": cd.Wrench(force=[-3.0, 2.0, 1.0])}
-        mechanism = cd.load(slider_crank(unit, planar))
+        mechanism = cd.load(tilted_slider_crank(unit, planar))
         return cd.Scene(mechanism, drive="crank_bearing", loads=loads).sweep(POSITIONS)
 
     one, other = sweep(1.0), sweep(length)
@@ -152,4 +125,4 @@ def test_numbers_next_to_nothing_are_nothing() -> None:
 
 def test_a_mechanism_without_size_is_refused() -> None:
     with pytest.raises(cd.ModelError, match="the greatest length is"):
-        cd.load(slider_crank(1e-40, False))
+        cd.load(tilted_slider_crank(1e-40, False))

@@ -7,7 +7,7 @@ import tracemalloc
 from collections.abc import Callable
 
 import numpy as np
-from helpers import double
+from testkit.scenes import double
 
 import cardan_dyn as cd
 

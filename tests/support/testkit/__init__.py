@@ -1,0 +1,1 @@
+"""What several tests share: descriptions, scenes, references derived in other ways."""
