@@ -195,8 +195,9 @@ class Assembly:
         """Bring the joints of `start` to their positions; everything not held follows them."""
         problem = self._problem
         velocities = problem.mechanism.coordinates.velocity_columns
-        fixed = [velocities[name].start for name in problem.held]
-        free = np.setdiff1d(np.arange(problem.mechanism.model.nv), fixed)
+        is_free = np.ones(problem.mechanism.model.nv, dtype=bool)
+        is_free[[velocities[name].start for name in problem.held]] = False
+        free = np.nonzero(is_free)[0]
         for joint, value in problem.start.items():
             passives = free[free != velocities[joint].start]
             states.append(self._brought(states[-1], joint, value, passives))
