@@ -87,7 +87,6 @@ class Mechanism(Frozen):
         description: the description that it was made of.
         notation: how the description writes its loops, and what else it says about them.
         warnings: what is wrong with the description and was accepted.
-        source: text and file of the description, from which a viewer reads what it shows.
         model: `pin.Model` of the spanning tree, the joints of the loops included. Its `gravity` is
             Pinocchio's 9.81 m/s² along -z, which plays no part in scenes: they have the gravity
             that they are given, none unless they are given some. It keeps the limits of the
@@ -98,8 +97,9 @@ class Mechanism(Frozen):
         loops: the welds.
         couplings: the gears.
         independent_joints: names of the joints that the description's author drives.
-        helpers: indices of bodies that only carry a loop's joint to the world. Their inertia
-            keeps `model`'s inertia matrix regular; welded to the world, they never move.
+        auxiliary_bodies: indices of the bodies in `model` that only carry a loop's joint to the
+            world. Their artificial inertia keeps the inertia matrix of `model` regular; it has no
+            effect, since they are welded to the world.
         characteristic_length: greatest distance within a body [m]. It weighs forces against
             moments and distances against angles wherever both are compared.
         coordinates: layout of joint coordinates and velocities.
@@ -110,7 +110,6 @@ class Mechanism(Frozen):
         self.name = description.name
         self.notation = description.notation
         self.warnings = description.warnings
-        self.source = description.source
         tree = TreeBuilder(description)
         self.model = tree.model
         self.links = FrozenDict(tree.links)
@@ -127,7 +126,7 @@ class Mechanism(Frozen):
         self.loops = tuple(self._weld(loop) for loop in description.loops)
         self.couplings = tuple(self._gear(item) for item in description.couplings)
         self.independent_joints = description.independent_joints
-        self.helpers = tuple(
+        self.auxiliary_bodies = tuple(
             loop.predecessor
             for loop in self.loops
             if loop.successor == 0 and self.joints[loop.joint].parts
