@@ -32,7 +32,7 @@ class LinkLoad:
     """A wrench that acts on a link, checked and placed in the body that carries the link.
 
     Attributes:
-        body: number of the joint that moves the link (0-based).
+        body: index of the joint that moves the link (0-based).
         rotation, translation: `(3, 3)` and `(3,)` placement of the link in that body [m].
         force, moment: `(N, 3)` or `(1, 3)` [N, N·m], about the link's origin.
         in_world: whether they are given in world axes instead of the link's.
@@ -55,8 +55,8 @@ class LinkLoad:
         return Wrench(self.force, self.moment, "world" if self.in_world else "link")
 
     def of_samples(self, samples: slice) -> LinkLoad:
-        """Return the load of some samples; one that stays the same is that of any."""
+        """Return the load of some samples; a force or moment with one sample holds for all."""
         force, moment = (
-            part[samples] if len(part) > 1 else part for part in (self.force, self.moment)
+            values[samples] if len(values) > 1 else values for values in (self.force, self.moment)
         )
         return replace(self, force=force, moment=moment)
