@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 from ..arrays import Array
@@ -46,8 +46,12 @@ class LinkLoad:
     in_world: bool
 
     def __post_init__(self) -> None:
-        read_only(self.force)
-        read_only(self.moment)
+        for array in (self.rotation, self.translation, self.force, self.moment):
+            read_only(array)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Through the constructor, which closes the arrays of a copy to writing as well.
+        return LinkLoad, tuple(getattr(self, field.name) for field in fields(self))
 
     @property
     def wrench(self) -> Wrench:
