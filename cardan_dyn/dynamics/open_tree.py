@@ -60,7 +60,7 @@ class OpenTree:
         self._group_of_body = {
             body: index
             for index, solver in enumerate(kinematics.solvers)
-            for body in solver.group.massive
+            for body in solver.group.inertial_bodies
         }
 
     def wrenches(self, state: ClosedState, cases: Sequence[LoadCase], size: int) -> Array:
@@ -94,10 +94,10 @@ class OpenTree:
             if load.body not in self._group_of_body:
                 continue
             group_state = state.groups[self._group_of_body[load.body]]
-            local, actions = group_state.batch.local, group_state.actions
-            wrench = _about_origin(load, actions, local[load.body])[:, :, None]
+            index_of, actions = group_state.batch.index_of, group_state.actions
+            wrench = _about_origin(load, actions, index_of[load.body])[:, :, None]
             for body in ancestors(self._model, load.body + 1):
-                first = 6 * local[body]
+                first = 6 * index_of[body]
                 yield body, -np.matmul(actions[:, first : first + 6], wrench)[:, :, 0]
 
 

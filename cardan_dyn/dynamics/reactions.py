@@ -99,7 +99,7 @@ class ReactionSolver:
         self._carriers = {
             body: index
             for index, solver in reversed(list(enumerate(kinematics.solvers)))
-            for body in solver.batch.local
+            for body in solver.batch.index_of
         }
         self._rule = rule or LeastNorm(mechanism.characteristic_length, counted(mechanism))
         model = mechanism.model
@@ -108,7 +108,7 @@ class ReactionSolver:
         )
         self.subspace = np.zeros((model.nv, 6))
         for solver in kinematics.solvers:
-            carried = solver.batch.owner >= 0
+            carried = solver.batch.moved_body >= 0
             self.subspace[carried] = solver.batch.subspace[carried]
 
     def solve(self, state: ClosedState, cases: Sequence[LoadCase]) -> list[Reactions]:
@@ -228,11 +228,11 @@ class ReactionSolver:
         joint = next(item for item in self._mechanism.joints.values() if item.id == body + 1)
         first = joint.parts[0].id
         group_state = state.groups[self._carriers[body]]
-        local, actions = group_state.batch.local, group_state.actions
-        own = placement(actions, local[body])[0].transpose(2, 0, 1)
+        index_of, actions = group_state.batch.index_of, group_state.actions
+        own = placement(actions, index_of[body])[0].transpose(2, 0, 1)
         zero = model.jointPlacements[first].rotation
         if model.parents[first]:
-            parent = placement(actions, local[model.parents[first] - 1])[0]
+            parent = placement(actions, index_of[model.parents[first] - 1])[0]
             zero = parent.transpose(2, 0, 1) @ zero
         return np.asarray(np.swapaxes(zero, -1, -2) @ own)
 
@@ -278,7 +278,7 @@ class ReactionSolver:
         added *= signs[path][:, None, None]
         joints = state.batch.bodies[path]
         if loop in self._fixed:
-            rotation, position = state.equations.ends[local][1].place(state.actions)
+            rotation, position = state.equations.ends[local][1].world_placement(state.actions)
             columns = rotation.transpose(2, 1, 0)
             action = np.zeros((len(added), 6, 6))
             action[:, :3, :3] = action[:, 3:, 3:] = columns

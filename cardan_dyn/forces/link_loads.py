@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 from ..arrays import Array
@@ -32,7 +32,7 @@ class LinkLoad:
     """A wrench that acts on a link, checked and placed in the body that carries the link.
 
     Attributes:
-        body: number of the joint that moves the link (0-based).
+        body: index of the joint that moves the link (0-based).
         rotation, translation: `(3, 3)` and `(3,)` placement of the link in that body [m].
         force, moment: `(N, 3)` or `(1, 3)` [N, N·m], about the link's origin.
         in_world: whether they are given in world axes instead of the link's.
@@ -46,8 +46,12 @@ class LinkLoad:
     in_world: bool
 
     def __post_init__(self) -> None:
-        read_only(self.force)
-        read_only(self.moment)
+        for array in (self.rotation, self.translation, self.force, self.moment):
+            read_only(array)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Through the constructor, which closes the arrays of a copy to writing as well.
+        return LinkLoad, tuple(getattr(self, field.name) for field in fields(self))
 
     @property
     def wrench(self) -> Wrench:
@@ -55,8 +59,8 @@ class LinkLoad:
         return Wrench(self.force, self.moment, "world" if self.in_world else "link")
 
     def of_samples(self, samples: slice) -> LinkLoad:
-        """Return the load of some samples; one that stays the same is that of any."""
+        """Return the load of some samples; a force or moment with one sample holds for all."""
         force, moment = (
-            part[samples] if len(part) > 1 else part for part in (self.force, self.moment)
+            values[samples] if len(values) > 1 else values for values in (self.force, self.moment)
         )
         return replace(self, force=force, moment=moment)

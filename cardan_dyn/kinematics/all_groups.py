@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..mechanism.coordinates import Coordinates
-from .group_solver import GroupSolver, GroupState
+from .group_solver import MOST_STEPS, GroupSolver, GroupState
 from .reduction import Reduction
 
 
@@ -36,7 +36,7 @@ class ClosedState(NamedTuple):
 
 
 class Kinematics:
-    """Solves the groups of a scene in order. Nothing in it changes.
+    """Solves the groups of a scene in the order of motion. It does not change after it is made.
 
     Attributes:
         coordinates: layout of coordinate rows.
@@ -69,16 +69,24 @@ class Kinematics:
         self._rounding = rounding or [np.zeros(solver.group.passives.size) for solver in solvers]
 
     def with_reductions(self, reductions: list[Reduction]) -> Kinematics:
-        """Return the same for other rows of every group."""
+        """Return the same with other rows of every group."""
         return Kinematics(self.coordinates, self.drives, self.solvers, reductions, self._rounding)
 
     def with_amplitudes(self, states: Array) -> Kinematics:
-        """Return the same, told over states `(K, size)` how far everything moves."""
+        """Return the same with Newton tolerances for the amplitudes of a motion.
+
+        Args:
+            states: `(K, size)` coordinates all over the motion.
+        """
         rounding = [solver.rounding(states) for solver in self.solvers]
         return Kinematics(self.coordinates, self.drives, self.solvers, self.reductions, rounding)
 
     def with_open_reductions(self, x: Array) -> Kinematics:
-        """Return the same for the rows that open loops can reach, see `GroupSolver`."""
+        """Return the same with the rows that open loops can reach, see `GroupSolver`.
+
+        Args:
+            x: `(size,)` coordinates of the joints that do not move.
+        """
         return self.with_reductions([solver.open_reduction(x) for solver in self.solvers])
 
     def newton_step(self, x: Array) -> ClosedState:
@@ -91,7 +99,7 @@ class Kinematics:
         pairs = zip(self.solvers, self.reductions, strict=True)
         return _joined(x, [solver.newton_step(x, reduction) for solver, reduction in pairs])
 
-    def close(self, x: Array, turns: Array | None = None, most: int = 12) -> ClosedState:
+    def close(self, x: Array, turns: Array | None = None, most: int = MOST_STEPS) -> ClosedState:
         """Close all loops from guesses `x (N, size)`; the caller judges the result.
 
         Args:

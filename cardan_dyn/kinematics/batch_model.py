@@ -1,4 +1,4 @@
-"""BatchModel: Pinocchio's answers for many samples as arrays.
+"""Batch model: Pinocchio's answers for many samples as arrays.
 
 Reading `data.f` or `data.oMi` costs more than computing them. The batch is the same tree with every
 joint replaced by a free-flyer that is moved like the original joint. Its `rnea` returns the whole
@@ -10,6 +10,7 @@ object is made per sample.
 from __future__ import annotations
 
 import threading
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio
@@ -21,23 +22,27 @@ from ..mechanism.mechanism import Mechanism
 class BatchModel:
     """The free-flyer batch of some bodies of a mechanism and all their ancestors.
 
-    Nothing in it changes: what Pinocchio writes into belongs to the thread that asks.
+    It does not change after it is made: every thread has Pinocchio data of its own to write into.
 
     Attributes:
-        bodies: `(n,)` the bodies carried (0-based joints of the mechanism's model), in order.
-        local: body to its place in `bodies`.
+        bodies: `(n,)` the bodies carried (0-based joints of the mechanism's model), ascending.
+        index_of: body to its index in `bodies`.
+        parents: `(n,)` index in `bodies` of each body's parent, -1 for the world.
         origin: `(3,)` the point about which world-axes twists and wrenches are taken [m]. It lies
             near the loops, so that no digits are lost far from the world's origin.
-        has_mass: whether any body has mass here.
+        model: `pin.Model` of the free-flyers, without gravity.
+        mass: `(n,)` masses that are accounted for here [kg].
+        has_mass: whether any of them is not zero.
         subspace: `(nv, 6)` unit twist of each velocity coordinate in its joint's frame.
-        owner: `(nv,)` place in `bodies` of each coordinate's body, -1 if it is not carried.
+        moved_body: `(nv,)` index in `bodies` of the body that each velocity coordinate moves, -1
+            if it is not carried.
     """
 
     def __init__(
         self,
         mechanism: Mechanism,
         bodies: list[int],
-        massive: set[int],
+        inertial_bodies: set[int],
         origin: Array,
     ) -> None:
         """Build the batch.
@@ -45,56 +50,43 @@ class BatchModel:
         Args:
             mechanism: the mechanism.
             bodies: bodies carried, ancestors included, ascending.
-            massive: those of them whose inertia is accounted for here.
+            inertial_bodies: those of them whose inertia is accounted for here.
             origin: see the attribute.
         """
-        source, coordinates = mechanism.model, mechanism.coordinates
         self.bodies = np.array(bodies, dtype=int)
-        self.local = {body: place for place, body in enumerate(bodies)}
+        self.index_of = {body: index for index, body in enumerate(bodies)}
         self.origin = origin
-        self.model = pinocchio.Model()
-        for body in bodies:
-            index, parent = body + 1, source.parents[body + 1] - 1
-            placement = source.jointPlacements[index].copy()
-            if parent < 0:
-                placement.translation = placement.translation - origin
-            joint = self.model.addJoint(
-                self.local[parent] + 1 if parent >= 0 else 0,
-                pinocchio.JointModelFreeFlyer(),
-                placement,
-                source.names[index],
-            )
-            if body in massive and index not in mechanism.helpers:
-                self.model.appendBodyToJoint(
-                    joint, source.inertias[index], pinocchio.SE3.Identity()
-                )
-        self.model.gravity.linear = np.zeros(3)
-        self._pulled = {(0.0, 0.0, 0.0): self.model}
-        self._own = threading.local()
-        inertias = list(self.model.inertias)[1:]
-        self.mass = np.array([inertia.mass for inertia in inertias])
+        inertial_bodies = inertial_bodies - {index - 1 for index in mechanism.auxiliary_bodies}
+        self.model = _free_flyers(mechanism.model, self.index_of, inertial_bodies, origin)
+        self._model_under = {(0.0, 0.0, 0.0): self.model}
+        self._of_thread = threading.local()
+        self.mass = np.array([inertia.mass for inertia in list(self.model.inertias)[1:]])
         self.has_mass = bool(np.any(self.mass > 0.0))
         self.parents = np.array(self.model.parents, dtype=int)[1:] - 1
+        self._lay_out(mechanism)
 
-        self.subspace = np.zeros((source.nv, 6))
-        self.owner = np.full(source.nv, -1)
+    def _lay_out(self, mechanism: Mechanism) -> None:
+        """Find where the coordinates of the bodies' joints are, and along what they move."""
+        model, coordinates = mechanism.model, mechanism.coordinates
+        self.subspace = np.zeros((model.nv, 6))
+        self.moved_body = np.full(model.nv, -1)
         rows: dict[str, list[tuple[int, int, int, Array]]] = {
             "revolute": [],
             "prismatic": [],
             "spherical": [],
         }
         for part, column in zip(coordinates.parts, coordinates.starts, strict=True):
-            place = self.local.get(part.id - 1)
-            if place is None:
+            index = self.index_of.get(part.id - 1)
+            if index is None:
                 continue
-            start = source.idx_vs[part.id]
-            self.owner[start : start + part.nv] = place
-            rows[part.kind].append((place, column, start, part.axis))
+            start = model.idx_vs[part.id]
+            self.moved_body[start : start + part.nv] = index
+            rows[part.kind].append((index, column, start, part.axis))
             if part.kind == "spherical":
                 self.subspace[start : start + 3, 3:] = np.eye(3)
             else:
                 self.subspace[start, 0 if part.kind == "prismatic" else 3 :][:3] = part.axis
-        self._revolute, self._prismatic, self._spherical = map(_columns, rows.values())
+        self._revolute, self._prismatic, self._spherical = map(_Joints.of, rows.values())
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -102,48 +94,48 @@ class BatchModel:
     @property
     def data(self) -> pinocchio.Data:
         """What Pinocchio writes into, one for each thread."""
-        if not hasattr(self._own, "data"):
-            self._own.data = self.model.createData()
-        return self._own.data
+        if not hasattr(self._of_thread, "data"):
+            self._of_thread.data = self.model.createData()
+        return self._of_thread.data
 
-    def _under(self, gravity: Array) -> pinocchio.Model:
-        """Return the model under some gravity `(3,)`; no model ever changes its own."""
+    def _with_gravity(self, gravity: Array) -> pinocchio.Model:
+        """Return the model under some gravity `(3,)`, one for each, so that none ever changes."""
         key = tuple(gravity.tolist())
-        if key not in self._pulled:
+        if key not in self._model_under:
             model = self.model.copy()
             model.gravity.linear = gravity
-            self._pulled[key] = model
-        return self._pulled[key]
+            self._model_under[key] = model
+        return self._model_under[key]
 
     def configuration(self, x: Array) -> Array:
         """Return the batch model's configurations `(N, 7 n)` for coordinate rows `x (N, size)`."""
         q = np.zeros((len(x), len(self), 7))
         q[:, :, 6] = 1.0
-        places, columns, _, axes = self._revolute
-        if places.size:
+        bodies, columns, _, axes = self._revolute
+        if bodies.size:
             half = 0.5 * x[:, columns]
-            q[:, places, 3:6] = np.sin(half)[:, :, None] * axes
-            q[:, places, 6] = np.cos(half)
-        places, columns, _, axes = self._prismatic
-        if places.size:
-            q[:, places, 0:3] = x[:, columns, None] * axes
-        for place, column in zip(self._spherical[0], self._spherical[1], strict=True):
-            q[:, place, 3:7] = x[:, column : column + 4]
+            q[:, bodies, 3:6] = np.sin(half)[:, :, None] * axes
+            q[:, bodies, 6] = np.cos(half)
+        bodies, columns, _, axes = self._prismatic
+        if bodies.size:
+            q[:, bodies, 0:3] = x[:, columns, None] * axes
+        for body, column in zip(self._spherical.bodies, self._spherical.columns, strict=True):
+            q[:, body, 3:7] = x[:, column : column + 4]
         return q.reshape(len(x), -1)
 
     def velocity(self, v: Array) -> Array:
         """Return velocities (or accelerations) `(N, 6 n)` of the bodies for joint rates `(N, nv)`.
 
-        The motion subspaces of all parts are constant in the joint frame, so rates of both orders
-        are carried over alike.
+        The motion subspaces of all parts are constant in the joint frame, so the same map holds
+        for velocities and for accelerations.
         """
         result = np.zeros((len(v), len(self), 6))
-        places, _, starts, axes = self._revolute
-        result[:, places, 3:6] = v[:, starts, None] * axes
-        places, _, starts, axes = self._prismatic
-        result[:, places, 0:3] = v[:, starts, None] * axes
-        for place, start in zip(self._spherical[0], self._spherical[2], strict=True):
-            result[:, place, 3:6] = v[:, start : start + 3]
+        bodies, _, starts, axes = self._revolute
+        result[:, bodies, 3:6] = v[:, starts, None] * axes
+        bodies, _, starts, axes = self._prismatic
+        result[:, bodies, 0:3] = v[:, starts, None] * axes
+        for body, start in zip(self._spherical.bodies, self._spherical.starts, strict=True):
+            result[:, body, 3:6] = v[:, start : start + 3]
         return result.reshape(len(v), -1)
 
     def actions(self, q: Array) -> Array:
@@ -172,7 +164,7 @@ class BatchModel:
             gravity: `(3,)` [m/s²].
         """
         result = np.empty((len(q), 6 * len(self)))
-        model, data, rnea = self._under(gravity), self.data, pinocchio.rnea
+        model, data, rnea = self._with_gravity(gravity), self.data, pinocchio.rnea
         for rows in zip(q, v, a, result, strict=True):
             rows[3][:] = rnea(model, data, rows[0], rows[1], rows[2])
         return result
@@ -183,25 +175,30 @@ class UnitTwists:
 
     def __init__(self, batch: BatchModel, coordinates: Array) -> None:
         self._units = batch.subspace[coordinates]
-        self._owners = batch.owner[coordinates]
+        self._bodies = batch.moved_body[coordinates]
         # Along an axis of its frame, a unit twist is a row of the action up to its sign.
-        self._plain = bool(np.all(np.count_nonzero(self._units, axis=1) == 1))
-        self._rows = 6 * self._owners + np.argmax(np.abs(self._units), axis=1)
+        self._along_axes = bool(np.all(np.count_nonzero(self._units, axis=1) == 1))
+        self._rows = 6 * self._bodies + np.argmax(np.abs(self._units), axis=1)
         self._signs = self._units.sum(axis=1)[:, None]
 
     def of(self, actions: Array) -> Array:
         """Return `(N, k, 6)` in world axes about the batch model's origin."""
-        if self._plain:
+        if self._along_axes:
             return np.asarray(actions[:, self._rows] * self._signs)
         result = np.empty((len(actions), len(self._units), 6))
-        for column, (unit, owner) in enumerate(zip(self._units, self._owners, strict=True)):
-            np.matmul(unit, actions[:, 6 * owner : 6 * owner + 6], out=result[:, column])
+        for column, (unit, body) in enumerate(zip(self._units, self._bodies, strict=True)):
+            np.matmul(unit, actions[:, 6 * body : 6 * body + 6], out=result[:, column])
         return result
 
 
-def placement(actions: Array, joint: int) -> tuple[Array, Array]:
-    """Return rotation `(3, 3, N)` and position `(3, N)` of a joint's frame from its actions."""
-    block = actions[:, 6 * joint : 6 * joint + 6, :3].transpose(2, 1, 0)
+def placement(actions: Array, index: int) -> tuple[Array, Array]:
+    """Return rotation `(3, 3, N)` and position `(3, N)` of a joint's frame from its actions.
+
+    Args:
+        actions: see `BatchModel.actions`.
+        index: of the joint's body in the batch model.
+    """
+    block = actions[:, 6 * index : 6 * index + 6, :3].transpose(2, 1, 0)
     rotation = np.ascontiguousarray(block[:, :3])
     return rotation, positions(rotation, block[:, 3:])
 
@@ -215,14 +212,60 @@ def positions(rotation: Array, moment: Array) -> Array:
 
 
 _BEFORE, _AFTER = [2, 0, 1], [1, 2, 0]
+"""Axes before and after x, y and z in cyclic order: p_x is the entry (z, y) of [p]×, and so on."""
 
 
-def _columns(rows: list[tuple[int, int, int, Array]]) -> tuple[Array, Array, Array, Array]:
-    """Return places, columns of rows, velocity coordinates and axes as arrays."""
-    places, columns, starts, axes = zip(*rows, strict=True) if rows else ((), (), (), ())
-    return (
-        np.array(places, dtype=int),
-        np.array(columns, dtype=int),
-        np.array(starts, dtype=int),
-        np.array(axes).reshape(-1, 3),
-    )
+class _Joints(NamedTuple):
+    """The joints of one kind.
+
+    Attributes:
+        bodies: `(k,)` indices of the bodies that they move, in the batch model.
+        columns: `(k,)` their first columns in coordinate rows.
+        starts: `(k,)` their first velocity coordinates.
+        axes: `(k, 3)` their axes in the joint frames.
+    """
+
+    bodies: Array
+    columns: Array
+    starts: Array
+    axes: Array
+
+    @staticmethod
+    def of(rows: list[tuple[int, int, int, Array]]) -> _Joints:
+        """Return joints, each given by its body, column, velocity coordinate and axis."""
+        bodies, columns, starts, axes = zip(*rows, strict=True) if rows else ((), (), (), ())
+        return _Joints(
+            np.array(bodies, dtype=int),
+            np.array(columns, dtype=int),
+            np.array(starts, dtype=int),
+            np.array(axes).reshape(-1, 3),
+        )
+
+
+def _free_flyers(
+    source: pinocchio.Model, index_of: dict[int, int], inertial_bodies: set[int], origin: Array
+) -> pinocchio.Model:
+    """Return a model of some bodies in which every joint is a free-flyer, without gravity.
+
+    Args:
+        source: model of the mechanism.
+        index_of: its bodies to carry (0-based), ancestors included, to their indices.
+        inertial_bodies: those that have their inertia here.
+        origin: `(3,)` point of the world that is the origin of the result [m].
+    """
+    model = pinocchio.Model()
+    for body in index_of:
+        index, parent = body + 1, source.parents[body + 1] - 1
+        origin_of_joint = source.jointPlacements[index].copy()
+        if parent < 0:
+            origin_of_joint.translation = origin_of_joint.translation - origin
+        joint = model.addJoint(
+            index_of[parent] + 1 if parent >= 0 else 0,
+            pinocchio.JointModelFreeFlyer(),
+            origin_of_joint,
+            source.names[index],
+        )
+        if body in inertial_bodies:
+            model.appendBodyToJoint(joint, source.inertias[index], pinocchio.SE3.Identity())
+    model.gravity.linear = np.zeros(3)
+    return model

@@ -11,6 +11,7 @@ from which both sides of the loop hang.
 from __future__ import annotations
 
 import numpy as np
+import pinocchio
 
 from ..arrays import Array, cross
 from ..mechanism.mechanism import Coupling, Loop, Mechanism
@@ -25,12 +26,19 @@ from .tolerances import RANK_TOLERANCE
 class ClosureEquations:
     """The loops and couplings of a group.
 
-    A coupling adds one row, which needs no geometry: the angles of its two sides are proportional.
+    A coupling adds one row, which needs no geometry: the displacements of its two sides are
+    proportional.
 
     Attributes:
+        mechanism: the mechanism.
+        batch: of the group's bodies.
         movable: `(m,)` velocity coordinates that may move, known ones first, then passives.
         unit_twists: of those.
+        loops: the L loops of the group.
+        couplings: its G couplings.
+        ends: per loop, its ends on the predecessor's and on the successor's side.
         signs: `(L, n)` +1 for bodies on a loop's predecessor path, -1 on its successor path.
+        column_signs: `(L, m)` the same for the movable coordinates.
         weights: `(6,)` scale of a wrench's components [1/m for forces, 1 for moments]: rows and
             wrenches are compared with lengths in units of the mechanism's length.
         coupled_columns: velocity coordinates that couplings count, held ones included.
@@ -50,58 +58,71 @@ class ClosureEquations:
         self.batch = batch
         self.movable = np.concatenate([group.known, group.passives])
         self.unit_twists = UnitTwists(batch, self.movable)
-        self.loops = [mechanism.loops[number] for number in group.loops]
-        self.couplings = [mechanism.couplings[number] for number in group.couplings]
+        self.loops = [mechanism.loops[index] for index in group.loops]
+        self.couplings = [mechanism.couplings[index] for index in group.couplings]
         self.weights = np.repeat([1.0 / mechanism.characteristic_length, 1.0], 3)
-        self.signs = np.zeros((len(self.loops), len(batch)))
-        self._owners = batch.owner[self.movable]
-        self.ends: list[tuple[LoopEnd, LoopEnd]] = []
-        self._paths: list[LoopPath] = []
-        self._axes: list[LoopAxes] = []
-        for number, loop in enumerate(self.loops):
-            sides, path = self._ends_of(number, loop)
-            self.ends.append(sides)
-            self._paths.append(path)
-            self._axes.append(self._axes_of(loop))
-        self.column_signs = self.signs[:, self._owners]
+        self.signs = np.array([self._signs_of(loop) for loop in self.loops])
+        self.signs = self.signs.reshape(len(self.loops), len(batch))
+        self._moved_bodies = batch.moved_body[self.movable]
+        self.column_signs = self.signs[:, self._moved_bodies]
+        self.ends = [self._ends_of(loop) for loop in self.loops]
+        self._paths = [self._path_of(signs) for signs in self.column_signs]
+        self._axes = [self._axes_of(loop) for loop in self.loops]
         self._factors = self.column_signs[:, :, None] * self.weights
-        slides = np.any(batch.subspace[self.movable, :3] != 0.0, axis=1)
-        # In rank decisions slides count by lengths, or the unit of length would decide.
-        self._units = np.where(slides, mechanism.characteristic_length, 1.0)[:, None] * self.weights
-        coupling_rows = np.array([self._coupling_row(coupling) for coupling in self.couplings])
-        coupling_rows = coupling_rows.reshape(-1, mechanism.model.nv).T
+        slides = np.any(batch.subspace[:, :3] != 0.0, axis=1)
+        # In rank decisions slides count in lengths of the mechanism; otherwise the unit of length
+        # would decide.
+        units = np.where(slides[self.movable], mechanism.characteristic_length, 1.0)
+        self._units = units[:, None] * self.weights
+        nv, length = mechanism.model.nv, mechanism.characteristic_length
+        coupling_rows = np.array([_coupling_row(coupling, nv) for coupling in self.couplings])
+        coupling_rows = coupling_rows.reshape(-1, nv).T
         self._coupling_rows = coupling_rows[self.movable]
         self.coupled_columns = np.nonzero(np.any(coupling_rows != 0.0, axis=1))[0]
         self.coupled_ratios = coupling_rows[self.coupled_columns]
-        slides = np.any(batch.subspace[:, :3] != 0.0, axis=1)
         self.slip_units = np.array(
-            [self._slip_unit(coupling, slides) for coupling in self.couplings]
+            [_slip_unit(coupling, slides, length) for coupling in self.couplings]
         )
 
-    def _ends_of(self, number: int, loop: Loop) -> tuple[tuple[LoopEnd, LoopEnd], LoopPath]:
-        paths = [self._path(body) for body in (loop.predecessor, loop.successor)]
-        sides, columns, signs = [], [], []
-        for sign, outwards, other, body, frame in (
-            (1.0, paths[0], paths[1], loop.predecessor, loop.predecessor_placement),
-            (-1.0, paths[1], paths[0], loop.successor, loop.successor_placement),
-        ):
-            own = [place for place in outwards if place not in other]
-            self.signs[number, own] = sign
-            found = [column for place in own for column in np.nonzero(self._owners == place)[0]]
-            columns += found
-            signs += [sign] * len(found)
-            translation = frame.translation - (self.batch.origin if body == 0 else 0.0)
-            place = self.batch.local[body - 1] if body else -1
-            sides.append(LoopEnd.of(place, frame.rotation, translation))
-        owners = self._owners[columns]
-        # Bodies are numbered from the root outwards.
-        before = (owners[:, None] > owners) & np.equal.outer(signs, signs)
-        path = LoopPath(
-            np.array(columns, dtype=int), np.array(signs)[:, None], before.astype(float)
+    def _signs_of(self, loop: Loop) -> Array:
+        """Return `(n,)` on which side of a loop each body is, see `signs`."""
+        predecessors, successors = (
+            self._indices_from_root(body) for body in (loop.predecessor, loop.successor)
         )
-        return (sides[0], sides[1]), path
+        signs = np.zeros(len(self.batch))
+        signs[[index for index in predecessors if index not in successors]] = 1.0
+        signs[[index for index in successors if index not in predecessors]] = -1.0
+        return signs
+
+    def _indices_from_root(self, body: int) -> list[int]:
+        """Return the bodies from the root to one (index in Pinocchio's model) in the batch."""
+        return [self.batch.index_of[index] for index in ancestors(self.mechanism.model, body)]
+
+    def _ends_of(self, loop: Loop) -> tuple[LoopEnd, LoopEnd]:
+        return (
+            self._end(loop.predecessor, loop.predecessor_placement),
+            self._end(loop.successor, loop.successor_placement),
+        )
+
+    def _end(self, body: int, placement: pinocchio.SE3) -> LoopEnd:
+        """Return the end of a loop at a body (index in Pinocchio's model, 0 for the world)."""
+        index = self.batch.index_of[body - 1] if body else -1
+        translation = placement.translation - (0.0 if body else self.batch.origin)
+        return LoopEnd.of(index, placement.rotation, translation)
+
+    def _path_of(self, column_signs: Array) -> LoopPath:
+        """Return the path of a loop, given on which side of it each movable coordinate is."""
+        sides = [np.nonzero(column_signs == side)[0] for side in (1.0, -1.0)]
+        # The coordinates of a ball stay in their order, hence a stable sort.
+        sorted_sides = [side[np.argsort(self._moved_bodies[side], kind="stable")] for side in sides]
+        columns = np.concatenate(sorted_sides)
+        bodies, signs = self._moved_bodies[columns], column_signs[columns]
+        # On one side of a loop, a body with a smaller index carries all that follow.
+        carries = (bodies[:, None] > bodies) & np.equal.outer(signs, signs)
+        return LoopPath(columns, signs[:, None], carries.astype(float))
 
     def _axes_of(self, loop: Loop) -> LoopAxes:
+        """Return axes fixed to the nearest body from which both sides of a loop hang."""
         first, second = (
             ancestors(self.mechanism.model, body) for body in (loop.predecessor, loop.successor)
         )
@@ -111,26 +132,7 @@ class ClosureEquations:
         at_zero = self.mechanism.placements_at_zero
         carrier, end = at_zero[common[-1]], at_zero[loop.predecessor - 1]
         point = carrier.rotation.T @ (end.translation - carrier.translation)
-        return LoopAxes(self.batch.local[common[-1]], point)
-
-    def _path(self, index: int) -> list[int]:
-        return [self.batch.local[body] for body in ancestors(self.mechanism.model, index)]
-
-    def _coupling_row(self, coupling: Coupling) -> Array:
-        row = np.zeros(self.mechanism.model.nv)
-        for column in coupling.predecessor_columns:
-            row[column] = coupling.ratio
-        for column in coupling.successor_columns:
-            row[column] = -1.0
-        return row
-
-    def _slip_unit(self, coupling: Coupling, slides: Array) -> float:
-        """Return what a coupling's slip is compared with: one radian, or the length."""
-        length = self.mechanism.characteristic_length
-        if coupling.successor_columns:
-            return length if slides[coupling.successor_columns[0]] else 1.0
-        first = coupling.predecessor_columns[0]
-        return abs(coupling.ratio) * (length if slides[first] else 1.0)
+        return LoopAxes(self.batch.index_of[common[-1]], point)
 
     def full(self) -> Reduction:
         """Return the reduction that keeps all six rows of every loop."""
@@ -141,8 +143,8 @@ class ClosureEquations:
         """Find the reachable rows at positions all over the motion.
 
         The unit twists of a loop's joints at all positions together span the motions that the
-        loop can make; when that space is smaller than six (a planar or a spherical chain), the
-        rest of its rows hold by themselves, at every position.
+        loop can make; when that space is smaller than six (a planar or a spherical chain), no
+        motion can violate the rest of its rows, at any position.
 
         Args:
             twists: `(N, m, 6)` of the moving coordinates.
@@ -155,7 +157,7 @@ class ClosureEquations:
             if axes.body >= 0:
                 on_path = on_path @ axes.matrices(actions)
             on_path = on_path * self._units[chosen]
-            # Six columns decide; the triangle of a QR factorisation says all about them.
+            # The triangular factor has the singular values and row space of the tall matrix.
             triangle = np.asarray(np.linalg.qr(on_path.reshape(-1, 6), mode="r"))
             vectors, values, _ = np.linalg.svd(triangle.T, full_matrices=True)
             rank = int(np.sum(values > RANK_TOLERANCE * values[0])) if values.size else 0
@@ -174,7 +176,7 @@ class ClosureEquations:
             self.column_signs, self._factors, self._axes, reduction.rows, strict=True
         ):
             if axes.body >= 0:
-                parts.append((twists * signs[:, None]) @ self._weighed(axes, actions, rows))
+                parts.append((twists * signs[:, None]) @ self._weighted(axes, actions, rows))
                 continue
             # One product of tall matrices is faster than one for every sample.
             part = (twists * factors).reshape(-1, 6) @ rows
@@ -194,12 +196,12 @@ class ClosureEquations:
             actions: see `BatchModel.actions`.
             reduction: which rows.
         """
-        weighed = twist * self.weights
+        weighted = twist * self.weights
         parts = [
-            weighed[:, number] @ rows
+            weighted[:, index] @ rows
             if axes.body < 0
-            else (twist[:, [number]] @ self._weighed(axes, actions, rows))[:, 0]
-            for number, (axes, rows) in enumerate(zip(self._axes, reduction.rows, strict=True))
+            else (twist[:, [index]] @ self._weighted(axes, actions, rows))[:, 0]
+            for index, (axes, rows) in enumerate(zip(self._axes, reduction.rows, strict=True))
         ]
         if self.couplings or not parts:
             parts.append(
@@ -207,21 +209,24 @@ class ClosureEquations:
             )
         return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
-    def wrench(self, number: int, actions: Array, combinations: Array) -> Array:
+    def wrench(self, index: int, actions: Array, combinations: Array) -> Array:
         """Return wrenches of a loop in world axes about the batch model's origin.
 
         Args:
-            number: place of the loop in the group.
+            index: of the loop in the group.
             actions: see `BatchModel.actions`.
-            combinations: of its weighed rows, `(N, 6, k)` or `(6, k)`.
-        """
-        weighed = combinations * self.weights[:, None]
-        axes = self._axes[number]
-        if axes.body >= 0:
-            return np.asarray(axes.matrices(actions) @ weighed)
-        return np.broadcast_to(weighed, (len(actions), *weighed.shape[-2:]))
+            combinations: of its weighted rows, `(N, 6, k)` or `(6, k)`.
 
-    def _weighed(self, axes: LoopAxes, actions: Array, rows: Array) -> Array:
+        Returns:
+            `(N, 6, k)`, force first.
+        """
+        weighted = combinations * self.weights[:, None]
+        axes = self._axes[index]
+        if axes.body >= 0:
+            return np.asarray(axes.matrices(actions) @ weighted)
+        return np.broadcast_to(weighted, (len(actions), *weighted.shape[-2:]))
+
+    def _weighted(self, axes: LoopAxes, actions: Array, rows: Array) -> Array:
         """Return `(N, 6, r)` the rows of a loop that a moving body carries, in world axes."""
         return np.asarray(axes.matrices(actions) @ (self.weights[:, None] * rows))
 
@@ -235,24 +240,54 @@ class ClosureEquations:
         """
         result = np.empty((len(actions), len(self.ends), 6))
         worst = np.zeros(len(actions))
-        for number, (predecessor, successor) in enumerate(self.ends):
-            rotation_1, position_1 = predecessor.place(actions)
-            rotation_2, position_2 = successor.place(actions)
+        for index, (predecessor, successor) in enumerate(self.ends):
+            rotation_1, position_1 = predecessor.world_placement(actions)
+            rotation_2, position_2 = successor.world_placement(actions)
             turn = rotations_between(rotation_1, rotation_2)
             gap = position_1 - position_2
             # A rotation about the origin shifts the weld as well; the twist makes up for it.
-            result[:, number, :3] = (gap - cross(turn, 0.5 * (position_1 + position_2))).T
-            result[:, number, 3:] = turn.T
+            result[:, index, :3] = (gap - cross(turn, 0.5 * (position_1 + position_2))).T
+            result[:, index, 3:] = turn.T
             gap /= self.mechanism.characteristic_length
-            for part in (turn, gap):
-                part *= part
-                np.maximum(worst, part.sum(axis=0), out=worst)
+            for deviation in (turn, gap):
+                deviation *= deviation
+                np.maximum(worst, deviation.sum(axis=0), out=worst)
         np.sqrt(worst, out=worst)
         return result, worst
 
     def drift(self, twists: Array, rates: Array) -> Array:
-        """Return loop accelerations `(N, L, 6)` that joint rates `(N, m)` alone cause."""
+        """Return loop accelerations `(N, L, 6)` that joint rates alone cause.
+
+        They are accelerations of the predecessor less those of the successor, spatial ones in
+        world axes about the batch model's origin.
+
+        Args:
+            twists: `(N, m, 6)` unit twists of the movable coordinates.
+            rates: `(N, m)` of these coordinates.
+        """
         result = np.empty((len(twists), len(self._paths), 6))
-        for number, path in enumerate(self._paths):
-            result[:, number] = path.drift(twists, rates).T
+        for index, path in enumerate(self._paths):
+            result[:, index] = path.drift(twists, rates).T
         return result
+
+
+def _coupling_row(coupling: Coupling, size: int) -> Array:
+    """Return coefficients `(size,)`: ratio times the predecessor's side less the successor's."""
+    row = np.zeros(size)
+    row[list(coupling.predecessor_columns)] = coupling.ratio
+    row[list(coupling.successor_columns)] = -1.0
+    return row
+
+
+def _slip_unit(coupling: Coupling, slides: Array, length: float) -> float:
+    """Return what a coupling's slip is compared with: one radian, or the length.
+
+    Args:
+        coupling: the coupling.
+        slides: `(nv,)` which velocity coordinates are slides.
+        length: characteristic length [m].
+    """
+    if coupling.successor_columns:
+        return length if slides[coupling.successor_columns[0]] else 1.0
+    first = coupling.predecessor_columns[0]
+    return abs(coupling.ratio) * (length if slides[first] else 1.0)

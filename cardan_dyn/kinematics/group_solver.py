@@ -16,25 +16,30 @@ from .batch_model import BatchModel
 from .closure_equations import ClosureEquations
 from .loop_groups import Group
 from .reduction import Reduction
-from .stacked import condition_numbers, factorised, flipped, is_near, refined, same_side, times
+from .stacked import condition_numbers, factorised, is_near, refined, same_side, times, transposed
+from .structure import OPEN_CONFIGURATIONS
 
 _EXACT = 2e-15
 """A Newton step of this size, relative to an angle's amplitude, is the rounding of the angle."""
+_AT_REST = 1e-13
+"""A coordinate that moves no farther [rad, or lengths of the mechanism] does not move: what is seen
+of it is rounding, from which no amplitude follows."""
 _CONVERGED = 1e-9
 """A Newton step of this size [rad] leaves an error of its square, which is below rounding."""
 _LONGEST = 0.5
 """Greatest Newton step [rad]: farther away, a full step may end in another assembly mode."""
 _NEARBY = 1e-4
 """Newton step [rad] up to which the inverse before it is tried as the inverse after it."""
+MOST_STEPS = 12
+"""Newton steps that a guess gets unless the caller says otherwise. From nearby a few suffice, since
+each squares the error; the rest is for guesses from which steps are shortened to `_LONGEST`."""
 _MOST_BODIES = 32
-"""Bodies that Pinocchio's data are made for: they take 230 MB then, and the third power of more."""
-_OPEN_STATES = 3
-"""Configurations of an open loop that its reachable rows are found from. One would do for joints in
-general position; the others catch a configuration that happens to be special."""
+"""Bodies for which Pinocchio's data are made: the data take 230 MB then, and grow with the third
+power of the bodies."""
 
 
 class GroupState(NamedTuple):
-    """A group at given positions, with what the next steps need of it.
+    """A group at given positions: its closure equations there and their factors.
 
     Attributes:
         group: its loops and joints.
@@ -97,7 +102,7 @@ class GroupState(NamedTuple):
 
     def solve(self, right: Array) -> Array:
         """Solve the closure equations for passive rates: `(N, R)` to `(N, p)`."""
-        matrices, inverses = flipped(self.passive_rows), flipped(self.inverse)
+        matrices, inverses = transposed(self.passive_rows), transposed(self.inverse)
         return refined(matrices, inverses, right[:, :, None])[:, :, 0]
 
     def solve_transposed(self, right: Array) -> Array:
@@ -106,7 +111,7 @@ class GroupState(NamedTuple):
 
     def rates(self, known: Array) -> Array:
         """Return passive rates `(N, p)` for the rates `(N, k)` of what is known."""
-        return -self.solve(times(flipped(self.known_rows), known))
+        return -self.solve(times(transposed(self.known_rows), known))
 
     def accelerations(self, v: Array, known: Array) -> Array:
         """Return passive accelerations `(N, p)` at joint rates `v (N, nv)`.
@@ -116,7 +121,7 @@ class GroupState(NamedTuple):
             known: accelerations `(N, k)` of what is known.
         """
         drift = self.equations.drift(self.twists, v[:, self.equations.movable])
-        right = times(flipped(self.known_rows), known)
+        right = times(transposed(self.known_rows), known)
         drift = self.equations.project(drift, None, self.actions, self.reduction)
         return -self.solve(right + drift)
 
@@ -124,7 +129,7 @@ class GroupState(NamedTuple):
 class GroupSolver:
     """Closes the loops of a group for many samples by Newton's method on whole arrays.
 
-    Nothing in it changes. Which rows are redundant is no part of it, but an argument.
+    It does not change after it is made: which rows are redundant is an argument of its methods.
 
     Attributes:
         group: what it solves.
@@ -135,11 +140,7 @@ class GroupSolver:
     def __init__(self, mechanism: Mechanism, group: Group) -> None:
         self.group = group
         self._coordinates = coordinates = mechanism.coordinates
-        at_zero = mechanism.placements_at_zero
-        near = [mechanism.loops[index].predecessor - 1 for index in group.loops]
-        points = [at_zero[body].translation for body in near or group.massive]
-        origin = np.mean(points, axis=0) if points else np.zeros(3)
-        self.batch = _batch_model(mechanism, group, origin)
+        self.batch = _batch_model(mechanism, group)
         self.equations = ClosureEquations(mechanism, self.batch, group)
         self._length = mechanism.characteristic_length
         self._moves = coordinates.moves(group.passives)
@@ -165,8 +166,7 @@ class GroupSolver:
         for _, start in self._moves.balls:
             moved[start : start + 3] = 1.0
         moved *= self._scale
-        # A slide that stays where it is shows nothing but its rounding.
-        return _EXACT * np.where(moved < 1e-13, 1.0, np.minimum(1.0, moved))
+        return _EXACT * np.where(moved < _AT_REST, 1.0, np.minimum(1.0, moved))
 
     def evaluate(
         self,
@@ -228,10 +228,10 @@ class GroupSolver:
         Args:
             x: `(size,)` coordinates of the joints that do not move.
         """
-        rows = np.repeat(x[None, :], _OPEN_STATES, axis=0)
+        rows = np.repeat(x[None, :], OPEN_CONFIGURATIONS, axis=0)
         movable = self.equations.movable
         moves = self._coordinates.moves(movable)
-        step = generic(_OPEN_STATES, len(movable))
+        step = generic(OPEN_CONFIGURATIONS, len(movable))
         step[:, moves.slides] *= self._length
         moves.apply(rows, step)
         actions = self.batch.actions(self.batch.configuration(rows))
@@ -245,7 +245,7 @@ class GroupSolver:
             reduction: the rows that are solved.
         """
         state, error = self.evaluate(x, reduction)
-        step = -times(flipped(state.inverse), error)
+        step = -times(transposed(state.inverse), error)
         self._moves.apply(x, step)
         return state._replace(correction=np.abs(step * self._scale).max(axis=1, initial=0.0))
 
@@ -255,7 +255,7 @@ class GroupSolver:
         reduction: Reduction,
         rounding: Array,
         turns: Array | None = None,
-        most: int = 12,
+        most: int = MOST_STEPS,
     ) -> GroupState:
         """Close the loops from a guess; the caller judges `residual` and `correction`.
 
@@ -269,7 +269,7 @@ class GroupSolver:
         state, error = self.evaluate(x, reduction, turns)
         correction = np.zeros(len(x))
         for _ in range(most if self.group.passives.size else 0):
-            step = -times(flipped(state.inverse), error)
+            step = -times(transposed(state.inverse), error)
             scaled = np.abs(step * self._scale)
             if (scaled <= rounding).all():
                 break
@@ -296,10 +296,14 @@ class GroupSolver:
         return np.asarray(angles[:, columns] @ self.equations.coupled_ratios)
 
 
-def _batch_model(mechanism: Mechanism, group: Group, origin: Array) -> BatchModel:
-    """Return the model of a group's bodies; of many, one that spares Pinocchio's memory."""
+def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:
+    """Return the model of a group's bodies; of many, one that does without Pinocchio's data."""
+    at_zero = mechanism.placements_at_zero
+    on_loops = [mechanism.loops[index].predecessor - 1 for index in group.loops]
+    points = [at_zero[body].translation for body in on_loops or group.inertial_bodies]
+    origin = np.mean(points, axis=0) if points else np.zeros(3)
     if len(group.bodies) > _MOST_BODIES:
         from .long_chain import LongChain
 
-        return LongChain(mechanism, group.bodies, group.massive, origin)
-    return BatchModel(mechanism, group.bodies, group.massive, origin)
+        return LongChain(mechanism, group.bodies, group.inertial_bodies, origin)
+    return BatchModel(mechanism, group.bodies, group.inertial_bodies, origin)

@@ -9,36 +9,45 @@ import numpy as np
 from ..arrays import Array, cross
 from .batch_model import placement
 
+_HALF_TURN = 1e-12
+"""Four times the squared cosine of half an angle up to which a rotation counts as a half turn: it
+is then within 1e-6 rad of one. A smaller square would lose its digits in rounding: of 1e-12, the
+rounding of its terms, 1e-16, is already 1e-4."""
+
 
 class LoopEnd(NamedTuple):
     """One end of a loop, where it is welded.
 
     Attributes:
-        body: number of the joint that moves the body (0-based), -1 for the world.
-        rotation, translation: constant placement of the weld in that body.
-        turned, moved: whether they are more than the identity.
+        body: index of the body in the batch model, -1 for the world.
+        rotation, translation: `(3, 3)` and `(3,)` placement of the weld in that body; in the world,
+            about the batch model's origin.
+        is_rotated, is_shifted: whether they differ from the identity and from zero.
     """
 
     body: int
     rotation: Array
     translation: Array
-    turned: bool
-    moved: bool
+    is_rotated: bool
+    is_shifted: bool
 
     @staticmethod
     def of(body: int, rotation: Array, translation: Array) -> LoopEnd:
         """Return the end of a loop that is placed like this in a body."""
-        turned, moved = bool(np.any(rotation != np.eye(3))), bool(np.any(translation))
-        return LoopEnd(body, rotation, translation, turned, moved)
+        is_rotated = bool(np.any(rotation != np.eye(3)))
+        return LoopEnd(body, rotation, translation, is_rotated, bool(np.any(translation)))
 
-    def place(self, actions: Array) -> tuple[Array, Array]:
-        """Return rotation `(3, 3, N)` and position `(3, N)` of the weld, N = 1 in the world."""
+    def world_placement(self, actions: Array) -> tuple[Array, Array]:
+        """Return rotation `(3, 3, N)` and position `(3, N)` of the weld about the batch's origin.
+
+        N is 1 for an end in the world.
+        """
         if self.body < 0:
             return self.rotation[:, :, None], self.translation[:, None]
         rotation, position = placement(actions, self.body)
-        if self.moved:
+        if self.is_shifted:
             position = position + np.einsum("ikn,k->in", rotation, self.translation)
-        if self.turned:
+        if self.is_rotated:
             rotation = np.einsum("ikn,kj->ijn", rotation, self.rotation)
         return rotation, position
 
@@ -47,28 +56,35 @@ class LoopPath(NamedTuple):
     """The moving coordinates of a loop, from the common ancestor outwards on both sides.
 
     Attributes:
-        columns: their places among the moving coordinates.
+        columns: `(k,)` their indices among the movable coordinates.
         signs: `(k, 1)` 1 on the predecessor's side, -1 on the successor's.
-        before: `(k, k)` 1 where the second one moves the joint of the first.
+        carries: `(k, k)` 1 where the coordinate of the column moves the joint of the row's.
     """
 
     columns: Array
     signs: Array
-    before: Array
+    carries: Array
 
     def drift(self, twists: Array, rates: Array) -> Array:
-        """Return `(6, N)` accelerations, predecessor less successor, that rates alone cause."""
-        own = twists[:, self.columns] * rates[:, self.columns, None]
-        own = own.transpose(2, 1, 0)
-        carried = np.matmul(self.before, own)
-        own = own * self.signs
-        # Of a twist (v, w) carried with another one: linear w × v + v × w, angular w × w.
+        """Return `(6, N)` accelerations, predecessor less successor, that rates alone cause.
+
+        Args:
+            twists: `(N, m, 6)` unit twists of the movable coordinates.
+            rates: `(N, m)` of these coordinates.
+        """
+        joint = twists[:, self.columns] * rates[:, self.columns, None]
+        joint = joint.transpose(2, 1, 0)
+        carrier = np.matmul(self.carries, joint)
+        joint = joint * self.signs
+        # A joint's twist (v, ω) that moves with the twist (V, Ω) of its carrier changes by
+        # (Ω × v + V × ω, Ω × ω). One call makes all three products.
         count = len(self.columns)
-        parts = cross(
-            np.concatenate((carried[3:], carried[:3], carried[3:]), axis=1),
-            np.concatenate((own[:3], own[3:], own[3:]), axis=1),
+        products = cross(
+            np.concatenate((carrier[3:], carrier[:3], carrier[3:]), axis=1),
+            np.concatenate((joint[:3], joint[3:], joint[3:]), axis=1),
         )
-        linear, angular = parts[:, : 2 * count].sum(axis=1), parts[:, 2 * count :].sum(axis=1)
+        linear = products[:, : 2 * count].sum(axis=1)
+        angular = products[:, 2 * count :].sum(axis=1)
         return np.concatenate((linear, angular))
 
 
@@ -76,7 +92,7 @@ class LoopAxes(NamedTuple):
     """The axes in which a loop's rows are chosen.
 
     Attributes:
-        body: place in the batch model of the body that carries the loop, -1 for the world.
+        body: index in the batch model of the body that carries the loop, -1 for the world.
         point: `(3,)` point in that body about which twists are taken there.
     """
 
@@ -84,9 +100,10 @@ class LoopAxes(NamedTuple):
     point: Array
 
     def matrices(self, actions: Array) -> Array:
-        """Return `(N, 6, 6)` matrices: a twist (a row, in world axes) times them is one here.
+        """Return `(N, 6, 6)` matrices between these axes and world axes about the batch's origin.
 
-        Times a wrench here (a column), they give the wrench in world axes.
+        A twist in world axes (a row) times them is that twist in these axes. They times a wrench in
+        these axes (a column) are that wrench in world axes.
         """
         rotation, position = placement(actions, self.body)
         point = position + np.einsum("ikn,k->in", rotation, self.point)
@@ -102,24 +119,32 @@ def rotations_between(first: Array, second: Array) -> Array:
 
     Along the axis, twice the sine of half the angle: the angle itself where it is small.
     """
-    # The cross products of corresponding axes sum up to the axis times twice the sine.
+    # The cross products of corresponding axes sum up to the axis times twice the sine of the angle.
     vector = cross(second, first).sum(axis=1)
     product = first * second
-    # The trace of the rotation and one more are four times the squared cosine of half the angle.
+    # The trace of the rotation plus one is four times the squared cosine of half the angle.
     square = product.reshape(9, -1).sum(axis=0) + 1.0
-    if not square.min() > 1e-12:
-        return _half_turns(vector, square, first, second)
+    if not square.min() > _HALF_TURN:
+        return _with_half_turns(vector, square, first, second)
     vector /= np.sqrt(square)
     return np.asarray(vector)
 
 
-def _half_turns(vector: Array, square: Array, first: Array, second: Array) -> Array:
-    """Return rotations some of which are half turns, whose axis the products do not tell."""
-    half = ~(square > 1e-12)
-    vector /= np.sqrt(np.where(half, 1.0, square))
-    for sample in np.nonzero(half)[0]:
-        one, other = (part[:, :, sample % part.shape[2]] for part in (first, second))
-        columns = one @ other.T + np.eye(3)
+def _with_half_turns(sines: Array, square: Array, first: Array, second: Array) -> Array:
+    """Return rotations, some of which are half turns: their sines vanish and show no axis.
+
+    Args:
+        sines: `(3, N)` axes times twice the sines of the angles.
+        square: `(N,)` four times the squared cosines of half the angles.
+        first: `(3, 3, N)` or `(3, 3, 1)`.
+        second: likewise.
+    """
+    is_half = ~(square > _HALF_TURN)
+    result = sines / np.sqrt(np.where(is_half, 1.0, square))
+    for sample in np.nonzero(is_half)[0]:
+        to, start = (frames[:, :, sample % frames.shape[2]] for frames in (first, second))
+        # R + 1 = 2 n nᵀ for a half turn about n; its longest column gives n most accurately.
+        columns = to @ start.T + np.eye(3)
         axis = columns[:, int(np.argmax(np.linalg.norm(columns, axis=0)))]
-        vector[:, sample] = 2.0 * axis / np.linalg.norm(axis)
-    return vector
+        result[:, sample] = 2.0 * axis / np.linalg.norm(axis)
+    return result

@@ -17,20 +17,25 @@ from ..arrays import Array
 from .graph import components, matched
 from .structure import Structure
 
-_PIECE = 8  # Bodies on no loop are taken in pieces of this size.
+_PIECE = 8
+"""Bodies on no loop are divided into groups of this size. Pinocchio's memory for a model grows with
+the third power of its bodies, but every model costs one call per sample."""
 _LONG = 3 * _PIECE
-_WHOLE = 14  # Up to this many bodies, one model costs less than two.
+"""Bodies, ancestors included, up to which such a group may grow. A piece of a longer chain would
+carry the whole chain up to it once more, so one group takes all that is left instead."""
+_WHOLE = 14
+"""Up to this many bodies, one model of the whole mechanism costs less than two smaller ones."""
 
 
 class Group(NamedTuple):
     """Loops that are solved together.
 
     Attributes:
-        loops, couplings: numbers in `Mechanism.loops` and `Mechanism.couplings`.
+        loops, couplings: indices in `Mechanism.loops` and `Mechanism.couplings`.
         passives: velocity coordinates that they decide.
         known: moving coordinates on them that are driven or decided by earlier groups.
         bodies: bodies carried (0-based), ancestors included, ascending.
-        massive: bodies whose inertia is accounted for in this group.
+        inertial_bodies: bodies whose inertia is accounted for in this group.
     """
 
     loops: tuple[int, ...]
@@ -38,7 +43,19 @@ class Group(NamedTuple):
     passives: Array
     known: Array
     bodies: list[int]
-    massive: set[int]
+    inertial_bodies: set[int]
+
+
+class _Block(NamedTuple):
+    """Loops and couplings that are solved together.
+
+    Attributes:
+        items: their indices, loops first, then couplings.
+        passives: velocity coordinates that they decide, ascending.
+    """
+
+    items: list[int]
+    passives: list[int]
 
 
 def partition(
@@ -54,120 +71,173 @@ def partition(
         together: solve all loops in one group, whatever their structure.
     """
     mechanism = structure.mechanism
-    wanted = {int(column) for column in passives}
-    moving = wanted | {int(column) for column in drives}
-    count = len(structure.paths)
+    unknown = set(passives.tolist())
+    moving = unknown | set(drives.tolist())
+    items = range(len(structure.paths))
     touched = [
-        [column for column in structure.coordinates_on(item) if column in moving]
-        for item in range(count)
+        [column for column in structure.coordinates_on(item) if column in moving] for item in items
     ]
-    if count <= 1 or together:
-        blocks = [list(range(count))] if count else []
-        decided = {0: sorted({column for item in touched for column in item} & wanted)}
+    if together or len(items) <= 1:
+        decided = {column for columns in touched for column in columns} & unknown
+        blocks = [_Block(list(items), sorted(decided))] if items else []
     else:
         ranks = structure.ranks(x, moving) + [1] * len(mechanism.couplings)
-        blocks, decided = _blocks(touched, ranks, wanted)
+        passives_on = [[column for column in columns if column in unknown] for columns in touched]
+        blocks = _blocks(passives_on, ranks)
     groups: list[Group] = []
     carried: set[int] = set()
-    loops = len(mechanism.loops)
-    for number, block in enumerate(blocks):
-        own = decided[number]
-        known = sorted({column for item in block for column in touched[item]} - set(own))
-        bodies = sorted({body for item in block for body in structure.chains[item]})
-        groups.append(
-            Group(
-                tuple(item for item in block if item < loops),
-                tuple(item - loops for item in block if item >= loops),
-                np.array(own, dtype=int),
-                np.array(known, dtype=int),
-                bodies,
-                set(bodies) - carried,
-            )
-        )
-        carried |= set(bodies)
+    for block in blocks:
+        group = _group(structure, block, touched, carried)
+        groups.append(group)
+        carried |= group.inertial_bodies
     return _with_loose_bodies(mechanism.model, groups, carried)
 
 
-def _blocks(
-    touched: list[list[int]], ranks: list[int], wanted: set[int]
-) -> tuple[list[list[int]], dict[int, list[int]]]:
-    """Return sets of loops and couplings in order, and the passives that each decides."""
-    unknown = [[column for column in item if column in wanted] for item in touched]
-    slots = [item for item, rank in enumerate(ranks) for _ in range(min(rank, len(unknown[item])))]
-    match = matched([unknown[item] for item in slots])
-    decider = {column: slots[row] for column, row in match.items()}
-    for item, own in enumerate(unknown):
-        for column in own:
-            # A joint that nothing decides is reported later, by name.
-            decider.setdefault(column, item)
+def _group(
+    structure: Structure, block: _Block, touched: list[list[int]], carried: set[int]
+) -> Group:
+    """Return the group of some loops and couplings.
 
-    edges = {
+    Args:
+        structure: of the mechanism.
+        block: the loops and couplings.
+        touched: for each loop and coupling, the moving coordinates on it.
+        carried: bodies whose inertia earlier groups account for.
+    """
+    loops = len(structure.mechanism.loops)
+    moving = {column for item in block.items for column in touched[item]}
+    bodies = sorted({body for item in block.items for body in structure.chains[item]})
+    return Group(
+        loops=tuple(item for item in block.items if item < loops),
+        couplings=tuple(item - loops for item in block.items if item >= loops),
+        passives=np.array(block.passives, dtype=int),
+        known=np.array(sorted(moving - set(block.passives)), dtype=int),
+        bodies=bodies,
+        inertial_bodies=set(bodies) - carried,
+    )
+
+
+def _blocks(passives_on: list[list[int]], ranks: list[int]) -> list[_Block]:
+    """Return the smallest sets of loops and couplings that can be solved one after the other.
+
+    Args:
+        passives_on: for each loop and coupling, the passive coordinates on it.
+        ranks: how many independent equations each of them has.
+    """
+    items = range(len(passives_on))
+    decider = _deciders(passives_on, ranks)
+    dependences = {
         (item, decider[column])
-        for item, own in enumerate(unknown)
-        for column in own
+        for item in items
+        for column in passives_on[item]
         if decider[column] != item
     }
-    size = len(touched)
-    while True:
-        labels = components(size, edges)
-        # A group with more rows than unknowns limits the ones that it depends on.
-        more = set()
-        for label in set(labels):
-            members = {item for item in range(size) if labels[item] == label}
-            decides = sum(decider[column] in members for column in decider)
-            if sum(ranks[item] for item in members) > decides:
-                more |= {(b, a) for a, b in edges if a in members and b not in members}
-        if more <= edges:
-            break
-        edges |= more
+    labels, dependences = _without_surplus(ranks, decider, dependences)
+    blocks = []
+    for label in _in_order(labels, dependences):
+        members = [item for item in items if labels[item] == label]
+        decided = sorted(column for column, item in decider.items() if labels[item] == label)
+        blocks.append(_Block(members, decided))
+    return blocks
 
+
+def _deciders(passives_on: list[list[int]], ranks: list[int]) -> dict[int, int]:
+    """Return for each passive coordinate the loop or coupling that decides it.
+
+    Each of them decides as many as it has independent equations, if a matching finds them.
+    """
+    equations = [
+        item for item, rank in enumerate(ranks) for _ in range(min(rank, len(passives_on[item])))
+    ]
+    matches = matched([passives_on[item] for item in equations])
+    decider = {column: equations[row] for column, row in matches.items()}
+    for item, columns in enumerate(passives_on):
+        for column in columns:
+            # A coordinate that no equation decides still needs a group. The study of mobility
+            # reports its joint later, by name.
+            decider.setdefault(column, item)
+    return decider
+
+
+def _without_surplus(
+    ranks: list[int], decider: dict[int, int], dependences: set[tuple[int, int]]
+) -> tuple[list[int], set[tuple[int, int]]]:
+    """Join components until none that depends on others has more equations than it decides.
+
+    The surplus equations of such a component restrict the motion of those that it depends on, so
+    these have to be solved together with it.
+
+    Args:
+        ranks: how many independent equations each loop or coupling has.
+        decider: passive coordinate to the item that decides it.
+        dependences: pairs of an item and another one that it depends on.
+
+    Returns:
+        The component of each item, named by its smallest item, and the dependences with those that
+        surplus equations add.
+    """
+    items = range(len(ranks))
+    while True:
+        labels = components(len(ranks), dependences)
+        added = set()
+        for label in set(labels):
+            members = {item for item in items if labels[item] == label}
+            decides = sum(item in members for item in decider.values())
+            if sum(ranks[item] for item in members) > decides:
+                added |= {(b, a) for a, b in dependences if a in members and b not in members}
+        if added <= dependences:
+            return labels, dependences
+        dependences = dependences | added
+
+
+def _in_order(labels: list[int], dependences: set[tuple[int, int]]) -> list[int]:
+    """Return components in an order in which each comes after those that it depends on."""
+    needs: dict[int, set[int]] = {label: set() for label in labels}
+    for item, needed in dependences:
+        needs[labels[item]] |= {labels[needed]} - {labels[item]}
     order: list[int] = []
-    needs = {
-        label: {labels[b] for a, b in edges if labels[a] == label} - {label} for label in labels
-    }
     while len(order) < len(needs):
-        ready = [label for label in needs if label not in order and needs[label] <= set(order)]
-        order.extend(sorted(ready))
-    blocks = [[item for item in range(size) if labels[item] == label] for label in order]
-    decided = {
-        number: sorted(column for column, item in decider.items() if item in block)
-        for number, block in enumerate(blocks)
-    }
-    return blocks, decided
+        done = set(order)
+        order.extend(sorted(label for label in needs.keys() - done if needs[label] <= done))
+    return order
 
 
 def _with_loose_bodies(
     model: pinocchio.Model, groups: list[Group], carried: set[int]
 ) -> list[Group]:
-    """Add the bodies that are on no loop, with the only group if the model stays small."""
-    everything = model.njoints - 1
-    loose = [body for body in range(everything) if body not in carried]
+    """Add the bodies that are on no loop, to the only group if the model stays small.
+
+    Args:
+        model: of the mechanism.
+        groups: the groups of the loops.
+        carried: bodies whose inertia they account for.
+    """
+    count = model.njoints - 1
+    loose = [body for body in range(count) if body not in carried]
     if not loose:
         return groups
     none = np.zeros(0, dtype=int)
-    if len(groups) <= 1 and everything <= _WHOLE:
+    if len(groups) <= 1 and count <= _WHOLE:
         group = groups[0] if groups else Group((), (), none, none, [], set())
-        bodies = list(range(everything))
-        return [
-            Group(group.loops, group.couplings, group.passives, group.known, bodies, set(bodies))
-        ]
+        return [group._replace(bodies=list(range(count)), inertial_bodies=set(range(count)))]
+    pieces = []
     while loose:
         piece = loose[:_PIECE]
         bodies = _with_ancestors(model, piece)
         if len(bodies) > _LONG:
-            # A piece of a long chain would carry the chain up to it once more.
             piece = loose
             bodies = _with_ancestors(model, piece)
-        groups.append(Group((), (), none, none, bodies, set(piece)))
+        pieces.append(Group((), (), none, none, bodies, set(piece)))
         loose = loose[len(piece) :]
-    return groups
+    return groups + pieces
 
 
 def _with_ancestors(model: pinocchio.Model, bodies: list[int]) -> list[int]:
-    found: set[int] = set()
+    """Return bodies (0-based) and all their ancestors, ascending."""
+    result: set[int] = set()
     for body in bodies:
         index = body + 1
-        while index > 0 and index - 1 not in found:
-            found.add(index - 1)
+        while index > 0 and index - 1 not in result:
+            result.add(index - 1)
             index = model.parents[index]
-    return sorted(found)
+    return sorted(result)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio
 
+from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from .loop_groups import Group
 
@@ -14,8 +17,8 @@ class Needs(NamedTuple):
     """What the wanted outputs need.
 
     Attributes:
-        motion: numbers of the groups whose motion is solved.
-        forces: numbers of those whose closure forces are solved.
+        motion: indices of the groups whose motion is solved, ascending.
+        forces: indices of those whose closure forces are solved.
         known_bodies: bodies (0-based) on which every wrench is known.
         efforts_alone: whether no wrench is wanted, only the drive efforts.
     """
@@ -42,55 +45,69 @@ def needs(
         wanted: bodies (0-based) whose joint wrenches are wanted; None for all, the empty set for
             the drive efforts alone.
     """
-    everything = set(range(len(groups)))
+    all_groups = set(range(len(groups)))
     bodies = set(range(mechanism.model.njoints - 1))
+    if wanted is None:
+        return Needs(sorted(all_groups), all_groups, bodies, False)
     if not wanted:
-        forces = everything if wanted is None else set()
-        complete = bodies if wanted is None else set()
-        return Needs(sorted(everything), forces, complete, wanted is not None)
-    carriers: dict[int, set[int]] = {body: set() for body in bodies}
-    for number, group in enumerate(groups):
-        for body in group.bodies:
-            carriers[body].add(number)
-    owner = {
-        column: part.id - 1
-        for part in mechanism.coordinates.parts
-        for column in range(
-            mechanism.model.idx_vs[part.id], mechanism.model.idx_vs[part.id] + part.nv
-        )
-    }
+        return Needs(sorted(all_groups), set(), set(), True)
+    body_of = _body_of_columns(mechanism.model)
+    carriers = _carriers(groups, bodies)
     decider = {
-        owner[int(column)]: number
-        for number, group in enumerate(groups)
-        for column in group.passives
+        body_of[column]: index
+        for index, group in enumerate(groups)
+        for column in group.passives.tolist()
     }
-    forces = set()
-    open_groups = [number for body in wanted for number in carriers[body]]
-    while open_groups:
-        number = open_groups.pop()
-        if number not in forces:
-            forces.add(number)
-            for column in groups[number].passives:
-                open_groups.extend(carriers[owner[int(column)]])
-    motion: set[int] = set()
-    open_groups = list(forces)
-    while open_groups:
-        number = open_groups.pop()
-        if number not in motion:
-            motion.add(number)
-            group = groups[number]
-            movers = {*group.bodies, *(owner[int(column)] for column in group.known)}
-            open_groups.extend(decider[body] for body in movers if body in decider)
-    complete = {body for body, numbers in carriers.items() if numbers and numbers <= forces}
-    return Needs(sorted(motion), forces, complete, False)
+
+    def loading(index: int) -> set[int]:
+        """Return the groups whose closure forces load the passive joints of a group."""
+        passives = groups[index].passives.tolist()
+        return {carrier for column in passives for carrier in carriers[body_of[column]]}
+
+    def moving(index: int) -> set[int]:
+        """Return the groups that decide joints which move the bodies of a group."""
+        group = groups[index]
+        movers = {*group.bodies, *(body_of[column] for column in group.known.tolist())}
+        return {decider[body] for body in movers if body in decider}
+
+    forces = _reached((index for body in wanted for index in carriers[body]), loading)
+    motion = _reached(forces, moving)
+    known_bodies = {body for body, indices in carriers.items() if indices and indices <= forces}
+    return Needs(sorted(motion), forces, known_bodies, False)
 
 
 def solved_couplings(groups: list[Group], needed: Needs) -> list[int]:
-    """Return the numbers of the couplings whose moments are solved, ascending."""
-    return sorted(number for place in needed.forces for number in groups[place].couplings)
+    """Return the indices of the couplings whose moments are solved, ascending."""
+    return sorted(coupling for index in needed.forces for coupling in groups[index].couplings)
 
 
-def columns_of(groups: list[Group]) -> np.ndarray:
-    """Return the passives of several groups."""
-    parts = [group.passives for group in groups]
-    return np.sort(np.concatenate([np.zeros(0, dtype=int), *parts]))
+def columns_of(groups: list[Group]) -> Array:
+    """Return the velocity coordinates that several groups decide, ascending."""
+    passives = [group.passives for group in groups]
+    return np.sort(np.concatenate([np.zeros(0, dtype=int), *passives]))
+
+
+def _body_of_columns(model: pinocchio.Model) -> list[int]:
+    """Return for each velocity coordinate the body (0-based) that it moves."""
+    return [index - 1 for index in range(1, model.njoints) for _ in range(model.nvs[index])]
+
+
+def _carriers(groups: list[Group], bodies: set[int]) -> dict[int, set[int]]:
+    """Return for each body the indices of the groups that carry it."""
+    carriers: dict[int, set[int]] = {body: set() for body in bodies}
+    for index, group in enumerate(groups):
+        for body in group.bodies:
+            carriers[body].add(index)
+    return carriers
+
+
+def _reached(starts: Iterable[int], successors: Callable[[int], Iterable[int]]) -> set[int]:
+    """Return the nodes of a graph that can be reached from some of them, these included."""
+    reached: set[int] = set()
+    pending = list(starts)
+    while pending:
+        node = pending.pop()
+        if node not in reached:
+            reached.add(node)
+            pending.extend(successors(node))
+    return reached

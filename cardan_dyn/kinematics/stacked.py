@@ -12,8 +12,8 @@ from ..arrays import Array
 from .tolerances import RANK_TOLERANCE
 
 _STALE = 1e-8
-"""Largest ‖A A⁻¹ - 1‖ (in components) that one step of iterative refinement brings to rounding: the
-error after it is its square, 1e-16."""
+"""Greatest component of A A⁻¹ - 1 with which an inverse still serves: one step of iterative
+refinement squares this error, to 1e-16."""
 
 
 def same_side(rows: Array, inverses: Array) -> Array:
@@ -32,6 +32,9 @@ def same_side(rows: Array, inverses: Array) -> Array:
 def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
     """Return inverses `(N, R, p)`, null spaces `(N, R, R - p)` and condition numbers `(N,)`.
 
+    Inverses are pseudoinverses where p < R or where a matrix is exactly singular. Condition numbers
+    are in the Frobenius norm of square regular matrices, else ratios of singular values.
+
     Args:
         rows: transposed closure matrices `(N, p, R)`, p ≤ R.
         scale: `(p, 1)` units of their rows for condition and rank, None if all are 1.
@@ -42,26 +45,31 @@ def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
             inverse = np.linalg.inv(rows)
             return inverse, np.zeros((count, r, 0)), condition_numbers(rows, inverse, scale)
         except np.linalg.LinAlgError:
-            pass  # One of them is exactly singular: the pseudoinverses below exist.
+            pass  # One of them is exactly singular; pseudoinverses exist all the same.
     left, values, right = np.linalg.svd(rows if scale is None else rows * scale)
     size = min(p, r)
     greatest = values[:, :1] if size else np.ones((count, 1))
     small = values <= RANK_TOLERANCE * greatest
     reciprocal = np.where(small, 0.0, 1.0 / np.where(small, 1.0, values))
-    inverse = (flipped(right[:, :size]) * reciprocal[:, None]) @ flipped(left[:, :, :size])
+    inverse = (transposed(right[:, :size]) * reciprocal[:, None]) @ transposed(left[:, :, :size])
     if scale is not None:
         inverse *= scale.T
     smallest = values[:, -1] if size else np.ones(count)
     condition = np.divide(
         greatest[:, 0], smallest, out=np.full(count, np.inf), where=smallest > 0.0
     )
-    return inverse, flipped(right[:, p:]), condition
+    return inverse, transposed(right[:, p:]), condition
 
 
 def refined(matrices: Array, inverses: Array, right: Array) -> Array:
-    """Return solutions of linear systems from explicit inverses.
+    """Return solutions `(N, j, k)` of linear systems from explicit inverses.
 
     One step of iterative refinement makes an explicit inverse as stable as an elimination.
+
+    Args:
+        matrices: `(N, i, j)`.
+        inverses: `(N, j, i)`.
+        right: right-hand sides `(N, i, k)`.
     """
     solution = np.matmul(inverses, right)
     solution += np.matmul(inverses, right - np.matmul(matrices, solution))
@@ -73,13 +81,19 @@ def times(matrices: Array, vectors: Array) -> Array:
     return np.asarray(np.matmul(matrices, vectors[:, :, None])[:, :, 0])
 
 
-def flipped(matrices: Array) -> Array:
+def transposed(matrices: Array) -> Array:
     """Return stacked transposes."""
     return matrices.transpose(0, 2, 1)
 
 
 def condition_numbers(rows: Array, inverse: Array, scale: Array | None) -> Array:
-    """Return condition numbers `(N,)` in the Frobenius norm, rows scaled if a scale is given."""
+    """Return condition numbers `(N,)` in the Frobenius norm, rows scaled if a scale is given.
+
+    Args:
+        rows: `(N, p, p)`.
+        inverse: `(N, p, p)`.
+        scale: `(p, 1)` or None.
+    """
     if scale is not None:
         rows, inverse = rows * scale, inverse / scale.T
     return _norms(rows) * _norms(inverse)

@@ -6,31 +6,47 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array, generic
+from ..mechanism.joints import Part
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import ancestors
 from .tolerances import RANK_TOLERANCE
+
+OPEN_CONFIGURATIONS = 3
+"""Configurations of an open loop from which its rank is found. One would do for joints in general
+position; the others catch a configuration that happens to be special."""
+_VALUES_PER_BODY = 3
+"""Generic values that are drawn per body: a rotation vector for a ball. A turn or a slide takes the
+first one."""
 
 
 class Structure:
     """What each loop and coupling of a mechanism depends on.
 
+    An item is a loop or a coupling: the loops come first, then the couplings.
+
     Attributes:
-        paths: per loop, then per coupling: bodies between its two ends (0-based).
-        chains: per loop and coupling: all bodies from the root to both ends.
+        mechanism: the mechanism.
+        paths: per item: bodies between its two ends (0-based), ascending.
+        chains: per item: all bodies from the root to both ends, ascending.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        ends = [(loop.predecessor, loop.successor) for loop in mechanism.loops]
+        model = mechanism.model
+        ends = [(item.predecessor, item.successor) for item in mechanism.loops]
         ends += [(item.predecessor, item.successor) for item in mechanism.couplings]
-        chains = [tuple(set(ancestors(mechanism.model, body)) for body in pair) for pair in ends]
+        chains = [tuple(set(ancestors(model, body)) for body in pair) for pair in ends]
         self.paths = [sorted(first ^ second) for first, second in chains]
         self.chains = [sorted(first | second) for first, second in chains]
-        model = mechanism.model
         self._columns = [
             list(range(model.idx_vs[index], model.idx_vs[index] + model.nvs[index]))
             for index in range(1, model.njoints)
         ]
+        coordinates = mechanism.coordinates
+        self._parts = {
+            part.id - 1: (part, start)
+            for part, start in zip(coordinates.parts, coordinates.starts, strict=True)
+        }
 
     def coordinates_on(self, item: int) -> list[int]:
         """Return the velocity coordinates between the ends of a loop or coupling."""
@@ -39,20 +55,23 @@ class Structure:
     def ranks(self, x: Array, moving: set[int]) -> list[int]:
         """Return for each loop how many independent motions its moving joints have.
 
+        The moving joints are taken at generic values, since a planar or spherical chain stays one
+        however it is bent.
+
         Args:
-            x: `(size,)` coordinates of the joints that do not move; the others are taken at
-                random, since a planar or spherical chain stays one however it is bent.
+            x: `(size,)` coordinates, of which those of the joints that do not move count.
             moving: velocity coordinates that move.
         """
         result = []
-        for number in range(len(self.mechanism.loops)):
-            path = self.paths[number]
+        for path in self.paths[: len(self.mechanism.loops)]:
+            values = generic(OPEN_CONFIGURATIONS, _VALUES_PER_BODY * len(path))
             twists = [
-                self._twists(path, x, moving, values)
-                for values in generic(3, 3 * len(path)).reshape(3, -1, 3)
+                self._twists(path, x, moving, configuration)
+                for configuration in values.reshape(OPEN_CONFIGURATIONS, -1, _VALUES_PER_BODY)
             ]
-            values = np.linalg.svd(np.concatenate(twists, axis=0), compute_uv=False)
-            result.append(int(np.sum(values > RANK_TOLERANCE * max(values, default=0.0))))
+            singular = np.linalg.svd(np.concatenate(twists, axis=0), compute_uv=False)
+            least = RANK_TOLERANCE * max(singular, default=0.0)
+            result.append(int(np.sum(singular > least)))
         return result
 
     def _twists(self, path: list[int], x: Array, moving: set[int], values: Array) -> Array:
@@ -64,46 +83,58 @@ class Structure:
             path: bodies on the loop, ascending.
             x: `(size,)` coordinates of the joints that do not move.
             moving: velocity coordinates that move.
-            values: `(len(path), 3)` where they are.
+            values: `(len(path), 3)` generic values for the joints that move; slides in units of
+                the mechanism's length.
         """
         length = self.mechanism.characteristic_length
         model = self.mechanism.model
-        parts = {part.id - 1: (part, start) for part, start in self._parts()}
         placements: dict[int, pinocchio.SE3] = {}
-        # Far from the origin of what carries the loop, lengths would hide its rank.
+        # Far from the origin of the body that carries the loop, the lengths to that origin would
+        # outweigh those within the loop, and its rank would be lost in rounding.
         corner = model.jointPlacements[path[0] + 1].translation if path else np.zeros(3)
         twists: list[Array] = []
-        for body, where in zip(path, values, strict=True):
-            part, start = parts[body]
+        for body, value in zip(path, values, strict=True):
+            part, start = self._parts[body]
             moves = self._columns[body][0] in moving
-            value = where if moves else x[start : start + 4]
-            if part.kind == "revolute":
-                own = pinocchio.SE3(pinocchio.exp3(part.axis * value[0]), np.zeros(3))
-                units = np.concatenate([np.zeros(3), part.axis])[None]
-            elif part.kind == "prismatic":
-                slide = part.axis * value[0] * (length if moves else 1.0)
-                own = pinocchio.SE3(np.eye(3), slide)
-                units = np.concatenate([length * part.axis, np.zeros(3)])[None]
+            if moves:
+                displacement = _generic_displacement(part, value, length)
             else:
-                turn = pinocchio.exp3(value) if moves else _rotation(value)
-                own = pinocchio.SE3(turn, np.zeros(3))
-                units = np.concatenate([np.zeros((3, 3)), np.eye(3)], axis=1)
+                displacement = _displacement(part, x[start : start + 4])
             origin = model.jointPlacements[body + 1]
             parent = placements.get(model.parents[body + 1] - 1)
             if parent is None:
-                here = pinocchio.SE3(origin.rotation, origin.translation - corner) * own
+                shifted = pinocchio.SE3(origin.rotation, origin.translation - corner)
+                placements[body] = shifted * displacement
             else:
-                here = parent * origin * own
-            placements[body] = here
+                placements[body] = parent * origin * displacement
             if moves:
-                twists.extend(here.action @ unit for unit in units)
+                units = _unit_twists(part, length)
+                twists.extend(placements[body].action @ unit for unit in units)
         return np.array(twists).reshape(-1, 6) * np.repeat([1.0 / length, 1.0], 3)
 
-    def _parts(self) -> list[tuple]:  # type: ignore[type-arg]
-        return list(
-            zip(self.mechanism.coordinates.parts, self.mechanism.coordinates.starts, strict=True)
-        )
+
+def _generic_displacement(part: Part, value: Array, length: float) -> pinocchio.SE3:
+    """Return how a part is displaced by generic values `(3,)`, a slide in units of a length."""
+    if part.kind == "prismatic":
+        return pinocchio.SE3(np.eye(3), part.axis * value[0] * length)
+    turn = part.axis * value[0] if part.kind == "revolute" else value
+    return pinocchio.SE3(pinocchio.exp3(turn), np.zeros(3))
 
 
-def _rotation(quaternion: Array) -> Array:
-    return np.asarray(pinocchio.Quaternion(quaternion).toRotationMatrix())
+def _displacement(part: Part, x: Array) -> pinocchio.SE3:
+    """Return how a part is displaced at its coordinates, the first ones of `x`."""
+    if part.kind == "prismatic":
+        return pinocchio.SE3(np.eye(3), part.axis * x[0])
+    if part.kind == "revolute":
+        return pinocchio.SE3(pinocchio.exp3(part.axis * x[0]), np.zeros(3))
+    rotation = np.asarray(pinocchio.Quaternion(x).toRotationMatrix())
+    return pinocchio.SE3(rotation, np.zeros(3))
+
+
+def _unit_twists(part: Part, length: float) -> Array:
+    """Return unit twists `(k, 6)` of a part in its frame; a slide's unit is the length."""
+    if part.kind == "revolute":
+        return np.concatenate([np.zeros(3), part.axis])[None]
+    if part.kind == "prismatic":
+        return np.concatenate([length * part.axis, np.zeros(3)])[None]
+    return np.concatenate([np.zeros((3, 3)), np.eye(3)], axis=1)

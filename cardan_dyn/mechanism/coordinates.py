@@ -13,12 +13,16 @@ from .joints import Joint
 
 
 class Moves(NamedTuple):
-    """Displacements along chosen velocity coordinates.
+    """How rows of coordinates move when chosen velocity coordinates do.
+
+    A step holds the displacements of the chosen velocity coordinates, in their order.
 
     Attributes:
-        columns, steps: columns of a row that change by the numbers in these places of a step.
-        slides: places of steps that are lengths.
-        balls: column of a quaternion and place of the rotation vector that turns it.
+        columns: `(k,)` columns of a row that are angles or slides.
+        steps: `(k,)` indices of their displacements in a step.
+        slides: indices of the displacements in a step that are lengths.
+        balls: for each ball, the first column of its quaternion in a row, and the index of the
+            first component of its rotation vector in a step.
     """
 
     columns: Array
@@ -27,11 +31,28 @@ class Moves(NamedTuple):
     balls: list[tuple[int, int]]
 
     def apply(self, x: Array, step: Array) -> None:
-        """Move rows `x (N, size)` by displacements `step (N, k)`, in place."""
+        """Move rows in place, which spares a copy in every Newton step.
+
+        Args:
+            x: `(N, size)` rows; they are changed.
+            step: `(N, k)` displacements [rad, m], of balls rotation vectors in the ball's frame.
+        """
         x[:, self.columns] += step[:, self.steps]
         for column, start in self.balls:
-            turn = _exponential(step[:, start : start + 3])
-            x[:, column : column + 4] = quaternion_product(x[:, column : column + 4], turn)
+            rotation = _exponential(step[:, start : start + 3])
+            x[:, column : column + 4] = quaternion_product(x[:, column : column + 4], rotation)
+
+
+class _Kind(NamedTuple):
+    """Where the parts of one kind are.
+
+    Attributes:
+        columns: their first columns in a row.
+        velocities: their first velocity coordinates.
+    """
+
+    columns: Array
+    velocities: Array
 
 
 class Coordinates:
@@ -42,7 +63,8 @@ class Coordinates:
     Pinocchio's layout.
 
     Attributes:
-        size: numbers per row.
+        model: `pin.Model` of the mechanism.
+        size: length of a row.
         starts: first column of each part.
         parts: the elementary parts of all joints, in Pinocchio's order.
         angle_columns: columns that are angles.
@@ -63,7 +85,7 @@ class Coordinates:
         self.columns: dict[str, slice] = {}
         self.velocity_columns: dict[str, slice] = {}
         self.size = 0
-        ordered = sorted((joint for joint in joints if joint.parts), key=_place)
+        ordered = sorted((joint for joint in joints if joint.parts), key=lambda joint: joint.id)
         self.parts = [part for joint in ordered for part in joint.parts]
         self.starts: list[int] = []
         for joint in ordered:
@@ -75,94 +97,95 @@ class Coordinates:
             self.columns[joint.name] = slice(first, self.size)
             self.velocity_columns[joint.name] = slice(start, start + joint.nv)
 
-        def of_kind(kind: str) -> tuple[Array, Array, Array]:
-            chosen = [
-                (part, start)
-                for part, start in zip(self.parts, self.starts, strict=True)
-                if part.kind == kind
-            ]
-            return (
-                np.array([part.id - 1 for part, _ in chosen], dtype=int),
-                np.array([start for _, start in chosen], dtype=int),
-                np.array([self.model.idx_vs[part.id] for part, _ in chosen], dtype=int),
-            )
-
-        revolute, prismatic, self._spherical = map(of_kind, ("revolute", "prismatic", "spherical"))
-        self._scalar_columns = np.concatenate([revolute[1], prismatic[1]])
-        self._scalar_velocities = np.concatenate([revolute[2], prismatic[2]])
-        self.angle_columns = revolute[1]
+        revolute, prismatic = self._of_kind("revolute"), self._of_kind("prismatic")
+        self._balls = self._of_kind("spherical")
+        self._scalars = _Kind(
+            *(np.concatenate(pair) for pair in zip(revolute, prismatic, strict=True))
+        )
+        self.angle_columns = revolute.columns
         self.scale = np.ones(self.size)
-        self.scale[prismatic[1]] = 1.0 / length
+        self.scale[prismatic.columns] = 1.0 / length
+
+    def _of_kind(self, kind: str) -> _Kind:
+        chosen = [
+            (start, self.model.idx_vs[part.id])
+            for part, start in zip(self.parts, self.starts, strict=True)
+            if part.kind == kind
+        ]
+        return _Kind(*np.array(chosen, dtype=int).reshape(-1, 2).T.copy())
 
     def neutral(self) -> Array:
         """Return the `(size,)` row in which every joint is at zero."""
         row = np.zeros(self.size)
-        row[self._spherical[1] + 3] = 1.0
+        row[self._balls.columns + 3] = 1.0
         return row
 
     def column_of(self, velocities: Array) -> Array:
         """Return the columns of rows that belong to velocity coordinates of turns and slides."""
-        places = dict(
-            zip(self._scalar_velocities.tolist(), self._scalar_columns.tolist(), strict=True)
-        )
-        return np.array([places[int(column)] for column in velocities], dtype=int)
+        column_of = dict(zip(*map(np.ndarray.tolist, self._scalars[::-1]), strict=True))
+        return np.array([column_of[velocity] for velocity in velocities.tolist()], dtype=int)
 
     def moves(self, velocities: Array) -> Moves:
-        """Return how rows move along some velocity coordinates, whole joints of them."""
-        places = {int(column): k for k, column in enumerate(velocities)}
-        scalars = [
-            (column, places[int(start)])
-            for column, start in zip(self._scalar_columns, self._scalar_velocities, strict=True)
-            if int(start) in places
-        ]
-        balls = [
-            (int(column), places[int(start)])
-            for column, start in zip(self._spherical[1], self._spherical[2], strict=True)
-            if int(start) in places
-        ]
-        columns, steps = zip(*scalars, strict=True) if scalars else ((), ())
-        angles = set(self.angle_columns.tolist())
-        slides = [step for column, step in scalars if int(column) not in angles]
-        return Moves(
-            np.array(columns, dtype=int),
-            np.array(steps, dtype=int),
-            np.array(slides, dtype=int),
-            balls,
-        )
+        """Return how rows move along some velocity coordinates.
+
+        Args:
+            velocities: the coordinates; of a ball all three, in a row, or none.
+        """
+        step_of = {velocity: step for step, velocity in enumerate(velocities.tolist())}
+
+        def chosen(kind: _Kind) -> list[tuple[int, int]]:
+            return [
+                (column, step_of[velocity])
+                for column, velocity in zip(*map(np.ndarray.tolist, kind), strict=True)
+                if velocity in step_of
+            ]
+
+        columns, steps = np.array(chosen(self._scalars), dtype=int).reshape(-1, 2).T.copy()
+        slides = steps[~np.isin(columns, self.angle_columns)]
+        return Moves(columns, steps, slides, chosen(self._balls))
 
     def shape(self, x: Array) -> Array:
-        """Return rows that are equal for equal positions, whatever their turns and signs."""
+        """Return rows that are equal for equal positions of the joints.
+
+        Whole turns of angles and the signs of quaternions make no difference to them.
+        """
         columns = np.delete(np.arange(self.size), self.angle_columns)
         rest = x[:, columns]
-        for column in self._spherical[1]:
-            place = int(np.nonzero(columns == column)[0][0])
-            block = rest[:, place : place + 4]
-            largest = np.argmax(np.abs(block), axis=1)[:, None]
-            block *= np.sign(np.take_along_axis(block, largest, axis=1))
+        for column in self._balls.columns:
+            start = int(np.searchsorted(columns, column))
+            quaternions = rest[:, start : start + 4]
+            largest = np.argmax(np.abs(quaternions), axis=1)[:, None]
+            quaternions *= np.sign(np.take_along_axis(quaternions, largest, axis=1))
         angles = x[:, self.angle_columns]
         return np.concatenate([np.cos(angles), np.sin(angles), rest], axis=1)
 
     def derivative(self, x: Array, v: Array) -> Array:
         """Return `(N, size)` rates of the rows `x` for joint velocities `v (N, nv)`."""
         rates = np.zeros_like(x)
-        rates[:, self._scalar_columns] = v[:, self._scalar_velocities]
-        for column, start in zip(self._spherical[1], self._spherical[2], strict=True):
+        rates[:, self._scalars.columns] = v[:, self._scalars.velocities]
+        for column, start in zip(*self._balls, strict=True):
             spin = np.zeros((len(x), 4))
             spin[:, :3] = 0.5 * v[:, start : start + 3]
             rates[:, column : column + 4] = quaternion_product(x[:, column : column + 4], spin)
         return rates
 
     def curvature(self, x: Array, v: Array, a: Array) -> Array:
-        """Return second time derivatives `(N, size)` of the rows `x`."""
+        """Return second time derivatives `(N, size)` of the rows `x`.
+
+        Args:
+            x: `(N, size)`.
+            v: joint velocities `(N, nv)`.
+            a: joint accelerations `(N, nv)`.
+        """
         result = self.derivative(x, a)
-        for column, start in zip(self._spherical[1], self._spherical[2], strict=True):
+        for column, start in zip(*self._balls, strict=True):
             squared = np.sum(v[:, start : start + 3] ** 2, axis=1, keepdims=True)
             result[:, column : column + 4] -= 0.25 * squared * x[:, column : column + 4]
         return result
 
     def normalised(self, x: Array) -> Array:
         """Return `x` with its quaternions scaled to unit length, in place."""
-        for column in self._spherical[1]:
+        for column in self._balls.columns:
             quaternion = x[:, column : column + 4]
             quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
         return x
@@ -171,17 +194,14 @@ class Coordinates:
         """Return Pinocchio configurations `(N, nq)` of the mechanism's model."""
         q = np.empty((len(x), self.model.nq))
         for part, start in zip(self.parts, self.starts, strict=True):
-            at, count = self.model.idx_qs[part.id], self.model.nqs[part.id]
+            first, count = self.model.idx_qs[part.id], self.model.nqs[part.id]
             if part.kind == "revolute" and count == 2:
-                q[:, at] = np.cos(x[:, start])
-                q[:, at + 1] = np.sin(x[:, start])
+                # Pinocchio's joints without limits have the cosine and sine of their angle.
+                q[:, first] = np.cos(x[:, start])
+                q[:, first + 1] = np.sin(x[:, start])
             else:
-                q[:, at : at + count] = x[:, start : start + count]
+                q[:, first : first + count] = x[:, start : start + count]
         return q
-
-
-def _place(joint: Joint) -> int:
-    return joint.id
 
 
 def _exponential(rotation: Array) -> Array:

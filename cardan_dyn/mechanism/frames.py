@@ -1,7 +1,8 @@
 """Frames: where every joint and body of a description is, by plain forward kinematics.
 
-Nothing here knows of Pinocchio, of groups, or of how a mechanism is solved: joint coordinates go
-in, placements in world axes come out, joint after joint from the root.
+Nothing here uses Pinocchio, groups, or the solution of a mechanism, so that the proof of a result
+can rely on it: joint coordinates go in, placements in world axes come out, joint after joint from
+the root.
 """
 
 from __future__ import annotations
@@ -22,10 +23,12 @@ if TYPE_CHECKING:
     )
     from .coordinates import Coordinates
 
+_IDENTITY = np.eye(4)
+
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """Links that fixed joints make one body.
+    """Links that fixed joints join to one body.
 
     Attributes:
         mass: [kg].
@@ -44,12 +47,12 @@ class ElementaryMotion:
 
     Attributes:
         kind: `turn`, `slide` or `ball`.
-        joint: number of its joint.
+        joint: index of its joint in `Frames`.
         axis: `(3,)` in the joint's frame.
-        before: number of the motion that moves its frame, -1 for the world.
+        before: index of the motion that moves its frame, -1 for the world.
         placement: `(4, 4)` of its frame in that one.
-        column: first place of its coordinates in a row `x`.
-        rate: first place of its rates.
+        column: first column of its coordinates in a row `x`.
+        rate: first column of its rates in a velocity.
     """
 
     kind: str
@@ -71,16 +74,16 @@ class Frames:
 
     Attributes:
         joints: names: those of the tree from the root outwards, then the loops.
-        bodies: the bodies; number `j` is what joint `j` of the tree moves.
-        parents: per joint, the number of its parent's body, -1 for the world.
-        children: per joint, the number of the body that it acts on; of a loop, its successor.
+        bodies: the bodies; body `j` is what joint `j` of the tree moves.
+        parents: per joint, the index of its parent's body, -1 for the world.
+        children: per joint, the index of the body that it acts on; of a loop, its successor.
         ends: per loop, the `(4, 4)` placement of its frame in its successor.
         motions: elementary motions of all joints, those of a joint in a row.
-        last: per joint, the number of its last motion, whose frame is the joint's; where it has
+        last: per joint, the index of its last motion, whose frame is the joint's; where it has
             none (a `fixed` loop), of the one that moves its predecessor.
         fixed_placement: per joint without motion, its `(4, 4)` placement in that frame.
-        tree: number of joints of the tree.
-        links: link to the number of its body, -1 for the world, and its `(4, 4)` placement there.
+        tree: how many joints the tree has; the loops follow them.
+        links: link to the index of its body, -1 for the world, and its `(4, 4)` placement there.
         corner: `(3,)` the point about which moments are taken, so that no digits are lost far from
             the world's origin.
     """
@@ -93,37 +96,38 @@ class Frames:
         self.last: list[int] = []
         self.fixed_placement: dict[int, Array] = {}
         self._columns, self._rates = coordinates.columns, coordinates.velocity_columns
+        self.links = self._add_tree(description)
+        self.tree = len(self.joints)
+        self.ends = [self._add_loop(loop) for loop in description.loops]
+        self.bodies = self._bodies(description)
+        self.corner = self._corner()
+
+    def _add_tree(self, description: Description) -> dict[str, tuple[int, Array]]:
+        """Add the joints of the tree, depth first; return the links, see `links`."""
         links = {description.root: (-1, np.eye(4))}
         children: dict[str, list[JointDescription]] = {link.name: [] for link in description.links}
         for joint in description.joints:
             children[joint.parent].append(joint)
-        waiting = children[description.root][::-1]
-        while waiting:
-            joint = waiting.pop()
+        pending = children[description.root][::-1]
+        while pending:
+            joint = pending.pop()
             body, placement = links[joint.parent]
             placement = placement @ joint.origin
             if joint.type == "fixed":
                 links[joint.child] = body, placement @ joint.child_placement
             else:
-                own = len(self.joints)
-                self._add(joint.name, joint, body, own, placement)
-                links[joint.child] = own, joint.child_placement
-            waiting.extend(children[joint.child][::-1])
-        self.tree = len(self.joints)
-        self.ends: list[Array] = []
-        for loop in description.loops:
-            body, placement = links[loop.predecessor]
-            successor, end = links[loop.successor]
-            self._add(loop.name, loop, body, successor, placement @ loop.predecessor_origin)
-            self.ends.append(end @ loop.successor_origin)
-        self.links = links
-        masses = {link.name: link for link in description.links}
-        parts: list[dict[str, Array]] = [{} for _ in range(self.tree)]
-        for link, (body, placement) in links.items():
-            if body >= 0:
-                parts[body][link] = placement
-        self.bodies = [_merged(masses, own_links) for own_links in parts]
-        self.corner = self._corner()
+                child = len(self.joints)
+                self._add(joint.name, joint, body, child, placement)
+                links[joint.child] = child, joint.child_placement
+            pending.extend(children[joint.child][::-1])
+        return links
+
+    def _add_loop(self, loop: LoopDescription) -> Array:
+        """Add the joint of a loop; return the `(4, 4)` placement of its frame in its successor."""
+        body, placement = self.links[loop.predecessor]
+        successor, end = self.links[loop.successor]
+        self._add(loop.name, loop, body, successor, placement @ loop.predecessor_origin)
+        return np.asarray(end @ loop.successor_origin)
 
     def _add(
         self,
@@ -133,23 +137,32 @@ class Frames:
         child: int,
         placement: Array,
     ) -> None:
-        number = len(self.joints)
+        index = len(self.joints)
         self.joints.append(name)
         self.parents.append(body)
         self.children.append(child)
         before = self.last[body] if body >= 0 else -1
         motions = _motions(joint.type, joint.axis, joint.axis_2)
         if not motions:
-            self.fixed_placement[number] = placement
+            self.fixed_placement[index] = placement
         else:
             column, rate = self._columns[name].start, self._rates[name].start
             for kind, axis in motions:
-                motion = ElementaryMotion(kind, number, axis, before, placement, column, rate)
+                motion = ElementaryMotion(kind, index, axis, before, placement, column, rate)
                 self.motions.append(motion)
                 before, placement = len(self.motions) - 1, np.eye(4)
                 column += 4 if kind == "ball" else 1
                 rate += motion.size
         self.last.append(before)
+
+    def _bodies(self, description: Description) -> list[Body]:
+        """Return the moving bodies, each from its links."""
+        described = {link.name: link for link in description.links}
+        links_of: list[dict[str, Array]] = [{} for _ in range(self.tree)]
+        for link, (body, placement) in self.links.items():
+            if body >= 0:
+                links_of[body][link] = placement
+        return [_merged(described, links) for links in links_of]
 
     def _corner(self) -> Array:
         """Return the middle of all joints that hang from the world."""
@@ -163,11 +176,11 @@ class Frames:
 
     def path(self, body: int) -> list[int]:
         """Return the tree joints from the root to a body."""
-        found = []
+        path = []
         while body >= 0:
-            found.append(body)
+            path.append(body)
             body = self.parents[body]
-        return found[::-1]
+        return path[::-1]
 
     def placed(self, x: Array) -> Array:
         """Return the frames of all motions at rows `x (N, size)`, `(M, 4, 3, N)`.
@@ -176,37 +189,49 @@ class Frames:
         in world axes.
         """
         result = np.empty((len(self.motions), 4, 3, len(x)))
-        turning = [number for number, motion in enumerate(self.motions) if motion.kind == "turn"]
-        angles = np.ascontiguousarray(x[:, [self.motions[number].column for number in turning]].T)
+        turning = [index for index, motion in enumerate(self.motions) if motion.kind == "turn"]
+        angles = np.ascontiguousarray(x[:, [self.motions[index].column for index in turning]].T)
         turns = dict(zip(turning, zip(np.cos(angles), np.sin(angles), strict=True), strict=True))
-        for number in range(len(self.motions)):
-            self._place(result, number, x, turns.get(number))
+        for index in range(len(self.motions)):
+            self._place(result, index, x, turns.get(index))
         return result
 
-    def joint(self, x: Array, number: int) -> tuple[Array, Array]:
-        """Return rotations `(N, 3, 3)` and origins `(N, 3)` of a joint's frame in the world."""
-        last = self.last[number]
+    def joint(self, x: Array, index: int) -> tuple[Array, Array]:
+        """Return rotations `(N, 3, 3)` and origins `(N, 3)` of a joint's frame in the world.
+
+        Args:
+            x: `(N, size)` coordinates.
+            index: of the joint.
+        """
+        last = self.last[index]
         path = [last] if last >= 0 else []
         while path and self.motions[path[-1]].before >= 0:
             path.append(self.motions[path[-1]].before)
         frames: dict[int, Array] = {}
-        for step in reversed(path):
-            angle = x[:, self.motions[step].column]
-            frames[step] = np.empty((4, 3, len(x)))
-            self._place(frames, step, x, (np.cos(angle), np.sin(angle)))
-        frame = self._moved(frames, last, self.fixed_placement.get(number, _IDENTITY), len(x))
+        for motion in reversed(path):
+            angle = x[:, self.motions[motion].column]
+            frames[motion] = np.empty((4, 3, len(x)))
+            self._place(frames, motion, x, (np.cos(angle), np.sin(angle)))
+        frame = self._moved(frames, last, self.fixed_placement.get(index, _IDENTITY), len(x))
         origin = frame[3].T + self.corner
         return np.ascontiguousarray(frame[:3].transpose(2, 1, 0)), origin
 
     def _place(
         self,
         frames: Array | dict[int, Array],
-        number: int,
+        index: int,
         x: Array,
         turn: tuple[Array, Array] | None,
     ) -> None:
-        """Fill in the frame of a motion, whose turn is given as cosines and sines."""
-        motion, frame = self.motions[number], frames[number]
+        """Write the frame of a motion into `frames`, which spares a copy of it.
+
+        Args:
+            frames: those of the motions before it are known.
+            index: of the motion.
+            x: `(N, size)` coordinates.
+            turn: cosines and sines of a turn's angle.
+        """
+        motion, frame = self.motions[index], frames[index]
         start = self._moved(frames, motion.before, motion.placement, len(x))
         if motion.kind == "turn" and turn is not None:
             _turn(frame, start, motion.axis, *turn)
@@ -216,43 +241,47 @@ class Frames:
             frame[:3] = np.einsum("ijn,ikn->jkn", _rotation(q), start[:3])
         else:
             frame[:3] = start[:3]
-            slide = motion.axis @ start[:3].reshape(3, -1)
-            frame[3] = start[3] + slide.reshape(3, -1) * x[:, motion.column]
+            direction = motion.axis @ start[:3].reshape(3, -1)
+            frame[3] = start[3] + direction.reshape(3, -1) * x[:, motion.column]
 
     def ended(self, frames: Array, loop: int) -> Array:
         """Return the frame of a loop's successor where the loop joins it, `(4, 3, N)`."""
         body = self.children[self.tree + loop]
-        number = self.last[body] if body >= 0 else -1
-        return self._moved(frames, number, self.ends[loop], frames.shape[-1])
+        motion = self.last[body] if body >= 0 else -1
+        return self._moved(frames, motion, self.ends[loop], frames.shape[-1])
 
     def joint_frames(self, frames: Array) -> Array:
         """Return the frames of all joints `(J, 4, 3, N)`."""
         if not self.fixed_placement and self.last == list(range(len(frames))):
             return frames
-        found = np.empty((len(self.joints), *frames.shape[1:]))
-        for number, last in enumerate(self.last):
-            if number in self.fixed_placement:
-                placement = self.fixed_placement[number]
-                found[number] = self._moved(frames, last, placement, frames.shape[-1])
+        result = np.empty((len(self.joints), *frames.shape[1:]))
+        for index, last in enumerate(self.last):
+            if index in self.fixed_placement:
+                placement = self.fixed_placement[index]
+                result[index] = self._moved(frames, last, placement, frames.shape[-1])
             else:
-                found[number] = frames[last]
-        return found
+                result[index] = frames[last]
+        return result
 
     def _moved(
-        self, frames: Array | dict[int, Array], number: int, placement: Array, count: int
+        self, frames: Array | dict[int, Array], motion: int, placement: Array, count: int
     ) -> Array:
-        """Return a placement in the frame of a motion, or in the world, `(4, 3, N)`."""
-        if number < 0:
+        """Return a placement in the frame of a motion as a frame in the world, `(4, 3, N)`.
+
+        Args:
+            frames: of the motions.
+            motion: index of the motion, -1 for the world.
+            placement: `(4, 4)`.
+            count: number of samples N.
+        """
+        if motion < 0:
             columns = placement[:3].T.copy()
             columns[3] -= self.corner
             return np.repeat(columns[:, :, None], count, axis=2)
-        frame = frames[number]
+        frame = frames[motion]
         if np.array_equal(placement, _IDENTITY):
             return frame
         return np.asarray((placement.T @ frame.reshape(4, -1)).reshape(frame.shape))
-
-
-_IDENTITY = np.eye(4)
 
 
 def _motions(kind: str, axis: Array, axis_2: Array) -> list[tuple[str, Array]]:
@@ -281,24 +310,32 @@ def _motions(kind: str, axis: Array, axis_2: Array) -> list[tuple[str, Array]]:
 
 
 def _turn(frame: Array, start: Array, axis: Array, cosine: Array, sine: Array) -> None:
-    """Turn a frame `(4, 3, N)` about an axis of its own."""
-    place = int(np.argmax(np.abs(axis)))
-    one, other = (place + 1) % 3, (place + 2) % 3
+    """Write into `frame` what a frame `start` is after a turn about an axis of its own.
+
+    Args:
+        frame: `(4, 3, N)` the result.
+        start: `(4, 3, N)`.
+        axis: `(3,)` unit vector in that frame.
+        cosine: `(N,)` of the angle.
+        sine: `(N,)` of the angle.
+    """
+    along = int(np.argmax(np.abs(axis)))
+    second, third = (along + 1) % 3, (along + 2) % 3
     frame[3] = start[3]
-    if axis[one] == 0.0 and axis[other] == 0.0:
-        sine = sine * axis[place]
-        frame[place] = start[place]
-        frame[one] = cosine * start[one] + sine * start[other]
-        frame[other] = cosine * start[other] - sine * start[one]
+    if axis[second] == 0.0 and axis[third] == 0.0:
+        sine = sine * axis[along]
+        frame[along] = start[along]
+        frame[second] = cosine * start[second] + sine * start[third]
+        frame[third] = cosine * start[third] - sine * start[second]
         return
-    # Rodrigues: R = 1 + sin K + (1 - cos) K², of which the columns are combinations of the axes'.
+    # Rodrigues: R = 1 + sin K + (1 - cos) K², applied to the three axes of the frame.
     cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     axes = start[:3].reshape(3, -1)
-    first = (cross.T @ axes).reshape(3, 3, -1)
-    second = ((cross @ cross).T @ axes).reshape(3, 3, -1)
-    # 1 - cos without cancellation.
+    linear = (cross.T @ axes).reshape(3, 3, -1)
+    quadratic = ((cross @ cross).T @ axes).reshape(3, 3, -1)
+    # 1 - cos, without cancellation for small angles.
     versine = np.where(cosine > 0.0, sine**2 / (1.0 + np.abs(cosine)), 1.0 - cosine)
-    frame[:3] = start[:3] + sine * first + versine * second
+    frame[:3] = start[:3] + sine * linear + versine * quadratic
 
 
 def _rotation(q: Array) -> Array:
@@ -313,17 +350,26 @@ def _rotation(q: Array) -> Array:
     )
 
 
-def _merged(masses: dict[str, LinkDescription], own: dict[str, Array]) -> Body:
-    """Return links, placed in the frame of their body, as one."""
-    parts = [(masses[name], placement) for name, placement in own.items() if masses[name].mass]
-    mass = float(sum(link.mass for link, _ in parts))
-    points = [place[:3, :3] @ link.centre + place[:3, 3] for link, place in parts]
+def _merged(described: dict[str, LinkDescription], placements: dict[str, Array]) -> Body:
+    """Return links, placed in the frame of their body, as one body.
+
+    Args:
+        described: all links by name.
+        placements: links of the body and their `(4, 4)` placements.
+    """
+    links = [
+        (described[name], placement)
+        for name, placement in placements.items()
+        if described[name].mass
+    ]
+    mass = float(sum(link.mass for link, _ in links))
+    points = [placement[:3, :3] @ link.centre + placement[:3, 3] for link, placement in links]
     centre = np.zeros(3)
-    for (link, _), point in zip(parts, points, strict=True):
+    for (link, _), point in zip(links, points, strict=True):
         centre = centre + link.mass / mass * point
     inertia = np.zeros((3, 3))
-    for (link, place), point in zip(parts, points, strict=True):
+    for (link, placement), point in zip(links, points, strict=True):
         arm = point - centre
-        turned = place[:3, :3] @ link.inertia @ place[:3, :3].T
-        inertia += turned + link.mass * (arm @ arm * np.eye(3) - np.multiply.outer(arm, arm))
+        rotated = placement[:3, :3] @ link.inertia @ placement[:3, :3].T
+        inertia += rotated + link.mass * (arm @ arm * np.eye(3) - np.multiply.outer(arm, arm))
     return Body(mass, centre, inertia)

@@ -16,7 +16,7 @@ class Part:
     Attributes:
         kind: `revolute`, `prismatic` or `spherical`.
         axis: `(3,)` unit axis in the joint frame.
-        id: of its joint in the model.
+        id: index of its joint in the model.
     """
 
     kind: str
@@ -29,7 +29,7 @@ class Part:
         return 3 if self.kind == "spherical" else 1
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Joint:
     """One joint of a mechanism, in the tree or closing a loop.
 
@@ -57,6 +57,9 @@ class Joint:
     def nv(self) -> int:
         """Number of velocity coordinates."""
         return sum(part.nv for part in self.parts)
+
+    def __repr__(self) -> str:
+        return f"<Joint {self.name!r}: {self.type}>"
 
 
 def elementary(kind: str, axis: Array, axis_2: Array) -> list[tuple[str, Array]]:

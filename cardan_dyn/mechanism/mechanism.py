@@ -21,7 +21,7 @@ from ..description.read import read
 from ..errors import ModelError, choices
 from ..frozen import Frozen, FrozenDict
 from .coordinates import Coordinates
-from .joints import Joint
+from .joints import Joint, Part
 from .tree import TreeBuilder, ancestors, se3
 
 if TYPE_CHECKING:
@@ -34,7 +34,9 @@ if TYPE_CHECKING:
     from .frames import Frames
 
 
-_SHORTEST = 1e-30  # Squares of lengths and their reciprocals have to stay numbers.
+_SHORTEST = 1e-30
+"""Characteristic length [m] below which a mechanism is refused: powers of it and their reciprocals
+have to stay within the range of doubles, which ends at 1e-308."""
 
 
 class Loop(NamedTuple):
@@ -57,13 +59,14 @@ class Loop(NamedTuple):
 
 
 class Coupling(NamedTuple):
-    """A gear: ratio times the predecessor's rotation equals the successor's.
+    """A velocity ratio between two links: ratio times the predecessor's motion is the successor's.
 
-    Rotations count from the nearest common ancestor of both links.
+    Motions are angles or slides, summed up over the joints from the nearest common ancestor of both
+    links.
 
     Attributes:
         name: its name in the description.
-        ratio: rotation of the successor per rotation of the predecessor.
+        ratio: motion of the successor per motion of the predecessor.
         predecessor, successor: indices of the links' bodies in `Mechanism.model`.
         predecessor_columns, successor_columns: velocity coordinates between them and their
             nearest common ancestor.
@@ -87,7 +90,6 @@ class Mechanism(Frozen):
         description: the description that it was made of.
         notation: how the description writes its loops, and what else it says about them.
         warnings: what is wrong with the description and was accepted.
-        source: text and file of the description, from which a viewer reads what it shows.
         model: `pin.Model` of the spanning tree, the joints of the loops included. Its `gravity` is
             Pinocchio's 9.81 m/s² along -z, which plays no part in scenes: they have the gravity
             that they are given, none unless they are given some. It keeps the limits of the
@@ -96,10 +98,11 @@ class Mechanism(Frozen):
         joints: mapping of joint names to `Joint`, tree joints first, then loops.
         links: mapping of link names to `(index in model, pin.SE3 placement in that body)`.
         loops: the welds.
-        couplings: the gears.
+        couplings: the velocity ratios between links.
         independent_joints: names of the joints that the description's author drives.
-        helpers: indices of bodies that only carry a loop's joint to the world. Their inertia
-            keeps `model`'s inertia matrix regular; welded to the world, they never move.
+        auxiliary_bodies: indices of the bodies in `model` that only carry a loop's joint to the
+            world. Their artificial inertia keeps the inertia matrix of `model` regular; it has no
+            effect, since they are welded to the world.
         characteristic_length: greatest distance within a body [m]. It weighs forces against
             moments and distances against angles wherever both are compared.
         coordinates: layout of joint coordinates and velocities.
@@ -110,41 +113,19 @@ class Mechanism(Frozen):
         self.name = description.name
         self.notation = description.notation
         self.warnings = description.warnings
-        self.source = description.source
         tree = TreeBuilder(description)
         self.model = tree.model
         self.links = FrozenDict(tree.links)
-        joints: dict[str, Joint] = {}
-        described: list[JointDescription | LoopDescription] = [
-            *description.joints,
-            *description.loops,
-        ]
-        for item in described:
-            if item.name in tree.parts:
-                axis = np.cross(item.axis, item.axis_2) if item.type == "universal" else item.axis
-                joints[item.name] = Joint(item.name, item.type, axis, tuple(tree.parts[item.name]))
-        self.joints = FrozenDict(joints)
+        self.joints = FrozenDict(_joints(description, tree.parts))
         self.loops = tuple(self._weld(loop) for loop in description.loops)
-        self.couplings = tuple(self._gear(item) for item in description.couplings)
+        self.couplings = tuple(self._coupling(item) for item in description.couplings)
         self.independent_joints = description.independent_joints
-        self.helpers = tuple(
+        self.auxiliary_bodies = tuple(
             loop.predecessor
             for loop in self.loops
             if loop.successor == 0 and self.joints[loop.joint].parts
         )
-        self.constraint_models = pinocchio.StdVec_RigidConstraintModel()
-        for weld in self.loops:
-            self.constraint_models.append(
-                pinocchio.RigidConstraintModel(
-                    pinocchio.ContactType.CONTACT_6D,
-                    self.model,
-                    weld.predecessor,
-                    weld.predecessor_placement,
-                    weld.successor,
-                    weld.successor_placement,
-                    pinocchio.ReferenceFrame.LOCAL,
-                )
-            )
+        self.constraint_models = _constraint_models(self.model, self.loops)
         self.characteristic_length = _characteristic_length(self.model, self.loops)
         if self.characteristic_length < _SHORTEST:
             raise ModelError(
@@ -240,23 +221,36 @@ class Mechanism(Frozen):
         loops = ", ".join(loop.joint for loop in self.loops) or "none"
         return f"<Mechanism {self.name!r}: {len(self.joints)} joints, loops: {loops}>"
 
+    def _repr_html_(self) -> str:
+        from .html_table import html_table
+
+        rows = [
+            ("notation", self.notation),
+            ("characteristic length", f"{self.characteristic_length:.4g} m"),
+            ("joints", "\n".join(f"{joint.name}: {joint.type}" for joint in self.joints.values())),
+            ("loops", ", ".join(loop.joint for loop in self.loops) or "none"),
+            ("couplings", "\n".join(map(_shown, self.couplings)) or "none"),
+            ("warnings", "\n".join(self.warnings) or "none"),
+        ]
+        return html_table(self.name, rows)
+
     def _weld(self, loop: LoopDescription) -> Loop:
         predecessor, frame = self.links[loop.predecessor]
         placement = frame * se3(loop.predecessor_origin)
-        own = self.joints[loop.name].id
-        if own:
-            predecessor, placement = own, pinocchio.SE3.Identity()
+        joint_body = self.joints[loop.name].id
+        if joint_body:
+            predecessor, placement = joint_body, pinocchio.SE3.Identity()
         successor, frame = self.links[loop.successor]
         return Loop(
             loop.name, predecessor, placement, successor, frame * se3(loop.successor_origin)
         )
 
-    def _gear(self, coupling: CouplingDescription) -> Coupling:
+    def _coupling(self, coupling: CouplingDescription) -> Coupling:
         bodies = [self.links[name][0] for name in (coupling.predecessor, coupling.successor)]
         chains = [set(ancestors(self.model, body)) for body in bodies]
         first, second = (
-            tuple(self._turning(coupling.name, own - other))
-            for own, other in (chains, chains[::-1])
+            tuple(self._coupled_columns(coupling.name, side - opposite))
+            for side, opposite in (chains, chains[::-1])
         )
         if not (first or second):
             raise ModelError(
@@ -265,8 +259,12 @@ class Mechanism(Frozen):
             )
         return Coupling(coupling.name, coupling.ratio, bodies[0], bodies[1], first, second)
 
-    def _turning(self, coupling: str, bodies: set[int]) -> list[int]:
-        """Return the velocity coordinates of joints that a coupling counts."""
+    def _coupled_columns(self, coupling: str, bodies: set[int]) -> list[int]:
+        """Return the velocity coordinates of the joints that move some bodies (0-based).
+
+        Raises:
+            ModelError: one of them has several coordinates, which the coupling cannot count.
+        """
         columns = []
         for joint in self.joints.values():
             for part in joint.parts:
@@ -298,26 +296,54 @@ def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
     return Mechanism(read(source, strict))
 
 
+def _joints(description: Description, parts: dict[str, list[Part]]) -> dict[str, Joint]:
+    """Return the joints that carry a wrench by name, those of the tree first, then the loops."""
+    described: list[JointDescription | LoopDescription] = [*description.joints, *description.loops]
+    joints = {}
+    for item in described:
+        if item.name in parts:
+            axis = np.cross(item.axis, item.axis_2) if item.type == "universal" else item.axis
+            joints[item.name] = Joint(item.name, item.type, axis, tuple(parts[item.name]))
+    return joints
+
+
+def _shown(coupling: Coupling) -> str:
+    return f"{coupling.name}: ratio {coupling.ratio:g}"
+
+
+def _constraint_models(
+    model: pinocchio.Model, loops: tuple[Loop, ...]
+) -> pinocchio.StdVec_RigidConstraintModel:
+    """Return welds as Pinocchio's constraints."""
+    result = pinocchio.StdVec_RigidConstraintModel()
+    for weld in loops:
+        result.append(
+            pinocchio.RigidConstraintModel(
+                pinocchio.ContactType.CONTACT_6D,
+                model,
+                weld.predecessor,
+                weld.predecessor_placement,
+                weld.successor,
+                weld.successor_placement,
+                pinocchio.ReferenceFrame.LOCAL,
+            )
+        )
+    return result
+
+
 def _characteristic_length(model: pinocchio.Model, loops: tuple[Loop, ...]) -> float:
     """Return the greatest distance that occurs within a body of the mechanism [m]."""
-    on_world: list[np.ndarray] = []
-    lengths = [0.0]
-
-    def place(body: int, placement: pinocchio.SE3) -> None:
-        if body == 0:
-            on_world.append(placement.translation)
-        else:
-            lengths.append(float(np.linalg.norm(placement.translation)))
-
-    for parent, placement in zip(model.parents[1:], model.jointPlacements[1:], strict=False):
-        place(parent, placement)
+    placed = list(zip(list(model.parents)[1:], list(model.jointPlacements)[1:], strict=True))
     for loop in loops:
-        place(loop.predecessor, loop.predecessor_placement)
-        place(loop.successor, loop.successor_placement)
+        placed.append((loop.predecessor, loop.predecessor_placement))
+        placed.append((loop.successor, loop.successor_placement))
+    lengths = [0.0]
+    lengths += [float(np.linalg.norm(frame.translation)) for body, frame in placed if body]
+    # The world's origin may be anywhere, so frames in the world are measured from their middle.
+    on_world = [frame.translation for body, frame in placed if not body]
     if on_world:
         spread = np.asarray(on_world) - np.mean(on_world, axis=0)
         lengths.append(float(np.max(np.linalg.norm(spread, axis=1))))
-    # What stands in the world may stand anywhere.
     for inertia in list(model.inertias)[1:]:
         if inertia.mass > 0.0:
             lengths.append(float(np.linalg.norm(inertia.lever)))

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class _Body:
-    """Links that fixed joints make one body, in the frame of the joint that moves them.
+    """Links that fixed joints join to one body, in the frame of the joint that moves them.
 
     Attributes:
-        joint: that joint; None for what stands in the world.
+        joint: that joint; None for the body that is fixed to the world.
         placement: `(4, 4)` of the joint in the parent.
         links: names and `(4, 4)` placements of the links.
         children: bodies that move on this one.
@@ -38,6 +38,11 @@ class _Body:
     links: dict[str, Array]
     children: list[_Body]
     loops: list[LoopDescription]
+
+    def items_on_it(self) -> list[tuple[_Body, _Body | LoopDescription]]:
+        """Return this body with each child, then with each loop, the first ones last."""
+        items: list[_Body | LoopDescription] = [*self.children, *self.loops]
+        return [(self, item) for item in reversed(items)]
 
 
 class TreeBuilder:
@@ -64,31 +69,24 @@ class TreeBuilder:
         """Add all joints, depth first.
 
         Loops cannot be appended at the end: Pinocchio's inertia matrix and constrained dynamics
-        take it for granted that the joints of a subtree follow each other, and are silently wrong
-        otherwise.
+        assume that the joints of a subtree follow each other, and are silently wrong otherwise.
         """
         root = self._bodies[self._description.root]
         index = {root: 0}
         self.model.inertias[0] = self._inertia(root)
         self._add_frames(root, 0)
-        waiting: list[tuple[_Body, _Body | LoopDescription]] = []
-
-        def wait(body: _Body) -> None:
-            items: list[_Body | LoopDescription] = [*body.children, *body.loops]
-            waiting.extend((body, item) for item in reversed(items))
-
-        wait(root)
-        while waiting:
-            parent, item = waiting.pop()
+        pending = root.items_on_it()
+        while pending:
+            parent, item = pending.pop()
             if isinstance(item, _Body):
-                index[item] = own = self._add_body(item, index[parent])
-                self._add_frames(item, own)
-                wait(item)
+                index[item] = self._add_body(item, index[parent])
+                self._add_frames(item, index[item])
+                pending += item.items_on_it()
             elif item.type != "fixed":
-                place = parent.links[item.predecessor] @ item.predecessor_origin
+                placement = parent.links[item.predecessor] @ item.predecessor_origin
                 chain = elementary(item.type, item.axis, item.axis_2)
-                own = self._add(item.name, item.type, chain, index[parent], se3(place))
-                self.model.inertias[own] = self._loop_inertia(item)
+                body = self._add(item.name, item.type, chain, index[parent], se3(placement))
+                self.model.inertias[body] = self._loop_inertia(item)
             else:
                 self.parts[item.name] = []
 
@@ -113,10 +111,10 @@ class TreeBuilder:
     ) -> int:
         """Add the parts of a joint; the last one has the joint's name. Return the child body."""
         parts = []
-        for number, (part, axis) in enumerate(chain, start=1):
-            own = name if number == len(chain) else f"{name}:{number}"
+        for count, (part, axis) in enumerate(chain, start=1):
+            part_name = name if count == len(chain) else f"{name}:{count}"
             joint = _joint_model(kind if kind == "continuous" else part, axis)
-            parent = self.model.addJoint(parent, joint, placement, own)
+            parent = self.model.addJoint(parent, joint, placement, part_name)
             parts.append(Part(part, axis, parent))
             placement = pinocchio.SE3.Identity()
         self.parts[name] = parts
@@ -148,12 +146,16 @@ class TreeBuilder:
         for name, placement in body.links.items():
             link = self._masses[name]
             if link.mass > 0.0:
-                own = _inertia(link.mass, link.centre, link.inertia)
-                total = total + se3(placement).act(own)
+                inertia = _inertia(link.mass, link.centre, link.inertia)
+                total = total + se3(placement).act(inertia)
         return total
 
     def _count_shares(self) -> dict[_Body, int]:
-        """Return for bodies that loops lead to among how many bodies each is split."""
+        """Return among how many bodies of the model the successor of each loop is split.
+
+        Raises:
+            ModelError: fixed joints already join both links of a loop.
+        """
         shares: dict[_Body, int] = {}
         for loop in self._description.loops:
             successor = self._bodies[loop.successor]
@@ -167,7 +169,11 @@ class TreeBuilder:
         return shares
 
     def _loop_inertia(self, loop: LoopDescription) -> pinocchio.Inertia:
-        """Return the inertia of the body that carries a loop's joint."""
+        """Return the inertia of the body that carries a loop's joint: a share of its successor's.
+
+        A successor that is the world has no inertia. An artificial one, of the size of the other
+        links', keeps the inertia matrix regular.
+        """
         body = self._bodies[loop.successor]
         if body.joint is None:
             masses = [link.mass for link in self._description.links if link.mass > 0.0]
@@ -212,28 +218,28 @@ class _Bodies:
 
 def _bodies(description: Description) -> _Bodies:
     """Return the bodies, their children in the order in which their joints are to be added."""
-    number = {name: place for place, name in enumerate(description.order)}
+    position = {name: index for index, name in enumerate(description.order)}
     joints: dict[str, list[JointDescription]] = {link.name: [] for link in description.links}
-    for joint in sorted(description.joints, key=lambda joint: number[joint.name]):
+    for joint in sorted(description.joints, key=lambda joint: position[joint.name]):
         joints[joint.parent].append(joint)
-    found = _Bodies()
-    found.add(description.root, _Body(None, np.eye(4), {}, [], []), np.eye(4))
-    waiting = joints[description.root][::-1]
-    while waiting:
-        joint = waiting.pop()
-        body = found[joint.parent]
-        place = body.links[joint.parent] @ joint.origin
+    bodies = _Bodies()
+    bodies.add(description.root, _Body(None, np.eye(4), {}, [], []), np.eye(4))
+    pending = joints[description.root][::-1]
+    while pending:
+        joint = pending.pop()
+        parent = bodies[joint.parent]
+        placement = parent.links[joint.parent] @ joint.origin
         if joint.type == "fixed":
-            found.fixed[joint.child] = joint.name
-            found.add(joint.child, body, place @ joint.child_placement)
+            bodies.fixed[joint.child] = joint.name
+            bodies.add(joint.child, parent, placement @ joint.child_placement)
         else:
-            child = _Body(joint, place, {}, [], [])
-            body.children.append(child)
-            found.add(joint.child, child, joint.child_placement)
-        waiting.extend(reversed(joints[joint.child]))
+            child = _Body(joint, placement, {}, [], [])
+            parent.children.append(child)
+            bodies.add(joint.child, child, joint.child_placement)
+        pending.extend(reversed(joints[joint.child]))
     for loop in description.loops:
-        found[loop.predecessor].loops.append(loop)
-    return found
+        bodies[loop.predecessor].loops.append(loop)
+    return bodies
 
 
 def se3(matrix: Array) -> pinocchio.SE3:
@@ -263,11 +269,11 @@ def _joint_model(kind: str, axis: Array) -> pinocchio.JointModel:
         return pinocchio.JointModelRevoluteUnaligned(axis)
     # The bindings give no way to set the axis of such a joint; the reader does.
     xyz = " ".join(map(repr, axis.tolist()))
-    one = pinocchio.buildModelFromXML(
-        '<robot name="one"><link name="a"/><link name="b"/><joint name="j" type="continuous">'
+    model = pinocchio.buildModelFromXML(
+        '<robot name="robot"><link name="a"/><link name="b"/><joint name="j" type="continuous">'
         f'<parent link="a"/><child link="b"/><axis xyz="{xyz}"/></joint></robot>'
     )
-    return one.joints[1]
+    return model.joints[1]
 
 
 def _inertia(mass: float, centre: Array, tensor: Array) -> pinocchio.Inertia:
@@ -278,6 +284,7 @@ def _inertia(mass: float, centre: Array, tensor: Array) -> pinocchio.Inertia:
 
 
 def _share(whole: pinocchio.Inertia, parts: int) -> pinocchio.Inertia:
+    """Return the inertia of one of several equal parts at the same place."""
     return _inertia(whole.mass / parts, whole.lever, whole.inertia / parts)
 
 

@@ -21,7 +21,13 @@ if TYPE_CHECKING:
 _MOST_TURNS = 1000.0
 """Turns from zero at which a joint may be held or start; it is followed through all of them."""
 _MOST_LENGTHS = 6000.0
-"""The same for slides, in lengths of the mechanism."""
+"""The same for slides, in lengths of the mechanism: a thousand turns are 6283 rad."""
+_SYMMETRIC = 1e-12
+"""Relative difference of mirrored entries of a compliance that counts as rounding of the numbers
+that were given, which may come from a file or from other matrices."""
+_NEGATIVE = -1e-12
+"""Least eigenvalue of a compliance, as a fraction of its greatest entry, that counts as the
+rounding of a zero."""
 
 
 def checked(
@@ -146,8 +152,8 @@ def wanted_outputs(mechanism: Mechanism, outputs: object) -> tuple[str, ...]:
     """
     if outputs is None:
         return tuple(mechanism.joints)
-    asked = names("outputs", outputs)
-    return tuple(dict.fromkeys(mechanism.joint(name).name for name in asked))
+    given = names("outputs", outputs)
+    return tuple(dict.fromkeys(mechanism.joint(name).name for name in given))
 
 
 def compliances(mechanism: Mechanism, given: object) -> dict[str, Array]:
@@ -169,12 +175,12 @@ def compliances(mechanism: Mechanism, given: object) -> dict[str, Array]:
                 "(6, 6), force first [m/N, rad/(N·m)]"
             )
         greatest = float(np.max(np.abs(matrix)))
-        # Of order one, so that nothing overflows.
+        # With entries of order one, no product within the eigenvalues overflows.
         scaled = matrix / greatest if greatest > 0.0 else matrix
-        if not np.allclose(scaled, scaled.T, rtol=1e-12, atol=0.0):
+        if not np.allclose(scaled, scaled.T, rtol=_SYMMETRIC, atol=0.0):
             raise ArgumentError(f"{label} is not symmetric")
         least = float(np.linalg.eigvalsh(scaled)[0])
-        if least < -1e-12:
+        if least < _NEGATIVE:
             raise ArgumentError(
                 f"{label} is negative in some direction: its least eigenvalue is {least:.3g} "
                 f"times its greatest value {greatest:.3g}"
@@ -213,6 +219,11 @@ def split_loads(
 
 
 def _link_load(mechanism: Mechanism, name: str, label: str, value: object) -> LinkLoad:
+    """Return a wrench on a link, checked.
+
+    Raises:
+        ArgumentError: the link cannot move, the frame is unknown, or a shape is wrong.
+    """
     body, frame = mechanism.link(name)
     if body == 0:
         raise ArgumentError(f"{label}: link {name!r} is fixed to the world; nothing can move it")
@@ -227,11 +238,19 @@ def _link_load(mechanism: Mechanism, name: str, label: str, value: object) -> Li
         raise ArgumentError(
             f"{label}: frame {described(value.frame)} is unknown; frames: link, world"
         )
-    parts = []
-    for part, given in (("force", value.force), ("moment", value.moment)):
-        array = numbers(f"{label}.{part}", given)
-        if array.shape[-1:] != (3,) or array.ndim > 2 or not array.size:
-            raise ArgumentError(f"{label}.{part} has shape {array.shape}, expected (3,) or (N, 3)")
-        parts.append(np.atleast_2d(array))
+    force = _vectors(f"{label}.force", value.force)
+    moment = _vectors(f"{label}.moment", value.moment)
     in_world = value.frame == "world"
-    return LinkLoad(body - 1, frame.rotation, frame.translation, parts[0], parts[1], in_world)
+    return LinkLoad(body - 1, frame.rotation, frame.translation, force, moment, in_world)
+
+
+def _vectors(label: str, given: object) -> Array:
+    """Return vectors `(1, 3)` or `(N, 3)`.
+
+    Raises:
+        ArgumentError: not `(3,)` or `(N, 3)`.
+    """
+    array = numbers(label, given)
+    if array.shape[-1:] != (3,) or array.ndim > 2 or not array.size:
+        raise ArgumentError(f"{label} has shape {array.shape}, expected (3,) or (N, 3)")
+    return np.atleast_2d(array)

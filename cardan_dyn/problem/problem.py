@@ -57,8 +57,12 @@ class Problem:
         return _restored, ({field.name: getattr(self, field.name) for field in fields(self)},)
 
     def differs_from(self, other: Problem) -> set[str]:
-        """Return the names of the attributes that are not the very same objects or values."""
-        return {field.name for field in fields(self) if not _same(self, other, field.name)}
+        """Return the names of the attributes that have other values in another problem.
+
+        Mechanisms and loads on links count as equal only if they are the same objects.
+        """
+        names = (field.name for field in fields(self))
+        return {name for name in names if not _equal(getattr(self, name), getattr(other, name))}
 
     @cached_property
     def prescribed_columns(self) -> Array:
@@ -80,18 +84,18 @@ class Problem:
         if self.all_outputs:
             return None
         joints = self.mechanism.joints
-        wanted = {joints[name].id - 1 for name in self.outputs}
+        bodies = {joints[name].id - 1 for name in self.outputs}
         for loop in self.mechanism.loops:
-            # A `fixed` loop has no body of its own; it is solved with the bodies it connects.
+            # A `fixed` loop moves no body; it is solved with the bodies that it connects.
             if loop.joint in self.outputs and not joints[loop.joint].parts:
-                wanted |= {loop.predecessor - 1, loop.successor - 1}
-        return wanted - {-1}
+                bodies |= {loop.predecessor - 1, loop.successor - 1}
+        return bodies - {-1}
 
     def wrench_index(self, joint: str) -> int:
         """Return the index of a joint among all wrenches: bodies in order, then `fixed` loops."""
-        record = self.mechanism.joints[joint]
-        if record.parts:
-            return record.id - 1
+        item = self.mechanism.joints[joint]
+        if item.parts:
+            return item.id - 1
         return self.mechanism.model.njoints - 1 + self.mechanism.fixed_loops.index(joint)
 
     @cached_property
@@ -135,13 +139,11 @@ def _restored(values: dict[str, object]) -> Problem:
     return Problem(**values)  # type: ignore[arg-type]
 
 
-def _same(one: Problem, other: Problem, name: str) -> bool:
-    first, second = getattr(one, name), getattr(other, name)
-    if isinstance(first, np.ndarray):
-        return np.array_equal(first, second)
-    if isinstance(first, Mapping):
+def _equal(first: object, second: object) -> bool:
+    """Return whether two attributes of the same name are equal."""
+    if isinstance(first, Mapping) and isinstance(second, Mapping):
         # The order counts: joints are brought to their positions one after the other.
-        return list(first) == list(second) and all(
-            np.array_equal(first[key], second[key]) for key in first
-        )
+        return list(first) == list(second) and all(map(_equal, first.values(), second.values()))
+    if isinstance(first, np.ndarray):
+        return np.array_equal(first, second)  # type: ignore[arg-type]
     return first is second or bool(first == second)

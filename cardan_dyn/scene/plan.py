@@ -88,7 +88,7 @@ def _named(mechanism: Mechanism, group: Group) -> str:
         carried = sorted(
             joint.name
             for joint in mechanism.joints.values()
-            if joint.parts and joint.id - 1 in group.massive
+            if joint.parts and joint.id - 1 in group.inertial_bodies
         )
         return f"bodies on no loop: {', '.join(carried)}"
     return f"close {', '.join(closed)}: decides {', '.join(decided) or 'nothing'}"

@@ -70,7 +70,7 @@ def shapes(mechanism: Mechanism) -> list[Shape]:
     Raises:
         ModelError: a visual is malformed.
     """
-    source = mechanism.source
+    source = mechanism.description.source
     if source is None:
         return []
     robot = ElementTree.fromstring(source.text)

@@ -59,7 +59,7 @@ def test_undriven_joints_beside_a_loop_are_named(joint: cd.Mechanism) -> None:
         '<origin xyz="0 0 0.1"/><axis xyz="0 1 0"/></joint>'
         for k in range(16)
     )
-    text = joint.source.text.replace("</robot>", chain + "</robot>")
+    text = joint.description.source.text.replace("</robot>", chain + "</robot>")
     with pytest.raises(cd.MobilityError, match=r"nothing decides the motion of: j0, j1"):
         universal(cd.load(text), 0.5)
 

@@ -280,7 +280,7 @@ def test_gravity_of_helper_bodies_never_shows() -> None:
         + '</successor><axis xyz="0 0 1"/></loop></robot>'
     )
     mechanism = cd.load(ring)
-    assert len(mechanism.helpers) == 1
+    assert len(mechanism.auxiliary_bodies) == 1
     turn = cd.Scene(mechanism, drive="a", gravity=(0.0, -10.0, 0.0)).sweep([0.0, 0.5])
     carried = turn.wrench("a", "world").force[:, 1] - turn.wrench("d", "world").force[:, 1]
     np.testing.assert_allclose(carried, 10.0 * 6.0, rtol=1e-13)

@@ -215,12 +215,12 @@ def test_a_false_number_in_any_body_of_the_model_is_refused(name: str, fault: st
     still = SCENES[name]().held
     tried = 0
     for body in range(1, count):
-        mechanism = cd.load(SCENES[name]().mechanism.source.text)
+        mechanism = cd.load(SCENES[name]().mechanism.description.source.text)
         inertia = mechanism.model.inertias[body]
         if fault == "inertia" and mechanism.model.names[body] in still:
             continue
         if fault in ("mass", "no mass", "centre", "inertia") and not (
-            inertia.mass > 0.0 and body not in mechanism.helpers
+            inertia.mass > 0.0 and body not in mechanism.auxiliary_bodies
         ):
             continue
         MODEL_FAULTS[fault](mechanism.model, body)

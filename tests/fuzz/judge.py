@@ -289,7 +289,7 @@ def _compare_moments(bodies: dict[str, weight.Body], mechanism: cd.Mechanism, st
     """
     if not strict or any(body.kind == "fixed" for body in bodies.values()):
         return
-    model, left_out = mechanism.model, {0, *mechanism.helpers}
+    model, left_out = mechanism.model, {0, *mechanism.auxiliary_bodies}
     found = sum(
         float(np.trace(inertia.inertia))
         for index, inertia in enumerate(model.inertias)

@@ -1,0 +1,115 @@
+"""Batches of free-flyers against plain Pinocchio, and long chains against both."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio
+import pytest
+from mixed_chain import MIXED, rows
+
+import cardan_dyn as cd
+from cardan_dyn.kinematics.batch_model import BatchModel, UnitTwists, placement
+from cardan_dyn.kinematics.long_chain import LongChain
+
+GRAVITY = np.array([1.0, -2.0, -9.81])
+ORIGIN = np.array([0.3, -0.7, 1.1])
+COUNT = 4
+
+KINDS = {"batch": BatchModel, "long chain": LongChain}
+
+
+@pytest.fixture(scope="module", params=["mixed", "thoma_rig", "stewart_platform", "ring_joint"])
+def mechanism(request: pytest.FixtureRequest) -> cd.Mechanism:
+    return cd.load(MIXED if request.param == "mixed" else request.param)
+
+
+@pytest.fixture(params=KINDS)
+def batch(request: pytest.FixtureRequest, mechanism: cd.Mechanism) -> BatchModel:
+    bodies = list(range(mechanism.model.njoints - 1))
+    return KINDS[request.param](mechanism, bodies, set(bodies), ORIGIN)
+
+
+def rates(mechanism: cd.Mechanism) -> tuple[np.ndarray, np.ndarray]:
+    v, a = np.random.default_rng(3).uniform(-2.0, 2.0, (2, COUNT, mechanism.model.nv))
+    return v, a
+
+
+def shifted(frame: pinocchio.SE3) -> pinocchio.SE3:
+    return pinocchio.SE3(frame.rotation, frame.translation - ORIGIN)
+
+
+def test_actions_are_those_of_placements(mechanism: cd.Mechanism, batch: BatchModel) -> None:
+    x, data = rows(mechanism, COUNT), mechanism.model.createData()
+    actions = batch.actions(batch.configuration(x))
+    assert actions.shape == (COUNT, 6 * len(batch), 6)
+    for sample, q in enumerate(mechanism.coordinates.configuration(x)):
+        pinocchio.forwardKinematics(mechanism.model, data, q)
+        for body in range(len(batch)):
+            frame = shifted(data.oMi[body + 1])
+            block = actions[sample, 6 * body : 6 * body + 6]
+            np.testing.assert_allclose(block, frame.action.T, atol=1e-12)
+            rotation, position = placement(actions, body)
+            np.testing.assert_allclose(rotation[:, :, sample], frame.rotation, atol=1e-12)
+            np.testing.assert_allclose(position[:, sample], frame.translation, atol=1e-12)
+
+
+def test_wrenches_are_those_of_the_open_tree(mechanism: cd.Mechanism, batch: BatchModel) -> None:
+    x, (v, a) = rows(mechanism, COUNT), rates(mechanism)
+    model = mechanism.model.copy()
+    model.gravity.linear = GRAVITY
+    for index in mechanism.auxiliary_bodies:
+        model.inertias[index] = pinocchio.Inertia.Zero()
+    data = model.createData()
+    found = batch.inverse_dynamics(
+        batch.configuration(x), batch.velocity(v), batch.velocity(a), GRAVITY
+    )
+    for sample, q in enumerate(mechanism.coordinates.configuration(x)):
+        pinocchio.rnea(model, data, q, v[sample], a[sample])
+        expected = np.concatenate([data.f[index].vector for index in range(1, model.njoints)])
+        scale = np.max(np.abs(expected))
+        np.testing.assert_allclose(found[sample], expected, rtol=0.0, atol=1e-12 * scale)
+
+
+def test_gravity_of_one_call_has_no_effect_on_the_next(mechanism: cd.Mechanism) -> None:
+    bodies = list(range(mechanism.model.njoints - 1))
+    batch = BatchModel(mechanism, bodies, set(bodies), ORIGIN)
+    q = batch.configuration(rows(mechanism, 1))
+    still = np.zeros((1, 6 * len(batch)))
+    pulled = batch.inverse_dynamics(q, still, still, GRAVITY)
+    assert not np.any(batch.inverse_dynamics(q, still, still, np.zeros(3)))
+    np.testing.assert_array_equal(batch.inverse_dynamics(q, still, still, GRAVITY), pulled)
+    assert np.any(pulled)
+
+
+def test_unit_twists_are_the_jacobian(mechanism: cd.Mechanism) -> None:
+    bodies = list(range(mechanism.model.njoints - 1))
+    batch = BatchModel(mechanism, bodies, set(), np.zeros(3))
+    x, data = rows(mechanism, COUNT), mechanism.model.createData()
+    every = np.arange(mechanism.model.nv)
+    actions = batch.actions(batch.configuration(x))
+    for chosen in (every, every[::2]):
+        found = UnitTwists(batch, chosen).of(actions)
+        for sample, q in enumerate(mechanism.coordinates.configuration(x)):
+            jacobian = pinocchio.computeJointJacobians(mechanism.model, data, q)
+            np.testing.assert_allclose(found[sample], jacobian[:, chosen].T, atol=1e-12)
+
+
+def test_some_bodies_of_a_mechanism() -> None:
+    mechanism = cd.load(MIXED)
+    ids = {name: mechanism[name].id - 1 for name in mechanism}
+    bodies = [ids["turn"], ids["slide"], ids["swing"]]
+    batch = BatchModel(mechanism, bodies, {ids["swing"]}, ORIGIN)
+    assert len(batch) == 3
+    assert batch.index_of == {body: index for index, body in enumerate(bodies)}
+    assert batch.parents.tolist() == [-1, 0, 1]
+    np.testing.assert_allclose(batch.mass, [0.0, 0.0, 2.0])
+    assert batch.has_mass
+    assert not BatchModel(mechanism, bodies, set(), ORIGIN).has_mass
+    columns = mechanism.coordinates.velocity_columns
+    expected = np.full(mechanism.model.nv, -1)
+    for index, name in enumerate(("turn", "slide", "swing")):
+        expected[columns[name]] = index
+    np.testing.assert_array_equal(batch.moved_body, expected)
+    np.testing.assert_array_equal(batch.subspace[columns["slide"]], [[0.6, 0.0, 0.8, 0, 0, 0]])
+    np.testing.assert_array_equal(batch.subspace[columns["turn"]], [[0, 0, 0, 0.36, 0.48, 0.8]])
+    assert not np.any(batch.subspace[columns["ball"]])

@@ -1,0 +1,26 @@
+"""Long chains against batches that Pinocchio computes."""
+
+from __future__ import annotations
+
+import numpy as np
+from lines import drive_line
+from mixed_chain import rows
+
+import cardan_dyn as cd
+from cardan_dyn.kinematics.batch_model import BatchModel
+from cardan_dyn.kinematics.long_chain import LongChain
+
+
+def test_a_long_chain_is_the_batch_of_the_same_bodies() -> None:
+    mechanism = cd.load(drive_line(3))
+    bodies = list(range(mechanism.model.njoints - 1))
+    massive, origin = set(bodies[::2]), np.array([0.5, 0.1, -0.2])
+    chain, batch = (kind(mechanism, bodies, massive, origin) for kind in (LongChain, BatchModel))
+    x = rows(mechanism, 6)
+    v, a = np.random.default_rng(4).uniform(-3.0, 3.0, (2, 6, mechanism.model.nv))
+    q, v, a = chain.configuration(x), chain.velocity(v), chain.velocity(a)
+    np.testing.assert_allclose(chain.actions(q), batch.actions(q), atol=1e-13)
+    gravity = np.array([3.0, -1.0, -9.81])
+    found, expected = (item.inverse_dynamics(q, v, a, gravity) for item in (chain, batch))
+    np.testing.assert_allclose(found, expected, atol=1e-13 * np.max(np.abs(expected)))
+    assert "data" not in vars(chain._of_thread)

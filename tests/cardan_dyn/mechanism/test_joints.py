@@ -1,0 +1,49 @@
+"""Elementary parts of joint types."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cardan_dyn.mechanism.joints import Joint, Part, elementary
+
+AXIS = np.array([0.0, 0.6, 0.8])
+AXIS_2 = np.array([1.0, 0.0, 0.0])
+PARTS = {
+    "fixed": [],
+    "revolute": ["revolute"],
+    "continuous": ["revolute"],
+    "prismatic": ["prismatic"],
+    "cylindrical": ["prismatic", "revolute"],
+    "planar": ["prismatic", "prismatic", "revolute"],
+    "universal": ["revolute", "revolute"],
+    "spherical": ["spherical"],
+    "floating": ["prismatic", "prismatic", "prismatic", "spherical"],
+}
+
+
+@pytest.mark.parametrize("kind", PARTS)
+def test_types_are_made_of_their_parts(kind: str) -> None:
+    assert [part for part, _ in elementary(kind, AXIS, AXIS_2)] == PARTS[kind]
+
+
+def test_axes_of_parts() -> None:
+    (_, first), (_, second) = elementary("universal", AXIS, AXIS_2)
+    assert first.tolist() == AXIS.tolist() and second.tolist() == AXIS_2.tolist()
+    for _, axis in elementary("cylindrical", AXIS, AXIS_2):
+        assert axis.tolist() == AXIS.tolist()
+    # The two slides of a planar joint and its normal are a right-handed system.
+    axes = np.array([axis for _, axis in elementary("planar", AXIS, AXIS_2)])
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
+    assert np.linalg.det(axes) == pytest.approx(1.0)
+    slides = np.array([axis for _, axis in elementary("floating", AXIS, AXIS_2)[:3]])
+    np.testing.assert_array_equal(slides, np.eye(3))
+
+
+def test_a_joint_is_the_body_of_its_last_part() -> None:
+    parts = (Part("prismatic", AXIS, 3), Part("spherical", AXIS, 4))
+    joint = Joint("pin", "floating", AXIS, parts)
+    assert (joint.id, joint.nv) == (4, 4)
+    assert repr(joint) == "<Joint 'pin': floating>"
+    bolt = Joint("bolt", "fixed", AXIS, ())
+    assert (bolt.id, bolt.nv) == (0, 0)

@@ -1,0 +1,103 @@
+"""A mechanism as a container of joints, its loops, couplings and characteristic length."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mixed_chain import MIXED, joint, link
+
+import cardan_dyn as cd
+
+WHEELS = (
+    '<robot name="wheels &lt;1&gt;"><link name="base"/>'
+    + link("first", 1.0)
+    + joint("a", "continuous", "base", "first", "100 0 0", "0 0 1")
+    + link("second", 1.0)
+    + joint("b", "continuous", "base", "second", "103 4 0", "0 0 1")
+    + '<coupling name="mesh"><predecessor link="first"/><successor link="second"/>'
+    '<ratio value="-2.5"/></coupling></robot>'
+)
+
+
+@pytest.fixture(scope="module")
+def mixed() -> cd.Mechanism:
+    return cd.load(MIXED)
+
+
+def test_a_mechanism_is_a_collection_of_joints(mixed: cd.Mechanism) -> None:
+    names = ["turn", "slide", "swing", "hinge", "ball", "cross", "bolt"]
+    assert list(mixed) == mixed.joint_names == names
+    assert len(mixed) == 7 and bool(mixed)
+    assert "ball" in mixed and "left" not in mixed and None not in mixed and 1 not in mixed
+    assert mixed["ball"] is mixed.joint("ball") is mixed.joints["ball"]
+    with pytest.raises(cd.ModelError, match="no joint 'left'; joints: ball, bolt"):
+        mixed["left"]
+
+
+def test_links_are_placed_in_their_bodies(mixed: cd.Mechanism) -> None:
+    assert mixed.link_names == ["base", "platform", "right", "slider", "left"]
+    body, placement = mixed.link("right")
+    assert body == mixed["hinge"].id
+    np.testing.assert_array_equal(placement.homogeneous, np.eye(4))
+    assert mixed.link("base")[0] == 0
+    with pytest.raises(cd.ModelError, match="no link 'ball'; links: base, left"):
+        mixed.link("ball")
+
+
+def test_loops_are_welds(mixed: cd.Mechanism) -> None:
+    ball, cross, bolt = mixed.loops
+    # A loop's joint ends in a body of its own, which is welded to the successor.
+    assert ball.predecessor == mixed["ball"].id
+    np.testing.assert_array_equal(ball.predecessor_placement.homogeneous, np.eye(4))
+    assert ball.successor == mixed["hinge"].id
+    np.testing.assert_allclose(ball.successor_placement.translation, [-0.1, 0.2, 0.1])
+    assert cross.successor == mixed["slide"].id
+    assert mixed.model.parents[mixed["cross"].parts[0].id] == mixed["hinge"].id
+    assert bolt.predecessor == mixed["swing"].id and bolt.successor == 0
+    np.testing.assert_allclose(bolt.predecessor_placement.translation, [0.3, 0.0, 0.0])
+    np.testing.assert_allclose(bolt.successor_placement.translation, [0.7, 1.5, 2.5])
+    assert mixed.fixed_loops == ("bolt",)
+    # A `fixed` loop to the world needs no body.
+    assert mixed.auxiliary_bodies == ()
+    assert len(mixed.constraint_models) == 3
+
+
+def test_couplings_count_the_joints_on_both_sides() -> None:
+    wheels = cd.load(WHEELS)
+    (mesh,) = wheels.couplings
+    assert mesh.ratio == -2.5
+    first, second = (wheels.coordinates.velocity_columns[name].start for name in "ab")
+    assert mesh.predecessor_columns == (first,) and mesh.successor_columns == (second,)
+
+
+def test_characteristic_length_is_independent_of_the_place_in_the_world() -> None:
+    """Two wheels 5 m apart, 2.5 m from their middle; nothing within a body is longer."""
+    assert cd.load(WHEELS).characteristic_length == pytest.approx(2.5, rel=1e-13)
+
+
+def test_placements_at_zero_are_products_of_the_joints_placements(mixed: cd.Mechanism) -> None:
+    placements, model = mixed.placements_at_zero, mixed.model
+    turn, slide = mixed["turn"].id, mixed["slide"].id
+    expected = model.jointPlacements[turn] * model.jointPlacements[slide]
+    np.testing.assert_allclose(placements[slide - 1].homogeneous, expected.homogeneous)
+    np.testing.assert_array_equal(placements[-1].homogeneous, np.eye(4))
+    assert len(placements) == model.njoints
+
+
+def test_representations(mixed: cd.Mechanism) -> None:
+    assert repr(mixed) == "<Mechanism 'mixed': 7 joints, loops: ball, cross, bolt>"
+    assert repr(mixed["ball"]) == "<Joint 'ball': spherical>"
+    table = mixed._repr_html_()
+    for text in (
+        "mixed",
+        "ball: spherical",
+        "ball, cross, bolt",
+        f"{mixed.characteristic_length:.4g} m",
+    ):
+        assert text in table
+
+
+def test_tables_escape_names_and_list_couplings() -> None:
+    table = cd.load(WHEELS)._repr_html_()
+    assert "wheels &lt;1&gt;" in table and "wheels <1>" not in table
+    assert "mesh: ratio -2.5" in table

@@ -1,0 +1,132 @@
+"""Problems as frozen data."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn.problem.arguments import checked
+from cardan_dyn.problem.problem import Problem
+
+
+@pytest.fixture(scope="module")
+def mechanism() -> cd.Mechanism:
+    return cd.load("universal_joint")
+
+
+def problem(mechanism: cd.Mechanism, **changes: object) -> Problem:
+    arguments: dict[str, object] = {
+        "drive": "bearing_in",
+        "held": {"joint_angle": 0.5},
+        "loads": {"bearing_out": [-5.0, -6.0], "shaft_out": cd.Wrench([1.0, 2.0, 3.0])},
+        "gravity": (0.0, 0.0, -9.81),
+        "compliance": {"pin_in": np.ones(6)},
+    }
+    return checked(mechanism, **{**arguments, **changes})
+
+
+def test_columns_of_prescribed_and_passive_joints(mechanism: cd.Mechanism) -> None:
+    item, velocities = problem(mechanism), mechanism.coordinates.velocity_columns
+    expected = [velocities[name].start for name in ("bearing_in", "joint_angle")]
+    assert item.prescribed_columns.tolist() == expected
+    both = [*item.passive_columns.tolist(), *expected]
+    assert sorted(both) == list(range(mechanism.model.nv))
+
+
+def test_wrenches_are_those_of_bodies_then_of_fixed_loops() -> None:
+    text = cd.load("four_bar").description.source.text
+    cut = text.index("<loop")
+    loop = text[cut : text.index("</loop>") + 7]
+    start = loop.index('type="') + 6
+    fixed = loop[:start] + "fixed" + loop[loop.index('"', start) :]
+    mechanism = cd.load(text.replace(loop, fixed))
+    name = mechanism.loops[0].joint
+    item = checked(mechanism, drive="crank_bearing", outputs=[name, "crank_bearing"])
+    assert item.wrench_index("crank_bearing") == mechanism["crank_bearing"].id - 1
+    # No body of the model is the loop's; it comes after all of them.
+    assert item.output_indices == [mechanism.model.njoints - 1, item.wrench_index("crank_bearing")]
+    ends = {mechanism.loops[0].predecessor - 1, mechanism.loops[0].successor - 1}
+    assert item.wanted_bodies == {*ends, mechanism["crank_bearing"].id - 1} - {-1}
+
+
+def test_wanted_bodies(mechanism: cd.Mechanism) -> None:
+    assert problem(mechanism).wanted_bodies is None
+    assert problem(mechanism, outputs=[]).wanted_bodies == set()
+    one = problem(mechanism, outputs=["pin_out", "bearing_in"])
+    assert one.wanted_bodies == {mechanism[name].id - 1 for name in ("pin_out", "bearing_in")}
+
+
+def test_loads_at_joints(mechanism: cd.Mechanism) -> None:
+    column = mechanism.coordinates.velocity_columns["bearing_out"].start
+    expected = np.zeros((2, mechanism.model.nv))
+    expected[:, column] = [-5.0, -6.0]
+    np.testing.assert_array_equal(problem(mechanism).joint_loads_at(2), expected)
+    with pytest.raises(cd.ArgumentError, match="'bearing_out' has 2 values, the sweep 3 positions"):
+        problem(mechanism).joint_loads_at(3)
+    constant = problem(mechanism, loads={"bearing_out": -5.0}).joint_loads_at(7)
+    np.testing.assert_array_equal(constant, expected[:1])
+
+
+def test_loads_on_links(mechanism: cd.Mechanism) -> None:
+    assert list(problem(mechanism).link_loads_at(9)) == ["shaft_out"]
+    varying = problem(mechanism, loads={"shaft_out": np.ones((4, 6))})
+    assert varying.link_loads_at(4) is varying.link_loads
+    with pytest.raises(cd.ArgumentError, match="'shaft_out' has 4 samples, the sweep 9"):
+        varying.link_loads_at(9)
+
+
+CHANGES = {
+    "drives": {"drive": "bearing_out", "loads": {}},
+    "held": {"held": {"joint_angle": 0.6}},
+    "start": {"start": {"bearing_in": 1.0}},
+    "branch": {"branch": "B"},
+    "joint_loads": {"loads": {"bearing_out": [-5.0, -7.0]}},
+    "gravity": {"gravity": (0.0, 0.0, -9.8)},
+    "outputs": {"outputs": ["pin_in"]},
+    "compliance": {"compliance": {"pin_in": 2.0 * np.ones(6)}},
+    "strict": {"strict": True},
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_problems_differ_in_what_was_changed(mechanism: cd.Mechanism, name: str) -> None:
+    first = problem(mechanism)
+    second = problem(mechanism, **CHANGES[name])
+    # Loads on links are equal only where they are the same objects; these are made anew.
+    implied = {"drives": {"joint_loads"}, "outputs": {"all_outputs"}}.get(name, set())
+    assert first.differs_from(second) == {name, "link_loads", *implied}
+    assert second.differs_from(first) == {name, "link_loads", *implied}
+
+
+def test_problems_with_equal_values_do_not_differ(mechanism: cd.Mechanism) -> None:
+    first = problem(mechanism)
+    again = replace(problem(mechanism), link_loads=first.link_loads)
+    assert again.differs_from(first) == set()
+    assert problem(cd.load("universal_joint")).differs_from(first) == {"mechanism", "link_loads"}
+
+
+def test_the_order_of_held_joints_makes_a_difference() -> None:
+    shaft = cd.load("double_shaft_z")
+    held = {"joint_angle_1": 0.1, "joint_angle_2": 0.2}
+    first = checked(shaft, drive="bearing_in", held=held)
+    second = checked(shaft, drive="bearing_in", held=dict(reversed(held.items())))
+    assert first.differs_from(second) == {"held"}
+
+
+def test_pickles_are_equal_and_as_closed_to_writing(mechanism: cd.Mechanism) -> None:
+    item = problem(mechanism)
+    copy = pickle.loads(pickle.dumps(item))
+    assert item.differs_from(copy) == {"mechanism", "link_loads"}
+    for field in fields(Problem):
+        with pytest.raises(AttributeError):
+            setattr(copy, field.name, None)
+    load = copy.link_loads["shaft_out"]
+    arrays = [copy.gravity, copy.joint_loads["bearing_out"], copy.compliance["pin_in"]]
+    for array in (*arrays, load.rotation, load.translation, load.force, load.moment):
+        assert not array.flags.writeable
+    with pytest.raises(cd.ImmutableError):
+        copy.held["joint_angle"] = 0.0
