@@ -133,7 +133,7 @@ class GuessCache:
         if branch.span != known:
             self._learn(branch.states(), branch)
         self._samples_served += len(positions)
-        branch.refine(self.kinematics, most=self._samples_served // _SAMPLES_PER_NODE)
+        branch.refine(self.kinematics, node_limit=self._samples_served // _SAMPLES_PER_NODE)
         x = branch.guess(wanted - periods * (branch.period or 0.0))
         x[:, self._columns] = positions
         turns = periods[:, None] * branch.windings
