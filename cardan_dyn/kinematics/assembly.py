@@ -65,12 +65,12 @@ class Assembly:
         self.decided = columns_of(moving_groups)
         kinematics = system.kinematics(problem.drives, moving_groups)
         states = self._states_to_start(kinematics)
-        self._first = states[-1]
-        self._open_kinematics = kinematics.with_open_reductions(self._first)
+        self._first_mode = states[-1]
+        self._open_kinematics = kinematics.with_open_reductions(self._first_mode)
         study = RedundancyStudy(problem, self.groups, self.needed, self._open_kinematics)
         # The start itself may be singular; judge the rank from all states on the way to it.
         redundancy = study.of_states(np.array(states))
-        self.start = self._first
+        self.start = self._first_mode
         if problem.branch != mode_name(0):
             self.start = self._mode_called(problem.branch)
             redundancy = study.of_states(self.start[None, :])
@@ -164,7 +164,7 @@ class Assembly:
         states = assembly_modes(
             self._open_kinematics,
             self.decided,
-            self._first,
+            self._first_mode,
             self._problem.mechanism.characteristic_length,
         )
         return {mode_name(index): state for index, state in enumerate(states)}

@@ -105,12 +105,14 @@ def limit(kinematics: Kinematics, table: BranchTable, end: BranchEnd, unit: floa
     position = float(table.positions[end.node])
     _, slope, curvature = table.nodes[end.node]
     steepest = int(np.argmax(np.abs(slope)))
-    if curvature[steepest] == 0.0 or table.size < 2:
+    if table.size < 2:
         return position
     if abs(slope[steepest]) * unit < _STEEP:
         remaining = _distance_to_singularity(kinematics, table, end)
     else:
-        remaining = float(slope[steepest] / (2.0 * curvature[steepest]))
+        # A steep curve without curvature leads to no limit; its quotient, an infinity, is refused.
+        with np.errstate(divide="ignore"):
+            remaining = float(slope[steepest] / (2.0 * curvature[steepest]))
     return position + remaining if abs(remaining) < _GREATEST_GAP * unit else position
 
 
