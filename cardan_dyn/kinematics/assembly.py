@@ -1,8 +1,8 @@
 """Assembly: closed positions of a scene for any positions of its drives.
 
-The way from the description's zero position to the wanted one is followed, never guessed: first
-the joints of `start` and the held joints are brought to their positions one after the other, then
-the drives move.
+The mechanism is moved from the description's zero position to the start of the scene step by step,
+since a jump could end in another assembly mode: first the joints of `start` and then the held
+joints are brought to their positions one after the other, at last the drives move.
 """
 
 from __future__ import annotations
@@ -29,10 +29,15 @@ from .redundancy import RedundancyStudy
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
 
 _REACH_OF_SLIDE = 10.0
-"""Characteristic lengths that a slide is followed before it counts as endless."""
+"""Characteristic lengths over which a sliding drive is followed to each side of the start before
+its range counts as unlimited there. A slide that loops limit moves by about the lengths of their
+links."""
 _REACH_OF_ANGLE = 4.0 * np.pi
-"""How far a drive that does not repeat is followed to find its limits: they lie within a turn, but
-the start may be as far as another turn from them."""
+"""Displacement [rad] over which a turning drive that does not repeat is followed to find its
+limits: they lie within a turn of each other, and the start lies less than a turn from them."""
+_ZERO_NEWTON_STEPS = 50
+"""Greatest number of Newton steps from the description's zero position to closed loops. The loops
+may be far from closed there, and the solver limits a step to half a radian."""
 
 
 class Assembly:
@@ -40,8 +45,8 @@ class Assembly:
 
     Attributes:
         groups: all groups of the scene.
-        needed: which of them its outputs need.
-        decided: velocity coordinates of the passive joints that those decide.
+        needed: which of the groups the outputs need.
+        decided: velocity coordinates of the passive joints that the needed groups decide.
         start: `(size,)` closed coordinates at the held positions, where the drives start.
 
     Raises:
@@ -56,35 +61,25 @@ class Assembly:
         self._system = system = LoopSystem(problem.mechanism, problem.held)
         self.groups = system.groups(problem.drives, problem.passive_columns)
         self.needed = needs(problem.mechanism, self.groups, problem.wanted_bodies)
-        kept = [self.groups[index] for index in self.needed.motion]
-        self.decided = columns_of(kept)
-        kinematics = system.kinematics(problem.drives, kept)
-        states = [self._closed_zero(kinematics)]
-        self._bring_to_start(states)
-        states = states[-1:]
-        try:
-            self._bring_held(states)
-        except CardanError:
-            # A MobilityError explains the failure better than a closure error does.
-            RedundancyStudy(problem, self.groups, self.needed, kinematics).of_states(
-                np.array(states)
-            )
-            raise
-        self._first = states[-1]
-        self._open_kinematics = kinematics.with_open_reductions(self._first)
+        moving_groups = [self.groups[index] for index in self.needed.motion]
+        self.decided = columns_of(moving_groups)
+        kinematics = system.kinematics(problem.drives, moving_groups)
+        states = self._states_to_start(kinematics)
+        self._first_mode = states[-1]
+        self._open_kinematics = kinematics.with_open_reductions(self._first_mode)
         study = RedundancyStudy(problem, self.groups, self.needed, self._open_kinematics)
         # The start itself may be singular; judge the rank from all states on the way to it.
         redundancy = study.of_states(np.array(states))
-        self.start = self._first
+        self.start = self._first_mode
         if problem.branch != mode_name(0):
-            self.start = self._mode(problem.branch)
+            self.start = self._mode_called(problem.branch)
             redundancy = study.of_states(self.start[None, :])
         motionless = not self.decided.size
         self._cache = GuessCache(problem, system, study, self.start, redundancy, motionless)
 
     @property
     def kinematics(self) -> Kinematics:
-        """Closes the loops for the scene's drives; it knows more rows the more was solved."""
+        """Closes the loops for the scene's drives. Later ones may know more redundant rows."""
         return self._cache.kinematics
 
     def guesses(self, positions: Array) -> Guess:
@@ -104,17 +99,17 @@ class Assembly:
             SingularConfigurationError: a position is a dead point.
         """
         state = guess.kinematics.close(guess.x, guess.turns)
-        lost = (state.correction > SAFE_CORRECTION) & guess.followed
-        bad = ~(state.residual < CLOSURE_TOLERANCE) | lost
-        if np.any(bad):
-            worst = int(np.argmax(bad))
+        has_left_branch = (state.correction > SAFE_CORRECTION) & guess.followed
+        is_bad = ~(state.residual < CLOSURE_TOLERANCE) | has_left_branch
+        if np.any(is_bad):
+            first = int(np.argmax(is_bad))
             raise AssemblyError(
                 f"the loops cannot be closed on the branch at drive position "
-                f"{shown(positions[worst])} (closure error {state.residual[worst]:.1e}, "
-                f"{state.correction[worst]:.1e} away from where the branch leads)",
-                position=where(positions[worst]),
+                f"{shown(positions[first])} (closure error {state.residual[first]:.1e}, "
+                f"{state.correction[first]:.1e} away from where the branch leads)",
+                position=where(positions[first]),
                 nearest=None,
-                residual=float(state.residual[worst]),
+                residual=float(state.residual[first]),
             )
         worst = int(np.argmax(state.condition))
         if state.condition[worst] > SINGULAR_CONDITION:
@@ -128,7 +123,14 @@ class Assembly:
         return state
 
     def period(self) -> float | None:
-        """Return the displacement after which the only drive is back where it was, if it is."""
+        """Return the drive displacement [rad] after which the motion repeats, None if it does not.
+
+        The scene has a single drive.
+
+        Raises:
+            AssemblyError: the drive cannot turn through.
+            SingularConfigurationError: a dead point lies on the way.
+        """
         if self._drive_slides:
             return None
         if not self.decided.size:
@@ -136,7 +138,7 @@ class Assembly:
         return self._cache.period()
 
     def motion_range(self) -> tuple[float, float]:
-        """Return between which positions the only drive can move, ±inf where it turns through."""
+        """Return the limits of the only drive [rad or m], ±inf where it has none."""
         if not self.decided.size:
             return -np.inf, np.inf
         drive = self._problem.drives[0]
@@ -159,19 +161,20 @@ class Assembly:
         Returns:
             Name to closed coordinates `(size,)`, the description's own mode first.
         """
-        found = assembly_modes(
+        states = assembly_modes(
             self._open_kinematics,
             self.decided,
-            self._first,
+            self._first_mode,
             self._problem.mechanism.characteristic_length,
         )
-        return {mode_name(index): state for index, state in enumerate(found)}
+        return {mode_name(index): state for index, state in enumerate(states)}
 
     @property
     def _drive_slides(self) -> bool:
         return self._problem.mechanism.joints[self._problem.drives[0]].type == "prismatic"
 
-    def _mode(self, name: str) -> Array:
+    def _mode_called(self, name: str) -> Array:
+        """Return closed coordinates `(size,)` of an assembly mode, by its name."""
         modes = self.modes()
         if name not in modes:
             raise ArgumentError(f"branch {name!r} does not exist; branches: {choices(modes)}")
@@ -180,7 +183,8 @@ class Assembly:
     def _closed_zero(self, kinematics: Kinematics) -> Array:
         """Return closed coordinates `(size,)` near the description's zero position."""
         mechanism = self._problem.mechanism
-        state = kinematics.close(mechanism.coordinates.neutral()[None, :], most=50)
+        zero = mechanism.coordinates.neutral()[None, :]
+        state = kinematics.close(zero, most=_ZERO_NEWTON_STEPS)
         if not state.residual[0] < CLOSURE_TOLERANCE:
             raise AssemblyError(
                 f"{mechanism.name}: the loops cannot be closed with every joint near zero "
@@ -191,8 +195,31 @@ class Assembly:
             )
         return state.x[0]
 
-    def _bring_to_start(self, states: list[Array]) -> None:
-        """Bring the joints of `start` to their positions; everything not held follows them."""
+    def _states_to_start(self, kinematics: Kinematics) -> list[Array]:
+        """Return closed coordinates `(size,)` on the way to the held positions, the last one there.
+
+        They begin where the joints of `start` are at their positions.
+
+        Args:
+            kinematics: for the scene's drives, with all rows.
+        """
+        problem = self._problem
+        states = [self._moved_to_start(self._closed_zero(kinematics))]
+        try:
+            for joint, value in problem.held.items():
+                states.append(self._moved(states[-1], joint, value, problem.passive_columns))
+        except CardanError:
+            # A MobilityError explains the failure better than a closure error does.
+            study = RedundancyStudy(problem, self.groups, self.needed, kinematics)
+            study.of_states(np.array(states))
+            raise
+        return states
+
+    def _moved_to_start(self, state: Array) -> Array:
+        """Return the state after the joints of `start` have moved to their positions.
+
+        All joints that are not held follow them, the drives as well.
+        """
         problem = self._problem
         velocities = problem.mechanism.coordinates.velocity_columns
         is_free = np.ones(problem.mechanism.model.nv, dtype=bool)
@@ -200,15 +227,11 @@ class Assembly:
         free = np.nonzero(is_free)[0]
         for joint, value in problem.start.items():
             passives = free[free != velocities[joint].start]
-            states.append(self._brought(states[-1], joint, value, passives))
+            state = self._moved(state, joint, value, passives)
+        return state
 
-    def _bring_held(self, states: list[Array]) -> None:
-        """Bring the held joints to their positions; the passives follow them."""
-        for joint, value in self._problem.held.items():
-            passives = self._problem.passive_columns
-            states.append(self._brought(states[-1], joint, value, passives))
-
-    def _brought(self, state: Array, joint: str, value: float, passives: Array) -> Array:
+    def _moved(self, state: Array, joint: str, value: float, passives: Array) -> Array:
+        """Return the state after a joint has moved; errors say which joint it was."""
         left_out = set(self._problem.passive_columns.tolist()) - set(self.decided.tolist())
         try:
             return self._system.moved(state, joint, value, passives, left_out)

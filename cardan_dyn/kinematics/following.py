@@ -1,8 +1,8 @@
 """Following: closed positions for several drives, from sample to sample.
 
-Several drives have no positions in order, along which a branch could be kept. So samples are
-closed one after the other as they are given: as many at once as an extrapolation from the last
-one reaches safely, and by smaller steps where it does not reach the next one.
+Positions of several drives have no order along which a branch could be kept. Samples are therefore
+closed one after the other as they are given: as many at once as an extrapolation from the last one
+reaches safely, and by smaller steps where it does not reach even the next one.
 """
 
 from __future__ import annotations
@@ -14,9 +14,18 @@ from ..errors import AssemblyError, shown
 from .all_groups import ClosedState, Kinematics
 from .tolerances import CLOSURE_TOLERANCE
 
-_SAFE_STEP = 0.1  # How far an extrapolation may be off.
-_FEWEST, _MOST = 8, 512  # Samples tried at once.
-_SMALLEST_SHARE = 1e-9  # of the way to the next sample.
+_SAFE_CORRECTION = 0.1
+"""Error [rad] up to which an extrapolation is taken to end in the same assembly mode. It may be
+greater than for a branch: its samples are never interpolated."""
+_SMALLEST_BATCH, _LARGEST_BATCH = 8, 512
+"""Samples tried at once: few where most of them would be thrown away, and not so many that arrays
+become large. Between the two, a batch is twice as large as the last one was successful."""
+_SMALLEST_SHARE = 1e-9
+"""Share of the remaining way to a sample that is tried last, before the sample counts as out of
+reach."""
+_NEWTON_STEPS = 6
+"""Greatest number of Newton steps per sample. Convergence is quadratic: from a safe extrapolation
+about four steps reach rounding. What needs more is tried again from nearer by."""
 
 
 def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: Array) -> Array:
@@ -25,64 +34,64 @@ def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: 
     Args:
         kinematics: of the scene.
         start: `(size,)` closed coordinates to begin at.
-        columns: of the drives among the coordinates.
-        positions: in the order in which they are followed.
+        columns: columns of the drives in a row of coordinates.
+        positions: in the order in which they are followed [rad or m].
 
     Raises:
         AssemblyError: the loops cannot be closed on the way to a sample.
     """
     result = np.empty((len(positions), start.size))
-    last, done, tried = start, 0, _FEWEST
-    while done < len(positions):
-        targets = positions[done : done + tried]
-        found, safe = _reached(kinematics, last, columns, targets)
-        count = len(targets) if np.all(safe) else int(np.argmin(safe))
-        tried = min(max(2 * count, _FEWEST), _MOST)
-        if count:
-            result[done : done + count] = found.x[:count]
+    last, count, batch_size = start, 0, _SMALLEST_BATCH
+    while count < len(positions):
+        targets = positions[count : count + batch_size]
+        state, is_safe = _one_step(kinematics, last, columns, targets)
+        reached = len(targets) if np.all(is_safe) else int(np.argmin(is_safe))
+        batch_size = min(max(2 * reached, _SMALLEST_BATCH), _LARGEST_BATCH)
+        if reached:
+            result[count : count + reached] = state.x[:reached]
         else:
-            result[done] = _towards(kinematics, last, columns, targets[0])
-            count = 1
-        done += count
-        last = result[done - 1]
+            result[count] = _several_steps(kinematics, last, columns, targets[0])
+            reached = 1
+        count += reached
+        last = result[count - 1]
     return result
 
 
-def _reached(
+def _one_step(
     kinematics: Kinematics, last: Array, columns: list[int], targets: Array
 ) -> tuple[ClosedState, Array]:
-    """Close the loops at targets `(K, d)` from closed coordinates `(size,)`.
+    """Close the loops at targets `(K, d)`, each in one step from closed coordinates `(size,)`.
 
     Returns:
-        What was found, and `(K,)` whether it is the way on from there.
+        The states found, and `(K,)` whether they are in the same assembly mode.
     """
     coordinates = kinematics.coordinates
-    here = kinematics.evaluate(np.repeat(last[None, :], len(targets), axis=0))
+    before = kinematics.evaluate(np.repeat(last[None, :], len(targets), axis=0))
     step = targets - last[columns]
-    with np.errstate(all="ignore"):  # What is out of reach is not used.
-        v = kinematics.rates(here, step)
-        a = kinematics.accelerations(here, v, np.zeros_like(step))
-        way = coordinates.derivative(here.x, v) + 0.5 * coordinates.curvature(here.x, v, a)
-        guess = here.x + way
+    with np.errstate(all="ignore"):  # Targets out of reach may overflow; they are not safe.
+        v = kinematics.rates(before, step)
+        a = kinematics.accelerations(before, v, np.zeros_like(step))
+        slope = coordinates.derivative(before.x, v)
+        guess = before.x + (slope + 0.5 * coordinates.curvature(before.x, v, a))
         guess[:, columns] = targets
-        found = kinematics.close(guess, most=6)
-        safe = (found.residual < CLOSURE_TOLERANCE) & (found.correction < _SAFE_STEP)
-        safe &= kinematics.same_side(found, here.inverses)
-    return found, safe
+        state = kinematics.close(guess, most=_NEWTON_STEPS)
+        is_safe = (state.residual < CLOSURE_TOLERANCE) & (state.correction < _SAFE_CORRECTION)
+        is_safe &= kinematics.same_side(state, before.inverses)
+    return state, is_safe
 
 
-def _towards(kinematics: Kinematics, last: Array, columns: list[int], target: Array) -> Array:
-    """Return closed coordinates `(size,)` at a target `(d,)`, by as many steps as it takes.
+def _several_steps(kinematics: Kinematics, last: Array, columns: list[int], target: Array) -> Array:
+    """Return closed coordinates `(size,)` at a target `(d,)`, in as many steps as it takes.
 
     All drives move along the straight line from where they are.
     """
     share = 0.5
     while True:
-        left = target - last[columns]
-        to = target if share == 1.0 else last[columns] + share * left
-        found, safe = _reached(kinematics, last, columns, to[None, :])
-        if safe[0]:
-            last = found.x[0]
+        remaining = target - last[columns]
+        position = target if share == 1.0 else last[columns] + share * remaining
+        state, is_safe = _one_step(kinematics, last, columns, position[None, :])
+        if is_safe[0]:
+            last = state.x[0]
             if share == 1.0:
                 return last
             share = min(1.0, 2.0 * share)
@@ -94,5 +103,5 @@ def _towards(kinematics: Kinematics, last: Array, columns: list[int], target: Ar
                 f"the nearest that were reached are {shown(last[columns])}",
                 position=target.copy(),
                 nearest=last[columns].copy(),
-                residual=float(found.residual[0]),
+                residual=float(state.residual[0]),
             )

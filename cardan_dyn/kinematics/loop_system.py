@@ -1,4 +1,4 @@
-"""Loop system: the loops of a mechanism, grouped and solved for any choice of drives."""
+"""Loop system: the loops of a mechanism, grouped and closed for any choice of drives."""
 
 from __future__ import annotations
 
@@ -14,28 +14,40 @@ from .structure import Structure
 
 
 class LoopSystem:
-    """The loops of a mechanism with some joints held.
+    """The loops of a mechanism with some joints held. Nothing in it changes.
 
     Attributes:
         mechanism: the mechanism.
-        held: held joints and their positions.
+        held: names of the held joints, and their positions [rad or m].
     """
 
     def __init__(self, mechanism: Mechanism, held: dict[str, float]) -> None:
+        """Find what each loop depends on.
+
+        Args:
+            mechanism: see the attribute.
+            held: see the attribute.
+        """
         self.mechanism = mechanism
         self.held = held
         self._structure = Structure(mechanism)
-        items = range(len(self._structure.paths))
-        self._on_loops = {
-            column for item in items for column in self._structure.coordinates_on(item)
+        self._looped_columns = {
+            column
+            for index in range(len(self._structure.paths))
+            for column in self._structure.coordinates_on(index)
         }
 
     def is_on_loops(self, joint: str) -> bool:
         """Return whether a loop or coupling depends on a joint with one coordinate."""
-        return self._column(joint) in self._on_loops
+        return self._column(joint) in self._looped_columns
 
     def groups(self, drives: tuple[str, ...], passives: Array) -> list[Group]:
-        """Return the groups for some drives and passives `(p,)`, in the order of motion."""
+        """Return the groups in the order in which motion passes through them.
+
+        Args:
+            drives: names of the driven joints.
+            passives: `(p,)` velocity coordinates that are neither driven nor held.
+        """
         coordinates = self.mechanism.coordinates
         x = coordinates.neutral()
         for name, value in self.held.items():
@@ -43,12 +55,18 @@ class LoopSystem:
         return partition(self._structure, x, self._columns(drives), passives)
 
     def kinematics(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
-        """Return what solves some groups for some drives, all rows kept."""
+        """Return what solves all rows of some groups while some joints are driven."""
         solvers = [GroupSolver(self.mechanism, group) for group in groups]
         return Kinematics(self.mechanism.coordinates, self._columns(drives), solvers)
 
     def branch(self, joint: str, kinematics: Kinematics, state: Array) -> Branch:
-        """Return the branch on which closed coordinates `(size,)` lie while one joint moves."""
+        """Return the branch through a state, along the motion of one joint.
+
+        Args:
+            joint: name of the joint that moves; the only drive of the kinematics.
+            kinematics: solves the branch.
+            state: `(size,)` closed coordinates.
+        """
         slides = self.mechanism.joints[joint].type == "prismatic"
         unit = self.mechanism.characteristic_length if slides else 1.0
         return Branch(kinematics, state, self.mechanism.coordinates.columns[joint].start, unit)
@@ -56,19 +74,23 @@ class LoopSystem:
     def moved(
         self, state: Array, joint: str, value: float, passives: Array, left_out: set[int]
     ) -> Array:
-        """Follow the mechanism from a state while one joint moves to a value.
+        """Return the state that a mechanism is in after one joint has moved to a value.
 
         The passives follow; all other joints rest.
 
         Args:
             state: `(size,)` closed coordinates.
-            joint: what moves.
-            value: where it goes [rad or m].
+            joint: name of the joint that moves.
+            value: its position afterwards [rad or m].
             passives: velocity coordinates that follow.
             left_out: velocity coordinates that need not follow, since no output needs them.
 
+        Returns:
+            `(size,)` closed coordinates.
+
         Raises:
-            CardanError: the value cannot be reached.
+            AssemblyError: the value cannot be reached.
+            SingularConfigurationError: a dead point lies on the way.
         """
         column = self.mechanism.coordinates.columns[joint].start
         if value == state[column]:
@@ -88,6 +110,7 @@ class LoopSystem:
         return branch.states()[-1 if value > state[column] else 0]
 
     def _column(self, joint: str) -> int:
+        """Return the first velocity coordinate of a joint."""
         return self.mechanism.coordinates.velocity_columns[joint].start
 
     def _columns(self, joints: tuple[str, ...]) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..arrays import Array
@@ -9,6 +11,22 @@ from ..errors import MobilityError, SingularConfigurationError, choices, shown, 
 from ..mechanism.mechanism import Mechanism
 from .all_groups import ClosedState
 from .tolerances import RANK_TOLERANCE
+
+_MOVES = 1e-6
+"""Component of a unit vector of free motion above which a joint counts as moving. Joints that the
+loops decide have components there as well, by rounding of about 1e-16."""
+
+
+class _Balance(NamedTuple):
+    """How the passives of a scene and its independent closure equations compare.
+
+    Attributes:
+        undecided: velocity coordinates that nothing decides.
+        excess: number of closure equations that the drives would have to meet.
+    """
+
+    undecided: set[int]
+    excess: int
 
 
 def check_mobility(
@@ -22,9 +40,8 @@ def check_mobility(
 
     Args:
         mechanism: the mechanism.
-        state: closed positions, with the rows that are independent over the motion.
-            At single ones (dead points) the rank may be lower than elsewhere, so the greatest one
-            counts.
+        state: K closed positions, with the rows that are independent over the motion. At single
+            ones (dead points) the rank may be lower than elsewhere, so the greatest one counts.
         drives: names of the driven joints.
         held: names of the held joints.
         passives: velocity coordinates that something must decide.
@@ -33,63 +50,75 @@ def check_mobility(
         MobilityError: too many or too few drives, or drives that leave joints free.
         SingularConfigurationError: there are enough drives, but all positions are dead points.
     """
-    free = set(passives)
-    excess = 0
-    for closed in state.groups:
-        passive = ranks(closed.scaled_rows)
-        best = int(np.argmax(passive))
-        excess += int(np.max(ranks(closed.all_scaled_rows))) - int(passive[best])
-        vectors, _, _ = np.linalg.svd(closed.scaled_rows[best])
-        moves = np.max(np.abs(vectors[:, passive[best] :]), axis=1, initial=0.0) > 1e-6
-        free -= set(closed.group.passives[~moves].tolist())
-    if not free and not excess:
+    undecided, excess = _balance(state, passives)
+    if not undecided and not excess:
         return
-    names = mechanism.coordinates.velocity_columns
-    undecided = [
+    names = [
         name
-        for name, columns in names.items()
-        if free.intersection(range(columns.start, columns.stop))
+        for name, columns in mechanism.coordinates.velocity_columns.items()
+        if undecided.intersection(range(columns.start, columns.stop))
     ]
     # What the loops take away from all coordinates that are not held, at the same positions.
-    mobility = len(drives) - excess + _freedom(state, free)
-    loops = f"its loops leave mobility {mobility}" if mechanism.loops else "it has no <loop>"
+    mobility = len(drives) - excess + _freedom(state, undecided)
     if mobility == len(drives):
         position = state.x[-1, [mechanism.coordinates.columns[name].start for name in drives]]
         raise SingularConfigurationError(
             f"{mechanism.name}: position {shown(position)} of {list(drives)}, where the scene "
             "starts, is a dead point: the drive does not decide the motion there of "
-            f"{choices(undecided)}. "
+            f"{choices(names)}. "
             "Give start={joint: position} to begin elsewhere, or choose another drive",
             position=where(position),
             condition=float(np.max(state.condition)),
         )
-    if mobility == 0:
-        advice = "it is locked: stop holding a joint, or check loops and couplings"
-    elif len(drives) > mobility:
-        advice = "drop a drive or stop holding a joint"
-    else:
-        advice = f"nothing decides the motion of: {choices(undecided)}; drive or hold them"
+    loops = f"its loops leave mobility {mobility}" if mechanism.loops else "it has no <loop>"
     raise MobilityError(
         f"{mechanism.name}: {len(drives)} drive(s) {list(drives)}, but with {held} held {loops}: "
-        f"{advice}",
+        f"{_advice(mobility, len(drives), names)}",
         mobility=mobility,
-        free=undecided,
+        free=names,
     )
 
 
-def _freedom(state: ClosedState, free: set[int]) -> int:
-    """Return how many independent motions the passives have while the drives rest."""
-    count = 0
-    for closed in state.groups:
-        passives = closed.group.passives
-        count += len(passives) - int(np.max(ranks(closed.scaled_rows)))
-        free = free - set(passives.tolist())
-    return count + len(free)
-
-
 def ranks(rows: Array) -> Array:
-    """Return the ranks `(K,)` of stacked closure matrices."""
+    """Return the ranks `(K,)` of stacked closure matrices `(K, p, R)`.
+
+    All of them are measured by the greatest singular value of the whole stack.
+    """
     if 0 in rows.shape[1:]:
         return np.zeros(len(rows), dtype=int)
     values = np.linalg.svd(rows, compute_uv=False)
     return np.asarray(np.sum(values > RANK_TOLERANCE * np.max(values), axis=1))
+
+
+def _balance(state: ClosedState, passives: set[int]) -> _Balance:
+    """Return which passives nothing decides, and how many equations are left over."""
+    undecided = set(passives)
+    excess = 0
+    for group_state in state.groups:
+        rank = ranks(group_state.scaled_rows)
+        best = int(np.argmax(rank))
+        excess += int(np.max(ranks(group_state.all_scaled_rows))) - int(rank[best])
+        # The last left singular vectors are the motions that the equations leave free.
+        vectors, _, _ = np.linalg.svd(group_state.scaled_rows[best])
+        motion = np.max(np.abs(vectors[:, rank[best] :]), axis=1, initial=0.0)
+        undecided -= set(group_state.group.passives[~(motion > _MOVES)].tolist())
+    return _Balance(undecided, excess)
+
+
+def _freedom(state: ClosedState, undecided: set[int]) -> int:
+    """Return how many independent motions the passives have while the drives rest."""
+    count = 0
+    for group_state in state.groups:
+        passives = group_state.group.passives
+        count += len(passives) - int(np.max(ranks(group_state.scaled_rows)))
+        undecided = undecided - set(passives.tolist())
+    return count + len(undecided)
+
+
+def _advice(mobility: int, drive_count: int, undecided: list[str]) -> str:
+    """Return what to change where the drives do not match the mobility."""
+    if mobility == 0:
+        return "it is locked: stop holding a joint, or check loops and couplings"
+    if drive_count > mobility:
+        return "drop a drive or stop holding a joint"
+    return f"nothing decides the motion of: {choices(undecided)}; drive or hold them"

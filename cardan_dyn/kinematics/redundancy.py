@@ -1,7 +1,8 @@
 """Redundancy: which rows of the closure equations are independent over the motion, as a value.
 
-A loop's rows that its open joints can reach are found at once. How many of them are independent
-while it is closed shows only over the motion: at single positions (dead points) fewer are.
+The rows that the joints of an open loop can reach follow from the description. How many of them are
+independent while the loop is closed shows only over the motion: at single positions (dead points)
+fewer are.
 """
 
 from __future__ import annotations
@@ -20,19 +21,20 @@ from .needs import Needs, columns_of
 from .tolerances import CLOSURE_TOLERANCE
 
 _REGULAR = 1e6
-"""Condition number of positions that leave no doubt about the rank: their smallest singular value
-is a thousand times `RANK_TOLERANCE`."""
+"""Condition number up to which a position leaves no doubt about the rank: its smallest singular
+value is at least a thousand times what `RANK_TOLERANCE` counts as zero."""
 STATES_STUDIED = 32
-"""States of a branch from which independent rows are read. Two or three can all be special: a
-parallelogram's two ends are."""
+"""States of a branch from which independent rows are found. Two states may not suffice: at both
+ends of a parallelogram's motion its links are in line, and these two states together show only two
+of its three independent rows. More than two is a precaution whose number is chosen, not derived."""
 
 
 class Redundancy(NamedTuple):
-    """What is known about redundant rows.
+    """Result of a study of redundant rows.
 
     Attributes:
         kinematics: solves the rows that are known to be independent.
-        settled: whether no other state can add to them.
+        settled: whether no other state of the motion can add to them.
     """
 
     kinematics: Kinematics
@@ -49,12 +51,21 @@ class RedundancyStudy:
     def __init__(
         self, problem: Problem, groups: list[Group], needed: Needs, open_kinematics: Kinematics
     ) -> None:
+        """Make the study.
+
+        Args:
+            problem: the drives, held joints and wanted outputs of the scene.
+            groups: all groups of the scene.
+            needed: which of them the outputs need.
+            open_kinematics: see the attribute.
+        """
         self.open_kinematics = open_kinematics
         self._problem = problem
         self._passives = problem.passive_columns
         self._decided_by_all = columns_of(groups)
         decided = columns_of([groups[index] for index in needed.motion])
-        # What the outputs leave out need not be decided, unless no group decides it at all.
+        # Passives of groups that no output needs may stay undecided. Passives that belong to no
+        # group at all may not: nothing could ever decide them.
         left_out = set(self._decided_by_all.tolist()) - set(decided.tolist())
         self._to_decide = set(self._passives.tolist()) - left_out
 
@@ -63,7 +74,7 @@ class RedundancyStudy:
 
         Args:
             states: `(K, size)` closed coordinates.
-            branch: that they are on, if any.
+            branch: the branch on which they lie; more states are taken from it if they are few.
 
         Raises:
             MobilityError: the drives do not decide the motion, or too many do.
@@ -73,11 +84,10 @@ class RedundancyStudy:
         if self._is_determined(state):
             return Redundancy(self.open_kinematics, settled=True)
         if branch is not None and len(states) < STATES_STUDIED:
-            between = self.open_kinematics.close(
-                branch.guess(np.linspace(*branch.span, STATES_STUDIED))
-            )
-            closed = between.x[between.residual < CLOSURE_TOLERANCE]
-            states = np.concatenate([states, closed])
+            positions = np.linspace(*branch.span, STATES_STUDIED)
+            between = self.open_kinematics.close(branch.guess(positions))
+            is_closed = between.residual < CLOSURE_TOLERANCE
+            states = np.concatenate([states, between.x[is_closed]])
             state = self.open_kinematics.evaluate(states)
         reductions = [group_state.reachable for group_state in state.groups]
         kinematics = self.open_kinematics.with_reductions(reductions)

@@ -1,10 +1,13 @@
-"""Tolerances that several rooms of the kinematics share, each with its reason."""
+"""Tolerances that several modules of the kinematics share, each with its reason."""
 
 RANK_TOLERANCE = 1e-9
-"""Singular values below this fraction of the greatest count as zero in rank decisions."""
+"""Singular values below this fraction of the greatest one count as zero in decisions about rank.
+It is far above rounding, and far below what positions away from singular configurations have."""
 CLOSURE_TOLERANCE = 1e-10
-"""Greatest closure error that counts as closed, as a fraction of the characteristic length."""
+"""Greatest closure error that counts as closed, as a fraction of the characteristic length. It is
+far above the rounding that Newton's method reaches, and far below any clearance of a joint."""
 SINGULAR_CONDITION = 1e12
-"""Condition number from which on a position counts as singular."""
+"""Condition number of the closure equations from which on a position counts as singular: no more
+than four digits of the joint rates would be left."""
 SAFE_CORRECTION = 1e-2
-"""Greatest error of a guess that cannot end in another assembly mode."""
+"""Greatest error [rad] of a guess that is taken to end in the same assembly mode."""

@@ -1,0 +1,71 @@
+"""Assembly modes: all that a four-bar has, by closed form, and their names."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from planar_linkages import BASE, COUPLER, CRANK, ROCKER, four_bar, geared, solver, values
+
+from cardan_dyn.kinematics.assembly_modes import assembly_modes, mode_name
+
+
+def passives_of(mechanism: object, drive: str) -> np.ndarray:
+    velocities = mechanism.coordinates.velocity_columns
+    return np.setdiff1d(np.arange(mechanism.model.nv), [velocities[drive].start])
+
+
+def rocker_positions(crank: float) -> np.ndarray:
+    """Both positions of D for one of A: the pin lies on two circles."""
+    pin = CRANK * np.array([-np.sin(crank), np.cos(crank)])
+    away = np.array([BASE, 0.0]) - pin
+    distance = np.linalg.norm(away)
+    along = (COUPLER**2 - ROCKER**2 + distance**2) / (2.0 * distance)
+    across = np.sqrt(COUPLER**2 - along**2) * np.array([1.0, -1.0])
+    direction = away / distance
+    tips = pin[:, None] + direction[:, None] * along
+    tips = tips + np.array([[-direction[1]], [direction[0]]]) * across
+    return np.arctan2(-(tips[0] - BASE), tips[1])
+
+
+@pytest.mark.parametrize("crank", [0.0, 0.7, -2.0])
+def test_a_four_bar_has_two_modes(crank: float) -> None:
+    mechanism = four_bar()
+    kinematics, first = solver(mechanism, "A")
+    first[mechanism.coordinates.columns["A"]] = crank
+    first = kinematics.close(first[None, :], most=60).x[0]
+    length = mechanism.characteristic_length
+    modes = assembly_modes(kinematics, passives_of(mechanism, "A"), first, length)
+    assert len(modes) == 2
+    angles = np.array([values(mechanism, mode, "D") for mode in modes])
+    found = np.sort(np.mod(angles, 2.0 * np.pi))
+    expected = np.sort(np.mod(rocker_positions(crank), 2.0 * np.pi))
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    # The first mode is the one that was given; the drive stays where it is in all of them.
+    shapes = mechanism.coordinates.shape(np.array([first, modes[0]]))
+    np.testing.assert_allclose(shapes[0], shapes[1], atol=1e-9)
+    assert [values(mechanism, mode, "A") for mode in modes] == [crank] * 2
+
+
+def test_modes_are_the_same_at_every_call() -> None:
+    mechanism = four_bar()
+    kinematics, first = solver(mechanism, "D")
+    arguments = kinematics, passives_of(mechanism, "D"), first, mechanism.characteristic_length
+    for once, again in zip(assembly_modes(*arguments), assembly_modes(*arguments), strict=True):
+        np.testing.assert_array_equal(once, again)
+
+
+def test_whole_turns_of_a_wheel_are_no_modes() -> None:
+    mechanism = geared(1.0)
+    kinematics, first = solver(mechanism, "A")
+    modes = assembly_modes(kinematics, passives_of(mechanism, "A"), first, 1.0)
+    np.testing.assert_array_equal(modes, [first])
+
+
+def test_names() -> None:
+    names = {0: "A", 1: "B", 25: "Z", 26: "A1", 51: "Z1", 52: "A2", 26 * 12 + 3: "D12"}
+    assert {index: mode_name(index) for index in names} == names
+    listed = [mode_name(index) for index in range(500)]
+    assert len(set(listed)) == 500
+    assert all(len(earlier) <= len(later) for earlier, later in pairwise(listed))

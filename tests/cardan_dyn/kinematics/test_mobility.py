@@ -1,0 +1,109 @@
+"""Mobility: counted by Grübler's rule for planar linkages, and told apart from dead points."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from planar_linkages import (
+    BASE,
+    CRANK,
+    ROCKER,
+    described,
+    five_bar,
+    four_bar,
+    joint,
+    link,
+    rocker_range,
+    solver,
+)
+
+import cardan_dyn as cd
+from cardan_dyn.kinematics.mobility import check_mobility, ranks
+
+
+def check(mechanism: cd.Mechanism, *drives: str, held: tuple[str, ...] = ()) -> None:
+    """Check a linkage at three positions near its zero position."""
+    kinematics, start = solver(mechanism, *drives, held=held)
+    columns = [mechanism.coordinates.columns[name].start for name in drives]
+    guess = np.repeat(start[None, :], 3, axis=0)
+    guess[:, columns] = np.linspace(0.0, 0.05, 3)[:, None]
+    state = kinematics.close(guess)
+    velocities = mechanism.coordinates.velocity_columns
+    prescribed = {velocities[name].start for name in (*drives, *held)}
+    passives = set(range(mechanism.model.nv)) - prescribed
+    check_mobility(mechanism, state, drives, list(held), passives)
+
+
+def test_the_right_number_of_drives_passes() -> None:
+    # Grübler: 3 (n - 1) - 2 f, with 4 links and 4 joints, with 5 links and 5 joints.
+    check(four_bar(), "A")
+    check(four_bar(), "D")
+    check(five_bar(), "A", "D")
+    check(five_bar(), "A", held=("D",))
+
+
+@pytest.mark.parametrize("held", [(), ("D",)])
+def test_too_many_drives(held: tuple[str, ...]) -> None:
+    drives = ("A",) if held else ("A", "D")
+    advice = "it is locked" if held else "drop a drive or stop holding a joint"
+    with pytest.raises(cd.MobilityError, match=advice) as caught:
+        check(four_bar(), *drives, held=held)
+    assert caught.value.mobility == (0 if held else 1)
+    assert caught.value.free == []
+
+
+def test_too_few_drives_name_what_stays_free() -> None:
+    with pytest.raises(cd.MobilityError, match="its loops leave mobility 2") as caught:
+        check(five_bar(), "A")
+    assert caught.value.mobility == 2
+    assert set(caught.value.free) == set("BCDE")
+
+
+def test_joints_on_no_loop_are_named() -> None:
+    swing = link("swing"), joint("S", "ground", "swing")
+    mechanism = four_bar(0.3, 0.8, 1.0, *swing)
+    with pytest.raises(cd.MobilityError, match="nothing decides the motion of: S;") as caught:
+        check(mechanism, "A")
+    assert caught.value.mobility == 2
+    assert caught.value.free == ["S"]
+
+
+def test_a_mechanism_without_loops_is_told_so() -> None:
+    pendulum = described(link("a"), link("b"), joint("A", "ground", "a"), joint("B", "a", "b"))
+    with pytest.raises(cd.MobilityError, match="it has no <loop>") as caught:
+        check(pendulum, "A")
+    assert caught.value.mobility == 2
+    assert caught.value.free == ["B"]
+
+
+def test_a_dead_point_is_not_taken_for_a_missing_drive() -> None:
+    """With crank and coupler in line, driving the rocker decides nothing."""
+    mechanism = four_bar()
+    low, _ = rocker_range()
+    kinematics, start = solver(mechanism, "D")
+    layout = mechanism.coordinates
+    reach = np.array([BASE - ROCKER * np.sin(low), ROCKER * np.cos(low)])
+    crank = np.arctan2(-reach[0], reach[1])
+    coupler = np.arctan2(reach[1], reach[0]) - np.arctan2(ROCKER - CRANK, BASE)
+    dead = start.copy()
+    for name, angle in (("A", crank), ("B", coupler - crank), ("D", low), ("C", low - coupler)):
+        dead[layout.columns[name]] = angle
+    passives = set(range(mechanism.model.nv)) - {layout.velocity_columns["D"].start}
+    state = kinematics.evaluate(dead[None, :])
+    assert state.residual[0] < 1e-12
+    with pytest.raises(cd.SingularConfigurationError, match="is a dead point") as caught:
+        check_mobility(mechanism, state, ("D",), [], passives)
+    assert caught.value.position == low
+    assert caught.value.condition > 1e8
+    # One regular position among them shows that the drive decides the motion.
+    both = kinematics.evaluate(np.array([dead, start]))
+    check_mobility(mechanism, both, ("D",), [], passives)
+
+
+def test_ranks_of_known_matrices() -> None:
+    full = np.diag([1.0, 2.0, 3.0])
+    lower = np.diag([1.0, 2.0, 1e-12])
+    single = np.outer([1.0, 2.0, 3.0], [1.0, 0.0, 1.0])
+    assert ranks(np.array([full, lower, single])).tolist() == [3, 2, 1]
+    assert ranks(np.zeros((4, 0, 3))).tolist() == [0] * 4
+    assert ranks(np.zeros((2, 3, 0))).tolist() == [0] * 2
