@@ -92,17 +92,17 @@ class MissingExtraError(CardanError):
     """An optional part of the package is not installed."""
 
 
-def where(position: np.ndarray) -> float | np.ndarray:
+def as_position(position: np.ndarray) -> float | np.ndarray:
     """Return a drive position `(d,)` as errors carry it: a number for one drive."""
     return float(position[0]) if len(position) == 1 else position
 
 
 def choices(names: Iterable[str]) -> str:
-    """Format valid names for the end of a message."""
+    """Return valid names, sorted and with commas between them, for the end of a message."""
     listed = sorted(names)
     return ", ".join(listed) if listed else "none"
 
 
-def shown(position: Iterable[float]) -> str:
-    """Format drive positions for a message."""
+def as_text(position: Iterable[float]) -> str:
+    """Return a drive position `(d,)` as text for a message, with 12 digits."""
     return ", ".join(f"{value:.12g}" for value in position)

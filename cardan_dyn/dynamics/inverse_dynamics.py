@@ -119,18 +119,18 @@ class InverseDynamics:
     @cached_property
     def bodies(self) -> FreeBodies:
         """What proves results; the description's text is read again when it is first asked for."""
-        from ..proof.free_bodies import FreeBodies
+        from ..proof.constraints import Motion
+        from ..proof.free_bodies import FreeBodies, Setup
 
-        problem = self._problem
+        problem, mechanism = self._problem, self._mechanism
+        known = np.zeros(mechanism.model.nv, dtype=bool)
+        known[self._prescribed] = known[self._decided] = True
+        motion = Motion(problem.drives, problem.held, known)
         return FreeBodies(
-            self._mechanism.reread,
-            self._mechanism.coordinates,
-            self._mechanism.characteristic_length,
-            problem.gravity,
-            self._claimed,
-            problem.drives,
-            problem.held,
-            np.concatenate([self._prescribed, self._decided]),
+            mechanism.reread,
+            mechanism.coordinates,
+            mechanism.characteristic_length,
+            Setup(problem.gravity, motion, self._claimed),
         )
 
     def prove_flags(self, found: Solution) -> None:

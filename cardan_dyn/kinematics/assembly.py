@@ -15,9 +15,9 @@ from ..errors import (
     AssemblyError,
     CardanError,
     SingularConfigurationError,
+    as_position,
+    as_text,
     choices,
-    shown,
-    where,
 )
 from ..problem.problem import Problem
 from .all_groups import ClosedState, Kinematics
@@ -110,19 +110,19 @@ class Assembly:
             worst = int(np.argmax(bad))
             raise AssemblyError(
                 f"the loops cannot be closed on the branch at drive position "
-                f"{shown(positions[worst])} (closure error {state.residual[worst]:.1e}, "
+                f"{as_text(positions[worst])} (closure error {state.residual[worst]:.1e}, "
                 f"{state.correction[worst]:.1e} away from where the branch leads)",
-                position=where(positions[worst]),
+                position=as_position(positions[worst]),
                 nearest=None,
                 residual=float(state.residual[worst]),
             )
         worst = int(np.argmax(state.condition))
         if state.condition[worst] > SINGULAR_CONDITION:
             raise SingularConfigurationError(
-                f"drive position {shown(positions[worst])} is a dead point: the closure equations "
-                f"have condition {state.condition[worst]:.1e}; leave it out or choose another "
-                "drive",
-                position=where(positions[worst]),
+                f"drive position {as_text(positions[worst])} is a dead point: the closure "
+                f"equations have condition {state.condition[worst]:.1e}; leave it out or choose "
+                "another drive",
+                position=as_position(positions[worst]),
                 condition=float(state.condition[worst]),
             )
         return state

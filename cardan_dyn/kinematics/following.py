@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
-from ..errors import AssemblyError, shown
+from ..errors import AssemblyError, as_text
 from .all_groups import ClosedState, Kinematics
 from .tolerances import CLOSURE_TOLERANCE
 
@@ -90,8 +90,8 @@ def _towards(kinematics: Kinematics, last: Array, columns: list[int], target: Ar
         share *= 0.5
         if share < _SMALLEST_SHARE:
             raise AssemblyError(
-                f"the loops cannot be closed at drive positions {shown(target)}; on the way there "
-                f"the nearest that were reached are {shown(last[columns])}",
+                f"the loops cannot be closed at drive positions {as_text(target)}; on the way "
+                f"there the nearest that were reached are {as_text(last[columns])}",
                 position=target.copy(),
                 nearest=last[columns].copy(),
                 residual=float(found.residual[0]),
