@@ -1,4 +1,4 @@
-"""Arrays: their type, and the few operations on them that several rooms need."""
+"""Arrays: their type, and the few operations on them that several packages need."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-"""Of floats, unless a docstring says otherwise; docstrings give shapes and units."""
+"""An array of floats, unless a docstring says otherwise; docstrings give shapes and units."""
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return the cross product along the first axis, which `np.cross` does several times slower."""
+    """Return cross products of `(3, …)` arrays along the first axis, faster than `np.cross`."""
     a, b = np.concatenate((a, a[:2])), np.concatenate((b, b[:2]))
     return np.asarray(a[1:4] * b[2:5] - a[2:5] * b[1:4])
 
 
 def quaternion_product(a: Array, b: Array) -> Array:
-    """Return products of quaternions `(N, 4)` (x, y, z, w): rotation `b`, then `a`."""
-    av, aw, bv, bw = a[:, :3], a[:, 3:], b[:, :3], b[:, 3:]
-    vector = aw * bv + bw * av + np.cross(av, bv)
-    scalar = aw * bw - np.sum(av * bv, axis=1, keepdims=True)
+    """Return products of quaternions `(N, 4)` (x, y, z, w): the rotation `b`, followed by `a`."""
+    vector_a, scalar_a, vector_b, scalar_b = a[:, :3], a[:, 3:], b[:, :3], b[:, 3:]
+    vector = scalar_a * vector_b + scalar_b * vector_a + np.cross(vector_a, vector_b)
+    scalar = scalar_a * scalar_b - np.sum(vector_a * vector_b, axis=1, keepdims=True)
     return np.concatenate([vector, scalar], axis=1)
 
 
 def generic(rows: int, columns: int) -> Array:
     """Return numbers `(rows, columns)` between -1 and 1 without a pattern, always the same ones.
 
-    They do what random numbers would; importing NumPy's generators takes longer than making a
-    scene.
+    They are used in place of random numbers, since importing NumPy's generators takes longer than
+    making a scene.
     """
     return np.asarray(np.sin(np.arange(1.0, rows * columns + 1.0) ** 2).reshape(rows, columns))

@@ -1,7 +1,7 @@
-"""Checks of single arguments: each returns a plain value of the expected type, or says what it is.
+"""Checks of single arguments: each returns a plain value of the expected type, or raises an error.
 
-Whatever an argument does when it is looked at (compare, iterate, become an array), nothing but an
-`ArgumentError` comes of it.
+Arguments may be objects of any class and raise anything when they are compared, iterated or made an
+array. Callers get an `ArgumentError` in any case, whose message says what was expected.
 """
 
 from __future__ import annotations
@@ -18,30 +18,34 @@ from .arrays import Array
 from .errors import ArgumentError
 
 _MOST_NAMES = 100_000
-"""Names are counted up to here, since an iterator may never end."""
+"""Greatest number of names that is read, since an iterator may never end."""
+_LONGEST_REASON = 200
+"""Characters of another error's message that are quoted, since it may be of any length."""
+_LONGEST_VALUE = 80
+"""Characters of a value that are quoted in a message: less than a line."""
 
 
 @contextmanager
-def _looking_at(name: str, expected: str) -> Iterator[None]:
-    """Turn whatever an argument raises when it is looked at into an `ArgumentError`."""
+def _reading(name: str, expected: str) -> Iterator[None]:
+    """Turn any error that an argument raises when it is read into an `ArgumentError`."""
     try:
         yield
     except ArgumentError:
         raise
     except Exception as error:
-        raise ArgumentError(f"{name} is not {expected} ({_said(error)})") from error
+        raise ArgumentError(f"{name} is not {expected} ({_reason(error)})") from error
 
 
-def _said(error: Exception) -> str:
-    """Return an error's message, short and on one line; its type if it cannot even say that."""
+def _reason(error: Exception) -> str:
+    """Return an error's message, cut and on one line; its type where the message itself fails."""
     try:
-        return " ".join(str(error).split())[:200] or type(error).__name__
+        return " ".join(str(error).split())[:_LONGEST_REASON] or type(error).__name__
     except Exception:
         return type(error).__name__
 
 
 def described(value: object) -> str:
-    """Return an argument for a message: what it is if that is short, else its type."""
+    """Return an argument for a message: its value if that is a plain one, else its type."""
     if value is None or isinstance(value, (bool, int, float, complex, str, bytes)):
         try:
             return shortened(repr(value))
@@ -52,8 +56,8 @@ def described(value: object) -> str:
     return f"of type {type(value).__name__}"
 
 
-def shortened(text: str, most: int = 80) -> str:
-    """Return a text cut to a length that suits a message."""
+def shortened(text: str, most: int = _LONGEST_VALUE) -> str:
+    """Return a text cut to a greatest number of characters."""
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
@@ -93,7 +97,7 @@ def names(name: str, value: object) -> tuple[str, ...]:
     Args:
         name: how messages call the argument.
         value: a string, or strings that can be iterated: a sequence, an array, a generator. A set
-            is none, since it has no order.
+            is refused, since it has no order.
 
     Raises:
         ArgumentError: it is anything else.
@@ -107,17 +111,17 @@ def names(name: str, value: object) -> tuple[str, ...]:
         raise ArgumentError(f"{name} is {described(value)}{detail}; expected {expected}")
     if not isinstance(value, Iterable):
         raise ArgumentError(f"{name} is {described(value)}, expected {expected}")
-    with _looking_at(name, expected):
+    with _reading(name, expected):
         # An array of one name without a dimension is that name.
         items = [value.item()] if isinstance(value, np.ndarray) and not value.ndim else value
         listed = list(islice(items, _MOST_NAMES + 1))
     if len(listed) > _MOST_NAMES:
         raise ArgumentError(f"{name} has more than {_MOST_NAMES} names")
-    return tuple(text(f"{name}[{place}]", item) for place, item in enumerate(listed))
+    return tuple(text(f"{name}[{index}]", item) for index, item in enumerate(listed))
 
 
 def mapping(name: str, value: object) -> dict[str, Any]:
-    """Return an argument that maps names to values, as a dictionary of its own.
+    """Return an argument that maps names to values, as a new dictionary.
 
     Args:
         name: how messages call the argument.
@@ -131,7 +135,7 @@ def mapping(name: str, value: object) -> dict[str, Any]:
     expected = "a mapping of names to values"
     if not isinstance(value, Mapping):
         raise ArgumentError(f"{name} is {described(value)}, expected {expected}")
-    with _looking_at(name, expected):
+    with _reading(name, expected):
         pairs = list(value.items())
     return {text(f"a key of {name}", key): item for key, item in pairs}
 
@@ -139,32 +143,42 @@ def mapping(name: str, value: object) -> dict[str, Any]:
 def numbers(name: str, value: object) -> Array:
     """Return an argument as an array of finite numbers, which shares no memory with it.
 
+    Args:
+        name: how messages call the argument.
+        value: anything that NumPy makes an array of integers or floats of.
+
     Raises:
         ArgumentError: it is not numeric or not finite.
     """
-    with _looking_at(name, "an array of real numbers"), np.errstate(all="ignore"):
+    with _reading(name, "an array of real numbers"), np.errstate(all="ignore"):
         if isinstance(value, (bytes, bytearray)):
             raise TypeError(f"it is {described(value)}")
         array = np.asarray(value)
         if array.dtype.kind not in "iuf":
-            raise TypeError(f"it is {described(value)}" if array.ndim == 0 else _type_of(array))
+            type_of_elements = f"its elements are of type {array.dtype}"
+            raise TypeError(type_of_elements if array.ndim else f"it is {described(value)}")
         masked = sys.modules.get("numpy.ma")  # Where nobody imported it, nothing is masked.
         if masked is not None and masked.is_masked(value):
             raise ValueError("some are masked")
-        # What a longer type holds beyond a double's range becomes infinite here.
+        # Numbers of longer types beyond a double's range become infinite here.
         array = array.astype(float)
     if not np.all(np.isfinite(array)):
-        where = np.argwhere(~np.isfinite(array))[0].tolist()
-        raise ArgumentError(f"{name} is not finite{f' at index {where}' if where else ''}")
+        index = np.argwhere(~np.isfinite(array))[0].tolist()
+        raise ArgumentError(f"{name} is not finite{f' at index {index}' if index else ''}")
     return array
 
 
-def _type_of(array: Array) -> str:
-    return f"its elements are of type {array.dtype}"
-
-
 def vector(name: str, value: object, size: int) -> Array:
-    """Return an argument as a vector of finite numbers."""
+    """Return an argument as a vector `(size,)` of finite numbers.
+
+    Args:
+        name: how messages call the argument.
+        value: see `numbers`.
+        size: of the vector.
+
+    Raises:
+        ArgumentError: it is not numeric, not finite or has another shape.
+    """
     array = numbers(name, value)
     if array.shape != (size,):
         raise ArgumentError(f"{name} has shape {array.shape}, expected ({size},)")
@@ -178,11 +192,14 @@ def samples(name: str, value: object, drives: int, count: int | None) -> Array:
         name: how messages call the argument.
         value: a number, `(N,)` for one drive, `(d,)` for one sample of d drives, or `(N, d)`.
         drives: number of drives d.
-        count: number of samples N that single numbers are spread to; None if the argument
-            itself decides.
+        count: number of samples N, for all of which a single number or sample holds; None if the
+            argument itself decides.
+
+    Raises:
+        ArgumentError: it is not numeric, not finite, empty or has another shape.
     """
     array = numbers(name, value)
-    given = array.shape
+    shape = array.shape
     if array.size == 0:
         raise ArgumentError(f"{name} is empty")
     if array.ndim == 0:
@@ -190,8 +207,8 @@ def samples(name: str, value: object, drives: int, count: int | None) -> Array:
     elif array.ndim == 1:
         array = array[:, None] if drives == 1 else array[None, :]
     if array.ndim != 2 or array.shape[1] != drives:
-        wanted = "(N,)" if drives == 1 else f"(N, {drives})"
-        raise ArgumentError(f"{name} has shape {given}, expected a number or {wanted}")
+        expected = "(N,)" if drives == 1 else f"(N, {drives})"
+        raise ArgumentError(f"{name} has shape {shape}, expected a number or {expected}")
     if count is not None and len(array) != count:
         if len(array) != 1:
             raise ArgumentError(f"{name} has {len(array)} samples, position has {count}")

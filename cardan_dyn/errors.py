@@ -1,4 +1,7 @@
-"""Errors of the package: one base class, each with its numbers as attributes."""
+"""Errors of the package: one base class, and an error per kind of failure with its numbers.
+
+Also how positions and names are written in messages and attributes.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +15,11 @@ if TYPE_CHECKING:
 class CardanError(Exception):
     """Base class of every error that this package raises on purpose.
 
-    The message says what is wrong, where, and what to do. Keyword arguments given to the
-    constructor are kept as attributes, so that a script can act on them.
+    The message says what is wrong, where, and what to do. Keyword arguments of the constructor
+    become attributes of the error, so that a script can react to them.
+
+    Attributes:
+        details: the keyword arguments of the constructor.
     """
 
     def __init__(self, message: str, **details: object) -> None:
@@ -28,7 +34,7 @@ class CardanError(Exception):
 
 
 class ModelError(CardanError):
-    """A description is malformed, or names something that it does not contain."""
+    """A description is malformed, or a name is given that it does not contain."""
 
 
 class ArgumentError(CardanError, ValueError):
@@ -36,23 +42,23 @@ class ArgumentError(CardanError, ValueError):
 
 
 class ImmutableError(CardanError, AttributeError, TypeError):
-    """Something was to be changed that cannot be; make another one instead."""
+    """Something was to be changed that cannot be changed; make another one instead."""
 
 
 class AssemblyError(CardanError):
     """The loops cannot be closed at a position.
 
     Attributes:
-        position: drive position that was asked for [rad or m]; a number for one drive, `(d,)` for
-            d drives.
-        nearest: nearest drive position on the branch that was reached, likewise; None where
-            nothing was followed.
-        residual: closure error that remained there (see `Sweep.loop_residual`).
+        position: drive position at which the loops were to be closed [rad or m]; a number for one
+            drive, `(d,)` for d drives; None where no drive position was at fault.
+        nearest: nearest drive position that was reached on the branch, likewise; None where no
+            branch was followed.
+        residual: closure error that remained there, see `Sweep.loop_residual`.
     """
 
 
 class SingularConfigurationError(CardanError):
-    """The drive does not decide the motion at a position (dead point, locked joint).
+    """The drive does not determine the motion at a position: a dead point, a locked joint.
 
     Attributes:
         position: drive position, a number for one drive, `(d,)` for d drives.
@@ -65,26 +71,26 @@ class MobilityError(CardanError):
 
     Attributes:
         mobility: number of drives that the scene needs.
-        free: names of the joints whose motion nothing decides.
+        free: names of the joints whose motion is not determined.
     """
 
 
 class IndeterminateError(CardanError):
-    """Wanted components do not follow from the laws of motion, and no rule chooses them.
+    """Wanted components are statically indeterminate, and the scene is strict.
 
     Attributes:
-        components: joint to the names of its open components.
+        components: joint to the names of its statically indeterminate components.
     """
 
 
 class AccuracyError(CardanError):
-    """A result misses its own tolerance and is therefore not returned.
+    """A result exceeds its tolerance and is therefore not returned.
 
     Attributes:
-        residual: the residual that was too large.
-        tolerance: what it may be at most.
+        residual: the residual that was too great; nan where it is not a matter of size.
+        tolerance: its greatest permitted value.
         position: drive position of the worst sample, a number for one drive, `(d,)` for d drives;
-            None where it is no single sample's fault.
+            None where the error does not belong to a single sample.
     """
 
 
@@ -92,17 +98,17 @@ class MissingExtraError(CardanError):
     """An optional part of the package is not installed."""
 
 
-def where(position: np.ndarray) -> float | np.ndarray:
+def as_position(position: np.ndarray) -> float | np.ndarray:
     """Return a drive position `(d,)` as errors carry it: a number for one drive."""
     return float(position[0]) if len(position) == 1 else position
 
 
 def choices(names: Iterable[str]) -> str:
-    """Format valid names for the end of a message."""
+    """Return valid names, sorted and with commas between them, for the end of a message."""
     listed = sorted(names)
     return ", ".join(listed) if listed else "none"
 
 
-def shown(position: Iterable[float]) -> str:
-    """Format drive positions for a message."""
+def as_text(position: Iterable[float]) -> str:
+    """Return a drive position `(d,)` as text for a message, with 12 digits."""
     return ", ".join(f"{value:.12g}" for value in position)

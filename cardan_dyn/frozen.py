@@ -1,4 +1,4 @@
-"""Frozen: what is not to change once it is made, and arrays that cannot be written to."""
+"""Frozen: objects and mappings that cannot be changed, and arrays that cannot be written to."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ _Value = TypeVar("_Value")
 
 
 class Frozen:
-    """A class whose objects cannot be changed after `_freeze`, which ends their constructor."""
+    """Base class of objects whose attributes cannot be set or deleted once `_freeze` was called.
+
+    Constructors call it last.
+    """
 
     _is_frozen = False
 
@@ -35,7 +38,7 @@ class Frozen:
 
 
 class FrozenDict(dict[_Key, _Value]):
-    """A dictionary that cannot be changed; other than a proxy of one, it can be pickled."""
+    """A dictionary that cannot be changed. Unlike `MappingProxyType`, it can be pickled."""
 
     def _refuse(self, *_: object, **__: object) -> NoReturn:
         raise ImmutableError("this mapping cannot be changed; copy it with dict()")
@@ -46,18 +49,19 @@ class FrozenDict(dict[_Key, _Value]):
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (dict(self),)
 
+    # What cannot be changed need not be copied.
     def __deepcopy__(self, memo: dict[int, object]) -> FrozenDict[_Key, _Value]:
         return self
 
 
 def read_only(array: np.ndarray) -> np.ndarray:
-    """Return an array after it was closed to writing."""
+    """Return the same array, which from now on cannot be written to."""
     array.setflags(write=False)
     return array
 
 
 def frozen(mapping: Mapping[_Key, _Value]) -> FrozenDict[_Key, _Value]:
-    """Return a mapping that cannot be changed, its arrays included."""
+    """Return a copy of a mapping that cannot be changed; its arrays are made read-only as well."""
     for value in mapping.values():
         if isinstance(value, np.ndarray):
             read_only(value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple, Protocol
 
@@ -9,17 +10,27 @@ import numpy as np
 
 from ..arrays import Array
 
-_STIFF = 1e-10  # Energies this much smaller than the greatest one decide nothing.
-_ROUNDING = 1e-18  # The square of what influence counts as none, see `UNIQUE_TOLERANCE`.
+_STIFF = 1e-10
+"""Eigenvalues of the elastic energy up to this part of the greatest one count as zero.
+
+Eigenvalues are exact to eps = 2e-16 of the greatest one, and more digits are lost with the closure
+equations; smaller ones would choose forces by their rounding.
+"""
+_ENERGY_ROUNDING = 1e-18
+"""Energies up to this part of what they could be are the rounding of zero.
+
+It is the square of the 1e-9 up to which the influence of a self-stress counts as none, see
+`reactions.UNIQUE_TOLERANCE`, since energies grow with the square of forces.
+"""
 
 
 class SelfStress(NamedTuple):
     """Closure forces that change no passive effort.
 
     Attributes:
-        forces: per loop `(N, 6, k)` in world axes about the origin of its group's batch, and per
-            coupling, counted on from the loops, `(N, 1, k)`.
-        joints: `(J,)` the joints that they load.
+        forces: per loop, by its index, `(N, 6, k)` in world axes about the origin of its group's
+            batch; per coupling, by its index plus the number of loops, `(N, 1, k)`.
+        joints: `(J,)` indices of the joints that they load.
         spread: what they add to the wrenches of those, `(N, J, 6, k)`.
     """
 
@@ -27,9 +38,13 @@ class SelfStress(NamedTuple):
     joints: Array
     spread: Array
 
-    def rows(self, places: slice | list[int] = slice(None)) -> Array:
-        """Return what they add to some of the joints as one matrix `(N, 6 J, k)`."""
-        chosen = self.spread[:, places]
+    def rows(self, indices: slice | list[int] = slice(None)) -> Array:
+        """Return what they add to the wrenches of some joints, as one matrix `(N, 6 J, k)`.
+
+        Args:
+            indices: of these joints in `joints`.
+        """
+        chosen = self.spread[:, indices]
         return chosen.reshape(len(chosen), 6 * chosen.shape[1], chosen.shape[3])
 
     def wrenches(self, amount: Array) -> Array:
@@ -38,15 +53,15 @@ class SelfStress(NamedTuple):
         return added.reshape(len(added), len(self.joints), 6, amount.shape[2])
 
     def size(self) -> Array:
-        """Return `(J, 6)` the greatest change of each component per unit of them."""
+        """Return `(J, 6)` the greatest change of each component per unit of self-stress."""
         return np.asarray(np.abs(self.spread).max(axis=0).max(axis=2))
 
 
 class IndeterminacyRule(Protocol):
-    """A rule that chooses self_stresses closure forces.
+    """A rule that chooses statically indeterminate closure forces.
 
     Attributes:
-        oriented: joints whose orientation it needs.
+        oriented: indices of the joints whose orientation it needs.
     """
 
     oriented: frozenset[int]
@@ -60,9 +75,10 @@ class IndeterminacyRule(Protocol):
         """Return how much of each self-stress is to be added to a solution of the load cases.
 
         Args:
-            wrenches: of all joints, `(N, b, 6, c)`.
+            wrenches: of all joints, `(N, b, 6, c)` for c load cases.
             self_stresses: what the solution may differ by.
-            rotations: for `oriented` joints, `(N, 3, 3)` from the joint's frame to its parent's.
+            rotations: for `oriented` joints, `(N, 3, 3)` from the joint's frame to its frame at
+                coordinate zero, which stays with the parent.
 
         Returns:
             Per self-stress `(N, k, c)`.
@@ -71,11 +87,11 @@ class IndeterminacyRule(Protocol):
 
 
 class LeastNorm:
-    """Least sum of squares over all joints: moments, and forces times a length.
+    """Least sum of squares over all joints: of moments, and of forces times a length.
 
-    The sum does not depend on where a ring was cut, nor on the order of the joints. Two sets of
-    forces are coupled only where they load the same joint, so the normal equations are sparse: a
-    row of loops gives a band, which is eliminated at a cost linear in the number of loops.
+    The sum depends neither on where a ring was cut nor on the order of the joints. Two
+    self-stresses are connected only where they load the same joint, so the normal equations are
+    sparse: of a line of loops they are a band, which is solved in time linear in their number.
     """
 
     oriented: frozenset[int] = frozenset()
@@ -84,10 +100,10 @@ class LeastNorm:
         """Make the rule.
 
         Args:
-            length: that forces count times [m].
-            counted: places of the wrenches that the sum is over.
+            length: that forces are multiplied with [m].
+            counted: indices of the wrenches that the sum is over.
         """
-        self._lengths = np.repeat([length, 1.0], 3)
+        self._squared_lengths = np.repeat([length, 1.0], 3) ** 2
         self._counted = counted
 
     def amounts(
@@ -97,48 +113,85 @@ class LeastNorm:
         rotations: dict[int, Array],
     ) -> list[Array]:
         """See `IndeterminacyRule.amounts`."""
-        touching: dict[int, list[int]] = {}
-        counting = [
-            [place for place, joint in enumerate(item.joints.tolist()) if joint in self._counted]
-            for item in self_stresses
-        ]
-        for number, (item, places) in enumerate(zip(self_stresses, counting, strict=True)):
-            for joint in item.joints[places].tolist():
-                touching.setdefault(joint, []).append(number)
-        pairs = {
-            (first, second)
-            for numbers in touching.values()
-            for first in numbers
-            for second in numbers
-            if first < second
-        }
+        indices = [self._counted_indices(item) for item in self_stresses]
         blocks: dict[tuple[int, int], Array] = {}
         right: dict[int, Array] = {}
-        for number, (item, places) in enumerate(zip(self_stresses, counting, strict=True)):
-            rows = item.rows(places)
-            flipped = self._weighed(rows)
-            loaded = wrenches[:, item.joints[places]]
-            right[number] = -(
-                flipped @ loaded.reshape(len(loaded), 6 * len(places), loaded.shape[3])
-            )
-            blocks[number, number] = flipped @ rows
-        for first, second in pairs:
-            one, other = self_stresses[first], self_stresses[second]
-            there_is = {int(other.joints[place]): place for place in counting[second]}
-            shared = [
-                (place, there_is[int(one.joints[place])])
-                for place in counting[first]
-                if int(one.joints[place]) in there_is
-            ]
-            here, there = (list(part) for part in zip(*shared, strict=True))
-            blocks[first, second] = self._weighed(one.rows(here)) @ other.rows(there)
+        for index, (item, chosen) in enumerate(zip(self_stresses, indices, strict=True)):
+            rows = item.rows(chosen)
+            weighted = self._weighted_transpose(rows)
+            loaded = wrenches[:, item.joints[chosen]]
+            loaded = loaded.reshape(len(loaded), 6 * len(chosen), loaded.shape[3])
+            right[index] = -(weighted @ loaded)
+            blocks[index, index] = weighted @ rows
+        for first, second, shared in _connections(self_stresses, indices):
+            in_first, in_second = (list(column) for column in zip(*shared, strict=True))
+            rows = self_stresses[second].rows(in_second)
+            weighted = self._weighted_transpose(self_stresses[first].rows(in_first))
+            blocks[first, second] = weighted @ rows
         amounts = _solve_sparse(blocks, right)
-        return [amounts[number] for number in range(len(self_stresses))]
+        return [amounts[index] for index in range(len(self_stresses))]
 
-    def _weighed(self, rows: Array) -> Array:
-        """Return transposed rows `(N, k, 6 J)`, squares of lengths applied."""
-        squares = np.tile(self._lengths**2, rows.shape[1] // 6)
+    def _counted_indices(self, item: SelfStress) -> list[int]:
+        """Return the indices in `SelfStress.joints` of those whose wrenches are counted."""
+        return [index for index, joint in enumerate(item.joints.tolist()) if joint in self._counted]
+
+    def _weighted_transpose(self, rows: Array) -> Array:
+        """Return rows `(N, 6 J, k)` with squared lengths applied, transposed: `(N, k, 6 J)`."""
+        squares = np.tile(self._squared_lengths, rows.shape[1] // 6)
         return np.asarray((rows * squares[:, None]).transpose(0, 2, 1))
+
+
+def _connections(
+    self_stresses: list[SelfStress], indices: list[list[int]]
+) -> Iterator[tuple[int, int, list[tuple[int, int]]]]:
+    """Yield which self-stresses load the same joints.
+
+    Args:
+        self_stresses: of a mechanism.
+        indices: per self-stress, of the joints in `SelfStress.joints` that are considered.
+
+    Yields:
+        Indices of two self-stresses, the lower one first, and of each shared joint the index in the
+        first one's `joints` and in the second one's.
+    """
+    index_of = [
+        {int(item.joints[index]): index for index in chosen}
+        for item, chosen in zip(self_stresses, indices, strict=True)
+    ]
+    loading: dict[int, list[int]] = {}
+    for index, joints in enumerate(index_of):
+        for joint in joints:
+            loading.setdefault(joint, []).append(index)
+    pairs = {
+        (first, second)
+        for loaded_by in loading.values()
+        for first in loaded_by
+        for second in loaded_by
+        if first < second
+    }
+    for first, second in pairs:
+        joints_of_second = index_of[second]
+        yield (
+            first,
+            second,
+            [
+                (index, joints_of_second[joint])
+                for joint, index in index_of[first].items()
+                if joint in joints_of_second
+            ],
+        )
+
+
+class _Form(NamedTuple):
+    """A quadratic form ½ yᵀ M y - rᵀ y of amounts y that are to make it least.
+
+    Attributes:
+        matrix: M, `(N, k, k)`, symmetric and positive semidefinite.
+        right: r, `(N, k, c)` for c load cases.
+    """
+
+    matrix: Array
+    right: Array
 
 
 class LeastEnergy:
@@ -155,7 +208,8 @@ class LeastEnergy:
         Args:
             length: for the least norm [m].
             counted: for the least norm, see `LeastNorm`.
-            compliances: per joint `(6, 6)` [m/N, rad/(N·m)], in the axes that stay with the parent.
+            compliances: per joint index `(6, 6)` [m/N, rad/(N·m)], in the axes that stay with the
+                parent.
         """
         self.oriented = frozenset(compliances)
         self._compliances = compliances
@@ -169,37 +223,52 @@ class LeastEnergy:
         rotations: dict[int, Array],
     ) -> list[Array]:
         """See `IndeterminacyRule.amounts`."""
-        spread: dict[int, list[tuple[int, Array]]] = {}
         sizes = [item.spread.shape[3] for item in self_stresses]
-        starts = np.concatenate([[0], np.cumsum(sizes)])
-        count, total = len(wrenches), int(starts[-1])
-        for number, item in enumerate(self_stresses):
-            for place, joint in enumerate(item.joints.tolist()):
-                spread.setdefault(joint, []).append((number, item.spread[:, place]))
-        elastic, norm = np.zeros((2, count, total, total))
-        bound = np.zeros((count, 1))
-        right_elastic, right_norm = np.zeros((2, count, total, wrenches.shape[3]))
-        for joint, parts in spread.items():
-            whole = np.zeros((count, 6, total))
-            for number, part in parts:
-                whole[:, :, starts[number] : starts[number + 1]] = part
-            flipped, wrench = whole.transpose(0, 2, 1), wrenches[:, joint]
-            if joint in self._counted:
-                norm += flipped @ (whole * self._lengths[:, None] ** 2)
-                right_norm -= flipped @ (wrench * self._lengths[:, None] ** 2)
-            if joint in self._compliances:
-                compliance = self._turned(joint, rotations.get(joint))
-                elastic += flipped @ compliance @ whole
-                right_elastic -= flipped @ compliance @ wrench
-                # What the energy could be if the forces went where the joint yields most.
-                softest = self._compliances[joint] / np.multiply.outer(self._lengths, self._lengths)
-                sizes = np.sum((whole * self._lengths[:, None]) ** 2, axis=(1, 2))
-                bound += np.linalg.norm(softest) * sizes[:, None]
-        amounts = _lexicographic(elastic, right_elastic, norm, right_norm, bound)
-        return [amounts[:, first:last] for first, last in pairwise(starts.tolist())]
+        starts = np.concatenate([[0], np.cumsum(sizes)]).tolist()
+        energy, norm, bound = self._forms(wrenches, self_stresses, starts, rotations)
+        amounts = _lexicographic(energy, norm, bound)
+        return [amounts[:, first:last] for first, last in pairwise(starts)]
 
-    def _turned(self, joint: int, rotation: Array | None) -> Array:
-        """Return a joint's compliance in its own frame, `(N, 6, 6)`."""
+    def _forms(
+        self,
+        wrenches: Array,
+        self_stresses: list[SelfStress],
+        starts: list[int],
+        rotations: dict[int, Array],
+    ) -> tuple[_Form, _Form, Array]:
+        """Return elastic energy and sum of squares as forms in the amounts of all self-stresses.
+
+        Args:
+            wrenches: see `amounts`.
+            self_stresses: see `amounts`.
+            starts: per self-stress, the index of its first amount among all; then their count.
+            rotations: see `amounts`.
+
+        Returns:
+            The energy, the sum of squares (see `LeastNorm`), and `(N, 1)` how great eigenvalues of
+            the energy could be: as if forces acted where the joints yield most.
+        """
+        count, size, cases = len(wrenches), starts[-1], wrenches.shape[3]
+        energy, norm = np.zeros((2, count, size, size))
+        right_energy, right_norm = np.zeros((2, count, size, cases))
+        bound = np.zeros((count, 1))
+        lengths = self._lengths[:, None]
+        for joint, spread in _spread_by_joint(self_stresses, starts):
+            transposed, wrench = spread.transpose(0, 2, 1), wrenches[:, joint]
+            if joint in self._counted:
+                norm += transposed @ (spread * lengths**2)
+                right_norm -= transposed @ (wrench * lengths**2)
+            if joint in self._compliances:
+                compliance = self._in_joint_frame(joint, rotations.get(joint))
+                energy += transposed @ compliance @ spread
+                right_energy -= transposed @ compliance @ wrench
+                relative = self._compliances[joint] / (lengths * self._lengths)
+                squares = np.sum((spread * lengths) ** 2, axis=(1, 2))
+                bound += np.linalg.norm(relative) * squares[:, None]
+        return _Form(energy, right_energy), _Form(norm, right_norm), bound
+
+    def _in_joint_frame(self, joint: int, rotation: Array | None) -> Array:
+        """Return a joint's compliance in its own frame, `(N, 6, 6)`, or `(6, 6)` if unrotated."""
         compliance = self._compliances[joint]
         if rotation is None:
             return compliance
@@ -208,13 +277,33 @@ class LeastEnergy:
         return both.transpose(0, 2, 1) @ compliance @ both
 
 
+def _spread_by_joint(
+    self_stresses: list[SelfStress], starts: list[int]
+) -> Iterator[tuple[int, Array]]:
+    """Yield every loaded joint with what all self-stresses add to its wrench, `(N, 6, k)`.
+
+    Args:
+        self_stresses: of a mechanism.
+        starts: per self-stress, the index of its first amount among all; then their count k.
+    """
+    loading: dict[int, list[tuple[int, Array]]] = {}
+    for index, item in enumerate(self_stresses):
+        for row, joint in enumerate(item.joints.tolist()):
+            loading.setdefault(joint, []).append((index, item.spread[:, row]))
+    for joint, parts in loading.items():
+        spread = np.zeros((len(parts[0][1]), 6, starts[-1]))
+        for index, part in parts:
+            spread[:, :, starts[index] : starts[index + 1]] = part
+        yield joint, spread
+
+
 def influence(self_stresses: list[SelfStress], size: int, length: float) -> Array:
-    """Return `(b, 6)` greatest change of each component per unit of self-stress.
+    """Return `(b, 6)` the greatest change of each component per unit of self-stress.
 
     Args:
         self_stresses: of a mechanism.
         size: number b of wrenches.
-        length: characteristic length, which forces count times [m].
+        length: characteristic length, that forces are multiplied with [m].
     """
     result = np.zeros((size, 6))
     for item in self_stresses:
@@ -223,74 +312,83 @@ def influence(self_stresses: list[SelfStress], size: int, length: float) -> Arra
     return result
 
 
-def _lexicographic(
-    first: Array, right_1: Array, second: Array, right_2: Array, bound: Array
-) -> Array:
-    """Minimise a first quadratic form; among its minima, a second one.
+def _lexicographic(first: _Form, second: _Form, bound: Array) -> Array:
+    """Return the amounts `(N, k, c)` that make a form least; of these, those for a second form.
+
+    The first form leaves open the amounts along eigenvectors whose eigenvalue is zero. Within them
+    the second form is made least.
 
     Args:
-        first: `(N, k, k)`.
-        right_1: `(N, k, c)`.
-        second: `(N, k, k)`.
-        right_2: `(N, k, c)`.
-        bound: `(N, 1)` greatest value that the first form could have; where all of it is far
-            below, it is the rounding of zero and decides nothing.
+        first: the form that decides first; its minimum has to exist.
+        second: the form that decides what the first one leaves open.
+        bound: `(N, 1)` greatest eigenvalue that the first form could have; one far below is the
+            rounding of zero.
     """
-    values, vectors = np.linalg.eigh(first)
+    values, vectors = np.linalg.eigh(first.matrix)
     least = _STIFF * np.max(np.abs(values), axis=1, keepdims=True)
-    stiff = values > np.maximum(least, _ROUNDING * bound)
-    reciprocal = np.where(stiff, 1.0 / np.where(stiff, values, 1.0), 0.0)
-    flipped = vectors.transpose(0, 2, 1)
-    amounts = vectors @ (reciprocal[:, :, None] * (flipped @ right_1))
-    if np.all(stiff):
+    decisive = values > np.maximum(least, _ENERGY_ROUNDING * bound)
+    inverse = np.where(decisive, 1.0 / np.where(decisive, values, 1.0), 0.0)
+    amounts = vectors @ (inverse[:, :, None] * (vectors.transpose(0, 2, 1) @ first.right))
+    if np.all(decisive):
         return np.asarray(amounts)
-    # Within what the first form leaves open, project the second one's problem.
-    loose = vectors * ~stiff[:, None, :]
-    left = loose.transpose(0, 2, 1) @ second @ loose
-    rest = loose.transpose(0, 2, 1) @ (right_2 - second @ amounts)
-    return np.asarray(amounts + loose @ (np.linalg.pinv(left, hermitian=True) @ rest))
+    # Amounts may be changed by any combination of these columns; the others are zero.
+    remaining = vectors * ~decisive[:, None, :]
+    matrix = remaining.transpose(0, 2, 1) @ second.matrix @ remaining
+    right = remaining.transpose(0, 2, 1) @ (second.right - second.matrix @ amounts)
+    # The pseudoinverse, since the columns that are zero make the matrix singular.
+    return np.asarray(amounts + remaining @ (np.linalg.pinv(matrix, hermitian=True) @ right))
 
 
 def _solve_sparse(
     blocks: dict[tuple[int, int], Array], right: dict[int, Array]
 ) -> dict[int, Array]:
-    """Solve a symmetric positive definite block system, for all samples at once.
+    """Solve a symmetric positive definite system of blocks, for all samples at once.
+
+    Unknowns are eliminated in ascending order. Eliminating unknown `i` changes the blocks between
+    all later unknowns that it is connected with, and connects those that were not (fill-in). Then
+    the unknowns are computed in descending order.
 
     Args:
-        blocks: upper triangle: `(i, j)` with i ≤ j to `(N, k_i, k_j)`.
-        right: `i` to `(N, k_i, c)`; used up.
+        blocks: upper triangle: `(i, j)` with i ≤ j to `(N, k_i, k_j)`; what is missing is zero.
+        right: `i` to `(N, k_i, c)`.
+
+    Returns:
+        The solution, `i` to `(N, k_i, c)`.
     """
+    blocks, solution = dict(blocks), dict(right)
     order = sorted(right)
     later = {
         first: [second for second in order if second > first and (first, second) in blocks]
         for first in order
     }
+    # Unknown `first` is its right side less the factors times the later unknowns.
     factors: dict[int, dict[int, Array]] = {}
     for first in order:
         inverse = _inverse(blocks[first, first])
         factors[first] = {second: inverse @ blocks[first, second] for second in later[first]}
-        right[first] = inverse @ right[first]
+        solution[first] = inverse @ solution[first]
         for second in later[first]:
-            flipped = blocks[first, second].transpose(0, 2, 1)
-            right[second] = right[second] - flipped @ right[first]
+            transposed = blocks[first, second].transpose(0, 2, 1)
+            solution[second] = solution[second] - transposed @ solution[first]
             for third in later[first]:
                 if third < second:
-                    continue
-                part = flipped @ factors[first][third]
+                    continue  # Of a symmetric pair only the upper block is kept.
+                change = transposed @ factors[first][third]
                 if (second, third) in blocks:
-                    blocks[second, third] = blocks[second, third] - part
+                    blocks[second, third] = blocks[second, third] - change
                 else:
-                    blocks[second, third] = -part
+                    blocks[second, third] = -change
                     later[second] = sorted({*later[second], third})
     for first in reversed(order):
         for second, factor in factors[first].items():
-            right[first] = right[first] - factor @ right[second]
-    return right
+            solution[first] = solution[first] - factor @ solution[second]
+    return solution
 
 
 def _inverse(matrices: Array) -> Array:
     try:
         return np.linalg.inv(matrices)
     except np.linalg.LinAlgError:
-        # Tooth moments of a closed gear train load no joint, so nothing chooses between them.
+        # Self-stresses of a closed gear train are moments of couplings, which load no joint: their
+        # norm is zero, and the pseudoinverse chooses the amount zero.
         return np.asarray(np.linalg.pinv(matrices, hermitian=True))

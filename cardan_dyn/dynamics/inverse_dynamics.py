@@ -1,4 +1,4 @@
-"""InverseDynamics: one block of samples through all steps, and blocks put together."""
+"""Inverse dynamics: motion, reactions and their proof of a block of samples; joining of blocks."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ class Inputs(NamedTuple):
 
     Attributes:
         positions, speeds, accelerations: of the drives, `(N, d)`.
-        loads: efforts added at the joints, `(N, nv)` or `(1, nv)`.
-        link_loads: links and the wrenches on them.
-        turns: whole turns `(N, size)` that angles lack.
-        has_rates: whether the sweep has any speed or acceleration.
+        loads: efforts added at the joints, `(N, nv)` or `(1, nv)` [N·m, N].
+        link_loads: links and the wrenches that act on them.
+        turns: whole turns `(N, size)` to be added to the angles of closed positions.
+        has_rates: whether any sample of the sweep, also of other blocks, has a drive speed or
+            acceleration.
     """
 
     positions: Array
@@ -41,22 +42,35 @@ class Inputs(NamedTuple):
     has_rates: bool
 
 
+class JointRates(NamedTuple):
+    """Rates of all joints at closed positions.
+
+    Attributes:
+        velocity_ratios: `(N, nv, d)` joint velocities per unit speed of each drive.
+        v, a: joint velocities and accelerations `(N, nv)`.
+    """
+
+    velocity_ratios: Array
+    v: Array
+    a: Array
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
-    """What a block of samples, or all of them, leave behind.
+    """The solution of a block of samples, or of a whole sweep.
 
     Attributes:
         x: `(N, size)` coordinates.
-        v, a: joint rates `(N, nv)`.
+        v, a: joint velocities and accelerations `(N, nv)`.
         velocity_ratios: `(N, nv, d)` joint velocities per unit speed of each drive.
         wrenches: `(N, b, 6)`, see `Reactions.wrenches`.
-        efforts: `(N, nv)` what drives and held joints exert, loads taken off.
+        efforts: `(N, nv)` what drives and held joints exert beside the loads; zero at other joints.
         coupling_moments: `(N, G)` moments of the couplings at their successors' joints.
         condition: `(N,)` see `Sweep.condition`.
-        loop_error: `(N,)` closure error.
-        residuals: balance of bodies and power.
+        loop_error: `(N,)` closure error, see `Sweep.loop_residual`.
+        residuals: what balances and constraints leave over.
         influence: `(b, 6)`, see `Reactions.influence`.
-        indeterminate_couplings: numbers of the couplings whose moment is not unique.
+        indeterminate_couplings: indices of the couplings whose moment is not unique.
     """
 
     x: Array
@@ -82,7 +96,7 @@ class InverseDynamics:
     """Motion, reactions and residuals of one problem.
 
     Attributes:
-        has_mass: whether any body has mass.
+        has_mass: whether any body of the solved groups has mass.
     """
 
     def __init__(
@@ -98,7 +112,7 @@ class InverseDynamics:
         Args:
             problem: what is prescribed and what acts.
             kinematics: the groups that are solved.
-            reactions: their reactions.
+            reactions: computes their reactions.
             needed: what the outputs need.
             decided: velocity coordinates of the passive joints whose motion is solved.
         """
@@ -118,77 +132,71 @@ class InverseDynamics:
 
     @cached_property
     def bodies(self) -> FreeBodies:
-        """What proves results; the description's text is read again when it is first asked for."""
-        from ..proof.free_bodies import FreeBodies
+        """The proof of results.
 
-        problem = self._problem
+        It is made when it is first used, since it reads the description's text again.
+        """
+        from ..proof.constraints import Motion
+        from ..proof.free_bodies import FreeBodies, Setup
+
+        problem, mechanism = self._problem, self._mechanism
+        known = np.zeros(mechanism.model.nv, dtype=bool)
+        known[self._prescribed] = known[self._decided] = True
+        motion = Motion(problem.drives, problem.held, known)
         return FreeBodies(
-            self._mechanism.reread,
-            self._mechanism.coordinates,
-            self._mechanism.characteristic_length,
-            problem.gravity,
-            self._claimed,
-            problem.drives,
-            problem.held,
-            np.concatenate([self._prescribed, self._decided]),
+            mechanism.reread,
+            mechanism.coordinates,
+            mechanism.characteristic_length,
+            Setup(problem.gravity, motion, self._claimed),
         )
 
-    def prove_flags(self, found: Solution) -> None:
-        """Refuse what a result says of uniqueness where self-stresses contradict it.
+    def prove_flags(self, solution: Solution) -> None:
+        """Refuse a solution whose flags of uniqueness are contradicted by self-stresses.
 
         Raises:
             AccuracyError: see `FreeBodies.prove_flags`.
         """
         if self._claimed:
-            unique = found.unique[self._claimed_indices]
-            self.bodies.prove_flags(found.x, unique, float(np.max(found.condition)))
+            unique = solution.unique[self._claimed_indices]
+            self.bodies.prove_flags(solution.x, unique, float(np.max(solution.condition)))
 
-    def solve(self, here: ClosedState, inputs: Inputs) -> Solution:
-        """Return motion, reactions and residuals at closed positions."""
-        velocity_ratios, v, a = self.rates(here, inputs.speeds, inputs.accelerations)
-        dynamics = (v, a) if self.has_mass and (inputs.has_rates or self._has_weight) else None
+    def solve(self, state: ClosedState, inputs: Inputs) -> Solution:
+        """Return motion, reactions and residuals at closed positions.
+
+        The residuals are not judged yet, see `joined`.
+        """
+        rates = self.joint_rates(state, inputs.speeds, inputs.accelerations)
+        has_dynamics = self.has_mass and (inputs.has_rates or self._has_weight)
+        dynamics = (rates.v, rates.a) if has_dynamics else None
         links = list(inputs.link_loads.values())
         case = LoadCase(dynamics, inputs.loads, links, self._problem.gravity)
-        (reactions,) = self._reactions.solve(here, [case])
-        return self.proven(here, inputs, (velocity_ratios, v, a), reactions)
+        (reactions,) = self._reactions.solve(state, [case])
+        return self.with_residuals(state, inputs, rates, reactions)
 
-    def proven(
-        self,
-        here: ClosedState,
-        inputs: Inputs,
-        rates: tuple[Array, Array, Array],
-        reactions: Reactions,
+    def with_residuals(
+        self, state: ClosedState, inputs: Inputs, rates: JointRates, reactions: Reactions
     ) -> Solution:
-        """Return reactions with the residuals that prove them, and all else that they tell.
+        """Return the solution that consists of given rates and reactions, with its residuals.
 
         Args:
-            here: closed positions.
+            state: closed positions.
             inputs: what is prescribed.
-            rates: from `rates`.
-            reactions: at those positions, rates and inputs.
+            rates: of all joints at these positions.
+            reactions: at these positions, rates and inputs.
         """
-        count = len(here.x)
-        velocity_ratios, v, a = rates
-        efforts = self._reactions.efforts(reactions)
-        exerted = np.zeros_like(efforts)
-        if self._needed.efforts_alone:
-            # Virtual work gives the drive efforts without closure forces.
-            drive = (efforts - inputs.loads)[:, None, :] @ velocity_ratios
-            exerted[:, self._kinematics.drives] = drive[:, 0]
-        else:
-            exerted[:, self._prescribed] = (efforts - inputs.loads)[:, self._prescribed]
+        exerted = self._exerted(inputs.loads, rates.velocity_ratios, reactions)
         coupling_moments = reactions.closure_forces[len(self._mechanism.loops) :]
-        couplings = np.concatenate([np.zeros((count, 0)), *coupling_moments], axis=1)
+        couplings = np.concatenate([np.zeros((len(state.x), 0)), *coupling_moments], axis=1)
         residuals = self.bodies.check(
             Claim(
-                x=here.x,
+                x=state.x,
                 turns=inputs.turns,
-                v=v,
-                a=a,
+                v=rates.v,
+                a=rates.a,
                 positions=inputs.positions,
                 speeds=inputs.speeds,
                 accelerations=inputs.accelerations,
-                velocity_ratios=velocity_ratios,
+                velocity_ratios=rates.velocity_ratios,
                 wrenches=reactions.wrenches[:, self._claimed_indices],
                 exerted=exerted,
                 couplings=couplings,
@@ -198,52 +206,77 @@ class InverseDynamics:
             )
         )
         return Solution(
-            x=here.x,
-            v=v,
-            a=a,
-            velocity_ratios=velocity_ratios,
+            x=state.x,
+            v=rates.v,
+            a=rates.a,
+            velocity_ratios=rates.velocity_ratios,
             wrenches=reactions.wrenches,
             efforts=exerted,
             coupling_moments=couplings,
-            condition=self.condition(here, velocity_ratios) * residuals.cancellation,
-            loop_error=np.maximum(here.residual, residuals.loop_error),
+            condition=self.condition(state, rates.velocity_ratios) * residuals.cancellation,
+            loop_error=np.maximum(state.residual, residuals.loop_error),
             residuals=residuals,
             influence=reactions.influence,
             indeterminate_couplings=reactions.indeterminate_couplings,
         )
 
-    def rates(
-        self, here: ClosedState, speeds: Array, accelerations: Array
-    ) -> tuple[Array, Array, Array]:
-        """Return velocity_ratios `(N, nv, d)`, velocities and accelerations `(N, nv)`."""
-        kinematics, count = self._kinematics, len(here.x)
-        velocity_ratios = np.empty((count, self._mechanism.model.nv, speeds.shape[1]))
-        for number, unit in enumerate(np.eye(speeds.shape[1])):
-            velocity_ratios[:, :, number] = kinematics.rates(here, np.tile(unit, (count, 1)))
-        if np.any(speeds):
-            v = (velocity_ratios @ speeds[:, :, None])[:, :, 0]
-            return velocity_ratios, v, kinematics.accelerations(here, v, accelerations)
-        v = np.zeros(velocity_ratios.shape[:2])
-        if np.any(accelerations):
-            return velocity_ratios, v, (velocity_ratios @ accelerations[:, :, None])[:, :, 0]
-        return velocity_ratios, v, v
+    def _exerted(self, loads: Array, velocity_ratios: Array, reactions: Reactions) -> Array:
+        """Return `(N, nv)` what drives and held joints exert beside the loads."""
+        efforts = self._reactions.efforts(reactions)
+        exerted = np.zeros_like(efforts)
+        if self._needed.efforts_alone:
+            # Virtual work gives the drive efforts without closure forces.
+            work = (efforts - loads)[:, None, :] @ velocity_ratios
+            exerted[:, self._kinematics.drives] = work[:, 0]
+        else:
+            exerted[:, self._prescribed] = (efforts - loads)[:, self._prescribed]
+        return exerted
 
-    def condition(self, here: ClosedState, velocity_ratios: Array) -> Array:
-        """Return by how much rounding of positions is magnified in velocities `(N,)`.
+    def joint_rates(self, state: ClosedState, speeds: Array, accelerations: Array) -> JointRates:
+        """Return the rates of all joints for drive rates.
 
         Args:
-            here: closed positions.
-            velocity_ratios: `(N, nv, d)`.
+            state: closed positions.
+            speeds: of the drives `(N, d)` [rad/s or m/s].
+            accelerations: of the drives `(N, d)` [rad/s² or m/s²].
+        """
+        kinematics, count = self._kinematics, len(state.x)
+        velocity_ratios = np.empty((count, self._mechanism.model.nv, speeds.shape[1]))
+        for drive, unit in enumerate(np.eye(speeds.shape[1])):
+            velocity_ratios[:, :, drive] = kinematics.rates(state, np.tile(unit, (count, 1)))
+        if np.any(speeds):
+            v = (velocity_ratios @ speeds[:, :, None])[:, :, 0]
+            a = kinematics.accelerations(state, v, accelerations)
+            return JointRates(velocity_ratios, v, a)
+        v = np.zeros(velocity_ratios.shape[:2])
+        if np.any(accelerations):
+            # At zero speed, accelerations have the same ratios as velocities.
+            a = (velocity_ratios @ accelerations[:, :, None])[:, :, 0]
+            return JointRates(velocity_ratios, v, a)
+        return JointRates(velocity_ratios, v, v)
+
+    def condition(self, state: ClosedState, velocity_ratios: Array) -> Array:
+        """Return `(N,)` the factor by which rounding of positions is magnified in velocities.
+
+        It is the condition number of the closure equations times the greatest velocity ratio.
+
+        Args:
+            state: closed positions.
+            velocity_ratios: `(N, nv, d)`; slides are compared with angles by the length.
         """
         ratios = np.abs(velocity_ratios) * self._ratio_scale
-        return here.condition * np.max(ratios, axis=(1, 2), initial=1.0)
+        return state.condition * np.max(ratios, axis=(1, 2), initial=1.0)
 
 
 def joined(blocks: list[Solution], positions: Array) -> Solution:
-    """Return all blocks as one.
+    """Return the solutions of all blocks as one, and refuse it where its residuals are too great.
+
+    Args:
+        blocks: in the order of their samples.
+        positions: of the drives, at all samples `(N, d)`.
 
     Raises:
-        AccuracyError: a residual misses its tolerance, or numbers overflow.
+        AccuracyError: a residual exceeds its tolerance, or numbers overflow.
     """
     arrays = {
         field.name: np.concatenate([getattr(block, field.name) for block in blocks])

@@ -1,4 +1,4 @@
-"""Open tree: the wrenches that inertia, weight and link loads ask of it with all loops cut open."""
+"""Open tree: joint wrenches from inertia, weight and link loads, with all loops cut open."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class LoadCase(NamedTuple):
     """What acts on a mechanism at closed positions.
 
     Attributes:
-        dynamics: joint velocities and accelerations `(N, nv)`, or None where neither inertia nor
-            gravity acts.
+        dynamics: joint velocities and accelerations, each `(N, nv)`; None where neither inertia nor
+            gravity acts, so that inverse dynamics need not be computed.
         loads: `(N, nv)` or `(1, nv)` efforts added at the joints [N·m, N].
         link_loads: wrenches on links.
         gravity: `(3,)` [m/s²].
@@ -33,10 +33,12 @@ class LoadCase(NamedTuple):
 
 
 class OpenTree:
-    """The bodies of a mechanism, each accounted for in one group.
+    """The bodies of a mechanism, each of them assigned to one group.
+
+    A body may be carried by several groups; its inertia and loads are counted in one of them.
 
     Attributes:
-        bodies: their number.
+        bodies: number of bodies.
     """
 
     def __init__(
@@ -47,12 +49,12 @@ class OpenTree:
         Args:
             mechanism: the mechanism.
             kinematics: the groups whose motion is solved.
-            active: indices of those whose closure forces are solved; where there is none, virtual
-                work takes their place, which needs the inertia of everything that moves.
+            active: indices of the groups whose closure forces are solved. If there is none, drive
+                efforts follow from virtual work, which needs the inertia of all groups.
         """
         self.bodies = mechanism.model.njoints - 1
         self._model = mechanism.model
-        self._heavy_groups = [
+        self._massive_groups = [
             index
             for index, solver in enumerate(kinematics.solvers)
             if solver.batch.has_mass and (not active or index in active)
@@ -66,31 +68,33 @@ class OpenTree:
     def wrenches(self, state: ClosedState, cases: Sequence[LoadCase], size: int) -> Array:
         """Return the wrench of every body's joint in its frame, `(N, size, 6, c)` for c load cases.
 
+        It is the wrench of the parent on the body that balances inertia, weight and loads.
+
         Args:
             state: closed positions.
             cases: what acts.
-            size: number of wrenches; those beyond the bodies' are zero.
+            size: number of wrenches to return; those after the bodies' are zero.
         """
         result = np.zeros((len(state.x), size, 6, len(cases)))
         for index, case in enumerate(cases):
-            own = result[..., index]
-            for bodies, part in self._parts(state, case):
-                own[:, bodies] += part
+            wrenches = result[..., index]
+            for bodies, added in self._contributions(state, case):
+                wrenches[:, bodies] += added
         return result
 
-    def _parts(
+    def _contributions(
         self, state: ClosedState, case: LoadCase
     ) -> Iterator[tuple[slice | Array | int, Array]]:
-        """Yield bodies and what one group's inertia, or one load, adds to their wrenches."""
+        """Yield bodies and what the inertia of a group, or a load, adds to their wrenches."""
         if case.dynamics is not None:
-            for index in self._heavy_groups:
+            for index in self._massive_groups:
                 group_state = state.groups[index]
                 batch = group_state.batch
                 v, a = (batch.velocity(rates) for rates in case.dynamics)
                 wrenches = batch.inverse_dynamics(group_state.q, v, a, case.gravity)
                 yield consecutive(batch.bodies), wrenches.reshape(len(v), -1, 6)
         for load in case.link_loads:
-            # A load on a body that the outputs leave out changes nothing that they ask for.
+            # Where the body's group is not solved, no wanted output depends on the load.
             if load.body not in self._group_of_body:
                 continue
             group_state = state.groups[self._group_of_body[load.body]]
@@ -102,7 +106,7 @@ class OpenTree:
 
 
 def consecutive(indices: Array) -> slice | Array:
-    """Return indices as a slice if they follow one another, since slices make no copies."""
+    """Return ascending indices, as a slice if there are no gaps, since slices make no copies."""
     span = indices.size and indices[-1] - indices[0] == indices.size - 1
     if span and np.all(np.diff(indices) == 1):
         return slice(int(indices[0]), int(indices[-1]) + 1)
@@ -114,14 +118,14 @@ def _about_origin(load: LinkLoad, actions: Array, index: int) -> Array:
 
     Args:
         load: the load.
-        actions: of the batch model.
-        index: of the load's body in it.
+        actions: of the batch model, see `BatchModel.actions`.
+        index: of the load's body in the batch model.
     """
     rotation, position = placement(actions, index)
     force, moment = load.force.T, load.moment.T
     if not load.in_world:
         axes = np.einsum("ikn,kj->ijn", rotation, load.rotation)
-        force, moment = (np.einsum("ijn,jn->in", axes, part) for part in (force, moment))
+        force, moment = (np.einsum("ijn,jn->in", axes, vector) for vector in (force, moment))
     point = position + np.einsum("ikn,k->in", rotation, load.translation)
     force = np.broadcast_to(force, point.shape)
     return np.concatenate([force, moment + np.cross(point, force, axis=0)]).T

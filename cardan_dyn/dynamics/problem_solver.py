@@ -17,14 +17,15 @@ from ..kinematics.needs import solved_couplings
 from ..problem.problem import Problem
 from .indeterminate import IndeterminacyRule, LeastEnergy, LeastNorm
 from .inverse_dynamics import Inputs, InverseDynamics, Solution, joined
-from .reactions import ReactionSolver, counted
+from .reactions import ReactionSolver, wrenches_in_norm
 
-_BLOCK = 768
-"""Samples worked on at a time, so that their arrays stay in the cache."""
+_BLOCK_SIZE = 768
+"""Greatest number of samples worked on at a time, so that their arrays stay in the cache."""
 COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
-
-
-_ASSEMBLY = frozenset({"mechanism", "drives", "held", "start", "branch", "outputs", "all_outputs"})
+"""Names of the components of a wrench, for messages."""
+_DECIDE_ASSEMBLY = frozenset(
+    {"mechanism", "drives", "held", "start", "branch", "outputs", "all_outputs"}
+)
 """Attributes of a problem that decide how its loops are closed."""
 
 
@@ -35,12 +36,13 @@ class AssembledPositions:
     `len()` is the number of positions.
 
     Attributes:
-        solver: what closed them.
+        solver: the solver that closed the loops.
         positions: of the drives `(N, d)`.
-        turns: whole turns `(N, size)` that angles lack.
+        turns: whole turns `(N, size)` to be added to the angles of the blocks' coordinates.
         spans: samples of each block.
-        blocks: the closed state of each block; closed when they are first read, unless kept.
-        kinematics: what closes them.
+        blocks: the closed state of each block: a list, or an iterator that closes block by block
+            and can be read only once.
+        kinematics: the kinematics that the loops are closed with.
     """
 
     solver: ProblemSolver
@@ -58,7 +60,7 @@ class AssembledPositions:
         return len(self.positions)
 
     def __reduce__(self) -> tuple[object, ...]:
-        # Closing them again takes less than carrying along all that was computed.
+        # Closing them again takes less than storing all that was computed.
         return self.solver.assemble, (self.positions,)
 
     def __repr__(self) -> str:
@@ -68,13 +70,14 @@ class AssembledPositions:
 class ProblemSolver(Frozen):
     """Solves a problem at any drive positions.
 
-    It does not change, but for what its assembly learns about the motion; threads may share it.
+    It does not change, except that its assembly keeps what it learns about the motion; threads may
+    share it.
 
     Attributes:
-        problem: what it solves.
+        problem: the problem that it solves.
         assembly: closes the loops.
-        reactions: gives the wrenches at closed positions.
-        inverse_dynamics: gives motion, wrenches and residuals at closed positions.
+        reactions: computes the wrenches at closed positions.
+        inverse_dynamics: computes motion, wrenches and residuals at closed positions.
 
     Raises:
         ArgumentError, AssemblyError, MobilityError, SingularConfigurationError: see `Assembly`.
@@ -84,27 +87,26 @@ class ProblemSolver(Frozen):
         """Make the solver.
 
         Args:
-            problem: what to solve.
-            like: solver of a similar problem. What was learned about the motion is taken over
-                where the problems differ in nothing that the motion depends on.
+            problem: the problem to solve.
+            like: solver of a similar problem. Its assembly, with all that it has learned about the
+                motion, is shared if the problems differ in nothing that the motion depends on.
         """
         self.problem = problem
         mechanism = problem.mechanism
-        if like is not None and not problem.differs_from(like.problem) & _ASSEMBLY:
+        if like is not None and not problem.differs_from(like.problem) & _DECIDE_ASSEMBLY:
             self.assembly: Assembly = like.assembly
         else:
             self.assembly = Assembly(problem)
         kinematics, needed = self.assembly.kinematics, self.assembly.needed
-        joints = counted(mechanism)
-        rule: IndeterminacyRule = LeastNorm(mechanism.characteristic_length, joints)
+        counted = wrenches_in_norm(mechanism)
+        rule: IndeterminacyRule = LeastNorm(mechanism.characteristic_length, counted)
         if problem.compliance:
             compliances = {
                 problem.wrench_index(name): value for name, value in problem.compliance.items()
             }
-            rule = LeastEnergy(mechanism.characteristic_length, joints, compliances)
-        active = {
-            position for position, index in enumerate(needed.motion) if index in needed.forces
-        }
+            rule = LeastEnergy(mechanism.characteristic_length, counted, compliances)
+        # Of all groups, `kinematics` has only those whose motion is needed, so indices differ.
+        active = {solved for solved, index in enumerate(needed.motion) if index in needed.forces}
         self.reactions = ReactionSolver(mechanism, kinematics, active, rule)
         self.inverse_dynamics = InverseDynamics(
             problem, kinematics, self.reactions, needed, self.assembly.decided
@@ -143,20 +145,27 @@ class ProblemSolver(Frozen):
         return replace(assembled, blocks=list(assembled.blocks))
 
     def assembled_in_turn(self, positions: Array) -> AssembledPositions:
-        """Return drive positions `(N, d)` whose blocks are closed one by one as they are read."""
+        """Return drive positions `(N, d)` whose blocks are closed one by one as they are read.
+
+        So only one block's arrays are in memory at a time. Errors as of `assemble` are raised
+        while the blocks are read.
+        """
         guess = self.assembly.guesses(positions)
-        # Blocks of equal size: a small one costs almost as much as a large one.
-        count = max(1, -(-len(positions) // _BLOCK))
+        # Blocks of equal size: a small last one would cost almost as much as a large one.
+        count = max(1, -(-len(positions) // _BLOCK_SIZE))
         ends = np.linspace(0, len(positions), count + 1).astype(int).tolist()
         spans = [slice(*span) for span in pairwise(ends)]
         blocks = (self.assembly.close(guess[span], positions[span]) for span in spans)
         return AssembledPositions(self, positions, guess.turns, spans, blocks, guess.kinematics)
 
     def current(self, assembled: AssembledPositions) -> AssembledPositions:
-        """Return assembled positions, closed again where other rows turned out to be redundant.
+        """Return assembled positions that suit what is known of the motion now.
+
+        They are closed again if since then other rows of the closure equations were found to be
+        redundant.
 
         Raises:
-            ArgumentError: they are those of another scene.
+            ArgumentError: they were assembled by another scene.
         """
         if assembled.solver is not self:
             raise ArgumentError(
@@ -167,11 +176,16 @@ class ProblemSolver(Frozen):
         return assembled
 
     def solve(self, assembled: AssembledPositions, speeds: Array, accelerations: Array) -> Solution:
-        """Return all that is solved and proven at assembled positions, for drive rates `(N, d)`.
+        """Return all that is solved and proven at assembled positions.
+
+        Args:
+            assembled: N positions of this solver.
+            speeds: of the drives `(N, d)` [rad/s or m/s].
+            accelerations: of the drives `(N, d)` [rad/s² or m/s²].
 
         Raises:
             ArgumentError: a load has another number of samples.
-            AccuracyError: a residual misses its tolerance.
+            AccuracyError: a residual exceeds its tolerance, or flags of uniqueness are wrong.
         """
         problem, count = self.problem, len(assembled)
         loads, link_loads = problem.joint_loads_at(count), problem.link_loads_at(count)
@@ -193,7 +207,7 @@ class ProblemSolver(Frozen):
         return solution
 
     def refuse_indeterminate(self, unique: Array) -> None:
-        """Refuse statically indeterminate outputs where a problem is strict, without compliances.
+        """Refuse statically indeterminate outputs if the problem is strict and has no compliances.
 
         Args:
             unique: `(k, 6)` which components of the outputs are unique.
@@ -205,7 +219,7 @@ class ProblemSolver(Frozen):
         if not problem.strict or problem.compliance or np.all(unique):
             return
         components = {
-            name: [label for label, sure in zip(COMPONENTS, row, strict=True) if not sure]
+            name: [label for label, flag in zip(COMPONENTS, row, strict=True) if not flag]
             for name, row in zip(problem.outputs, unique, strict=True)
             if not np.all(row)
         }

@@ -1,9 +1,9 @@
 """Reactions: the wrench in every joint and the forces that keep the loops closed.
 
-Inverse dynamics of the open tree leaves efforts in the passive joints. The closure forces of the
-loops are what turns those efforts into the given loads, and the wrenches of the open tree with the
-closure forces added are the joint wrenches of the closed chain. Forces pass through the groups from
-the load to the drive, against the order in which motion passes through them.
+Inverse dynamics of the open tree gives efforts in the passive joints that differ from the given
+loads. The closure forces of the loops make up for the difference, and the wrenches of the open tree
+with the closure forces added are the joint wrenches of the closed chain. The groups are solved from
+the load to the drive, against the order in which their motion is solved.
 """
 
 from __future__ import annotations
@@ -23,7 +23,12 @@ from .indeterminate import IndeterminacyRule, LeastNorm, SelfStress, influence
 from .open_tree import LoadCase, OpenTree, consecutive
 
 UNIQUE_TOLERANCE = 1e-9
-"""Greatest influence of a self-stress on a component that counts as unique."""
+"""Influence of self-stresses, forces times the length, below which a component counts as unique.
+
+Rounding of the null spaces is some 1e-15 times the condition number of the closure equations, which
+leaves room for a condition of 1e5. Self-stresses are of size 1, so a component that they change at
+all usually changes by much more than this.
+"""
 
 
 class Reactions(NamedTuple):
@@ -32,9 +37,9 @@ class Reactions(NamedTuple):
     Attributes:
         wrenches: `(N, b, 6)` wrench of every joint in its frame: the bodies of the model in order,
             then `fixed` loops in file order.
-        closure_forces: `(N, 6)` per loop: wrench of its predecessor on its successor, in world axes
-            about the origin of its group's batch model; then `(N, 1)` per coupling: its moment at
-            its successor's joint.
+        closure_forces: per loop `(N, 6)`, the wrench of its predecessor on its successor in world
+            axes about the origin of its group's batch model; then per coupling `(N, 1)`, its moment
+            (a force at a slide) at its successor's joint.
         indeterminate_couplings: indices of the couplings whose moment is not unique.
         influence: `(b, 6)` greatest change of a component per unit of self-stress.
     """
@@ -46,15 +51,15 @@ class Reactions(NamedTuple):
 
 
 def superposed(cases: Sequence[Reactions], factors: Sequence[float]) -> Reactions:
-    """Return the reactions of load cases, each times a factor, that act together."""
+    """Return the sum of the reactions of load cases, each times its factor."""
 
-    def total(parts: Sequence[Array]) -> Array:
-        return np.asarray(sum(factor * part for factor, part in zip(factors, parts, strict=True)))
+    def total(arrays: Sequence[Array]) -> Array:
+        return np.asarray(sum(factor * term for factor, term in zip(factors, arrays, strict=True)))
 
     first = cases[0]
     return Reactions(
         total([case.wrenches for case in cases]),
-        [total(parts) for parts in zip(*(case.closure_forces for case in cases), strict=True)],
+        [total(forces) for forces in zip(*(case.closure_forces for case in cases), strict=True)],
         first.indeterminate_couplings,
         first.influence,
     )
@@ -64,7 +69,7 @@ class ReactionSolver:
     """Computes reactions for the closed positions of one problem.
 
     Attributes:
-        size: number of wrenches: of the bodies, then of the `fixed` loops.
+        size: number b of wrenches: of the bodies, then of the `fixed` loops.
         subspace: `(nv, 6)` unit twist of each velocity coordinate in its joint's frame.
     """
 
@@ -80,7 +85,7 @@ class ReactionSolver:
         Args:
             mechanism: the mechanism.
             kinematics: the groups whose motion is solved.
-            active: indices of those whose closure forces are.
+            active: indices of the groups whose closure forces are solved.
             rule: chooses what is statically indeterminate; the least norm if None.
         """
         self._mechanism = mechanism
@@ -96,12 +101,13 @@ class ReactionSolver:
         self._solved_loops = {
             loop for index in active for loop in kinematics.solvers[index].group.loops
         }
-        self._carriers = {
+        # Of the groups that carry a body, the first one.
+        self._carrying_group = {
             body: index
             for index, solver in reversed(list(enumerate(kinematics.solvers)))
             for body in solver.batch.index_of
         }
-        self._rule = rule or LeastNorm(mechanism.characteristic_length, counted(mechanism))
+        self._rule = rule or LeastNorm(mechanism.characteristic_length, wrenches_in_norm(mechanism))
         model = mechanism.model
         self._owners = np.array(
             [joint - 1 for joint in range(1, model.njoints) for _ in range(model.nvs[joint])]
@@ -114,32 +120,25 @@ class ReactionSolver:
     def solve(self, state: ClosedState, cases: Sequence[LoadCase]) -> list[Reactions]:
         """Return the reactions of every load case at closed positions.
 
-        What depends on the positions alone is done once for all cases.
+        What depends on the positions alone is computed once for all cases.
         """
-        wrenches, forces, self_stresses = self._determinate(state, cases)
-        amounts: list[Array] = []
-        if self_stresses:
-            loaded = {joint for item in self_stresses for joint in item.joints.tolist()}
-            rotations = {
-                joint: self._from_parent(state, joint)
-                for joint in self._rule.oriented & loaded & set(range(self._tree.bodies))
-            }
-            amounts = self._rule.amounts(wrenches, self_stresses, rotations)
+        wrenches, forces, self_stresses = self._one_solution(state, cases)
+        amounts = self._amounts(state, wrenches, self_stresses)
         for item, amount in zip(self_stresses, amounts, strict=True):
             wrenches[:, item.joints] += item.wrenches(amount)
-            for index, part in item.forces.items():
-                forces[index] += part @ amount
+            for index, unit_forces in item.forces.items():
+                forces[index] += unit_forces @ amount
         changes = influence(self_stresses, self.size, self._mechanism.characteristic_length)
         loops = len(self._mechanism.loops)
         indeterminate = {
             index - loops
             for item in self_stresses
-            for index, part in item.forces.items()
-            if index >= loops and np.max(np.abs(part), initial=0.0) > UNIQUE_TOLERANCE
+            for index, unit_forces in item.forces.items()
+            if index >= loops and np.max(np.abs(unit_forces), initial=0.0) > UNIQUE_TOLERANCE
         }
         return [
             Reactions(
-                wrenches[..., case], [part[..., case] for part in forces], indeterminate, changes
+                wrenches[..., case], [force[..., case] for force in forces], indeterminate, changes
             )
             for case in range(len(cases))
         ]
@@ -159,7 +158,7 @@ class ReactionSolver:
     def efforts(self, reactions: Reactions) -> Array:
         """Return what loads, drives and held joints exert along the coordinates, `(N, nv)`.
 
-        Couplings act between joints: they are neither of these, and pass on no power.
+        The moments of couplings are taken off, since they are neither of these.
         """
         wrenches = reactions.wrenches[:, self._owners]
         efforts = np.asarray(np.einsum("nki,ki->nk", wrenches, self.subspace))
@@ -170,7 +169,11 @@ class ReactionSolver:
         return efforts
 
     def self_stresses(self, state: GroupState) -> list[SelfStress]:
-        """Return the closure forces of a group that no passive effort feels."""
+        """Return the closure forces of a group that change no passive effort.
+
+        Args:
+            state: of the group, at closed positions.
+        """
         forces = []
         if state.null.shape[2]:
             forces.append(self._forces(state, state.null))
@@ -180,7 +183,20 @@ class ReactionSolver:
                 forces.append({loop: state.equations.wrench(local, state.actions, null)})
         return [SelfStress(item, *self._effect(state, item)) for item in forces]
 
-    def _determinate(
+    def _amounts(
+        self, state: ClosedState, wrenches: Array, self_stresses: list[SelfStress]
+    ) -> list[Array]:
+        """Return how much of each self-stress the rule adds, see `IndeterminacyRule.amounts`."""
+        if not self_stresses:
+            return []
+        loaded = {joint for item in self_stresses for joint in item.joints.tolist()}
+        rotations = {
+            joint: self._rotation_from_zero(state, joint)
+            for joint in self._rule.oriented & loaded & set(range(self._tree.bodies))
+        }
+        return self._rule.amounts(wrenches, self_stresses, rotations)
+
+    def _one_solution(
         self, state: ClosedState, cases: Sequence[LoadCase]
     ) -> tuple[Array, list[Array], list[SelfStress]]:
         """Return one solution of the equations of motion, and the self-stresses it may differ by.
@@ -191,7 +207,7 @@ class ReactionSolver:
         """
         mechanism, count = self._mechanism, len(state.x)
         wrenches = self._tree.wrenches(state, cases, self.size)
-        # Given efforts, and what couplings of later groups exert.
+        # What acts along the coordinates: loads, then also the couplings of groups solved so far.
         given = np.empty((count, mechanism.model.nv, len(cases)))
         for index, case in enumerate(cases):
             given[..., index] = case.loads
@@ -202,16 +218,16 @@ class ReactionSolver:
             group = group_state.group
             if not (group.loops or group.couplings) or index not in self._active:
                 continue
-            unmet = given[:, group.passives] - self._efforts_along(wrenches, group.passives)
-            forces_of_group = self._forces(group_state, group_state.solve_transposed(unmet))
-            for item, part in forces_of_group.items():
-                forces[item] += part
+            missing = given[:, group.passives] - self._efforts_along(wrenches, group.passives)
+            forces_of_group = self._forces(group_state, group_state.solve_transposed(missing))
+            for item, force in forces_of_group.items():
+                forces[item] += force
             for local, loop in enumerate(group.loops):
                 joints, added = self._on_path(group_state, local, loop, forces[loop])
                 wrenches[:, joints] += added
-            for number in group.couplings:
-                coupling = mechanism.couplings[number]
-                moment = forces[len(mechanism.loops) + number]
+            for coupling_index in group.couplings:
+                coupling = mechanism.couplings[coupling_index]
+                moment = forces[len(mechanism.loops) + coupling_index]
                 given[:, coupling.successor_columns] += moment
                 given[:, coupling.predecessor_columns] -= coupling.ratio * moment
             self_stresses += self.self_stresses(group_state)
@@ -222,32 +238,38 @@ class ReactionSolver:
         chosen = wrenches[:, self._owners[columns]]
         return np.asarray(np.einsum("nkic,ki->nkc", chosen, self.subspace[columns]))
 
-    def _from_parent(self, state: ClosedState, body: int) -> Array:
-        """Return rotations `(N, 3, 3)` from a joint's frame to its frame at coordinate zero."""
+    def _rotation_from_zero(self, state: ClosedState, body: int) -> Array:
+        """Return rotations `(N, 3, 3)` from a joint's frame to its frame at coordinate zero.
+
+        The latter stays with the parent, as compliances do.
+        """
         model = self._mechanism.model
         joint = next(item for item in self._mechanism.joints.values() if item.id == body + 1)
         first = joint.parts[0].id
-        group_state = state.groups[self._carriers[body]]
+        group_state = state.groups[self._carrying_group[body]]
         index_of, actions = group_state.batch.index_of, group_state.actions
-        own = placement(actions, index_of[body])[0].transpose(2, 0, 1)
+        turned = placement(actions, index_of[body])[0].transpose(2, 0, 1)
         zero = model.jointPlacements[first].rotation
         if model.parents[first]:
             parent = placement(actions, index_of[model.parents[first] - 1])[0]
             zero = parent.transpose(2, 0, 1) @ zero
-        return np.asarray(np.swapaxes(zero, -1, -2) @ own)
+        return np.asarray(np.swapaxes(zero, -1, -2) @ turned)
 
     def _forces(self, state: GroupState, multipliers: Array) -> dict[int, Array]:
-        """Return closure forces `(N, 6, k)` and coupling moments `(N, 1, k)` by their index.
+        """Return closure forces `(N, 6, k)` and coupling moments `(N, 1, k)`.
 
         Args:
             state: of a group.
-            multipliers: `(N, R, k)`.
+            multipliers: `(N, R, k)` of its reduced closure equations.
+
+        Returns:
+            By the index of the loop, or of the coupling plus the number of loops.
         """
         result, start = {}, 0
         for local, loop in enumerate(state.group.loops):
             rows = state.reduction.rows[local]
-            part = multipliers[:, start : start + rows.shape[1]]
-            result[loop] = state.equations.wrench(local, state.actions, rows @ part)
+            of_loop = multipliers[:, start : start + rows.shape[1]]
+            result[loop] = state.equations.wrench(local, state.actions, rows @ of_loop)
             start += rows.shape[1]
         for coupling in state.group.couplings:
             # The successor's coefficient in a coupling's row is -1, its effort the multiplier.
@@ -289,28 +311,29 @@ class ReactionSolver:
 
     def _effect(self, state: GroupState, forces: dict[int, Array]) -> tuple[Array, Array]:
         """Return the joints that closure forces load, and what they add, `(N, J, 6, k)`."""
-        every = np.arange(self.size)
-        parts = [
+        indices = np.arange(self.size)
+        paths = [
             self._on_path(state, local, loop, forces[loop])
             for local, loop in enumerate(state.group.loops)
             if loop in forces
         ]
-        if len(parts) == 1:
-            ((joints, spread),) = parts
-            return every[joints], spread
-        loaded = np.array(sorted({k for part, _ in parts for k in every[part].tolist()}), dtype=int)
+        if len(paths) == 1:
+            ((joints, spread),) = paths
+            return indices[joints], spread
+        loaded = np.array(sorted({k for path, _ in paths for k in indices[path].tolist()}), int)
         size = next(iter(forces.values())).shape[2]
         total = np.zeros((len(state.q), len(loaded), 6, size))
-        for joints, spread in parts:
-            total[:, np.searchsorted(loaded, every[joints])] += spread
+        for joints, spread in paths:
+            total[:, np.searchsorted(loaded, indices[joints])] += spread
         return loaded, total
 
 
-def counted(mechanism: Mechanism) -> frozenset[int]:
-    """Return the indices of wrenches that a norm over all joints counts: each joint once.
+def wrenches_in_norm(mechanism: Mechanism) -> frozenset[int]:
+    """Return the indices of the wrenches that a norm over all joints counts: each joint once.
 
-    The massless bodies between the parts of a joint pass its wrench on; `fixed` loops come last.
+    A joint of several parts has a body per part; the inner ones are massless and transmit the same
+    wrench. The wrenches of `fixed` loops follow those of the bodies.
     """
     bodies = mechanism.model.njoints - 1
-    own = {joint.id - 1 for joint in mechanism.joints.values() if joint.parts}
-    return frozenset(own | set(range(bodies, bodies + len(mechanism.fixed_loops))))
+    joints = {joint.id - 1 for joint in mechanism.joints.values() if joint.parts}
+    return frozenset(joints | set(range(bodies, bodies + len(mechanism.fixed_loops))))

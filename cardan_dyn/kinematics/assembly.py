@@ -15,9 +15,9 @@ from ..errors import (
     AssemblyError,
     CardanError,
     SingularConfigurationError,
+    as_position,
+    as_text,
     choices,
-    shown,
-    where,
 )
 from ..problem.problem import Problem
 from .all_groups import ClosedState, Kinematics
@@ -105,19 +105,19 @@ class Assembly:
             first = int(np.argmax(is_bad))
             raise AssemblyError(
                 f"the loops cannot be closed on the branch at drive position "
-                f"{shown(positions[first])} (closure error {state.residual[first]:.1e}, "
+                f"{as_text(positions[first])} (closure error {state.residual[first]:.1e}, "
                 f"{state.correction[first]:.1e} away from where the branch leads)",
-                position=where(positions[first]),
+                position=as_position(positions[first]),
                 nearest=None,
                 residual=float(state.residual[first]),
             )
         worst = int(np.argmax(state.condition))
         if state.condition[worst] > SINGULAR_CONDITION:
             raise SingularConfigurationError(
-                f"drive position {shown(positions[worst])} is a dead point: the closure equations "
-                f"have condition {state.condition[worst]:.1e}; leave it out or choose another "
-                "drive",
-                position=where(positions[worst]),
+                f"drive position {as_text(positions[worst])} is a dead point: the closure "
+                f"equations have condition {state.condition[worst]:.1e}; leave it out or choose "
+                "another drive",
+                position=as_position(positions[worst]),
                 condition=float(state.condition[worst]),
             )
         return state

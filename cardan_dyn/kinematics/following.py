@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
-from ..errors import AssemblyError, shown
+from ..errors import AssemblyError, as_text
 from .all_groups import ClosedState, Kinematics
 from .tolerances import CLOSURE_TOLERANCE
 
@@ -99,8 +99,8 @@ def _several_steps(kinematics: Kinematics, last: Array, columns: list[int], targ
         share *= 0.5
         if share < _SMALLEST_SHARE:
             raise AssemblyError(
-                f"the loops cannot be closed at drive positions {shown(target)}; on the way there "
-                f"the nearest that were reached are {shown(last[columns])}",
+                f"the loops cannot be closed at drive positions {as_text(target)}; on the way "
+                f"there the nearest that were reached are {as_text(last[columns])}",
                 position=target.copy(),
                 nearest=last[columns].copy(),
                 residual=float(state.residual[0]),

@@ -7,7 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..errors import MobilityError, SingularConfigurationError, choices, shown, where
+from ..errors import (
+    MobilityError,
+    SingularConfigurationError,
+    as_position,
+    as_text,
+    choices,
+)
 from ..mechanism.mechanism import Mechanism
 from .all_groups import ClosedState
 from .tolerances import RANK_TOLERANCE
@@ -63,11 +69,11 @@ def check_mobility(
     if mobility == len(drives):
         position = state.x[-1, [mechanism.coordinates.columns[name].start for name in drives]]
         raise SingularConfigurationError(
-            f"{mechanism.name}: position {shown(position)} of {list(drives)}, where the scene "
+            f"{mechanism.name}: position {as_text(position)} of {list(drives)}, where the scene "
             "starts, is a dead point: the drive does not decide the motion there of "
             f"{choices(names)}. "
             "Give start={joint: position} to begin elsewhere, or choose another drive",
-            position=where(position),
+            position=as_position(position),
             condition=float(np.max(state.condition)),
         )
     loops = f"its loops leave mobility {mobility}" if mechanism.loops else "it has no <loop>"

@@ -1,189 +1,233 @@
 """Constraints: what positions and rates have to satisfy, checked for the proof.
 
-Loops stay closed, couplings keep their ratio, drives are where and as fast as they were asked to
-be, and held joints rest. All of it is seen from placements and twists by plain forward kinematics.
+Loops stay closed, couplings keep their velocity ratio, drives have the prescribed positions and
+rates, and held joints rest. Everything is computed from frames and twists of plain forward
+kinematics, not from the closure equations that the motion was solved with.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from ..mechanism.coordinates import Coordinates
-from ..mechanism.frames import Frames
 from .residuals import Claim, ratio
-from .twists import Twists, cross
+from .twists import State, Twists, cross
 
 if TYPE_CHECKING:
     from ..description.description import Description
+
+
+class Motion(NamedTuple):
+    """Which joints are driven or held, and which move as is claimed.
+
+    Attributes:
+        drives: names of the driven joints.
+        held: held joints to their positions [rad or m].
+        known: `(nv,)` whether a joint velocity is claimed to be known.
+    """
+
+    drives: tuple[str, ...]
+    held: Mapping[str, float]
+    known: Array
 
 
 class Constraints:
     """The loops, couplings, drives and held joints of a scene.
 
     Attributes:
-        loops: numbers of the loops whose joints all move as is claimed.
-        gears: `(G, nv)` factors of the rates that couplings make proportional; also the effort
-            along each rate per unit moment of a coupling.
-        geared: numbers of the couplings whose joints all move as is claimed.
+        rate_scale: `(nv,)` the characteristic length for slides, 1 for angles: what rates are
+            divided by, and efforts multiplied with, to compare those of slides with those of turns.
+        loops: indices of the loops whose joints all move as is claimed.
+        coupling_factors: `(G, nv)`: the rates of a coupling's joints times its row add up to zero;
+            also the effort along each rate per unit moment of the coupling.
+        couplings: indices of the couplings whose joints all move as is claimed.
     """
 
     def __init__(
         self,
         description: Description,
         coordinates: Coordinates,
-        frames: Frames,
         twists: Twists,
         length: float,
-        drives: tuple[str, ...],
-        held: Mapping[str, float],
-        known: Array,
+        motion: Motion,
     ) -> None:
         """Lay out the constraints.
 
         Args:
-            description: from `reread`.
-            coordinates: what the columns of coordinates and rates mean.
-            frames: where everything is.
-            twists: of its joints.
+            description: from `Mechanism.reread`.
+            coordinates: layout of coordinates and rates.
+            twists: of the description's joints.
             length: characteristic length [m].
-            drives: names of the driven joints.
-            held: held joints to their positions [rad or m].
-            known: `(nv,)` whether a rate is claimed to be known.
+            motion: what is driven, held and known.
         """
-        self._frames, self._twists, self._length = frames, twists, length
-        self._known = known
-        self._rate_scale = np.ones(coordinates.model.nv)
-        self._rate_scale[twists.rates[twists.sliding]] = length
-        self._drives = [coordinates.velocity_columns[name].start for name in drives]
-        self._unit = np.eye(len(drives))
-        self._drive_columns = [coordinates.columns[name].start for name in drives]
-        self._held = [coordinates.velocity_columns[name].start for name in held]
-        self._held_columns = [coordinates.columns[name].start for name in held]
-        self._held_at = np.array(list(held.values()), dtype=float)
+        self._frames, self._length, self._known = twists.frames, length, motion.known
+        self.rate_scale = np.ones(coordinates.model.nv)
+        self.rate_scale[twists.rates[twists.sliding]] = length
+        rates, columns = coordinates.velocity_columns, coordinates.columns
+        self._drive_rates = [rates[name].start for name in motion.drives]
+        self._drive_columns = [columns[name].start for name in motion.drives]
+        self._unit_ratios = np.eye(len(motion.drives))
+        self._held_rates = [rates[name].start for name in motion.held]
+        self._held_columns = [columns[name].start for name in motion.held]
+        self._held_positions = np.array(list(motion.held.values()), dtype=float)
         self._lay_out_couplings(description, coordinates)
-        self._signs = [self._signs_around(loop) for loop in range(len(frames.ends))]
+        self._signs = [self._signs_around(loop) for loop in range(len(self._frames.ends))]
         self.loops = [
             loop
             for loop, signs in enumerate(self._signs)
-            if np.all(known[twists.rates[signs[twists.owners] != 0.0]])
+            if np.all(motion.known[twists.rates[signs[twists.owners] != 0.0]])
         ]
 
+    @property
+    def known_coupling_factors(self) -> Array:
+        """The rows of `coupling_factors` that belong to `couplings`."""
+        return self.coupling_factors[self.couplings]
+
     def _lay_out_couplings(self, description: Description, coordinates: Coordinates) -> None:
-        """Lay out the couplings: factors of the rates, and coordinates, that they couple."""
+        """Lay out the factors of the rates, and of the coordinates, that couplings connect."""
         frames, count = self._frames, len(description.couplings)
-        self.gears = np.zeros((count, coordinates.model.nv))
-        self._gear_columns = np.zeros((count, coordinates.size))
+        self.coupling_factors = np.zeros((count, coordinates.model.nv))
+        self._column_factors = np.zeros((count, coordinates.size))
         for row, coupling in enumerate(description.couplings):
-            first, second = (
+            predecessor, successor = (
                 frames.path(frames.links[link][0])
                 for link in (coupling.predecessor, coupling.successor)
             )
-            for path, other, factor in ((first, second, -coupling.ratio), (second, first, 1.0)):
-                for joint in set(path) - set(other):
+            # Joints on both paths move both links alike and do not count.
+            for joints, factor in (
+                (set(predecessor) - set(successor), -coupling.ratio),
+                (set(successor) - set(predecessor), 1.0),
+            ):
+                for joint in joints:
                     name = frames.joints[joint]
-                    self.gears[row, coordinates.velocity_columns[name].start] = factor
-                    self._gear_columns[row, coordinates.columns[name].start] = factor
-        self.geared = [row for row in range(count) if np.all(self._known[self.gears[row] != 0])]
-        # A slip is a motion of the successor, and a length where that slides.
-        ends = np.array([row == 1.0 if np.any(row == 1.0) else row != 0.0 for row in self.gears])
-        sizes = np.abs(self.gears) * self._rate_scale * ends.reshape(self.gears.shape)
-        self._gear_units = np.max(sizes, axis=1, initial=0.0)[self.geared]
+                    rate = coordinates.velocity_columns[name].start
+                    self.coupling_factors[row, rate] = factor
+                    self._column_factors[row, coordinates.columns[name].start] = factor
+        self.couplings = [
+            row for row in range(count) if np.all(self._known[self.coupling_factors[row] != 0])
+        ]
+        self._slip_scale = self._slip_scales()[self.couplings]
+
+    def _slip_scales(self) -> Array:
+        """Return `(G,)` what the slip of each coupling is divided by: a length where it is one.
+
+        A slip is a motion of the successor. Where only the predecessor's joints are left, it is one
+        of these times the ratio.
+        """
+        factors = self.coupling_factors
+        decisive = np.array(
+            [row == 1.0 if np.any(row == 1.0) else row != 0.0 for row in factors]
+        ).reshape(factors.shape)
+        sizes = np.abs(factors) * self.rate_scale * decisive
+        return np.asarray(np.max(sizes, axis=1, initial=0.0))
 
     def _signs_around(self, loop: int) -> Array:
         """Return `(M,)` 1 for motions on a loop's predecessor side, -1 on its successor's."""
         frames = self._frames
         joint = frames.tree + loop
-        first = {joint, *frames.path(frames.parents[joint])}
-        second = set(frames.path(frames.children[joint]))
+        predecessors = {joint, *frames.path(frames.parents[joint])}
+        successors = set(frames.path(frames.children[joint]))
         return np.array(
-            [(motion.joint in first) - float(motion.joint in second) for motion in frames.motions]
+            [
+                (motion.joint in predecessors) - float(motion.joint in successors)
+                for motion in frames.motions
+            ]
         )
 
-    def loop_error(self, placed: Array, claim: Claim) -> Array:
-        """Return `(N,)` how far positions are from what they have to be.
+    def position_error(self, state: State, claim: Claim) -> Array:
+        """Return `(N,)` the greatest violation of loops, couplings, drives and held joints.
 
-        See `Sweep.loop_residual`; drives and held joints count as loops do.
+        Angles [rad], lengths as fractions of the characteristic length; see `Sweep.loop_residual`.
         """
-        frames, worst = self._frames, np.zeros(len(claim.x))
+        worst = self._loop_error(state)
+        if self.couplings:
+            positions = claim.x + 2.0 * np.pi * claim.turns
+            slip = positions @ self._column_factors[self.couplings].T
+            worst = np.maximum(worst, np.max(np.abs(slip) / self._slip_scale, axis=1))
+        for columns, prescribed, rates in (
+            (self._drive_columns, claim.positions, self._drive_rates),
+            (self._held_columns, self._held_positions, self._held_rates),
+        ):
+            error = np.abs(claim.x[:, columns] - prescribed) / self.rate_scale[rates]
+            # A position of many turns cannot be more exact than its own rounding.
+            error /= np.maximum(1.0, np.abs(prescribed) / self.rate_scale[rates])
+            worst = np.maximum(worst, error.max(axis=1, initial=0.0))
+        return worst
+
+    def _loop_error(self, state: State) -> Array:
+        """Return `(N,)` the greatest angle or relative gap between the two ends of a loop."""
+        frames, worst = self._frames, np.zeros(state.motion_frames.shape[-1])
         for loop in self.loops:
-            joint = frames.tree + loop
-            if joint in frames.fixed_placement:
-                start = frames.joint_frames(placed)[joint]
-            else:
-                start = placed[frames.last[joint]]
-            gap = start - frames.ended(placed, loop)
+            predecessor_end = state.joint_frames[frames.tree + loop]
+            gap = predecessor_end - frames.ended(state.motion_frames, loop)
             gap[3] /= self._length
-            # The chord of an angle is twice the sine of its half; three axes have two of it.
+            # Between frames that are turned by an angle φ, the squared differences of the three
+            # axes add up to 2 (2 sin φ/2)², which is 2 φ² for small angles.
             square = np.einsum("cin,cin->n", gap[:3], gap[:3])
             np.maximum(worst, 0.5 * square, out=worst)
             np.maximum(worst, np.einsum("in,in->n", gap[3], gap[3]), out=worst)
-        worst = np.sqrt(worst)
-        if self.geared:
-            slip = (claim.x + 2.0 * np.pi * claim.turns) @ self._gear_columns[self.geared].T
-            worst = np.maximum(worst, np.max(np.abs(slip) / self._gear_units, axis=1))
-        for columns, wanted, rates in (
-            (self._drive_columns, claim.positions, self._drives),
-            (self._held_columns, self._held_at, self._held),
-        ):
-            off = np.abs(claim.x[:, columns] - wanted) / self._rate_scale[rates]
-            # Positions of many turns are exact to their own rounding.
-            off /= np.maximum(1.0, np.abs(wanted) / self._rate_scale[rates])
-            worst = np.maximum(worst, off.max(axis=1, initial=0.0))
-        return worst
+        return np.sqrt(worst)
 
-    def missed(self, claim: Claim) -> Array:
-        """Return `(N,)` how far the drives' rates are from what was asked for."""
-        unit = np.abs(claim.velocity_ratios[:, self._drives] - self._unit)
+    def drive_rate_error(self, claim: Claim) -> Array:
+        """Return `(N,)` how far rates of the drives are from the prescribed ones, relative.
+
+        Velocity ratios of drives have to be one and zero. Where a claim has no rates, all of them
+        have to be zero, or the error is infinite.
+        """
+        unit = np.abs(claim.velocity_ratios[:, self._drive_rates] - self._unit_ratios)
         worst = np.asarray(unit.max(axis=(1, 2)))
         if not claim.has_rates:
             if np.any(claim.v) or np.any(claim.a):
                 worst[:] = np.inf
             return worst
-        for rates, wanted in ((claim.v, claim.speeds), (claim.a, claim.accelerations)):
-            off = np.abs(rates[:, self._drives] - wanted).max(axis=1)
-            np.maximum(worst, ratio(off, np.abs(wanted).max(axis=1)), out=worst)
+        for rates, prescribed in ((claim.v, claim.speeds), (claim.a, claim.accelerations)):
+            error = np.abs(rates[:, self._drive_rates] - prescribed).max(axis=1)
+            np.maximum(worst, ratio(error, np.abs(prescribed).max(axis=1)), out=worst)
         return worst
 
-    def slipping(self, rates: Array, size: Array) -> Array:
-        """Return `(N,)` how fast couplings slip and held joints move, relative to the greatest.
+    def slip_error(self, rates: Array, size: Array) -> Array:
+        """Return `(N,)` how fast couplings slip and held joints move, relative.
 
         Args:
-            rates: `(nv, N)`.
-            size: see `parting`.
+            rates: velocities or accelerations `(nv, N)`.
+            size: `(N,)` what is compared with, see `loop_rate_error`.
         """
         worst = np.zeros(rates.shape[1])
-        if self._held:
-            off = np.abs(rates[self._held]) / self._rate_scale[self._held, None]
-            np.maximum(worst, ratio(off.max(axis=0), size), out=worst)
-        if self.geared:
-            slip = np.abs(self.gears[self.geared] @ rates) / self._gear_units[:, None]
+        if self._held_rates:
+            moving = np.abs(rates[self._held_rates]) / self.rate_scale[self._held_rates, None]
+            np.maximum(worst, ratio(moving.max(axis=0), size), out=worst)
+        if self.couplings:
+            slip = np.abs(self.known_coupling_factors @ rates) / self._slip_scale[:, None]
             np.maximum(worst, ratio(slip.max(axis=0), size), out=worst)
         return worst
 
-    def parting(self, placed: Array, added: Array, size: Array) -> Array:
-        """Return `(N,)` how fast the ends of loops part, relative to the greatest rate.
+    def loop_rate_error(self, state: State, relative: Array, size: Array) -> Array:
+        """Return `(N,)` how fast the two ends of a loop move apart, relative.
 
         Args:
-            placed: frames, see `Frames.placed`.
-            added: what each motion adds to the twists, or to the accelerations, `(M, 2, 3, N)`.
+            state: of the mechanism.
+            relative: what each motion adds to the twists, or to the accelerations,
+                `(M, 2, 3, N)`, see `Twists.relative`.
             size: `(N,)` greatest rate [rad/s, or rad/s²], slides over the length.
         """
-        worst = np.zeros(placed.shape[-1])
+        worst = np.zeros(state.motion_frames.shape[-1])
         for loop in self.loops:
             signs = self._signs[loop]
             (around,) = np.nonzero(signs)
-            apart = np.einsum("m,mcin->cin", signs[around], added[around])
-            end = self._frames.last[self._frames.tree + loop]
-            gap = apart[0] if end < 0 else apart[0] + cross(apart[1], placed[end, 3])
-            np.maximum(worst, np.abs(gap).max(axis=0) / self._length, out=worst)
-            np.maximum(worst, np.abs(apart[1]).max(axis=0), out=worst)
+            difference = np.einsum("m,mcin->cin", signs[around], relative[around])
+            linear, angular = difference
+            last = self._frames.last[self._frames.tree + loop]
+            if last >= 0:  # Moments of velocity are taken to the loop's own point.
+                linear = linear + cross(angular, state.motion_frames[last, 3])
+            np.maximum(worst, np.abs(linear).max(axis=0) / self._length, out=worst)
+            np.maximum(worst, np.abs(angular).max(axis=0), out=worst)
         return ratio(worst, size)
 
-    def greatest(self, rates: Array) -> Array:
+    def greatest_rate(self, rates: Array) -> Array:
         """Return `(N,)` the greatest of the known rates `(nv, N)`, slides over the length."""
-        known = np.abs(rates[self._known]) / self._rate_scale[self._known, None]
+        known = np.abs(rates[self._known]) / self.rate_scale[self._known, None]
         return np.asarray(np.max(known, axis=0, initial=0.0))

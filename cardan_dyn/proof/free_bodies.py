@@ -1,141 +1,160 @@
-"""Free bodies: the proof of a result, which takes nothing from what it proves.
+"""Free bodies: the proof of a result, independent of how the result was computed.
 
-Every body of the description is cut free, with mass, centre and inertia as the text of a URDF gives
-them, read a second time (those of MJCF are what its reader found), and placed by plain forward
-kinematics. On it act its weight, the loads, and the
-wrenches of its joints as they are returned, loops included; what is left over is Newton's and
-Euler's imbalance. Loops have to be closed, by positions as well as by rates, along coordinates
-nothing acts but loads, couplings, drives and what holds joints, and power has to balance.
+Every body of the description is cut free. Mass, centre and inertia are those of the URDF text, read
+a second time (of MJCF, those that its reader returned), and bodies are placed by plain forward
+kinematics. On a body act its weight, the loads, and the returned wrenches of its joints, loops
+included; what these leave over beside its momentum rates is an imbalance. Loops have to be closed
+in positions and in rates, along each coordinate nothing may act but loads, couplings, drives and
+what holds joints, and power has to balance.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from ..mechanism.coordinates import Coordinates
 from ..mechanism.frames import Frames
-from .constraints import Constraints
+from .constraints import Constraints, Motion
+from .effort_balance import EffortBalance
+from .momentum import Inertial, MassiveBodies
 from .residuals import Claim, Residuals
 from .self_stress import SelfStressProof, prove_flags
-from .twists import Twists, cross
+from .twists import State, Twists, cross
+from .wrenches import JointWrenches, greatest_size, placed_in_world
 
 if TYPE_CHECKING:
     from ..description.description import Description
     from ..forces.link_loads import LinkLoad
 
 
+class Setup(NamedTuple):
+    """What a problem prescribes, and what is claimed to be solved of it.
+
+    Attributes:
+        gravity: `(3,)` [m/s²].
+        motion: what is driven, held and known.
+        joints: names of those whose wrenches are claimed to be known.
+    """
+
+    gravity: Array
+    motion: Motion
+    joints: list[str]
+
+
+class _Rates(NamedTuple):
+    """The rates of a claim, and the twists that they cause.
+
+    Attributes:
+        unit: `(nv, N)` joint velocities with every drive at unit speed.
+        error: `(N,)` greatest violation of loops, couplings, drives and held joints, relative.
+        velocities: `(M, 2, 3, N)` of the motions' frames; None at rest.
+        accelerations: likewise; None also where no body has mass.
+    """
+
+    unit: Array
+    error: Array
+    velocities: Array | None
+    accelerations: Array | None
+
+
+class _Applied(NamedTuple):
+    """Loads, weights and inertia that act on bodies.
+
+    Attributes:
+        bodies: indices of those on which they act.
+        wrenches: `(B, 2, 3, N)` in world axes about `Frames.corner`.
+        power: `(N,)` [W] with every drive at unit speed.
+        size: `(N,)` greatest load or weight [N·m].
+        inertia: `(N,)` see `Residuals.inertia`.
+    """
+
+    bodies: slice | list[int]
+    wrenches: Array
+    power: Array
+    size: Array
+    inertia: Array
+
+
 class FreeBodies:
-    """The bodies of a description, each by itself.
+    """The bodies of a description, each cut free.
 
     Wrenches and twists are `(body or joint, 2, 3, N)`, in world axes about `Frames.corner`.
 
     Attributes:
-        frames: where they are.
-        length: what forces are multiplied with to compare them with moments [m].
-        rate_scale: `(nv,)` the length for slides, 1 for angles.
-        unproven: links with joints whose wrenches nobody claims to know.
+        frames: frames of the description.
+        claimed: indices of the joints whose wrenches are claimed to be known.
+        unproven: links with joints whose wrenches are not claimed to be known.
     """
 
     def __init__(
-        self,
-        description: Description,
-        coordinates: Coordinates,
-        length: float,
-        gravity: Array,
-        claimed: Iterable[str],
-        drives: tuple[str, ...],
-        held: Mapping[str, float],
-        moving: Array,
+        self, description: Description, coordinates: Coordinates, length: float, setup: Setup
     ) -> None:
         """Cut the bodies free.
 
         Args:
-            description: from `reread`.
-            coordinates: what the columns of coordinates and rates mean.
-            length: characteristic length [m].
-            gravity: `(3,)` [m/s²].
-            claimed: joints whose wrenches are claimed to be known.
-            drives: names of the driven joints.
-            held: held joints to their positions [rad or m].
-            moving: velocity coordinates whose motion is claimed to be known.
+            description: from `Mechanism.reread`.
+            coordinates: layout of coordinates and rates.
+            length: characteristic length, that forces are multiplied with to compare them with
+                moments [m].
+            setup: what is prescribed and claimed.
         """
         self.frames = frames = Frames(description, coordinates)
-        self.length = length
-        self._twists = Twists(frames)
-        self._gravity = gravity
+        self._twists = twists = Twists(frames)
+        self._length = length
         self._proven_flags: set[bytes] = set()
-        self.claimed = [frames.joints.index(name) for name in claimed]
+        self.claimed = [frames.joints.index(name) for name in setup.joints]
         self._order = np.argsort(self.claimed)
         self._sorted = sorted(self.claimed)
-        every = self._sorted == list(range(len(frames.joints)))
+        all_claimed = self._sorted == list(range(len(frames.joints)))
         # A slice makes no copies.
-        self._chosen: slice | list[int] = slice(None) if every else self._sorted
-        self._known = np.zeros(coordinates.model.nv, dtype=bool)
-        self._known[moving] = True
-        self._covered = np.ones(frames.tree, dtype=bool)
-        for joint in set(range(len(frames.joints))) - set(self.claimed):
-            for body in (frames.parents[joint], frames.children[joint]):
-                if body >= 0:
-                    self._covered[body] = False
+        self._chosen: slice | list[int] = slice(None) if all_claimed else self._sorted
+        self._covered = self._covered_bodies()
         self.unproven = tuple(
             link
             for link, (body, _) in frames.links.items()
             if body >= 0 and not self._covered[body]
         )
-        self._heavy = [body for body, own in enumerate(frames.bodies) if own.mass > 0.0]
-        heavy = [frames.bodies[body] for body in self._heavy]
-        self._moved_by = [frames.last[body] for body in self._heavy]
-        self._masses = np.array([body.mass for body in heavy])[:, None, None]
-        self._centres = np.array([body.centre for body in heavy]).reshape(-1, 3)
-        self._inertias = np.array([body.inertia for body in heavy]).reshape(-1, 3, 3)
-        # The greatest weight [N·m], forces counted times the length.
-        with np.errstate(over="ignore"):  # What overflows is refused with the result.
-            heaviest = np.max(self._masses, initial=0.0)
-            self._pulled = float(length * np.linalg.norm(gravity) * heaviest)
-        self.rate_scale = np.ones(coordinates.model.nv)
-        self.rate_scale[self._twists.rates[self._twists.sliding]] = length
-        self._lay_out_efforts()
-        self._constraints = Constraints(
-            description, coordinates, frames, self._twists, length, drives, held, self._known
+        self._massive = MassiveBodies(frames, setup.gravity, length)
+        self._constraints = Constraints(description, coordinates, twists, length, setup.motion)
+        self._efforts = EffortBalance(twists, self._sorted, self._constraints.rate_scale)
+        drives, held, known = setup.motion
+        # The drives' efforts are all solved if the wrenches at their joints are, or if none is:
+        # then virtual work gives the efforts.
+        driven = {frames.joints.index(name) for name in drives}
+        self._power_known = bool(np.all(known)) and (
+            not self.claimed or driven <= set(self.claimed)
         )
-        # Where no wrench is claimed, the drives' efforts are all the same.
-        driving = {frames.joints.index(name) for name in drives}
-        self._powered = bool(np.all(self._known)) and (
-            not self.claimed or driving <= set(self.claimed)
-        )
-        rates = {coordinates.velocity_columns[name].start for name in (*drives, *held)}
-        passives = [rate for rate in np.nonzero(self._known)[0].tolist() if rate not in rates]
+        prescribed = {coordinates.velocity_columns[name].start for name in (*drives, *held)}
+        passives = [rate for rate in np.nonzero(known)[0].tolist() if rate not in prescribed]
         self._passives = np.array(passives, dtype=int)
 
-    def _lay_out_efforts(self) -> None:
-        """Say which component of which claimed wrench acts along each rate."""
-        frames, twists = self.frames, self._twists
-        owners = [frames.motions[owner].joint for owner in twists.owners]
-        place = {joint: place for place, joint in enumerate(self._sorted)}
-        rows = [row for row, joint in enumerate(owners) if joint in place]
-        # In the frame of a joint's last motion its wrench is what was returned.
-        last = [row for row in rows if frames.last[owners[row]] == twists.owners[row]]
-        inner = [row for row in rows if row not in set(last)]
-        self._last_rows, self._inner_rows = np.array(last, dtype=int), np.array(inner, dtype=int)
-        self._last_joints = np.array([place[owners[row]] for row in last], dtype=int)
-        self._inner_joints = np.array([place[owners[row]] for row in inner], dtype=int)
-        self._last_parts = np.where(twists.sliding[self._last_rows], 0, 1)
+    def _covered_bodies(self) -> Array:
+        """Return `(B,)` whether the wrenches of all joints of a body are claimed."""
+        frames = self.frames
+        covered = np.ones(frames.tree, dtype=bool)
+        for joint in set(range(len(frames.joints))) - set(self.claimed):
+            for body in (frames.parents[joint], frames.children[joint]):
+                if body >= 0:
+                    covered[body] = False
+        return covered
 
     @cached_property
     def _stress(self) -> SelfStressProof:
-        known = self._constraints
-        gears = known.gears[known.geared]
+        constraints = self._constraints
+        factors = constraints.known_coupling_factors
         return SelfStressProof(
-            self.frames, self._twists, known.loops, gears, self._passives, self.length
+            self._twists, constraints.loops, factors, self._passives, self._length
         )
 
     def prove_flags(self, x: Array, unique: Array, condition: float = 1.0) -> None:
-        """Refuse flags that self-stresses contradict; those that were proven before pass.
+        """Refuse flags of uniqueness that self-stresses contradict.
+
+        Flags that were proven before are not proven again.
 
         Args:
             x: `(N, size)` coordinates of the samples that they hold for.
@@ -143,7 +162,8 @@ class FreeBodies:
             condition: greatest condition number of the closure equations.
 
         Raises:
-            AccuracyError: a component flagged unique changes, or one flagged open does not.
+            AccuracyError: a component flagged unique changes under a self-stress, or one flagged
+                not unique does not.
         """
         flags = unique.tobytes()
         if flags not in self._proven_flags:
@@ -151,183 +171,138 @@ class FreeBodies:
             self._proven_flags.add(flags)
 
     def check(self, claim: Claim) -> Residuals:
-        """Return what is left over of a claim."""
-        frames, twists, count = self.frames, self._twists, len(claim.x)
-        placed = frames.placed(claim.x)
-        at = frames.joint_frames(placed)
-        directions = twists.directions(placed)
-        own = np.ascontiguousarray(claim.wrenches[:, self._order].transpose(1, 2, 0))
-        own = own.reshape(len(self.claimed), 2, 3, count)
-        world = np.einsum("jkcn,jcin->jkin", own, at[self._chosen, :3])
-        world[:, 1] += cross(at[self._chosen, 3], world[:, 0])
-        left = np.zeros((frames.tree, 2, 3, count))
-        for joint, wrench in zip(self._sorted, world, strict=True):
-            parent, child = frames.parents[joint], frames.children[joint]
-            if child >= 0:
-                left[child] += wrench
-            if parent >= 0:
-                left[parent] -= wrench
-
-        ratios = np.ascontiguousarray(claim.velocity_ratios.transpose(2, 1, 0))
-        virtual = ratios[0] if len(ratios) == 1 else ratios.sum(axis=0)
+        """Return the residuals of a claim."""
+        state = self._twists.state(claim.x)
+        wrenches = self._joint_wrenches(state, claim)
+        rates = self._rates(state, claim)
         loads = np.ascontiguousarray(np.broadcast_to(claim.loads, claim.v.shape).T)
         exerted = np.ascontiguousarray(claim.exerted.T)
-        power = [np.einsum("kn,kn->n", part, virtual) for part in (loads, exerted)]
-        acting = [np.max(np.abs(loads) * self.rate_scale[:, None], axis=0, initial=0.0)]
-        inertial = np.zeros(count)
-        units = twists.units(placed, directions)
-        constraints = self._constraints
-        rate_error = constraints.missed(claim)
-        for part in ratios:
-            size = constraints.greatest(part)
-            np.maximum(rate_error, constraints.slipping(part, size), out=rate_error)
-            if constraints.loops:
-                added = twists.own(units, part)
-                np.maximum(rate_error, constraints.parting(placed, added, size), out=rate_error)
-        velocity = acceleration = None
-        if claim.has_rates:
-            v, a = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)
-            each = twists.own(units, v)
-            velocity = twists.summed(each)
-            changes = twists.changes(units, each, velocity, a)
-            fastest = constraints.greatest(v)
-            # Of an acceleration, centripetal terms are part.
-            size = constraints.greatest(a) + fastest**2
-            for part, added, scale in ((v, each, fastest), (a, changes, size)):
-                np.maximum(rate_error, constraints.slipping(part, scale), out=rate_error)
-                np.maximum(rate_error, constraints.parting(placed, added, scale), out=rate_error)
-            if self._heavy:
-                acceleration = twists.summed(changes)
-        if claim.link_loads or (self._heavy and (claim.has_rates or self._pulled)):
-            displaced = twists.summed(twists.own(units, virtual))
-            for link, load in claim.link_loads.items():
-                body, wrench = self._load(link, load, placed)
-                left[body] += wrench
-                power.append(np.einsum("kin,kin->n", wrench, displaced[frames.last[body]]))
-                acting.append(self._size(wrench[None], placed[[frames.last[body]], 3]))
-            if self._heavy:
-                wrench, inertial = self._weight_and_inertia(placed, velocity, acceleration)
-                if claim.has_rates and np.any(twists.sliding):
-                    # Slides that make up for each other leave a body where it is.
-                    slides = np.abs(a[twists.rates[twists.sliding]]).max(axis=0)
-                    inertial = inertial + np.max(self._masses) * self.length * slides
-                left[self._heavy] += wrench
-                power.append(np.einsum("bkin,bkin->n", wrench, displaced[self._moved_by]))
-                acting.append(np.full(count, self._pulled))
-        left[~self._covered] = 0.0
-        imbalance = self._size(left, at[: frames.tree, 3])
-        imbalance = np.maximum(
-            imbalance, self._effort_imbalance(own, world, placed, directions, loads, claim)
-        )
+        powers = [np.einsum("kn,kn->n", efforts, rates.unit) for efforts in (loads, exerted)]
+        rate_scale = self._constraints.rate_scale[:, None]
+        sizes = [np.max(np.abs(loads) * rate_scale, axis=0, initial=0.0)]
+        inertia = np.zeros(len(claim.x))
+        net = self._net_joint_wrenches(wrenches)
+        for applied in self._applied(state, claim, rates):
+            net[applied.bodies] += applied.wrenches
+            powers.append(applied.power)
+            sizes.append(applied.size)
+            inertia = applied.inertia
+        net[~self._covered] = 0.0
+        body_imbalance = greatest_size(net, self._length, state.joint_frames[: self.frames.tree, 3])
+        couplings = self._constraints.coupling_factors.T @ claim.couplings.T
+        given = loads + claim.exerted.T + couplings
+        effort_imbalance = self._efforts.imbalance(state, wrenches, given)
         return Residuals(
-            imbalance=imbalance,
-            power_imbalance=np.abs(np.sum(power, axis=0)),
-            loop_error=constraints.loop_error(placed, claim),
-            rate_error=rate_error,
-            wrench=self._size(own, None),
-            applied=np.max(acting, axis=0),
-            inertia=inertial,
-            power_scale=np.sum(np.abs(power), axis=0),
-            speed_scale=constraints.greatest(virtual),
+            imbalance=np.maximum(body_imbalance, effort_imbalance),
+            power_imbalance=np.abs(np.sum(powers, axis=0)),
+            loop_error=self._constraints.position_error(state, claim),
+            rate_error=rates.error,
+            wrench=greatest_size(wrenches.in_joint_frames, self._length),
+            applied=np.max(sizes, axis=0),
+            inertia=inertia,
+            power_scale=np.sum(np.abs(powers), axis=0),
+            speed_scale=self._constraints.greatest_rate(rates.unit),
             bodies_balanced=bool(np.any(self._covered)),
-            power_balanced=self._powered,
+            power_balanced=self._power_known,
         )
 
-    def _load(self, link: str, load: LinkLoad, placed: Array) -> tuple[int, Array]:
-        """Return a link's body and the wrench on it, about the corner."""
-        body, placement = self.frames.links[link]
-        frame = placed[self.frames.last[body]]
-        axes = np.einsum("cj,cin->jin", placement[:3, :3], frame[:3])
-        point = np.einsum("c,cin->in", placement[:3, 3], frame[:3]) + frame[3]
-        parts = [load.force.T, load.moment.T]
-        if not load.in_world:
-            parts = [np.einsum("jn,jin->in", part, axes) for part in parts]
-        force = np.broadcast_to(parts[0], point.shape)
-        return body, np.stack([force, parts[1] + cross(point, force)])
+    def _joint_wrenches(self, state: State, claim: Claim) -> JointWrenches:
+        """Return the claimed wrenches with the joints in ascending order."""
+        rows = np.ascontiguousarray(claim.wrenches[:, self._order].transpose(1, 2, 0))
+        rows = rows.reshape(len(self.claimed), 2, 3, len(claim.x))
+        return placed_in_world(rows, state.joint_frames[self._chosen])
 
-    def _weight_and_inertia(
-        self, placed: Array, velocity: Array | None, acceleration: Array | None
-    ) -> tuple[Array, Array]:
-        """Return weights less momentum rates of the massive bodies, about the corner.
+    def _net_joint_wrenches(self, wrenches: JointWrenches) -> Array:
+        """Return the sum of the joint wrenches on each body, `(B, 2, 3, N)`."""
+        frames = self.frames
+        net = np.zeros((frames.tree, *wrenches.in_world.shape[1:]))
+        for joint, wrench in zip(self._sorted, wrenches.in_world, strict=True):
+            parent, child = frames.parents[joint], frames.children[joint]
+            if child >= 0:
+                net[child] += wrench
+            if parent >= 0:
+                net[parent] -= wrench
+        return net
 
-        The second one is the size of the terms that momentum rates are the sum of, `(N,)`.
-        """
-        frames = placed[self._moved_by]
-        centre = np.einsum("bc,bcin->bin", self._centres, frames[:, :3]) + frames[:, 3]
-        if velocity is None or acceleration is None:
-            pull = np.broadcast_to(self._masses * self._gravity[:, None], centre.shape)
-            return np.stack([pull, cross(centre, pull)], axis=1), np.zeros(centre.shape[-1])
-        velocity, acceleration = velocity[self._moved_by], acceleration[self._moved_by]
-        spin, change = velocity[:, 1], acceleration[:, 1]
-        speed = velocity[:, 0] + cross(spin, centre)
-        force = acceleration[:, 0] + cross(change, centre) + cross(spin, speed)
-        force -= self._gravity[:, None]
-        force *= -self._masses
-        # Euler's equations in the axes of the body, where its inertia stays the same.
-        own_spin, own_change = (
-            np.einsum("bcin,bin->bcn", frames[:, :3], part) for part in (spin, change)
+    def _rates(self, state: State, claim: Claim) -> _Rates:
+        """Return the rates of a claim, their errors and the twists of all frames."""
+        twists, constraints = self._twists, self._constraints
+        velocity_ratios = np.ascontiguousarray(claim.velocity_ratios.transpose(2, 1, 0))
+        single_drive = len(velocity_ratios) == 1
+        unit = velocity_ratios[0] if single_drive else velocity_ratios.sum(axis=0)
+        error = constraints.drive_rate_error(claim)
+        for ratios in velocity_ratios:
+            size = constraints.greatest_rate(ratios)
+            np.maximum(error, constraints.slip_error(ratios, size), out=error)
+            if constraints.loops:
+                relative = twists.relative(state, ratios)
+                np.maximum(error, constraints.loop_rate_error(state, relative, size), out=error)
+        if not claim.has_rates:
+            return _Rates(unit, error, None, None)
+        v, a = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)
+        relative = twists.relative(state, v)
+        velocities = twists.absolute(relative)
+        changes = twists.relative_accelerations(state, relative, velocities, a)
+        fastest = constraints.greatest_rate(v)
+        # Accelerations contain centripetal terms, which grow with the square of the speed.
+        size = constraints.greatest_rate(a) + fastest**2
+        for rates, added, scale in ((v, relative, fastest), (a, changes, size)):
+            np.maximum(error, constraints.slip_error(rates, scale), out=error)
+            np.maximum(error, constraints.loop_rate_error(state, added, scale), out=error)
+        return _Rates(unit, error, velocities, twists.absolute(changes) if self._massive else None)
+
+    def _applied(self, state: State, claim: Claim, rates: _Rates) -> Iterator[_Applied]:
+        """Yield every load on a link, then weights and inertia together."""
+        forceless = not claim.has_rates and self._massive.greatest_weight == 0.0
+        if not claim.link_loads and (forceless or not self._massive):
+            return
+        unit_twists = self._twists.absolute(self._twists.relative(state, rates.unit))
+        zero = np.zeros(len(claim.x))
+        for link, load in claim.link_loads.items():
+            body, placement = self.frames.links[link]
+            motion = self.frames.last[body]
+            frame = state.motion_frames[motion]
+            wrench = _load_wrench(load, placement, frame)
+            power = np.einsum("kin,kin->n", wrench, unit_twists[motion])
+            size = greatest_size(wrench[None], self._length, frame[None, 3])
+            yield _Applied(slice(body, body + 1), wrench, power, size, zero)
+        if self._massive:
+            inertial = self._weights_and_inertia(state, claim, rates)
+            twists = unit_twists[self._massive.motions]
+            power = np.einsum("bkin,bkin->n", inertial.wrenches, twists)
+            size = np.full(len(claim.x), self._massive.greatest_weight)
+            bodies = self._massive.indices
+            yield _Applied(bodies, inertial.wrenches, power, size, inertial.size)
+
+    def _weights_and_inertia(self, state: State, claim: Claim, rates: _Rates) -> Inertial:
+        """Return weights less momentum rates of all bodies that have mass."""
+        massive = self._massive
+        if rates.velocities is None or rates.accelerations is None:
+            return massive.weights(state.motion_frames)
+        inertial = massive.weights_less_momentum_rates(
+            state.motion_frames, rates.velocities, rates.accelerations
         )
-        momentum, rate = (
-            np.einsum("bcd,bdn->bcn", self._inertias, part) for part in (own_spin, own_change)
-        )
-        rate += cross(own_spin, momentum)
-        moment = -np.einsum("bcin,bcn->bin", frames[:, :3], rate)
-        turning = np.sum(spin * spin, axis=1) + np.sqrt(np.sum(change * change, axis=1))
-        size = np.max(self._masses[:, 0] * self.length**2 * turning, axis=0)
-        moment += cross(centre, force)
-        return np.stack([force, moment], axis=1), size
-
-    def _effort_imbalance(
-        self,
-        own: Array,
-        world: Array,
-        placed: Array,
-        directions: Array,
-        loads: Array,
-        claim: Claim,
-    ) -> Array:
-        """Return `(N,)` what acts along the coordinates and should not."""
-        twists = self._twists
-        efforts = np.zeros(claim.v.shape[::-1])
-        rows = self._last_rows
-        parts = own[self._last_joints, self._last_parts]
-        efforts[twists.rates[rows]] = np.einsum("kcn,kc->kn", parts, twists.axes[rows])
-        if self._inner_rows.size:
-            rows, wrench = self._inner_rows, world[self._inner_joints]
-            moment = wrench[:, 1] - cross(placed[twists.owners[rows], 3], wrench[:, 0])
-            part = np.where(twists.sliding[rows, None, None], wrench[:, 0], moment)
-            efforts[twists.rates[rows]] = np.einsum("kin,kin->kn", part, directions[rows])
-        given = loads + claim.exerted.T + self._constraints.gears.T @ claim.couplings.T
-        rates = twists.rates[np.concatenate([self._last_rows, self._inner_rows])]
-        imbalance = np.abs(efforts[rates] - given[rates]) * self.rate_scale[rates, None]
-        return np.asarray(np.max(imbalance, axis=0, initial=0.0))
-
-    def _size(self, wrenches: Array, points: Array | None) -> Array:
-        """Return the greatest size [N·m] of wrenches: of moments, and of forces times the length.
-
-        Args:
-            wrenches: `(B, 2, 3, N)`, about the corner.
-            points: `(B, 3, N)` about which the moments are to be taken; None where they are.
-        """
-        if not len(wrenches):
-            return np.zeros(wrenches.shape[-1])
-        force, moment = wrenches[:, 0], wrenches[:, 1]
-        if points is not None:
-            moment = moment - cross(points, force)
-        square = self.length**2 * _squared(force)
-        np.maximum(square, _squared(moment), out=square)
-        found = np.max(square, axis=0)
-        if 1e-200 < np.max(found) < 1e200:
-            return np.asarray(np.sqrt(found))
-        # Squares overflow, or vanish, long before the wrenches do.
-        scale = float(np.max(np.abs(wrenches)))
-        if not 0.0 < scale < np.inf:
-            return np.asarray(np.max(np.abs(wrenches), axis=(0, 1, 2)))
-        found = self.length**2 * _squared(force / scale)
-        np.maximum(found, _squared(moment / scale), out=found)
-        return np.asarray(scale * np.sqrt(np.max(found, axis=0)))
+        slides = self._twists.rates[self._twists.sliding]
+        if not slides.size:
+            return inertial
+        # Slides whose motions cancel leave a body where it is, but their rounding does not cancel.
+        greatest = np.abs(claim.a[:, slides]).max(axis=1)
+        added = massive.greatest_mass * self._length * greatest
+        return inertial._replace(size=inertial.size + added)
 
 
-def _squared(vectors: Array) -> Array:
-    with np.errstate(over="ignore", under="ignore"):
-        return np.asarray(np.einsum("bin,bin->bn", vectors, vectors))
+def _load_wrench(load: LinkLoad, placement: Array, frame: Array) -> Array:
+    """Return a load on a link as a wrench `(2, 3, N)` in world axes about `Frames.corner`.
+
+    Args:
+        load: the load.
+        placement: `(4, 4)` of the link in its body's frame.
+        frame: `(4, 3, N)` of the body.
+    """
+    axes = np.einsum("cj,cin->jin", placement[:3, :3], frame[:3])
+    point = np.einsum("c,cin->in", placement[:3, 3], frame[:3]) + frame[3]
+    force, moment = load.force.T, load.moment.T
+    if not load.in_world:
+        force, moment = (np.einsum("jn,jin->in", vector, axes) for vector in (force, moment))
+    force = np.broadcast_to(force, point.shape)
+    return np.stack([force, moment + cross(point, force)])

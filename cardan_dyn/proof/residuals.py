@@ -1,4 +1,4 @@
-"""Residuals: proofs of a result that use none of the equations it was computed with."""
+"""Residuals: what a result leaves over in balances and constraints, and whether that is allowed."""
 
 from __future__ import annotations
 
@@ -8,20 +8,35 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
-from ..errors import AccuracyError, shown, where
+from ..errors import AccuracyError, as_position, as_text
 
 if TYPE_CHECKING:
     from ..forces.link_loads import LinkLoad
 
 BALANCE_TOLERANCE = 1e-8
-"""Greatest Newton-Euler or power imbalance of a result, relative; of loops and rates likewise."""
-CHECK_ROUNDING = 0.1 * float(np.finfo(float).eps)
-"""What rounding hides from the balance of bodies, per size of inertial terms.
+"""Greatest relative residual of a result: of bodies, of power, of loops and of rates.
 
-Their size is estimated with the length of the whole mechanism, some ten times that of its bodies.
+Rounding leaves some 1e-14 of well-conditioned mechanisms, and more in proportion to the condition
+number of the closure equations; a mistake in an equation or a number leaves far more.
 """
-_HARMLESS = 1e6  # A condition number that explains no error of the size that is refused.
-_ROUNDING = 1e-13  # Wrenches this much smaller than inertial terms are what rounding left of them.
+CHECK_ROUNDING = 0.1 * float(np.finfo(float).eps)
+"""What rounding hides from the balance of bodies, as a part of `Residuals.inertia`.
+
+The size of inertial terms is estimated with the length of the whole mechanism, some ten times that
+of its bodies; hence the tenth.
+"""
+_HARMLESS_CONDITION = 1e6
+"""Condition number that explains no error that is refused: eps · 1e6 = 2e-10 is far below 1e-8."""
+_CANCELLED = 1e-13
+"""Wrenches up to this part of the inertial terms are what rounding leaves of their sum.
+
+It is some hundred times the rounding of a single term; a body's balance has about as many.
+"""
+_LEAST_SCALE = 1e-300
+"""Added to what residuals are divided by, so that nothing is divided by zero.
+
+Next to the least double, 2e-308, numbers have too few digits to agree in.
+"""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,17 +45,18 @@ class Claim:
 
     Attributes:
         x: `(N, size)` coordinates of all joints.
-        turns: `(N, size)` whole turns that their angles lack.
+        turns: `(N, size)` whole turns to be added to their angles.
         v, a: joint velocities and accelerations `(N, nv)`.
-        positions: of the drives, as they were asked for, `(N, d)`.
-        speeds, accelerations: of the drives, as they were asked for, `(N, d)`.
+        positions: prescribed drive positions `(N, d)`.
+        speeds, accelerations: prescribed drive speeds and accelerations `(N, d)`.
         velocity_ratios: `(N, nv, d)` joint velocities per unit speed of each drive.
-        wrenches: `(N, J, 6)` of the joints that are claimed, in the order of `claimed`.
-        exerted: `(N, nv)` what drives and held joints exert.
+        wrenches: `(N, J, 6)` of the claimed joints, each in its frame, see `FreeBodies.claimed`.
+        exerted: `(N, nv)` efforts of drives and held joints.
         couplings: `(N, G)` moments of the couplings at their successors' joints.
         loads: `(N, nv)` or `(1, nv)` efforts added at the joints.
         link_loads: links and the wrenches that act on them.
-        has_rates: whether `v` or `a` is not zero anywhere.
+        has_rates: whether any sample of the sweep has a drive speed or acceleration; if not, `v`
+            and `a` are zero.
     """
 
     x: Array
@@ -61,21 +77,25 @@ class Claim:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Residuals:
-    """What is left over, and what that is compared with, per sample `(N,)`.
+    """What is left over in balances and constraints, and what it is compared with, per sample.
+
+    All arrays are `(N,)`. To be compared with moments, forces are multiplied with the
+    characteristic length.
 
     Attributes:
-        imbalance: greatest wrench [N·m] that a body or a free coordinate is left with; forces count
-            times the length of the mechanism.
-        power_imbalance: power [W at unit drive speeds] that is left over.
-        loop_error: closure error, see `Sweep.loop_residual`.
-        rate_error: how far rates violate loops and drives, relative.
+        imbalance: greatest net wrench of a body, or effort along a coordinate, that should be zero
+            [N·m].
+        power_imbalance: sum of all powers, which should be zero [W, with all drives at unit speed].
+        loop_error: violation of loops, couplings, drives and held joints by positions, see
+            `Sweep.loop_residual`.
+        rate_error: violation of these by velocities and accelerations, relative.
         wrench: greatest joint wrench [N·m].
         applied: greatest load or weight [N·m].
-        inertia: greatest size [N·m] of the terms that inertial wrenches are the sum of.
-        power_scale: sum of the powers that flow [W at unit drive speeds].
+        inertia: greatest size of the terms that inertial wrenches are the sum of [N·m].
+        power_scale: sum of the magnitudes of all powers [W, with all drives at unit speed].
         speed_scale: greatest joint speed at unit drive speeds, of slides over the length.
-        bodies_balanced: whether the outputs tell the balance of any body.
-        power_balanced: whether they tell the balance of power.
+        bodies_balanced: whether the wrenches of all joints of any body are claimed.
+        power_balanced: whether everything is claimed that the balance of power needs.
     """
 
     imbalance: Array
@@ -91,37 +111,39 @@ class Residuals:
     power_balanced: bool
 
     @staticmethod
-    def joined(parts: list[Residuals]) -> Residuals:
-        """Return the residuals of blocks of one sweep as one."""
+    def joined(blocks: list[Residuals]) -> Residuals:
+        """Return the residuals of the blocks of one sweep as one."""
         arrays = {
-            field.name: np.concatenate([getattr(part, field.name) for part in parts])
+            field.name: np.concatenate([getattr(block, field.name) for block in blocks])
             for field in fields(Residuals)
             if not field.name.endswith("balanced")
         }
         return Residuals(
             **arrays,
-            bodies_balanced=parts[0].bodies_balanced,
-            power_balanced=parts[0].power_balanced,
+            bodies_balanced=blocks[0].bodies_balanced,
+            power_balanced=blocks[0].power_balanced,
         )
 
     @property
     def cancellation(self) -> Array:
-        """By how much single terms exceed the greatest wrench that their sum leaves `(N,)`."""
-        left = np.maximum(self.wrench, self.applied)
-        left = np.where(left > 0.0, left, self.inertia)
-        return 1.0 + ratio(self.inertia, left)
+        """By how much inertial terms exceed the greatest wrench that their sum leaves, `(N,)`.
+
+        One is added, so that it is 1 at rest and rounding grows in proportion to it.
+        """
+        remaining = np.maximum(self.wrench, self.applied)
+        remaining = np.where(remaining > 0.0, remaining, self.inertia)
+        return 1.0 + ratio(self.inertia, remaining)
 
     @property
     def balance(self) -> float:
         """Greatest imbalance of the bodies relative to the greatest wrench of all samples.
 
-        What the rounding of inertial terms hides from the check counts as imbalance. Where nothing
-        acts there is nothing to compare, and so no residual.
+        It includes what the rounding of inertial terms hides from the check. It is nan where no
+        body's balance is known, and where nothing acts, so that there is nothing to compare with.
         """
         if not self.bodies_balanced:
             return float("nan")
-        left = self.imbalance + CHECK_ROUNDING * self.inertia
-        return _worst(left, self._greatest())
+        return _worst(self.imbalance + CHECK_ROUNDING * self.inertia, self._greatest_wrench())
 
     @property
     def rate(self) -> float:
@@ -132,42 +154,46 @@ class Residuals:
     def power(self) -> float:
         """Greatest imbalance of power relative to the power that flows.
 
-        A balanced mechanism passes no power on; then the greatest wrench times the greatest joint
-        speed says how exact zero can be.
+        A balanced mechanism transmits no power. Its powers are compared with the greatest wrench
+        times the greatest joint speed, which says how exactly they can cancel.
         """
         if not self.power_balanced:
             return float("nan")
-        through = self.power_scale + self._greatest() * self.speed_scale
-        return _worst(self.power_imbalance, through)
+        scale = self.power_scale + self._greatest_wrench() * self.speed_scale
+        return _worst(self.power_imbalance, scale)
 
     def prove(self, positions: Array, condition: Array) -> None:
-        """Refuse samples that miss the tolerance, rounding of inertial terms allowed for.
+        """Refuse a result whose residuals exceed the tolerance at any sample.
+
+        Each is relative to its sample's own loads, wrenches and inertial terms, the rounding of
+        which no balance can go below.
 
         Args:
             positions: of the drives `(N, d)`.
-            condition: `(N,)` condition numbers for the message.
+            condition: `(N,)` condition numbers of the closure equations, for the message.
 
         Raises:
-            AccuracyError: a residual misses its tolerance, or is not a number.
+            AccuracyError: a residual exceeds its tolerance, or is not a number.
         """
         size = self.wrench + self.applied + self.inertia
-        _prove("loop", self.loop_error, np.ones_like(self.loop_error), positions, condition)
-        _prove("rate", self.rate_error, np.ones_like(self.rate_error), positions, condition)
+        one = np.ones_like(self.loop_error)
+        residuals = [("loop", self.loop_error, one), ("rate", self.rate_error, one)]
         if self.bodies_balanced:
-            _prove("balance", self.imbalance, size, positions, condition)
+            residuals.append(("balance", self.imbalance, size))
         if self.power_balanced:
-            _prove(
-                "power",
-                self.power_imbalance,
-                self.power_scale + size * self.speed_scale,
-                positions,
-                condition,
-            )
+            scale = self.power_scale + size * self.speed_scale
+            residuals.append(("power", self.power_imbalance, scale))
+        for name, error, scale in residuals:
+            _require(name, error, scale, positions, condition)
 
-    def _greatest(self) -> Array:
+    def _greatest_wrench(self) -> Array:
+        """Return the greatest wrench or load of all samples [N·m], as an array per sample.
+
+        Where it is mere rounding of the sample's inertial terms, these take its place.
+        """
         greatest = np.max(np.maximum(self.wrench, self.applied))
-        noise = greatest <= _ROUNDING * self.inertia
-        return np.where(noise, self.inertia, greatest)
+        cancelled = greatest <= _CANCELLED * self.inertia
+        return np.where(cancelled, self.inertia, greatest)
 
 
 def overflow(what: str) -> AccuracyError:
@@ -181,38 +207,39 @@ def overflow(what: str) -> AccuracyError:
     )
 
 
-def _prove(name: str, left: Array, scale: Array, positions: Array, condition: Array) -> None:
-    found = ratio(left, scale)
-    # Not a number is no proof either.
-    bad = ~((left <= BALANCE_TOLERANCE * scale) & (scale < np.inf))
+def _require(name: str, error: Array, scale: Array, positions: Array, condition: Array) -> None:
+    """Refuse a residual `(N,)` that exceeds the tolerance times its scale; see `prove`."""
+    relative = ratio(error, scale)
+    # The comparison is negated, since one with nan is false: what is not a number is no proof.
+    bad = ~((error <= BALANCE_TOLERANCE * scale) & (scale < np.inf))
     if not np.any(bad):
         return
-    worst = int(np.argmax(np.where(bad, np.nan_to_num(found, nan=np.inf), -1.0)))
-    if not np.isfinite(found[worst]) or not np.isfinite(scale[worst]):
-        raise overflow(f"the {name} residual at drive position {shown(positions[worst])}")
-    if condition[worst] < _HARMLESS:
+    worst = int(np.argmax(np.where(bad, np.nan_to_num(relative, nan=np.inf), -1.0)))
+    at = f"drive position {as_text(positions[worst])}"
+    if not np.isfinite(relative[worst]) or not np.isfinite(scale[worst]):
+        raise overflow(f"the {name} residual at {at}")
+    if condition[worst] < _HARMLESS_CONDITION:
         advice = "which explains no such error: please report it with the scene"
     else:
         advice = "stay away from this position or choose another drive"
     raise AccuracyError(
-        f"the {name} residual is {found[worst]:.1e} at drive position "
-        f"{shown(positions[worst])}, more than {BALANCE_TOLERANCE:.0e}; the closure "
-        f"equations have condition {condition[worst]:.1e} there: {advice}",
-        residual=float(found[worst]),
+        f"the {name} residual is {relative[worst]:.1e} at {at}, more than "
+        f"{BALANCE_TOLERANCE:.0e}; the closure equations have condition "
+        f"{condition[worst]:.1e} there: {advice}",
+        residual=float(relative[worst]),
         tolerance=BALANCE_TOLERANCE,
-        position=where(positions[worst]),
+        position=as_position(positions[worst]),
     )
 
 
 def _worst(error: Array, scale: Array) -> float:
-    """Return the greatest relative error, not a number where there is nothing to compare."""
+    """Return the greatest relative error, nan where there is nothing to compare."""
     if not np.any(error) and not np.any(scale):
         return float("nan")
     return float(np.max(ratio(error, scale)))
 
 
 def ratio(part: Array, whole: Array) -> Array:
-    """Return `part / whole`, beyond bounds where something is compared with nothing."""
-    # Numbers next to nothing have no digits that could agree.
+    """Return `part / whole`: zero where the part is, immense where only the whole is zero."""
     with np.errstate(invalid="ignore", over="ignore"):
-        return np.where(part == 0.0, 0.0, part / (whole + 1e-300))
+        return np.where(part == 0.0, 0.0, part / (whole + _LEAST_SCALE))

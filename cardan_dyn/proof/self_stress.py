@@ -1,9 +1,9 @@
 """Self-stress: which components of which wrenches the laws of motion leave open, for the proof.
 
-A mechanism that is held together more often than it needs to be can be under stress without any
-load. At single positions such self-stresses are found from the loops cut open: closure wrenches and
-coupling moments that no passive coordinate feels. A component that is flagged unique must not
-change along any of them, and one that is flagged open must change along some.
+A mechanism with redundant constraints can be under stress without any load. At single positions
+such self-stresses are found from the loops cut open: closure wrenches and coupling moments that
+cause no effort along a passive coordinate. A component that is flagged unique must not change under
+any of them, and a component that is flagged not unique must change under at least one.
 """
 
 from __future__ import annotations
@@ -14,153 +14,199 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import AccuracyError
-from ..mechanism.frames import Frames
-from .twists import Twists
+from .twists import State, Twists
 
 _UNIQUE = 1e-7
-"""Greatest change, per unit of self-stress, of a component that passes for unique."""
+"""Greatest change of a component, per unit of self-stress, that still counts as none.
+
+At the positions that are judged, zero singular values are below `_ZERO` and the others above
+`_CLEAR` of the greatest one, so that rounding turns null vectors by up to eps / 1e-7 = 2e-9. The
+factor of 50 is left for the lever arms by which wrenches are moved to their joints.
+"""
 _OPEN = 1e-13
-"""Greatest change of a component that passes for open nowhere."""
+"""Greatest change of a component, per unit of self-stress, that proves that it is unique.
+
+It is some hundred times the rounding of a sum of products near 1. The solver flags a component
+only from a change of 1e-9 on, so nothing that it flags rightly comes out as small as this.
+"""
 _ZERO, _CLEAR = 1e-11, 1e-7
-"""Relative singular values of equilibrium up to which it is singular, and from which it is not."""
-_CERTAIN = 1e4  # Condition number up to which rounding cannot pass for a self-stress.
-_AT_ONCE = 64  # Positions whose equilibrium is decomposed together.
+"""Relative singular values of equilibrium up to which it is singular, and from which it is not.
+
+Coordinates are exact to some 1e-15, so that self-stresses come out with singular values of that
+size; four digits are left for badly shaped loops. Values in between occur next to singular
+configurations, where neither answer can be trusted, so such positions are not judged.
+"""
+_CERTAIN_CONDITION = 1e4
+"""Condition number of the closure equations up to which rounding cannot look like a self-stress.
+
+Rounding is magnified to eps · 1e4 = 2e-12 there, far below the 1e-9 from which the solver flags a
+component.
+"""
+_POSITIONS_AT_ONCE = 64
+"""Positions whose equilibrium is decomposed together.
+
+It bounds the memory: 64 matrices of 600 × 600 numbers take 184 MB.
+"""
+_FIRST_POSITIONS = 3
+"""Positions, spread over a sweep, that are judged first; nearly always they settle all flags."""
 MOST_UNKNOWNS = 600
-"""Greatest number of closure wrench components that are decomposed; beyond, nothing is said."""
+"""Greatest number of unknown closure forces that are decomposed; beyond, flags are not proven.
+
+The time of a decomposition grows with the third power of this number.
+"""
 
 
 class SelfStressProof:
     """The states of stress of the loops of a description.
 
     Attributes:
-        joints: their names.
+        joints: names of the joints.
         unknowns: number of components of all closure wrenches and coupling moments.
     """
 
     def __init__(
         self,
-        frames: Frames,
         twists: Twists,
         loops: list[int],
-        gears: Array,
+        coupling_factors: Array,
         passives: Array,
         length: float,
     ) -> None:
         """Lay out the equations of equilibrium.
 
         Args:
-            frames: where everything is.
-            twists: of its joints.
-            loops: numbers of the loops that are closed.
-            gears: `(G, nv)` effort along each rate per unit moment of a coupling.
+            twists: of the description's joints.
+            loops: indices of the loops that are closed.
+            coupling_factors: `(G, nv)` effort along each rate per unit moment of a coupling.
             passives: velocity coordinates that are neither driven nor held.
-            length: what forces are multiplied with to compare them with moments [m].
+            length: characteristic length, that forces are multiplied with to compare them with
+                moments [m].
         """
-        self._frames, self._twists = frames, twists
+        frames = twists.frames
+        self._twists = twists
         self.joints = frames.joints
         # A closure wrench acts on the loop's successor, against the predecessor; what holds both
         # in equilibrium passes through the joints between them and their common ancestor.
         self._signs = np.zeros((len(frames.joints), len(loops)))
-        for place, loop in enumerate(loops):
+        for column, loop in enumerate(loops):
             joint = frames.tree + loop
-            self._signs[joint, place] = 1.0
+            self._signs[joint, column] = 1.0
             for body, sign in ((frames.parents[joint], 1.0), (frames.children[joint], -1.0)):
-                self._signs[frames.path(body), place] += sign
-        rows = [row for row, rate in enumerate(twists.rates) if rate in set(passives.tolist())]
-        self._rows = np.array(rows, dtype=int)
-        owners = [frames.motions[twists.owners[row]].joint for row in rows]
+                self._signs[frames.path(body), column] += sign
+        passive = set(passives.tolist())
+        self._rows = np.array(
+            [row for row, rate in enumerate(twists.rates.tolist()) if rate in passive], dtype=int
+        )
+        owners = [frames.motions[motion].joint for motion in twists.owners[self._rows].tolist()]
         self._row_signs = self._signs[owners]
-        self._gears = -gears[:, twists.rates[self._rows]].T
+        self._coupling_columns = -coupling_factors[:, twists.rates[self._rows]].T
         scale = np.where(twists.sliding[self._rows], length, 1.0)
         self._row_scale = scale[:, None]
         self._lengths = np.repeat([length, 1.0], 3)
-        self.unknowns = 6 * len(loops) + len(gears)
+        self.unknowns = 6 * len(loops) + len(coupling_factors)
 
     def influence(self, x: Array) -> Iterator[tuple[Array, Array]]:
-        """Yield how far self-stresses change each component, over some positions at a time.
+        """Yield how far self-stresses change each component, for some positions at a time.
 
         Args:
             x: `(N, size)` coordinates with closed loops.
 
         Yields:
-            `(N, J, 6)` greatest change of every joint's wrench in its frame, forces times the
-            length, per unit of self-stress; and `(N,)` whether the position leaves no doubt.
+            `(n, J, 6)` greatest change of every joint's wrench in its frame, forces times the
+            length, per unit of self-stress; and `(n,)` whether the rank at a position is beyond
+            doubt.
         """
-        for start in range(0, len(x), _AT_ONCE):
-            yield self._influence(x[start : start + _AT_ONCE])
+        for start in range(0, len(x), _POSITIONS_AT_ONCE):
+            yield self._influence(x[start : start + _POSITIONS_AT_ONCE])
 
     def _influence(self, x: Array) -> tuple[Array, Array]:
-        frames, count = self._frames, len(x)
-        placed = frames.placed(x)
-        directions = self._twists.directions(placed)
-        units = self._twists.units(placed, directions)[self._rows]
-        # Unknown forces count times the length, so that their factors are divided by it.
-        feel = units.reshape(len(units), 6, count).transpose(2, 0, 1) / self._lengths
-        loops = self._row_signs.shape[1]
-        matrix = feel[:, :, None, :] * self._row_signs[:, :, None]
-        matrix = matrix.reshape(count, len(self._rows), 6 * loops)
-        gears = np.broadcast_to(self._gears, (count, *self._gears.shape))
-        matrix = np.concatenate([matrix, gears], axis=2) * self._row_scale
-        null, clear = _null_spaces(matrix)
-        result = np.zeros((count, len(frames.joints), 6))
-        at = frames.joint_frames(placed).transpose(3, 0, 1, 2)
-        for sample, stresses in enumerate(null):
-            # Of every loop, force over the length and moment about the corner.
-            wrench = stresses[: 6 * loops].reshape(loops, 2, 3, stresses.shape[1])
-            wrench[:, 0] /= self._lengths[0]
-            on_joints = np.einsum("jl,lkis->jkis", self._signs, wrench)
-            frame = at[sample]
-            on_joints[:, 1] -= np.cross(frame[:, 3, :, None], on_joints[:, 0], axis=1)
-            own = np.einsum("jci,jkis->jkcs", frame[:, :3], on_joints)
-            sizes = np.sqrt(np.sum(own**2, axis=3)).reshape(len(own), 6)
-            result[sample] = sizes * self._lengths
+        state = self._twists.state(x)
+        null_spaces, clear = _null_spaces(self._equilibrium(state, len(x)))
+        result = np.zeros((len(x), len(self.joints), 6))
+        joint_frames = state.joint_frames.transpose(3, 0, 1, 2)
+        for sample, (stresses, frames) in enumerate(zip(null_spaces, joint_frames, strict=True)):
+            result[sample] = self._changes(stresses, frames)
         return result, clear
+
+    def _equilibrium(self, state: State, count: int) -> Array:
+        """Return `(N, R, C)` the effort along each passive rate per unit of each unknown.
+
+        Unknowns are all closure wrenches, their forces times the length, then coupling moments;
+        efforts of slides are multiplied with the length likewise.
+        """
+        units = state.unit_twists[self._rows]
+        # Unknown forces count times the length, so that their factors are divided by it.
+        factors = units.reshape(len(units), 6, count).transpose(2, 0, 1) / self._lengths
+        matrix = factors[:, :, None, :] * self._row_signs[:, :, None]
+        matrix = matrix.reshape(count, len(self._rows), 6 * self._row_signs.shape[1])
+        couplings = np.broadcast_to(self._coupling_columns, (count, *self._coupling_columns.shape))
+        return np.concatenate([matrix, couplings], axis=2) * self._row_scale
+
+    def _changes(self, stresses: Array, joint_frames: Array) -> Array:
+        """Return `(J, 6)` how far self-stresses change the components of all wrenches.
+
+        Args:
+            stresses: `(C, k)` orthonormal basis of the self-stresses at one position.
+            joint_frames: `(J, 4, 3)` at that position.
+        """
+        loops = self._signs.shape[1]
+        # Of every loop, force over the length and moment about the corner.
+        wrenches = stresses[: 6 * loops].reshape(loops, 2, 3, stresses.shape[1])
+        wrenches = wrenches / self._lengths[::3, None, None]
+        on_joints = np.einsum("jl,lkis->jkis", self._signs, wrenches)
+        on_joints[:, 1] -= np.cross(joint_frames[:, 3, :, None], on_joints[:, 0], axis=1)
+        in_joint_frames = np.einsum("jci,jkis->jkcs", joint_frames[:, :3], on_joints)
+        sizes = np.sqrt(np.sum(in_joint_frames**2, axis=3)).reshape(len(in_joint_frames), 6)
+        return np.asarray(sizes * self._lengths)
 
 
 def prove_flags(
     stress: SelfStressProof, x: Array, unique: Array, joints: list[int], condition: float
 ) -> None:
-    """Refuse flags that self-stresses contradict.
+    """Refuse flags of uniqueness that self-stresses contradict.
 
     Args:
-        stress: of the mechanism.
+        stress: states of stress of the mechanism.
         x: `(N, size)` coordinates of a sweep.
         unique: `(J, 6)` flags of the claimed joints.
-        joints: their numbers in `Frames`.
-        condition: of the closure equations, whose rounding may make a component look open.
+        joints: indices of these joints in `Frames`.
+        condition: condition number of the closure equations, whose rounding may make the solver
+            flag a component.
 
     Raises:
-        AccuracyError: a component flagged unique changes, or one flagged open does not.
+        AccuracyError: a component flagged unique changes, or one flagged not unique does not.
     """
     if not stress.unknowns or stress.unknowns > MOST_UNKNOWNS:
         return
-    few = sorted(set(np.linspace(0, len(x) - 1, 3).astype(int).tolist()))
-    changed, told = np.zeros(unique.shape), False
-    # A component may be open at special positions only: those decide where the few do not.
-    for positions in (x[few], x):
-        for found, clear in stress.influence(positions):
-            told = told or bool(np.any(clear))
-            changed = np.maximum(changed, found[clear][:, joints].max(axis=0, initial=0.0))
-        wrong = unique & (changed > _UNIQUE)
+    first = sorted(set(np.linspace(0, len(x) - 1, _FIRST_POSITIONS).astype(int).tolist()))
+    changes, judged = np.zeros(unique.shape), False
+    # Some components are open at special positions only; all positions are judged where the first
+    # ones leave a flag unproven.
+    for positions in (x[first], x):
+        for influence, clear in stress.influence(positions):
+            judged = judged or bool(np.any(clear))
+            changes = np.maximum(changes, influence[clear][:, joints].max(axis=0, initial=0.0))
+        wrong = unique & (changes > _UNIQUE)
         if np.any(wrong):
             raise _contradiction("unique, but changes", stress, joints, wrong)
-        if np.all(unique | (changed > _OPEN)):
+        if np.all(unique | (changes > _OPEN)):
             return
-    if not told or condition > _CERTAIN:
-        return  # Rank is in doubt, next to singular positions or for want of digits.
-    wrong = ~unique & (changed <= _OPEN)
+    if not judged or condition > _CERTAIN_CONDITION:
+        return  # The rank is in doubt: near singular positions, or because digits were lost.
+    wrong = ~unique & (changes <= _OPEN)
     raise _contradiction("open, but does not change", stress, joints, wrong)
 
 
 def _contradiction(
-    what: str, stress: SelfStressProof, joints: list[int], where: Array
+    finding: str, stress: SelfStressProof, joints: list[int], wrong: Array
 ) -> AccuracyError:
-    joint, component = np.argwhere(where)[0].tolist()
+    """Return the error for the first component `(J, 6)` whose flag is wrong."""
+    joint, component = np.argwhere(wrong)[0].tolist()
     name = stress.joints[joints[joint]]
-    part = ("force x", "force y", "force z", "moment x", "moment y", "moment z")[component]
+    labels = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
     return AccuracyError(
-        f"{part} of the wrench at {name!r} is flagged {what} under self-stress: please report this "
-        "with the scene",
+        f"{labels[component]} of the wrench at {name!r} is flagged {finding} under self-stress: "
+        "please report this with the scene",
         residual=float("nan"),
         tolerance=_UNIQUE,
         position=None,
@@ -168,7 +214,14 @@ def _contradiction(
 
 
 def _null_spaces(matrices: Array) -> tuple[list[Array], Array]:
-    """Return bases of null spaces `(C, k)` of stacked matrices `(N, R, C)`, and which are clear."""
+    """Return orthonormal bases of the null spaces of matrices, and where their rank is clear.
+
+    Args:
+        matrices: `(N, R, C)`.
+
+    Returns:
+        Per matrix `(C, k)`, and `(N,)` whether no singular value lies between zero and not zero.
+    """
     count, rows, columns = matrices.shape
     if not rows:
         return [np.eye(columns)] * count, np.ones(count, dtype=bool)
@@ -176,5 +229,6 @@ def _null_spaces(matrices: Array) -> tuple[list[Array], Array]:
     greatest = np.maximum(values[:, :1], np.finfo(float).tiny)
     relative = values / greatest
     clear = ~np.any((relative > _ZERO) & (relative < _CLEAR), axis=1)
+    # Where the rank is clear, any bound between both gives it; this one is in the middle.
     ranks = np.sum(relative > np.sqrt(_ZERO * _CLEAR), axis=1)
     return [right[k, rank:].T.copy() for k, rank in enumerate(ranks)], clear

@@ -1,10 +1,12 @@
-"""Twists: velocities and accelerations of all joints, summed up from the root outwards.
+"""Twists: velocities and accelerations of all joints, added up from the root outwards.
 
-Arrays are `(…, 2, 3, N)`: the linear part (of the point at `Frames.corner`), then the angular one,
-in world axes.
+Arrays of twists are `(…, 2, 3, N)`: the linear part (velocity of the body's point that lies at
+`Frames.corner`) [m/s], then the angular part [rad/s], in world axes.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,89 +14,141 @@ from ..arrays import Array
 from ..mechanism.frames import Frames
 
 
-class Twists:
-    """The rates of a description's joints and the twists that they make.
+class State(NamedTuple):
+    """A mechanism at given coordinates, in world axes, samples along the last axis.
 
     Attributes:
-        owners: `(K,)` per rate, the number of its elementary motion.
-        rates: `(K,)` its place among joint velocities.
+        motion_frames: `(M, 4, 3, N)` frames of the elementary motions, see `Frames.placed`.
+        joint_frames: `(J, 4, 3, N)` frames of all joints, see `Frames.joint_frames`.
+        directions: `(K, 3, N)` unit vector along which each rate acts.
+        unit_twists: `(K, 2, 3, N)` twist per unit of each rate.
+    """
+
+    motion_frames: Array
+    joint_frames: Array
+    directions: Array
+    unit_twists: Array
+
+
+class Twists:
+    """The rates of a description's joints and the twists that they cause.
+
+    There are K rates of M elementary motions: one rate per turn or slide, three per ball.
+
+    Attributes:
+        frames: of the description.
+        owners: `(K,)` per rate, the index of its elementary motion.
+        rates: `(K,)` its index among the joint velocities.
         sliding: `(K,)` whether it is a slide.
-        axes: `(K, 3)` along what, in its motion's frame.
+        axes: `(K, 3)` its direction in the frame of its motion.
     """
 
     def __init__(self, frames: Frames) -> None:
+        self.frames = frames
         self._before = [motion.before for motion in frames.motions]
         owners, axes, rates = [], [], []
-        for number, motion in enumerate(frames.motions):
+        for index, motion in enumerate(frames.motions):
             directions = np.eye(3) if motion.kind == "ball" else motion.axis[None]
-            for place, direction in enumerate(directions):
-                owners.append(number)
+            for offset, direction in enumerate(directions):
+                owners.append(index)
                 axes.append(direction)
-                rates.append(motion.rate + place)
+                rates.append(motion.rate + offset)
         self.owners = np.array(owners, dtype=int)
         self.rates = np.array(rates, dtype=int)
         self.axes = np.array(axes).reshape(-1, 3)
         self.sliding = np.array([frames.motions[k].kind == "slide" for k in owners], dtype=bool)
-        self._single = len(set(owners)) == len(owners)
-        # Along an axis of its frame, a direction is a column up to its sign.
-        self._plain = bool(np.all(np.count_nonzero(self.axes, axis=1) == 1))
+        self._one_rate_per_motion = len(set(owners)) == len(owners)
+        # A direction along a frame axis is a column of the frame, up to its sign; copying that
+        # column is faster than multiplying the frame with the axis.
+        self._along_frame_axes = bool(np.all(np.count_nonzero(self.axes, axis=1) == 1))
         self._columns = np.argmax(np.abs(self.axes), axis=1)
         self._signs = self.axes.sum(axis=1)[:, None, None]
 
-    def directions(self, placed: Array) -> Array:
-        """Return along what every rate acts, `(K, 3, N)`, for frames from `Frames.placed`."""
-        if self._plain:
-            return np.asarray(placed[self.owners, self._columns] * self._signs)
-        return np.asarray(np.einsum("kc,kcin->kin", self.axes, placed[self.owners, :3]))
+    def state(self, x: Array) -> State:
+        """Return the frames and unit twists at coordinates `x (N, size)`."""
+        motion_frames = self.frames.placed(x)
+        joint_frames = self.frames.joint_frames(motion_frames)
+        directions = self._directions(motion_frames)
+        unit_twists = self._unit_twists(motion_frames, directions)
+        return State(motion_frames, joint_frames, directions, unit_twists)
 
-    def units(self, placed: Array, directions: Array) -> Array:
-        """Return the twist of every rate `(K, 2, 3, N)`."""
-        units = np.empty((len(directions), 2, *directions.shape[1:]))
-        units[:, 1] = directions
-        units[:, 0] = cross(placed[self.owners, 3], directions)
-        units[self.sliding, 0] = directions[self.sliding]
-        units[self.sliding, 1] = 0.0
-        return units
+    def relative(self, state: State, rates: Array) -> Array:
+        """Return `(M, 2, 3, N)` the twist of each motion's frame relative to the frame before it.
 
-    def own(self, units: Array, rates: Array) -> Array:
-        """Return what each motion adds for rates `(nv, N)`, `(M, 2, 3, N)`."""
-        added = units * rates[self.rates][:, None, None]
-        if self._single:
+        Args:
+            state: of the mechanism.
+            rates: joint velocities `(nv, N)`.
+        """
+        added = state.unit_twists * rates[self.rates][:, None, None]
+        if self._one_rate_per_motion:
             return added
         result = np.zeros((len(self._before), *added.shape[1:]))
         np.add.at(result, self.owners, added)
         return result
 
-    def summed(self, own: Array) -> Array:
-        """Return twists of all motions' frames from what each motion adds."""
-        result = own.copy()
-        for number, before in enumerate(self._before):
-            if before >= 0:
-                result[number] += result[before]
-        return result
-
-    def changes(self, units: Array, own: Array, velocities: Array, a: Array) -> Array:
-        """Return what each motion adds to the accelerations, `(M, 2, 3, N)`.
+    def absolute(self, relative: Array) -> Array:
+        """Return the sums of relative twists, or accelerations, from the world to each motion.
 
         Args:
-            units: from `units`.
-            own: what each motion adds to the velocities.
-            velocities: of the motions' frames.
-            a: joint accelerations `(nv, N)`.
+            relative: `(M, 2, 3, N)`.
+
+        Returns:
+            Those of all motions' frames relative to the world, `(M, 2, 3, N)`.
         """
-        added = self.own(units, a)
-        # A motion's twist is carried along by the one before it.
-        carried = velocities - own
-        added += cross(carried[:, [1]], own)
-        added[:, 0] += cross(carried[:, 0], own[:, 1])
+        result = relative.copy()
+        for index, before in enumerate(self._before):
+            if before >= 0:
+                result[index] += result[before]
+        return result
+
+    def relative_accelerations(
+        self, state: State, relative: Array, velocities: Array, a: Array
+    ) -> Array:
+        """Return what each motion adds to the acceleration of the frame before it.
+
+        Accelerations are time derivatives of twists at `Frames.corner`, which is fixed in the
+        world; points of bodies that pass there have other accelerations.
+
+        Args:
+            state: of the mechanism.
+            relative: twists from `relative`.
+            velocities: twists of the motions' frames, from `absolute`.
+            a: joint accelerations `(nv, N)`.
+
+        Returns:
+            `(M, 2, 3, N)` [m/s², rad/s²].
+        """
+        added = self.relative(state, a)
+        # The axis of a motion moves with the frame before it, which changes the twist about it.
+        before = velocities - relative
+        added += cross(before[:, [1]], relative)
+        added[:, 0] += cross(before[:, 0], relative[:, 1])
         return added
+
+    def _directions(self, motion_frames: Array) -> Array:
+        """Return `(K, 3, N)` the unit vector along which each rate acts."""
+        if self._along_frame_axes:
+            return np.asarray(motion_frames[self.owners, self._columns] * self._signs)
+        return np.asarray(np.einsum("kc,kcin->kin", self.axes, motion_frames[self.owners, :3]))
+
+    def _unit_twists(self, motion_frames: Array, directions: Array) -> Array:
+        """Return `(K, 2, 3, N)` the twist per unit of each rate."""
+        twists = np.empty((len(directions), 2, *directions.shape[1:]))
+        twists[:, 1] = directions
+        twists[:, 0] = cross(motion_frames[self.owners, 3], directions)
+        twists[self.sliding, 0] = directions[self.sliding]
+        twists[self.sliding, 1] = 0.0
+        return twists
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return the cross product along the last axis but one."""
+    """Return the cross product along the last axis but one, for arrays `(…, 3, N)`.
+
+    `np.cross` would need that axis to be moved, and makes more copies.
+    """
     result = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for one, other, third in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        part = result[..., one, :]
-        np.multiply(a[..., other, :], b[..., third, :], out=part)
-        part -= a[..., third, :] * b[..., other, :]
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        component = result[..., i, :]
+        np.multiply(a[..., j, :], b[..., k, :], out=component)
+        component -= a[..., k, :] * b[..., j, :]
     return result

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
-from ..dynamics.inverse_dynamics import Inputs, Solution, joined
+from ..dynamics.inverse_dynamics import Inputs, JointRates, Solution, joined
 from ..dynamics.open_tree import LoadCase
 from ..dynamics.problem_solver import ProblemSolver
 from ..dynamics.reactions import UNIQUE_TOLERANCE, Reactions, superposed
@@ -83,7 +83,8 @@ class FunctionSampler:
         placed = positions[:, None]
         inputs = Inputs(placed, ones, ones, loads, problem.link_loads, turns, has_rates=True)
         together = superposed(cases, factors or [1.0])
-        block = self._inverse_dynamics.proven(here, inputs, (velocity_ratios, v, a + v), together)
+        unit_rates = JointRates(velocity_ratios, v, a + v)
+        block = self._inverse_dynamics.with_residuals(here, inputs, unit_rates, together)
         block = joined([block], placed)
         self._inverse_dynamics.prove_flags(block)
         return self._stacked(cases, v), block
@@ -140,7 +141,7 @@ class FunctionSampler:
     def _rates(self, here: ClosedState) -> tuple[Array, Array, Array]:
         """Return velocity_ratios, velocities and accelerations at constant unit speed."""
         ones = np.ones((len(here.x), 1))
-        rates = self._inverse_dynamics.rates(here, ones, 0.0 * ones)
+        rates = self._inverse_dynamics.joint_rates(here, ones, 0.0 * ones)
         condition = self._inverse_dynamics.condition(here, rates[0])
         self.condition = max(self.condition, float(np.max(condition)))
         return rates

@@ -97,7 +97,7 @@ def motion_at(
     assembled = solver.assembled_in_turn(positions)
     parts = []
     for span, state in zip(assembled.spans, assembled.blocks, strict=True):
-        rates = solver.inverse_dynamics.rates(state, speeds[span], accelerations[span])
+        rates = solver.inverse_dynamics.joint_rates(state, speeds[span], accelerations[span])
         parts.append((state.x, *rates))
     x, *joined = (np.concatenate(part) for part in zip(*parts, strict=True))
     return _motion(solver, assembled.turns, x, tuple(joined))

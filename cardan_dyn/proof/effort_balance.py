@@ -1,0 +1,64 @@
+"""Effort balance: joint wrenches along the coordinates against what is said to act there.
+
+Along a passive coordinate a joint passes on nothing but what loads and couplings exert, along a
+driven or held one what the drive or the holding effort adds to them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import Array
+from .twists import State, Twists, cross
+from .wrenches import JointWrenches
+
+
+class EffortBalance:
+    """Where the efforts along the rates are found in the wrenches of the claimed joints."""
+
+    def __init__(self, twists: Twists, joints: Sequence[int], rate_scale: Array) -> None:
+        """Find the component of a wrench that acts along each rate.
+
+        Args:
+            twists: of the description's joints.
+            joints: indices of the joints whose wrenches are claimed, in the order of the wrenches.
+            rate_scale: `(nv,)` factor that makes an effort a moment: the length for slides.
+        """
+        self._twists, self._rate_scale = twists, rate_scale
+        frames = twists.frames
+        owners = [frames.motions[owner].joint for owner in twists.owners]
+        index_of = {joint: index for index, joint in enumerate(joints)}
+        rows = [row for row, joint in enumerate(owners) if joint in index_of]
+        # The frame of a joint is that of its last motion: along this motion's rates, the effort is
+        # a component of the wrench in the joint's frame, just as it was returned.
+        last = [row for row in rows if frames.last[owners[row]] == twists.owners[row]]
+        inner = [row for row in rows if row not in set(last)]
+        self._last_rows, self._inner_rows = np.array(last, dtype=int), np.array(inner, dtype=int)
+        self._last_joints = np.array([index_of[owners[row]] for row in last], dtype=int)
+        self._inner_joints = np.array([index_of[owners[row]] for row in inner], dtype=int)
+        self._force_or_moment = np.where(twists.sliding[self._last_rows], 0, 1)
+
+    def imbalance(self, state: State, wrenches: JointWrenches, given: Array) -> Array:
+        """Return `(N,)` the greatest effort [N·m] that a wrench has along a rate and should not.
+
+        Args:
+            state: of the mechanism.
+            wrenches: of the claimed joints.
+            given: `(nv, N)` what loads, drives, held joints and couplings exert [N·m, N].
+        """
+        twists = self._twists
+        efforts = np.zeros(given.shape)
+        rows = self._last_rows
+        vectors = wrenches.in_joint_frames[self._last_joints, self._force_or_moment]
+        efforts[twists.rates[rows]] = np.einsum("kcn,kc->kn", vectors, twists.axes[rows])
+        if self._inner_rows.size:
+            rows, in_world = self._inner_rows, wrenches.in_world[self._inner_joints]
+            origins = state.motion_frames[twists.owners[rows], 3]
+            moment = in_world[:, 1] - cross(origins, in_world[:, 0])
+            vectors = np.where(twists.sliding[rows, None, None], in_world[:, 0], moment)
+            efforts[twists.rates[rows]] = np.einsum("kin,kin->kn", vectors, state.directions[rows])
+        rates = twists.rates[np.concatenate([self._last_rows, self._inner_rows])]
+        imbalance = np.abs(efforts[rates] - given[rates]) * self._rate_scale[rates, None]
+        return np.asarray(np.max(imbalance, axis=0, initial=0.0))

@@ -1,0 +1,117 @@
+"""Momentum: weights of the bodies, and the rates at which their momentum changes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..mechanism.frames import Frames
+from .twists import cross
+
+
+class Inertial(NamedTuple):
+    """Weights less momentum rates of the bodies that have mass.
+
+    Attributes:
+        wrenches: `(B, 2, 3, N)` in world axes about `Frames.corner`.
+        size: `(N,)` size [N·m] of the terms that momentum rates are the sum of, forces times the
+            characteristic length; what rounding leaves of these terms is in proportion to it.
+    """
+
+    wrenches: Array
+    size: Array
+
+
+class MassiveBodies:
+    """The bodies that have mass.
+
+    Attributes:
+        indices: of these bodies in `Frames.bodies`.
+        motions: per body, the index of the elementary motion whose frame carries it.
+        greatest_weight: of a body [N·m], the force times the characteristic length.
+        greatest_mass: of a body [kg].
+    """
+
+    def __init__(self, frames: Frames, gravity: Array, length: float) -> None:
+        """Collect the bodies that have mass.
+
+        Args:
+            frames: of the description.
+            gravity: `(3,)` [m/s²].
+            length: characteristic length [m].
+        """
+        self._gravity, self._length = gravity, length
+        self.indices = [index for index, body in enumerate(frames.bodies) if body.mass > 0.0]
+        bodies = [frames.bodies[index] for index in self.indices]
+        self.motions = [frames.last[index] for index in self.indices]
+        self._masses = np.array([body.mass for body in bodies])[:, None, None]
+        self._centres = np.array([body.centre for body in bodies]).reshape(-1, 3)
+        self._inertias = np.array([body.inertia for body in bodies]).reshape(-1, 3, 3)
+        self.greatest_mass = np.max(self._masses, initial=0.0)
+        with np.errstate(over="ignore"):  # A result that overflows is refused as a whole.
+            weight = length * np.linalg.norm(gravity) * self.greatest_mass
+        self.greatest_weight = float(weight)
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    def weights(self, motion_frames: Array) -> Inertial:
+        """Return the weights of bodies at rest.
+
+        Args:
+            motion_frames: `(M, 4, 3, N)`, see `Frames.placed`.
+        """
+        centres = self._centres_in_world(motion_frames[self.motions])
+        forces = np.broadcast_to(self._masses * self._gravity[:, None], centres.shape)
+        wrenches = np.stack([forces, cross(centres, forces)], axis=1)
+        return Inertial(wrenches, np.zeros(centres.shape[-1]))
+
+    def weights_less_momentum_rates(
+        self, motion_frames: Array, velocities: Array, accelerations: Array
+    ) -> Inertial:
+        """Return weights less momentum rates, with which joint wrenches and loads balance.
+
+        Args:
+            motion_frames: `(M, 4, 3, N)`, see `Frames.placed`.
+            velocities: of these frames, `(M, 2, 3, N)`, see `Twists.absolute`.
+            accelerations: likewise, from `Twists.relative_accelerations`.
+        """
+        frames = motion_frames[self.motions]
+        centres = self._centres_in_world(frames)
+        velocities, accelerations = velocities[self.motions], accelerations[self.motions]
+        spin, spin_rate = velocities[:, 1], accelerations[:, 1]
+        speed = velocities[:, 0] + cross(spin, centres)
+        force = accelerations[:, 0] + cross(spin_rate, centres) + cross(spin, speed)
+        force -= self._gravity[:, None]
+        force *= -self._masses
+        moment = -self._spin_momentum_rates(frames, spin, spin_rate)
+        turning = np.sum(spin * spin, axis=1) + np.sqrt(np.sum(spin_rate * spin_rate, axis=1))
+        size = np.max(self._masses[:, 0] * self._length**2 * turning, axis=0)
+        moment += cross(centres, force)
+        return Inertial(np.stack([force, moment], axis=1), size)
+
+    def _centres_in_world(self, frames: Array) -> Array:
+        """Return the centres of mass `(B, 3, N)` about `Frames.corner`."""
+        return np.einsum("bc,bcin->bin", self._centres, frames[:, :3]) + frames[:, 3]
+
+    def _spin_momentum_rates(self, frames: Array, spin: Array, spin_rate: Array) -> Array:
+        """Return `(B, 3, N)` rates of the angular momenta about the centres, in world axes.
+
+        By Euler's equations in the axes of each body, in which its inertia is constant.
+
+        Args:
+            frames: `(B, 4, 3, N)` that carry the bodies.
+            spin: angular velocities `(B, 3, N)` in world axes.
+            spin_rate: angular accelerations, likewise.
+        """
+        body_spin, body_spin_rate = (
+            np.einsum("bcin,bin->bcn", frames[:, :3], vectors) for vectors in (spin, spin_rate)
+        )
+        momentum, rate = (
+            np.einsum("bcd,bdn->bcn", self._inertias, vectors)
+            for vectors in (body_spin, body_spin_rate)
+        )
+        rate += cross(body_spin, momentum)
+        return np.asarray(np.einsum("bcin,bcn->bin", frames[:, :3], rate))

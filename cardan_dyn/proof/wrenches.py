@@ -1,0 +1,76 @@
+"""Wrenches: joint wrenches in joint and world axes, and how their sizes are compared.
+
+Arrays of wrenches are `(…, 2, 3, N)`: force [N], then moment [N·m].
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from .twists import cross
+
+_LEAST_SQUARE, _GREATEST_SQUARE = 1e-200, 1e200
+"""Squares of sizes between these are computed without loss.
+
+Doubles overflow at 1.8e308 and lose digits below 2.2e-308; sums of three squares, and squares of
+components that are a millionth of the greatest one, are still far from both.
+"""
+
+
+class JointWrenches(NamedTuple):
+    """The wrenches of some joints on the bodies that those move.
+
+    Attributes:
+        in_joint_frames: `(J, 2, 3, N)` in the axes of the joint's frame, about its origin.
+        in_world: `(J, 2, 3, N)` in world axes, about `Frames.corner`.
+    """
+
+    in_joint_frames: Array
+    in_world: Array
+
+
+def placed_in_world(wrenches: Array, joint_frames: Array) -> JointWrenches:
+    """Return wrenches of joints together with what they are in the world.
+
+    Args:
+        wrenches: `(J, 2, 3, N)` in the frames of the joints.
+        joint_frames: `(J, 4, 3, N)`, see `Frames.joint_frames`.
+    """
+    in_world = np.einsum("jkcn,jcin->jkin", wrenches, joint_frames[:, :3])
+    in_world[:, 1] += cross(joint_frames[:, 3], in_world[:, 0])
+    return JointWrenches(wrenches, in_world)
+
+
+def greatest_size(wrenches: Array, length: float, points: Array | None = None) -> Array:
+    """Return `(N,)` the greatest size [N·m] of wrenches: of moments, and of forces times a length.
+
+    Args:
+        wrenches: `(B, 2, 3, N)`.
+        length: that forces are multiplied with to compare them with moments [m].
+        points: `(B, 3, N)` about which the moments are to be taken; None where they are.
+    """
+    if not len(wrenches):
+        return np.zeros(wrenches.shape[-1])
+    force, moment = wrenches[:, 0], wrenches[:, 1]
+    if points is not None:
+        moment = moment - cross(points, force)
+    squares = length**2 * _squared(force)
+    np.maximum(squares, _squared(moment), out=squares)
+    greatest = np.max(squares, axis=0)
+    if _LEAST_SQUARE < np.max(greatest) < _GREATEST_SQUARE:
+        return np.asarray(np.sqrt(greatest))
+    # Squares overflow, or vanish, long before the wrenches do.
+    scale = float(np.max(np.abs(wrenches)))
+    if not 0.0 < scale < np.inf:
+        return np.asarray(np.max(np.abs(wrenches), axis=(0, 1, 2)))
+    greatest = length**2 * _squared(force / scale)
+    np.maximum(greatest, _squared(moment / scale), out=greatest)
+    return np.asarray(scale * np.sqrt(np.max(greatest, axis=0)))
+
+
+def _squared(vectors: Array) -> Array:
+    with np.errstate(over="ignore", under="ignore"):
+        return np.asarray(np.einsum("bin,bin->bn", vectors, vectors))
