@@ -216,7 +216,7 @@ class Sweep(Frozen):
         components = self._source.wrench(number)
         axis = record.axis
         if frame != "joint":
-            force, moment = components.vectors(0), components.vectors(3)
+            force, moment = components.vector(0), components.vector(3)
             if force.ndim != 2:
                 raise ArgumentError(
                     "only sweeps over one dimension turn wrenches into other axes, not those of "

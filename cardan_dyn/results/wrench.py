@@ -15,15 +15,15 @@ from ..frozen import read_only
 class Components(Protocol):
     """Where a wrench takes its components from: 0 … 2 of the force, 3 … 5 of the moment."""
 
-    def one(self, number: int) -> Array:
+    def component(self, index: int) -> Array:
         """Return a component `(N,)`."""
         ...
 
-    def vectors(self, first: int) -> Array:
+    def vector(self, first: int) -> Array:
         """Return three components, from the `first` on, `(N, 3)`."""
         ...
 
-    def vanishes(self, number: int) -> bool:
+    def vanishes(self, index: int) -> bool:
         """Return whether a component is zero throughout."""
         ...
 
@@ -34,17 +34,17 @@ class GivenComponents:
 
     values: Array
 
-    def one(self, number: int) -> Array:
+    def component(self, index: int) -> Array:
         """Return a component `(N,)`."""
-        return self.values[..., number]
+        return self.values[..., index]
 
-    def vectors(self, first: int) -> Array:
+    def vector(self, first: int) -> Array:
         """Return three components, from the `first` on, `(N, 3)`."""
         return self.values[..., first : first + 3]
 
-    def vanishes(self, number: int) -> bool:
+    def vanishes(self, index: int) -> bool:
         """Return whether a component is zero throughout."""
-        return not np.any(self.values[..., number])
+        return not np.any(self.values[..., index])
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,12 +74,12 @@ class JointWrench:
     @cached_property
     def force(self) -> Array:
         """Force `(N, 3)` [N]."""
-        return read_only(self.components.vectors(0))
+        return read_only(self.components.vector(0))
 
     @cached_property
     def moment(self) -> Array:
         """Moment `(N, 3)` [N·m]."""
-        return read_only(self.components.vectors(3))
+        return read_only(self.components.vector(3))
 
     @property
     def torsion(self) -> Array:
@@ -141,7 +141,7 @@ class JointWrench:
         parts = [
             part if direction[axis] == 1.0 else part * direction[axis]
             for axis in axes
-            for part in [self.components.one(first + int(axis))]
+            for part in [self.components.component(first + int(axis))]
         ]
         return np.asarray(sum(parts[1:], parts[0]))
 
