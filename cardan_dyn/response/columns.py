@@ -1,4 +1,4 @@
-"""Columns: what the wrenches of a response are proportional to, and where its functions stand."""
+"""Columns: what the wrenches of a response are proportional to, and the order of its functions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Column:
-    """What wrenches are proportional to. A kind apart from the name, since joints have any name.
+    """What wrenches are proportional to.
+
+    The kind is kept apart from the name, since a joint may be called `gravity` or `speed²`.
 
     Attributes:
         kind: what it belongs to.
@@ -37,7 +39,7 @@ class Column:
 
     @property
     def label(self) -> str:
-        """How people call it; a joint may have the same name."""
+        """Its name in messages; not unique, since a joint may have the same name."""
         if self.kind in (Kind.JOINT_LOAD, Kind.LINK_LOAD):
             return self.name
         return f"{self.kind.value} {self.name}".strip()
@@ -50,13 +52,15 @@ GRAVITY = tuple(Column(Kind.GRAVITY, axis) for axis in AXES)
 
 @dataclass(frozen=True)
 class Layout:
-    """Places of functions in one list: wrenches of all columns first, single efforts after them.
+    """Order of all C functions in one list: the wrenches of all columns, then the scalars.
+
+    The scalars of a column are the efforts, then the moments of the couplings.
 
     Attributes:
         columns: what wrenches are proportional to.
         outputs: joints whose wrenches are kept.
         efforts: the driven joint, then the held ones.
-        couplings: gears whose moments are kept.
+        couplings: couplings whose moments are kept.
     """
 
     columns: tuple[Column, ...]
@@ -66,56 +70,59 @@ class Layout:
 
     @cached_property
     def count(self) -> int:
-        """Number of functions."""
-        return len(self.columns) * (6 * len(self.outputs) + self._singles)
+        """Number of functions C."""
+        return self._wrench_count + len(self.columns) * self._scalars_per_column
 
     @cached_property
-    def _numbers(self) -> dict[Column, int]:
-        return {column: number for number, column in enumerate(self.columns)}
+    def _wrench_count(self) -> int:
+        """Number of functions that are components of wrenches."""
+        return 6 * len(self.outputs) * len(self.columns)
 
     @cached_property
-    def _singles(self) -> int:
+    def _scalars_per_column(self) -> int:
         return len(self.efforts) + len(self.couplings)
 
+    @cached_property
+    def _indices(self) -> dict[Column, int]:
+        return {column: index for index, column in enumerate(self.columns)}
+
     def wrench(self, column: Column, output: int) -> range:
-        """Return the places of the six components of an output's wrench, by its number."""
-        first = 6 * (len(self.outputs) * self._numbers[column] + output)
+        """Return the indices of the six components of a wrench, by the index of its output."""
+        first = 6 * (len(self.outputs) * self._indices[column] + output)
         return range(first, first + 6)
 
-    def effort(self, column: Column, number: int) -> int:
-        """Return the place of an effort: 0 of the drive, then those of the held joints."""
-        before = 6 * len(self.outputs) * len(self.columns)
-        return before + self._singles * self._numbers[column] + number
+    def effort(self, column: Column, index: int) -> int:
+        """Return the index of an effort, by its index in `efforts`."""
+        return self._wrench_count + self._scalars_per_column * self._indices[column] + index
 
-    def coupling(self, column: Column, number: int) -> int:
-        """Return the place of a coupling's moment, by its number."""
-        return self.effort(column, len(self.efforts) + number)
+    def coupling(self, column: Column, index: int) -> int:
+        """Return the index of a coupling's moment, by its index in `couplings`."""
+        return self.effort(column, len(self.efforts) + index)
 
-    def joined(self, wrenches: Array, singles: Array) -> Array:
+    def joined(self, wrenches: Array, scalars: Array) -> Array:
         """Return one list `(C, ...)` of all functions.
 
         Args:
             wrenches: `(columns, outputs, 6, ...)`.
-            singles: `(columns, efforts and couplings, ...)`.
+            scalars: `(columns, efforts and couplings, ...)`.
         """
-        parts = (
-            wrenches.reshape(6 * len(self.outputs) * len(self.columns), *wrenches.shape[3:]),
-            singles.reshape(self._singles * len(self.columns), *singles.shape[2:]),
+        lists = (
+            wrenches.reshape(self._wrench_count, *wrenches.shape[3:]),
+            scalars.reshape(self._scalars_per_column * len(self.columns), *scalars.shape[2:]),
         )
-        return np.concatenate(parts)
+        return np.concatenate(lists)
 
-    def parted(self, values: Array) -> tuple[Array, Array]:
-        """Return wrenches and singles, see `joined`, of one list `(C, ...)`."""
-        before = 6 * len(self.outputs) * len(self.columns)
-        wrenches, singles = values[:before], values[before:]
+    def split(self, values: Array) -> tuple[Array, Array]:
+        """Return the wrenches and scalars of one list `(C, ...)`: the inverse of `joined`."""
+        wrenches, scalars = values[: self._wrench_count], values[self._wrench_count :]
         return (
             wrenches.reshape(len(self.columns), len(self.outputs), 6, *values.shape[1:]),
-            singles.reshape(len(self.columns), self._singles, *values.shape[1:]),
+            scalars.reshape(len(self.columns), self._scalars_per_column, *values.shape[1:]),
         )
 
     def spread(self, values: Array) -> Array:
         """Return one value per column `(columns,)` as one per function `(C,)`."""
         count = len(self.columns)
         wrenches = np.broadcast_to(values[:, None, None], (count, len(self.outputs), 6))
-        singles = np.broadcast_to(values[:, None], (count, self._singles))
-        return self.joined(wrenches, singles)
+        scalars = np.broadcast_to(values[:, None], (count, self._scalars_per_column))
+        return self.joined(wrenches, scalars)

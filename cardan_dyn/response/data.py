@@ -1,4 +1,4 @@
-"""Data of a response: its functions, and how well they hold."""
+"""Data of a response: its functions, and how accurate they are."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from .series import Series
 
 @dataclass(frozen=True)
 class Proof:
-    """How well a response holds at its own samples.
+    """How accurate a response is.
 
     Attributes:
-        tolerance: what was asked for.
+        tolerance: the error that was allowed.
         error: greatest error of the functions, relative to the greatest wrench of the joint (or a
             tenth of the greatest of all joints): the greater of what the series leave out, added
             up from how their coefficients fall off, and of the deviation from directly solved
@@ -44,13 +44,13 @@ class ResponseData:
     """The functions of a response. Nothing in it can be changed.
 
     Attributes:
-        layout: what wrenches are proportional to, and where the functions stand in `series`.
+        layout: what wrenches are proportional to, and the order of the functions in `series`.
         series: the functions.
         zero: `(C,)` which of them vanish.
         constant: `(C,)` which of the others do not change.
         unique: `(k, 6)` see `JointWrench.unique`.
         coupling_unique: see `Sweep.coupling_unique`.
-        proof: how well they hold.
+        proof: how accurate they are.
     """
 
     layout: Layout

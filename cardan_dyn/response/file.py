@@ -1,4 +1,4 @@
-"""File of a response: written once, and read only by the scene that it belongs to, undamaged."""
+"""File of a response: it is read only if undamaged, and only by the scene that it belongs to."""
 
 from __future__ import annotations
 
@@ -20,21 +20,25 @@ from ..frozen import frozen
 from ..problem.problem import Problem
 from .columns import Column, Kind, Layout
 from .data import Proof, ResponseData
+from .domain import Domain
 from .identity import FORMAT, identity
 from .sampling import layout_of
 from .series import Series
 
 _ARRAYS = ("values", "place", "periodic", "zero", "constant", "unique")
+"""Arrays of a file; `place` holds origin and length of the domain."""
+_LEAST_SAMPLES = 8
+"""Fewer samples are refused: interpolation reads eight steps, and decay is measured in eighths."""
 
 
 def write(path: str | os.PathLike[str], problem: Problem, data: ResponseData) -> None:
     """Write a response; see `Response.save`."""
-    where = _path(path)
-    series, layout = data.series, data.layout
+    target = _path(path)
+    domain, layout = data.series.domain, data.layout
     arrays: dict[str, Any] = {
-        "values": series.values,
-        "place": np.array([series.origin, series.length]),
-        "periodic": np.array(series.periodic),
+        "values": data.series.values,
+        "place": np.array([domain.origin, domain.length]),
+        "periodic": np.array(domain.periodic),
         "zero": data.zero,
         "constant": data.constant,
         "unique": data.unique,
@@ -50,48 +54,38 @@ def write(path: str | os.PathLike[str], problem: Problem, data: ResponseData) ->
         "coupling_unique": dict(data.coupling_unique),
         "proof": vars(data.proof),
     }
-    written = json.dumps(header)
+    header_text = json.dumps(header)
     content = io.BytesIO()
     np.savez_compressed(
         content,
-        header=np.array(written),
-        checksum=np.array(_checksum(written, arrays)),
+        header=np.array(header_text),
+        checksum=np.array(_checksum(header_text, arrays)),
         **arrays,
     )
     try:
-        where.write_bytes(content.getvalue())
+        target.write_bytes(content.getvalue())
     except (OSError, ValueError) as error:
-        raise CardanError(f"{where}: cannot be written ({error})") from error
+        raise CardanError(f"{target}: cannot be written ({error})") from error
 
 
 def read(path: str | os.PathLike[str], solver: ProblemSolver) -> ResponseData:
     """Read the response of a scene; see `Scene.load_response`."""
-    where = _path(path)
+    source = _path(path)
     try:
-        content = where.read_bytes()
+        content = source.read_bytes()
     except (OSError, ValueError) as error:
-        raise CardanError(f"{where}: cannot be read ({error})") from error
-    try:
-        header, arrays, intact = _parts(content)
-        written = header["format"]
-    except Exception as error:  # Zip, zlib, NumPy and JSON fail in ways of their own.
-        raise CardanError(f"{where}: is not a saved response ({error})") from error
-    if not intact:
-        raise CardanError(f"{where}: is damaged or was changed; save the response again")
-    if written != FORMAT:
-        raise CardanError(
-            f"{where}: is of format {written!r}, this version reads {FORMAT}; save it again"
-        )
+        raise CardanError(f"{source}: cannot be read ({error})") from error
+    header, arrays = _intact(source, content)
     try:
         saved, layout = dict(header["identity"]), _layout(header)
-        own = identity(solver.problem)
-        different = [name for name in own if saved.get(name) != own[name]]
+        expected = identity(solver.problem)
+        different = [name for name in expected if saved.get(name) != expected[name]]
         data = None if different else _data(solver, layout, header, arrays)
-    except Exception as error:  # Written by other code than ours, since the checksum is right.
-        raise CardanError(f"{where}: is not a saved response ({error})") from error
+    except Exception as error:  # The checksum is right: another program has written the file.
+        raise CardanError(f"{source}: is not a saved response ({error})") from error
     if data is None:
         raise CardanError(
-            f"{where}: is the response of another scene; different: {', '.join(different)}"
+            f"{source}: is the response of another scene; different: {', '.join(different)}"
         )
     return data
 
@@ -101,26 +95,41 @@ def _path(path: object) -> Path:
         raise ArgumentError(f"path is {described(path)}, expected a string or a path")
     try:
         return Path(path)
-    except Exception as error:  # A path of somebody's own making.
+    except Exception as error:  # Any error can come from a path class of the caller's.
         raise ArgumentError(f"path is {described(path)}, expected a string or a path") from error
 
 
-def _parts(content: bytes) -> tuple[dict[str, Any], dict[str, Array], bool]:
-    """Return header and arrays of a file, and whether they are as they were written."""
-    with np.load(io.BytesIO(content), allow_pickle=False) as file:
-        written = str(file["header"])
-        arrays = {name: file[name] for name in _ARRAYS}
-        intact = str(file["checksum"]) == _checksum(written, arrays)
-    return json.loads(written), arrays, intact
+def _intact(source: Path, content: bytes) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Return header and arrays of a file that is undamaged and of the present format.
+
+    Raises:
+        CardanError: it is not.
+    """
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            header_text = str(file["header"])
+            arrays = {name: file[name] for name in _ARRAYS}
+            is_intact = str(file["checksum"]) == _checksum(header_text, arrays)
+        header = json.loads(header_text)
+        file_format = header["format"]
+    except Exception as error:  # Zip, zlib, NumPy and JSON raise errors of many types.
+        raise CardanError(f"{source}: is not a saved response ({error})") from error
+    if not is_intact:
+        raise CardanError(f"{source}: is damaged or was changed; save the response again")
+    if file_format != FORMAT:
+        raise CardanError(
+            f"{source}: is of format {file_format!r}, this version reads {FORMAT}; save it again"
+        )
+    return header, arrays
 
 
 def _checksum(header: str, arrays: Mapping[str, Array]) -> str:
-    found = hashlib.sha256(header.encode("utf-8", "surrogatepass"))
+    hashed = hashlib.sha256(header.encode("utf-8", "surrogatepass"))
     for name in sorted(arrays):
-        part = np.asarray(arrays[name])
-        found.update(f"{name} {part.dtype.str} {part.shape}".encode())
-        found.update(part.tobytes())
-    return found.hexdigest()
+        array = np.asarray(arrays[name])
+        hashed.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        hashed.update(array.tobytes())
+    return hashed.hexdigest()
 
 
 def _layout(header: Mapping[str, Any]) -> Layout:
@@ -139,38 +148,50 @@ def _data(
     Raises:
         ValueError: something has another type or shape than the scene asks for.
     """
-    own = layout_of(solver)
-    # The order of loads and outputs in the file is that of the scene that was saved.
-    _expect("columns", sorted(map(repr, layout.columns)), sorted(map(repr, own.columns)))
+    expected = layout_of(solver)
+    # The order of the columns in the file is that of the loads of the scene that was saved.
+    _expect("columns", sorted(map(repr, layout.columns)), sorted(map(repr, expected.columns)))
     for name in ("outputs", "efforts", "couplings"):
-        _expect(name, getattr(layout, name), getattr(own, name))
-    count = arrays["values"].shape[-1] if arrays["values"].ndim else 0
-    shapes = {
-        "values": (float, (layout.count, count)),
+        _expect(name, getattr(layout, name), getattr(expected, name))
+    _check_arrays(layout, arrays)
+    coupling_unique = {name: bool(header["coupling_unique"][name]) for name in layout.couplings}
+    entries = dict(header["proof"])
+    proof = Proof(
+        unproven=tuple(map(str, entries.pop("unproven"))),
+        **{name: float(value) for name, value in entries.items()},
+    )
+    origin, length = (float(value) for value in arrays["place"])
+    series = Series(arrays["values"], Domain(origin, length, bool(arrays["periodic"])))
+    zero, constant, unique = (arrays[name] for name in ("zero", "constant", "unique"))
+    return ResponseData(layout, series, zero, constant, unique, frozen(coupling_unique), proof)
+
+
+def _check_arrays(layout: Layout, arrays: Mapping[str, Array]) -> None:
+    """Refuse arrays that cannot be those of a response.
+
+    Raises:
+        ValueError: one has another type or shape than the layout asks for, or is not finite.
+    """
+    sample_count = arrays["values"].shape[-1] if arrays["values"].ndim else 0
+    expected = {
+        "values": (float, (layout.count, sample_count)),
         "place": (float, (2,)),
         "periodic": (bool, ()),
         "zero": (bool, (layout.count,)),
         "constant": (bool, (layout.count,)),
         "unique": (bool, (len(layout.outputs), 6)),
     }
-    for name, (kind, shape) in shapes.items():
+    for name, (kind, shape) in expected.items():
         _expect(f"type of {name}", arrays[name].dtype, np.dtype(kind))
         _expect(f"shape of {name}", arrays[name].shape, shape)
     origin, length = (float(value) for value in arrays["place"])
-    finite = bool(np.all(np.isfinite(arrays["values"])) and np.isfinite(origin))
-    _expect("finite values", finite and 0.0 < length < np.inf, True)
-    _expect("samples", count >= 8 and count % 2 == (not arrays["periodic"]), True)
-    sure = {name: bool(header["coupling_unique"][name]) for name in layout.couplings}
-    numbers = dict(header["proof"])
-    proof = Proof(
-        unproven=tuple(map(str, numbers.pop("unproven"))),
-        **{name: float(value) for name, value in numbers.items()},
-    )
-    series = Series(arrays["values"], origin, length, bool(arrays["periodic"]))
-    zero, constant, unique = (arrays[name] for name in ("zero", "constant", "unique"))
-    return ResponseData(layout, series, zero, constant, unique, frozen(sure), proof)
+    is_finite = bool(np.all(np.isfinite(arrays["values"])) and np.isfinite(origin))
+    _expect("finite values", is_finite and 0.0 < length < np.inf, True)
+    # A period has an even number of samples; a range has one more.
+    is_even = sample_count % 2 == (not arrays["periodic"])
+    _expect("samples", sample_count >= _LEAST_SAMPLES and is_even, True)
 
 
-def _expect(what: str, found: object, expected: object) -> None:
-    if found != expected:
-        raise ValueError(f"{what}: {found!r}, expected {expected!r}")
+def _expect(quantity: str, value: object, expected: object) -> None:
+    if value != expected:
+        raise ValueError(f"{quantity}: {value!r}, expected {expected!r}")

@@ -1,4 +1,4 @@
-"""Identity: what a response depends on, hashed part by part, so that a file knows its scene."""
+"""Identity: hashes of what a response depends on, by which a file is matched with its scene."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from ..problem.problem import Problem
 
 FORMAT = 2
 """Version of the files that hold responses."""
-_LEFT_OUT = {"source", "notation", "warnings", "limits", "independent_joints"}
-"""What a description says beside its mechanics: where it comes from, how it is written, what it
-advises. The same mechanism from another file has the same responses."""
+_NOT_MECHANICAL = {"source", "notation", "warnings", "limits", "independent_joints"}
+"""Fields of a description that no response depends on: where it comes from, how it is written,
+what it advises. The same mechanism from another file has the same responses."""
 
 
 def identity(problem: Problem) -> dict[str, str]:
-    """Return parts of what a scene's response depends on, each as a hash.
+    """Return what a scene's response depends on: the name of each argument to its hash.
 
-    The values of efforts and gravity are no part of it, since a response holds for any. The order
-    of held and started joints is: they are brought to their positions one after the other.
+    The values of efforts and gravity are left out, since a response holds for any. The order of
+    held and started joints matters: they are brought to their positions one after the other.
     """
-    parts: dict[str, object] = {
+    arguments: dict[str, object] = {
         "version of the package": __version__,
         "description": problem.mechanism.description,
         "drives": problem.drives,
@@ -38,19 +38,23 @@ def identity(problem: Problem) -> dict[str, str]:
         "compliance": problem.compliance,
         "strict": problem.strict,
     }
-    return {name: digest(value) for name, value in parts.items()}
+    return {name: digest(value) for name, value in arguments.items()}
 
 
 def digest(value: object) -> str:
     """Return the hash of a value made of records, mappings, sequences, texts and numbers."""
-    found = hashlib.sha256()
-    for part in _serial(value):
-        found.update(part)
-    return found.hexdigest()
+    hashed = hashlib.sha256()
+    for chunk in _serial(value):
+        hashed.update(chunk)
+    return hashed.hexdigest()
 
 
 def _serial(value: object) -> Iterator[bytes]:
-    """Return a value as bytes that no other value has: type and size stand before everything."""
+    """Return a value as bytes that no other value has: its type and size come before its content.
+
+    Raises:
+        TypeError: it is something else than records, mappings, sequences, texts and numbers.
+    """
     if value is None or isinstance(value, (bool, np.bool_)):
         yield f"{value};".encode()
     elif isinstance(value, int):
@@ -63,7 +67,7 @@ def _serial(value: object) -> Iterator[bytes]:
         array = np.asarray(value)
         kind = "?" if array.dtype.kind == "b" else "<f8"
         yield f"a{kind}{array.shape};".encode()
-        # Zero has two signs, which mean the same.
+        # Adding zero makes -0.0 a 0.0, which means the same but has other bytes.
         yield (array.astype(kind) + np.zeros((), kind)).tobytes()
     elif isinstance(value, (list, tuple)):
         yield f"l{len(value)};".encode()
@@ -75,7 +79,7 @@ def _serial(value: object) -> Iterator[bytes]:
             yield from _serial(key)
             yield from _serial(value[key])
     elif is_dataclass(value):
-        kept = [field.name for field in fields(value) if field.name not in _LEFT_OUT]
+        kept = [field.name for field in fields(value) if field.name not in _NOT_MECHANICAL]
         yield f"d{type(value).__name__}{len(kept)};".encode()
         for name in kept:
             yield from _serial(name)

@@ -1,4 +1,4 @@
-"""Operating points: a response evaluated where, and when, it is asked."""
+"""Operating points: a response evaluated there, each quantity when it is first read."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from .series import Location
 
 @dataclass(frozen=True, eq=False)
 class OperatingPoints:
-    """A `sweep.Source` that evaluates a response where and when it is asked.
+    """A `Source` of a sweep that evaluates a response only where and when it is read.
 
     What it returns cannot be written to: it is kept, and returned again.
 
     Attributes:
         solver: of the scene.
         data: the functions of the response.
-        given: drive positions of any shape; None if they are equal steps of a period.
-        count: number of positions if they are equal steps of a period.
+        positions: drive positions of any shape; None if they are equal steps of a period.
+        step_count: number of equal steps of a period; None if there are `positions`.
         factors: what each column is multiplied with; broadcasts with the positions.
         shape: of all operating points.
         speed, acceleration: of the drive; they broadcast with the positions.
@@ -39,8 +39,8 @@ class OperatingPoints:
 
     solver: ProblemSolver
     data: ResponseData
-    given: Array | None
-    count: int | None
+    positions: Array | None
+    step_count: int | None
     factors: dict[Column, Array]
     shape: tuple[int, ...]
     speed: Array
@@ -51,23 +51,24 @@ class OperatingPoints:
     @cached_property
     def position(self) -> Array:
         """Drive positions."""
-        if self.given is not None:
-            return self.given
-        series = self.data.series
-        return np.asarray(series.origin + series.length * np.arange(self.shape[0]) / self.shape[0])
+        if self.positions is not None:
+            return self.positions
+        domain = self.data.series.domain
+        return np.asarray(domain.origin + domain.length * np.arange(self.shape[0]) / self.shape[0])
 
     @cached_property
-    def where(self) -> Location:
+    def location(self) -> Location:
         """Where the positions lie in the series' tables."""
         return self.data.series.locate(self.position)
 
     def __len__(self) -> int:
         return int(self.shape[0])
 
-    def wrench(self, number: int) -> Evaluated:
-        """Return the wrench of an output in its joint frame."""
+    def wrench(self, output: int) -> EvaluatedComponents:
+        """Return the wrench of an output, by its index, in its joint frame."""
         layout = self.data.layout
-        return Evaluated(self, {column: layout.wrench(column, number) for column in self.factors})
+        rows = {column: layout.wrench(column, output) for column in self.factors}
+        return EvaluatedComponents(self, rows)
 
     def drive_effort(self) -> Array | None:
         """Return what the drive exerts, None if the outputs leave it out."""
@@ -75,6 +76,7 @@ class OperatingPoints:
 
     def holding_effort(self) -> Mapping[str, Array]:
         """Return what holds the held joints."""
+        # Efforts list the drive first.
         held = enumerate(self.solver.problem.held, start=1)
         return frozen(
             {name: self._effort(index) for index, name in held if self.solver.knows_effort(name)}
@@ -83,22 +85,25 @@ class OperatingPoints:
     def motion(self) -> Motion:
         """Return the motion at the operating points, solved directly; they are made flat."""
         flat = [
-            np.broadcast_to(part, self.shape).ravel()
-            for part in (self.position, self.speed, self.acceleration)
+            np.broadcast_to(values, self.shape).ravel()
+            for values in (self.position, self.speed, self.acceleration)
         ]
         return solved_motion(self.solver, *flat)
 
-    def coupling_moment(self, number: int) -> Array:
-        """Return the moment of a coupling, by its number among those of the response."""
+    def coupling_moment(self, index: int) -> Array:
+        """Return the moment of a coupling, by its index in the layout of the response."""
         layout = self.data.layout
-        return self.combined({column: layout.coupling(column, number) for column in self.factors})
+        return self.combined({column: layout.coupling(column, index) for column in self.factors})
 
-    def _effort(self, number: int) -> Array:
+    def _effort(self, index: int) -> Array:
         layout = self.data.layout
-        return self.combined({column: layout.effort(column, number) for column in self.factors})
+        return self.combined({column: layout.effort(column, index) for column in self.factors})
 
     def combined(self, rows: Mapping[Column, int]) -> Array:
         """Return the sum over columns of one function each, in `shape`.
+
+        Args:
+            rows: column to the index of the function.
 
         Raises:
             ArgumentError: there is not enough memory for so many operating points.
@@ -113,47 +118,51 @@ class OperatingPoints:
             ) from error
 
     def _combined(self, rows: Mapping[Column, int]) -> Array:
-        data = self.data
         result: Array | None = None
         for column, row in rows.items():
-            if data.zero[row]:
-                continue
-            factor = self.factors[column]
-            if data.constant[row]:
-                part = np.asarray(data.series.values[row].mean() * factor)
-            else:
-                if self.count is None:
-                    part = data.series.at(np.array([row]), self.where)[0]
-                else:
-                    part = data.series.uniform(np.array([row]), self.count)[0]
-                if factor.ndim:
-                    part = part * factor
-                elif factor != 1.0:
-                    part *= factor
-            result = part if result is None else result + part
+            if not self.data.zero[row]:
+                term = self._term(row, self.factors[column])
+                result = term if result is None else result + term
         if result is None:
             return np.zeros(self.shape)
         return result if result.shape == self.shape else np.broadcast_to(result, self.shape).copy()
 
+    def _term(self, row: int, factor: Array) -> Array:
+        """Return a function times its factor; it broadcasts to `shape`."""
+        series = self.data.series
+        if self.data.constant[row]:
+            return np.asarray(series.values[row].mean() * factor)
+        rows = np.array([row])
+        if self.step_count is None:
+            values = series.at(rows, self.location)[0]
+        else:
+            values = series.uniform(rows, self.step_count)[0]
+        if factor.ndim:
+            return np.asarray(values * factor)
+        if factor != 1.0:
+            # In place: the values are new, and large arrays take as long to make as to fill.
+            values *= factor
+        return values
+
 
 @dataclass(frozen=True, eq=False)
 class CouplingMoments(Mapping[str, Array]):
-    """CouplingMoments of the couplings `(N,)`, evaluated one by one when they are looked up.
+    """Moments of the couplings `(N,)`, each evaluated when it is first looked up.
 
     Attributes:
         points: the operating points.
     """
 
     points: OperatingPoints
-    _done: dict[str, Array] = field(default_factory=dict)
+    _evaluated: dict[str, Array] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
-        if name not in self._done:
+        if name not in self._evaluated:
             couplings = self.points.data.layout.couplings
             if name not in couplings:
                 raise KeyError(name)
-            self._done[name] = self.points.coupling_moment(couplings.index(name))
-        return self._done[name]
+            self._evaluated[name] = self.points.coupling_moment(couplings.index(name))
+        return self._evaluated[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.points.data.layout.couplings)
@@ -163,32 +172,32 @@ class CouplingMoments(Mapping[str, Array]):
 
 
 @dataclass(frozen=True, eq=False)
-class Evaluated:
-    """Components of a wrench, evaluated one by one when they are asked for.
+class EvaluatedComponents:
+    """Components of a wrench, each evaluated when it is first read.
 
     Attributes:
         points: the operating points.
-        rows: column to the places `(6,)` of the components in the series.
+        rows: column to the indices `(6,)` of the components in the series.
     """
 
     points: OperatingPoints
     rows: dict[Column, range]
-    _done: dict[int, Array] = field(default_factory=dict)
+    _evaluated: dict[int, Array] = field(default_factory=dict)
 
-    def one(self, number: int) -> Array:
+    def component(self, index: int) -> Array:
         """Return a component `(N,)`."""
-        if number not in self._done:
-            rows = {column: places[number] for column, places in self.rows.items()}
-            self._done[number] = self.points.combined(rows)
-        return self._done[number]
+        if index not in self._evaluated:
+            rows = {column: indices[index] for column, indices in self.rows.items()}
+            self._evaluated[index] = self.points.combined(rows)
+        return self._evaluated[index]
 
-    def vanishes(self, number: int) -> bool:
+    def vanishes(self, index: int) -> bool:
         """Return whether a component is zero throughout."""
-        return all(self.points.data.zero[places[number]] for places in self.rows.values())
+        return all(self.points.data.zero[indices[index]] for indices in self.rows.values())
 
-    def vectors(self, first: int) -> Array:
+    def vector(self, first: int) -> Array:
         """Return three components, from the `first` on, `(N, 3)`."""
-        return read_only(np.stack([self.one(first + axis) for axis in range(3)], axis=-1))
+        return read_only(np.stack([self.component(first + axis) for axis in range(3)], axis=-1))
 
 
 def solved_motion(
@@ -197,10 +206,10 @@ def solved_motion(
     """Return the motion alone of a scene with one drive, solved directly at samples `(N,)`.
 
     Raises:
-        ArgumentError: numbers overflow.
+        ArgumentError: a velocity or acceleration overflows.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # What overflows is refused below.
-        found = motion_at(solver, positions[:, None], speeds[:, None], accelerations[:, None])
-    if any(np.any(np.isinf(part)) for part in (found.v, found.a)):
+        motion = motion_at(solver, positions[:, None], speeds[:, None], accelerations[:, None])
+    if any(np.any(np.isinf(values)) for values in (motion.v, motion.a)):
         raise ArgumentError("position, speed or acceleration is so great that numbers overflow")
-    return found
+    return motion

@@ -14,15 +14,26 @@ import numpy as np
 
 from ..arrays import Array
 from ..frozen import read_only
+from .domain import Domain
 
 _DEGREE = 7
-_ROUNDING = 4e-15
-_FLAT = 0.25
-"""From eighth to eighth of the orders, noise falls off by less, its greatest coefficients being
+"""Degree of the interpolation in a table."""
+_FINENESS = 32
+"""Table steps per sample: the interpolation misses the highest order by (π/32)⁸ · 43 / 8! = 1e-11
+of its coefficient, which is next to nothing itself, and lower ones by less than rounding."""
+_CHUNK = 8192
+"""Positions looked up at a time, so that their weights stay in the cache."""
+_LONGEST_TRANSFORM = 16384
+"""Longer Fourier transforms leave the cache."""
+_ODD_ROUNDING = 4e-15
+"""Sum of the odd orders, relative to the greatest one, up to which they are rounding: eps times
+18, where a transform of M samples makes some eps log₂ M."""
+_NO_DECAY = 0.25
+"""From eighth to eighth of the orders noise falls off by less, its greatest coefficients being
 what they are. What has fallen to rounding from where it began falls off by ten and more."""
-_SHORT = 16384  # Longer transforms leave the cache.
-_FINENESS = 32  # Table steps per sample: the interpolation's error stays below rounding.
-_CHUNK = 8192  # Positions looked up at a time, so that their weights stay in the cache.
+_ERROR_PER_COEFFICIENT = 4.0
+"""Error per missing coefficient: an order stands for two waves, the positive and the negative one,
+and each is missing where it belongs as much as the samples wrongly add it to a lower one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,20 +53,15 @@ class Location:
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Functions on a period or on a range; their samples cannot be written to.
+    """Functions on a domain; their samples cannot be written to.
 
     Attributes:
-        values: `(C, M)` samples of C functions: at `origin + period k / M`, or at the Chebyshev
-            points `middle + half cos(π k / (M - 1))` of a range.
-        origin: where a period starts; the middle of a range.
-        length: the period; half the range.
-        periodic: whether it is a period.
+        values: `(C, M)` samples of C functions at `domain.nodes`.
+        domain: a period or a range.
     """
 
     values: Array
-    origin: float
-    length: float
-    periodic: bool
+    domain: Domain
     _tables: dict[int, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -63,22 +69,11 @@ class Series:
 
     def __reduce__(self) -> tuple[object, ...]:
         # Without the tables, which are 32 times as large and soon made again.
-        return Series, (self.values, self.origin, self.length, self.periodic)
-
-    @staticmethod
-    def nodes(origin: float, length: float, periodic: bool, count: int) -> Array:
-        """Return the positions `(M,)` of samples; those of `count` are among those of its double.
-
-        A range has one sample more than `count`.
-        """
-        if periodic:
-            return origin + length * np.arange(count) / count
-        # Sines of the distance from the middle keep the points symmetric.
-        return origin + length * np.sin(0.5 * np.pi * (count - 2.0 * np.arange(count + 1)) / count)
+        return Series, (self.values, self.domain)
 
     def spectrum(self) -> Array:
         """Return sizes `(C, K)` of the coefficients by order, lowest first."""
-        return np.asarray(np.abs(np.fft.rfft(self._circle(self.values), norm="forward")))
+        return np.asarray(np.abs(self._coefficients()))
 
     def remainder(self, rounding: Array) -> Array:
         """Return `(C,)` the greatest error that the orders beyond the last one can make.
@@ -94,142 +89,166 @@ class Series:
         """
         spectrum = self.spectrum()
         highest = spectrum.shape[1] - 1
-        starts = [(highest * part) // 8 + 1 for part in range(8)]
+        starts = [(highest * eighth) // 8 + 1 for eighth in range(8)]
         eighths = np.maximum.reduceat(spectrum, starts, axis=1)
         second, third, last = np.maximum(eighths[:, 2::2], eighths[:, 3::2]).T
         with np.errstate(divide="ignore", invalid="ignore"):
-            # Of two ways to measure it the slower one, lest a dip passes for a fast decay.
-            fall = np.fmax(last / third, np.sqrt(last / second))
-        fall = np.clip(np.nan_to_num(fall, nan=0.0), 0.0, 1.0)
-        # By order; if they hardly fall off, the rest is taken to be as long as the series.
-        factor = np.minimum(fall ** (4.0 / highest), 1.0 - 1.0 / highest)
-        flat = eighths[:, 7] >= _FLAT * np.maximum(eighths[:, 5], eighths[:, 6])
-        noise = flat & (last * np.sqrt(self.values.shape[1]) <= rounding)
-        # An order stands for its positive and its negative wave, and is missing where it belongs
-        # as much as it is wrong where the samples mistake it for a lower one.
-        return np.where(noise, 0.0, 4.0 * last * fall * factor / (1.0 - factor))
+            # Of two ways to measure the decay the slower one: a dip must not pass for a fast one.
+            decay = np.fmax(last / third, np.sqrt(last / second))
+        decay = np.clip(np.nan_to_num(decay, nan=0.0), 0.0, 1.0)
+        # From one order to the next; if they hardly fall off, those that are missing are taken to
+        # be as many as those that are there.
+        factor = np.minimum(decay ** (4.0 / highest), 1.0 - 1.0 / highest)
+        is_flat = eighths[:, 7] >= _NO_DECAY * np.maximum(eighths[:, 5], eighths[:, 6])
+        is_noise = is_flat & (last * np.sqrt(self.values.shape[1]) <= rounding)
+        missing = last * decay * factor / (1.0 - factor)
+        return np.where(is_noise, 0.0, _ERROR_PER_COEFFICIENT * missing)
 
     def summed(self, positions: Array) -> Array:
         """Return all functions at a few positions `(N,)` by summing the series, `(C, N)`."""
-        coefficients = np.fft.rfft(self._circle(self.values), norm="forward")
-        angle = 2.0 * np.pi * self._phase(positions)
+        coefficients = self._coefficients()
+        angle = 2.0 * np.pi * self.domain.phase(positions)
         orders = np.arange(coefficients.shape[1])
         waves = np.exp(1j * np.multiply.outer(orders, angle))
         weights = np.full(len(orders), 2.0)
+        # The lowest and the highest order have one wave instead of two.
         weights[[0, -1]] = 1.0
         return np.asarray(((coefficients * weights) @ waves).real)
 
     def uniform(self, rows: Array, count: int) -> Array:
-        """Return functions at `origin + period k / count`, `(len(rows), count)`, by FFT."""
-        size = self.values.shape[1]
-        spectrum = np.fft.rfft(self.values[rows])
-        odd = np.sum(np.abs(spectrum[:, 1::2]), axis=1)
-        if count % 2 == 0 and size % 4 == 0 and np.all(odd <= _ROUNDING * np.max(np.abs(spectrum))):
-            # Twice the same within a period, as most of a Cardan joint is: half the work.
-            half = Series(self.values[rows, : size // 2], self.origin, 0.5 * self.length, True)
-            once = half.uniform(np.arange(len(rows)), count // 2)
-            return np.concatenate([once, once], axis=1)
-        if count < size:
-            # Orders that a coarser grid cannot tell apart: take them from a finer one.
-            factor = -(-size // count)
-            return self.uniform(rows, factor * count)[:, ::factor]
-        if count > size and size % 2 == 0:
-            spectrum[:, -1] *= 0.5  # The highest order stands for both signs.
-        parts = 1
-        while count % (2 * parts) == 0 and count // (2 * parts) >= max(size, _SHORT):
-            parts *= 2
-        # Interleaved grids of a length that fits the cache, each turned to its place.
-        result = np.empty((len(rows), count))
-        orders = np.arange(spectrum.shape[1])
-        spectrum = spectrum * (count / (size * parts))
-        for part in range(parts):
-            shifted = spectrum * np.exp(2j * np.pi * part / count * orders)
-            result[:, part::parts] = np.fft.irfft(shifted, count // parts)
-        return result
+        """Return functions at `origin + period k / count`, `(len(rows), count)`, by FFT.
+
+        Args:
+            rows: indices of the functions.
+            count: number of equal steps of the period.
+        """
+        return _on_grid(self.values[rows], count)
 
     def locate(self, positions: Array) -> Location:
         """Return where positions of any shape lie in the tables."""
-        step = self._phase(positions.ravel()) * self._table_size()
+        step = self.domain.phase(positions.ravel()) * self._table_size()
         left = np.floor(step).astype(np.intp)
-        return Location(positions.shape, left, _weights(step - left))
+        return Location(positions.shape, left, _lagrange_weights(step - left))
 
-    def at(self, rows: Array, where: Location) -> Array:
+    def at(self, rows: Array, location: Location) -> Array:
         """Return functions at located positions, `(len(rows), *shape)`."""
-        count = where.left.size
+        count = location.left.size
         result = np.empty((len(rows), count))
         tables = [self._table(int(row)) for row in rows]
         for start in range(0, count, _CHUNK):
             chunk = slice(start, min(start + _CHUNK, count))
-            left = where.left[chunk]
-            weights = [weight[chunk] for weight in where.weights]
-            part = np.empty(len(left))
-            for table, row in zip(tables, result, strict=True):
-                total = row[chunk]
+            left = location.left[chunk]
+            weights = [weight[chunk] for weight in location.weights]
+            term = np.empty(len(left))
+            for table, values in zip(tables, result, strict=True):
+                total = values[chunk]
                 # All steps are in the table; clipping spares the check.
                 np.take(table, left, out=total, mode="clip")
                 total *= weights[0]
                 for offset in range(1, _DEGREE + 1):
-                    np.take(table[offset:], left, out=part, mode="clip")
-                    part *= weights[offset]
-                    total += part
-        return result.reshape(len(rows), *where.shape)
+                    np.take(table[offset:], left, out=term, mode="clip")
+                    term *= weights[offset]
+                    total += term
+        return result.reshape(len(rows), *location.shape)
 
-    def _phase(self, positions: Array) -> Array:
-        """Return `(N,)` how far round the circle of samples positions are, 0 … 1."""
-        if self.periodic:
-            return _reduced(positions, self.origin, self.length)
-        # Near the ends of a range the arc cosine alone would lose half of the digits.
-        x = np.clip((positions - self.origin) / self.length, -1.0, 1.0)
-        return np.asarray(np.arctan2(np.sqrt((1.0 - x) * (1.0 + x)), x) / (2.0 * np.pi))
-
-    def _circle(self, values: Array) -> Array:
-        """Return samples over a whole turn: a range is walked forth and back."""
-        if self.periodic:
-            return values
-        return np.concatenate([values, values[:, -2:0:-1]], axis=1)
+    def _coefficients(self) -> Array:
+        """Return the complex Fourier coefficients `(C, K)` over a circle."""
+        return np.asarray(np.fft.rfft(self.domain.on_circle(self.values), norm="forward"))
 
     def _table_size(self) -> int:
-        count = self.values.shape[1]
-        return _FINENESS * (count if self.periodic else 2 * (count - 1))
+        """Number of table steps: a circle of samples, each divided further."""
+        steps = self.domain.steps(self.values.shape[1])
+        return _FINENESS * (steps if self.domain.periodic else 2 * steps)
 
     def _table(self, row: int) -> Array:
         """Return a function at equal steps of phase, with what interpolation reads beyond."""
         if row not in self._tables:
-            circle = Series(self._circle(self.values[[row]]), 0.0, 1.0, True)
-            table = circle.uniform(np.array([0]), self._table_size())[0]
+            table = _on_grid(self.domain.on_circle(self.values[[row]]), self._table_size())[0]
             before = _DEGREE // 2
             self._tables[row] = np.concatenate([table[-before:], table, table[: _DEGREE + 1]])
         return self._tables[row]
 
 
-def _reduced(positions: Array, origin: float, period: float) -> Array:
-    """Return phases 0 … 1 of positions in a period of whole turns, to rounding at any size.
+def _on_grid(samples: Array, count: int) -> Array:
+    """Return functions at `count` equal steps of a period, from samples `(C, M)` at M of them."""
+    size = samples.shape[1]
+    spectrum = np.fft.rfft(samples)
+    if count % 2 == 0 and size % 4 == 0 and _repeats_in_half(spectrum):
+        return _twice_half_a_period(samples, count)
+    if count < size:
+        return _thinned(samples, count)
+    return _interleaved(_padded(spectrum, size, count), size, count)
 
-    Beyond a period its remainder would carry the rounding of the period times the number of
-    turns; sine and cosine are reduced exactly.
+
+def _repeats_in_half(spectrum: Array) -> bool:
+    """Return whether all functions are the same in both halves of a period.
+
+    Most wrenches of a Cardan joint are: it turns over after half a turn.
     """
-    offset = positions - origin
-    count = round(period / (2.0 * np.pi))
-    if np.max(np.abs(offset), initial=0.0) > period and count >= 1:
-        angle = np.arctan2(np.sin(positions), np.cos(positions))
-        turns = np.rint((positions - angle) / (2.0 * np.pi))
-        offset = angle + 2.0 * np.pi * (turns - count * np.floor(turns / count)) - origin
-    phase = offset / period
-    phase -= np.floor(phase)
-    return np.where(phase < 1.0, phase, 0.0)
+    odd = np.sum(np.abs(spectrum[:, 1::2]), axis=1)
+    return bool(np.all(odd <= _ODD_ROUNDING * np.max(np.abs(spectrum))))
 
 
-def _weights(t: Array) -> list[Array]:
+def _twice_half_a_period(samples: Array, count: int) -> Array:
+    """Return the grid of half a period twice: half the work."""
+    once = _on_grid(samples[:, : samples.shape[1] // 2], count // 2)
+    return np.concatenate([once, once], axis=1)
+
+
+def _thinned(samples: Array, count: int) -> Array:
+    """Return a grid coarser than the samples from one that is finer.
+
+    A coarser grid cannot tell the higher orders from lower ones, so that they cannot be cut off
+    by a shorter transform.
+    """
+    factor = -(-samples.shape[1] // count)
+    return _on_grid(samples, factor * count)[:, ::factor]
+
+
+def _padded(spectrum: Array, size: int, count: int) -> Array:
+    """Return the spectrum of `size` samples as the lower part of one of `count` samples.
+
+    The highest order of an even number of samples stands for a positive and a negative wave. On a
+    finer grid these are two, of which the spectrum holds one: half of it.
+    """
+    if count > size and size % 2 == 0:
+        return np.concatenate([spectrum[:, :-1], 0.5 * spectrum[:, -1:]], axis=1)
+    return spectrum
+
+
+def _interleaved(spectrum: Array, size: int, count: int) -> Array:
+    """Return a grid by transforms that fit the cache, each of every so many positions.
+
+    Args:
+        spectrum: from `_padded`, `(C, K)`.
+        size: number of samples that it was computed from.
+        count: of positions.
+    """
+    grids = 1
+    while count % (2 * grids) == 0 and count // (2 * grids) >= max(size, _LONGEST_TRANSFORM):
+        grids *= 2
+    result = np.empty((len(spectrum), count))
+    orders = np.arange(spectrum.shape[1])
+    scaled = spectrum * (count / (size * grids))
+    for grid in range(grids):
+        # Each grid begins one position later than the one before.
+        shifted = scaled * np.exp(2j * np.pi * grid / count * orders)
+        result[:, grid::grids] = np.fft.irfft(shifted, count // grids)
+    return result
+
+
+def _lagrange_weights(t: Array) -> list[Array]:
     """Return Lagrange weights of the nodes 0 … 7 at 3 + t, 0 ≤ t < 1."""
     nodes = np.arange(_DEGREE + 1)
-    place = t + _DEGREE // 2
-    scale = [float(np.prod([j - m for m in nodes if m != j])) for j in nodes]
+    position = t + _DEGREE // 2
+    denominators = [float(np.prod([j - m for m in nodes if m != j])) for j in nodes]
+    # Products of the distances from all nodes before, and after, each node.
     before = [np.ones_like(t)]
     for m in nodes[:-1]:
-        before.append(before[-1] * (place - m))
+        before.append(before[-1] * (position - m))
     after = np.ones_like(t)
     weights: list[Array] = [after] * (_DEGREE + 1)
     for j in nodes[::-1]:
-        weights[j] = before[j] * after / scale[j]
-        after = after * (place - j)
+        weights[j] = before[j] * after / denominators[j]
+        after = after * (position - j)
     return weights

@@ -1,10 +1,11 @@
-"""Collecting: what a user gets of a solution."""
+"""Collecting: the sweep or the motion that a user gets, made from a solution."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ..arrays import Array
+from ..dynamics.inverse_dynamics import Solution
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..frozen import frozen, read_only
 from .motion import Motion
@@ -18,7 +19,7 @@ def sweep_of(
     speeds: Array,
     accelerations: Array,
 ) -> Sweep:
-    """Solve assembled positions, and return what a user gets of them.
+    """Solve assembled positions, and return them as a sweep.
 
     Args:
         solver: of the scene.
@@ -29,41 +30,16 @@ def sweep_of(
     Raises:
         ArgumentError: a load has another number of samples.
         AccuracyError: a residual misses its tolerance.
-        IndeterminateError: a wanted component is not unique, and the problem is strict.
+        IndeterminateError: a component of an output is not unique, and the problem is strict.
     """
     solution = solver.solve(assembled, speeds, accelerations)
-    problem, outputs = solver.problem, solver.problem.output_indices
-    unique = read_only(solution.unique[outputs])
+    problem = solver.problem
+    unique = read_only(solution.unique[problem.output_indices])
     solver.refuse_indeterminate(unique)
-    columns = problem.mechanism.coordinates.velocity_columns
-    efforts = {
-        name: solution.efforts[:, columns[name].start]
-        for name in (*problem.drives, *problem.held)
-        if solver.knows_effort(name)
-    }
-    drive_effort = None
-    if all(name in efforts for name in problem.drives):
-        drive_effort = read_only(_squeezed(np.stack([efforts[k] for k in problem.drives], axis=1)))
     couplings = solver.couplings
-    residuals = solution.residuals
     return Sweep(
         problem=problem,
-        source=SolvedSource(
-            wrenches=read_only(solution.wrenches[:, outputs]),
-            efforts=drive_effort,
-            holding=frozen({name: efforts[name] for name in problem.held if name in efforts}),
-            moved=_motion(
-                solver,
-                assembled.turns,
-                solution.x,
-                (solution.velocity_ratios, solution.v, solution.a),
-            ),
-            position=read_only(_squeezed(assembled.positions)),
-            speed=read_only(_squeezed(speeds)),
-            acceleration=read_only(_squeezed(accelerations)),
-            joint_loads=problem.joint_loads,
-            gravity=problem.gravity,
-        ),
+        source=_source(solver, assembled, speeds, accelerations, solution),
         unique=unique,
         coupling_moment=frozen(
             {name: solution.coupling_moments[:, index] for index, name in couplings.items()}
@@ -76,10 +52,43 @@ def sweep_of(
         ),
         condition=read_only(solution.condition),
         loop_residual=float(np.max(solution.loop_error)),
-        balance_residual=residuals.balance,
-        power_residual=residuals.power,
-        rate_residual=residuals.rate,
+        balance_residual=solution.residuals.balance,
+        power_residual=solution.residuals.power,
+        rate_residual=solution.residuals.rate,
         unproven=solver.inverse_dynamics.bodies.unproven,
+    )
+
+
+def _source(
+    solver: ProblemSolver,
+    assembled: AssembledPositions,
+    speeds: Array,
+    accelerations: Array,
+    solution: Solution,
+) -> SolvedSource:
+    """Return the arrays of a solution as a sweep reads them."""
+    problem = solver.problem
+    columns = problem.mechanism.coordinates.velocity_columns
+    efforts = {
+        name: solution.efforts[:, columns[name].start]
+        for name in (*problem.drives, *problem.held)
+        if solver.knows_effort(name)
+    }
+    drive_efforts = None
+    if all(name in efforts for name in problem.drives):
+        stacked = np.stack([efforts[name] for name in problem.drives], axis=1)
+        drive_efforts = read_only(_squeezed(stacked))
+    rates = solution.velocity_ratios, solution.v, solution.a
+    return SolvedSource(
+        wrenches=read_only(solution.wrenches[:, problem.output_indices]),
+        drive_efforts=drive_efforts,
+        holding_efforts=frozen({name: efforts[name] for name in problem.held if name in efforts}),
+        solved_motion=_motion(solver, assembled.turns, solution.x, rates),
+        position=read_only(_squeezed(assembled.positions)),
+        speed=read_only(_squeezed(speeds)),
+        acceleration=read_only(_squeezed(accelerations)),
+        joint_loads=problem.joint_loads,
+        gravity=problem.gravity,
     )
 
 
@@ -88,19 +97,19 @@ def motion_at(
 ) -> Motion:
     """Return the motion alone at positions, speeds and accelerations `(N, d)` of the drives.
 
-    As in a sweep, joints that no output needs are not solved, and have no numbers.
+    As in a sweep, joints that no output needs are not solved, and are NaN.
 
     Raises:
         AssemblyError: the loops cannot be closed at a position.
         SingularConfigurationError: a position is a dead point.
     """
     assembled = solver.assembled_in_turn(positions)
-    parts = []
+    blocks = []
     for span, state in zip(assembled.spans, assembled.blocks, strict=True):
         rates = solver.inverse_dynamics.joint_rates(state, speeds[span], accelerations[span])
-        parts.append((state.x, *rates))
-    x, *joined = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return _motion(solver, assembled.turns, x, tuple(joined))
+        blocks.append((state.x, *rates))
+    x, *rates_of_all = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
+    return _motion(solver, assembled.turns, x, tuple(rates_of_all))
 
 
 def _motion(solver: ProblemSolver, turns: Array, x: Array, rates: tuple[Array, ...]) -> Motion:
@@ -109,21 +118,32 @@ def _motion(solver: ProblemSolver, turns: Array, x: Array, rates: tuple[Array, .
     Otherwise starting guesses could be taken for results.
 
     Args:
-        solver: what has solved it.
+        solver: of the scene.
         turns: whole turns `(N, size)` that angles lack.
-        x: coordinates `(N, size)`; nobody else's, as are the rates.
+        x: coordinates `(N, size)`.
         rates: velocity ratios `(N, nv, d)`, velocities and accelerations `(N, nv)`.
     """
     problem = solver.problem
     coordinates = problem.mechanism.coordinates
-    skipped = set(problem.passive_columns.tolist()) - set(solver.assembly.decided.tolist())
-    for part in rates:
-        part[:, list(skipped)] = np.nan
-    for name, span in coordinates.velocity_columns.items():
-        if skipped.intersection(range(span.start, span.stop)):
-            x[:, coordinates.columns[name]] = np.nan
+    unsolved = set(problem.passive_columns.tolist()) - set(solver.assembly.decided.tolist())
+    if unsolved:
+        x_columns = [
+            column
+            for name, span in coordinates.velocity_columns.items()
+            if unsolved.intersection(range(span.start, span.stop))
+            for column in range(*coordinates.columns[name].indices(x.shape[1]))
+        ]
+        x = _with_nan(x, x_columns)
+        rates = tuple(_with_nan(rate, sorted(unsolved)) for rate in rates)
     ratios, v, a = rates
     return Motion(problem.mechanism, problem.drives, x, turns, v, a, ratios)
+
+
+def _with_nan(values: Array, columns: list[int]) -> Array:
+    """Return values in which some columns are not numbers."""
+    values = values.copy()
+    values[:, columns] = np.nan
+    return values
 
 
 def _squeezed(values: Array) -> Array:

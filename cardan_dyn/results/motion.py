@@ -1,4 +1,4 @@
-"""Motion: positions, speeds and accelerations of all joints. It exists only with loops closed."""
+"""Motion: positions, speeds and accelerations of all joints, with all loops closed."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ class Motion(Frozen):
         self.mechanism = mechanism
         self.drives = drives
         self._coordinates = mechanism.coordinates
-        # Views, since what has computed the arrays may have use for them yet.
+        # Views, since the arrays themselves may still be written to where they were computed.
         self._x, self._turns, self.v, self.a, self._velocity_ratios = (
-            read_only(np.asarray(part).view()) for part in (x, turns, v, a, velocity_ratios)
+            read_only(np.asarray(array).view()) for array in (x, turns, v, a, velocity_ratios)
         )
         self._freeze()
 
@@ -63,7 +63,7 @@ class Motion(Frozen):
     def joint_placement(self, joint: str) -> tuple[Array, Array]:
         """Return rotations `(N, 3, 3)` and origins `(N, 3)` [m] of a joint's frame in the world.
 
-        They are not numbers where the motion of the joint was not solved.
+        They are NaN where the motion of the joint was not solved.
 
         Raises:
             ModelError: unknown joint.
@@ -85,18 +85,26 @@ class Motion(Frozen):
         `spherical` a unit quaternion (x, y, z, w); `floating` three slides and a quaternion.
 
         Raises:
-            ModelError: unknown joint.
+            ModelError: unknown joint, or one without a coordinate.
         """
         columns = self._coordinates.columns[self._moving(joint)]
         values = self._x[:, columns] + 2.0 * np.pi * self._turns[:, columns]
         return values[:, 0] if values.shape[1] == 1 else values
 
     def velocity(self, joint: str) -> Array:
-        """Return a joint's velocity `(N,)` [rad/s or m/s], a column per coordinate."""
+        """Return a joint's velocity `(N,)` [rad/s or m/s], a column per coordinate.
+
+        Raises:
+            ModelError: unknown joint, or one without a coordinate.
+        """
         return _squeezed(self.v[:, self._coordinates.velocity_columns[self._moving(joint)]])
 
     def acceleration(self, joint: str) -> Array:
-        """Return a joint's acceleration `(N,)` [rad/s² or m/s²], a column per coordinate."""
+        """Return a joint's acceleration `(N,)` [rad/s² or m/s²], a column per coordinate.
+
+        Raises:
+            ModelError: unknown joint, or one without a coordinate.
+        """
         return _squeezed(self.a[:, self._coordinates.velocity_columns[self._moving(joint)]])
 
     def ratio(self, joint: str, drive: int | str = 0) -> Array:
@@ -104,29 +112,39 @@ class Motion(Frozen):
 
         Args:
             joint: name of the joint.
-            drive: name of the drive, or its number in `Scene.drives`.
+            drive: name of the drive, or its index in `Scene.drives`.
 
         Raises:
-            ModelError: unknown joint.
+            ModelError: unknown joint, or one without a coordinate.
             ArgumentError: unknown drive.
         """
         columns = self._coordinates.velocity_columns[self._moving(joint)]
-        return _squeezed(self._velocity_ratios[:, columns, self._number(drive)])
+        return _squeezed(self._velocity_ratios[:, columns, self._drive_index(drive)])
 
-    def _number(self, drive: object) -> int:
-        """Return the number of a drive that is given by number or name."""
+    def _drive_index(self, drive: object) -> int:
+        """Return the index of a drive that is given by index or name.
+
+        Raises:
+            ArgumentError: unknown drive.
+        """
         count = self._velocity_ratios.shape[2]
         if isinstance(drive, str) and drive in self.drives:
             return self.drives.index(drive)
+        # NumPy's durations are a subclass of its integers.
         if isinstance(drive, (int, np.integer)) and not isinstance(drive, (bool, np.timedelta64)):
-            number = int(drive)
-            if 0 <= number < count:
-                return number
-        listed = [f"{number} ({name})" for number, name in enumerate(self.drives)]
+            index = int(drive)
+            if 0 <= index < count:
+                return index
+        listed = [f"{index} ({name})" for index, name in enumerate(self.drives)]
         known = ", ".join(listed or map(str, range(count)))
         raise ArgumentError(f"no drive {described(drive)}; drives: {known}")
 
     def _moving(self, joint: str) -> str:
+        """Return the name of a joint that has a coordinate.
+
+        Raises:
+            ModelError: unknown joint, or one without a coordinate.
+        """
         name = self.mechanism.joint(joint).name
         if name not in self._coordinates.columns:
             raise ModelError(

@@ -1,4 +1,4 @@
-"""Source: where a sweep takes its arrays from, as far as they are asked for."""
+"""Source: where a sweep takes its arrays from, when they are first read."""
 
 from __future__ import annotations
 
@@ -9,11 +9,16 @@ from typing import Protocol
 from ..arrays import Array
 from ..frozen import frozen, read_only
 from .motion import Motion
-from .wrench import Components, GivenComponents
+from .wrench import Components, StoredComponents
 
 
 class Source(Protocol):
-    """What a sweep takes its arrays from, as far as they are asked for."""
+    """Where a sweep takes its arrays from, when they are first read."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the operating points."""
+        ...
 
     @property
     def position(self) -> Array:
@@ -63,22 +68,22 @@ class Source(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class SolvedSource:
-    """A `Source` whose arrays are all there.
+    """A `Source` whose arrays were computed before.
 
     Attributes:
-        wrenches: `(N, k, 6)`.
-        efforts: `(N,)`, `(N, d)` or None.
-        holding: per held joint `(N,)`.
-        moved: the motion.
+        wrenches: `(N, k, 6)` of the outputs.
+        drive_efforts: `(N,)`, `(N, d)`, or None if the outputs leave them out.
+        holding_efforts: held joint to what holds it `(N,)`.
+        solved_motion: the motion.
         position, speed, acceleration: of the drives `(N,)`, or `(N, d)`.
         joint_loads: loaded joints and their efforts.
         gravity: `(3,)`.
     """
 
     wrenches: Array
-    efforts: Array | None
-    holding: Mapping[str, Array]
-    moved: Motion
+    drive_efforts: Array | None
+    holding_efforts: Mapping[str, Array]
+    solved_motion: Motion
     position: Array
     speed: Array
     acceleration: Array
@@ -86,8 +91,8 @@ class SolvedSource:
     gravity: Array
 
     def __post_init__(self) -> None:
-        frozen(self.holding)
-        for name in ("wrenches", "efforts", "position", "speed", "acceleration", "gravity"):
+        frozen(self.holding_efforts)
+        for name in ("wrenches", "drive_efforts", "position", "speed", "acceleration", "gravity"):
             array = getattr(self, name)
             if array is not None:
                 read_only(array)
@@ -96,21 +101,26 @@ class SolvedSource:
         # Through the constructor, which closes the arrays of a copy to writing as well.
         return SolvedSource, tuple(getattr(self, field.name) for field in fields(self))
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the operating points, `(N,)`."""
+        return (len(self.wrenches),)
+
     def __len__(self) -> int:
         return len(self.wrenches)
 
     def wrench(self, output: int) -> Components:
         """Return the wrench of an output, by its index, in its joint frame."""
-        return GivenComponents(self.wrenches[:, output])
+        return StoredComponents(self.wrenches[:, output])
 
     def drive_effort(self) -> Array | None:
         """Return what the drive exerts, None if the outputs leave it out."""
-        return self.efforts
+        return self.drive_efforts
 
     def holding_effort(self) -> Mapping[str, Array]:
         """Return what holds the held joints."""
-        return self.holding
+        return self.holding_efforts
 
     def motion(self) -> Motion:
         """Return positions, speeds and accelerations."""
-        return self.moved
+        return self.solved_motion

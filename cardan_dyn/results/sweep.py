@@ -1,31 +1,35 @@
-"""Sweep: the result of a scene over given positions, with the residuals that prove it."""
+"""Sweep: the result of a scene over drive positions, with the residuals that prove it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from ..arrays import Array
 from ..checks import described
 from ..errors import ArgumentError, ModelError, choices
 from ..forces.link_loads import Wrench
-from ..frozen import Frozen, frozen, read_only
-from ..mechanism.mechanism import Mechanism
+from ..frozen import frozen, read_only
 from ..problem.problem import Problem
 from .motion import Motion
+from .prescribed import Prescribed
 from .source import Source
-from .wrench import GivenComponents, JointWrench
+from .wrench import JointWrench
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 FRAMES = ("joint", "parent", "world")
-_SOLVED = (
+_STORED = (
     *("unique", "coupling_moment", "coupling_unique", "condition", "loop_residual"),
     *("balance_residual", "power_residual", "rate_residual", "unproven"),
 )
+"""Attributes that a copy takes over as they are."""
 
 
-class Sweep(Frozen):
+class Sweep(Prescribed):
     """Joint wrenches, drive efforts and motion of a scene over N samples.
 
     `sweep["bearing_out"]` is the `JointWrench` of a joint in its own frame; `wrench(name, frame)`
@@ -45,17 +49,16 @@ class Sweep(Frozen):
             `Mechanism.characteristic_length`; couplings, drives and held joints count as well.
         balance_residual: worst Newton-Euler imbalance over all bodies, relative to the greatest
             wrench of all samples (to inertial terms where wrenches are mere rounding of them).
-            It proves what is unique; of what the laws of motion leave open, it proves that the
-            choice is one in balance, not that it is the least;
-            nan if only the drive efforts were asked for, and where nothing acts, so that there
-            is nothing to compare.
+            It proves what is unique. Of what the laws of motion leave open it proves that the
+            choice is in balance, not that it is the least. NaN if only the drive efforts were
+            asked for, and where nothing acts, so that there is nothing to compare.
         rate_residual: worst violation of the loops, couplings and drives by speeds and
             accelerations, relative to the greatest ones.
         power_residual: worst imbalance of drive, load, weight and inertia power, relative to the
-            power that flows and to the greatest wrench times the greatest joint speed;
-            nan where the outputs leave part of that flow out, and where nothing acts.
-        unproven: links whose balance `balance_residual` does not know of, since the outputs leave
-            out what acts on them.
+            power that flows and to the greatest wrench times the greatest joint speed. NaN where
+            the outputs leave part of that flow out, and where nothing acts.
+        unproven: links that `balance_residual` leaves out, since not all that acts on them is
+            among the outputs.
     """
 
     def __init__(
@@ -73,8 +76,8 @@ class Sweep(Frozen):
         rate_residual: float,
         unproven: tuple[str, ...],
     ) -> None:
-        # For `problem` see what was solved, for `source` where the arrays come from as far as they
-        # are asked for; the others are the attributes.
+        # `problem` is what was solved, `source` where arrays come from when they are first read;
+        # the others are the attributes.
         self._problem = problem
         self._source = source
         self.unique = read_only(unique)
@@ -90,28 +93,13 @@ class Sweep(Frozen):
 
     def __reduce__(self) -> tuple[object, ...]:
         # Through the constructor, which closes the arrays of a copy to writing as well.
-        values = {name: getattr(self, name) for name in _SOLVED}
+        values = {name: getattr(self, name) for name in _STORED}
         return _restored, ({"problem": self._problem, "source": self._source, **values},)
 
     @property
-    def mechanism(self) -> Mechanism:
-        """The mechanism."""
-        return self._problem.mechanism
-
-    @property
-    def drives(self) -> tuple[str, ...]:
-        """Names of the driven joints."""
-        return self._problem.drives
-
-    @property
-    def held(self) -> Mapping[str, float]:
-        """Held joints and their positions [rad or m]."""
-        return self._problem.held
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """Names of the joints whose wrenches are kept."""
-        return self._problem.outputs
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the operating points, `(N,)` unless a `Response` was evaluated on a grid."""
+        return self._source.shape
 
     @property
     def position(self) -> Array:
@@ -192,6 +180,41 @@ class Sweep(Frozen):
             f"power {self.power_residual:.1e}>"
         )
 
+    def _repr_html_(self) -> str:
+        from .markup import sweep_markup  # Imported here: only notebooks show it.
+
+        return sweep_markup(self)
+
+    def to_xarray(self, *, motion: bool = True) -> xarray.Dataset:
+        """Return all results as a dataset with units; `results.tables` lists what it holds.
+
+        Args:
+            motion: whether to include the motion of the joints. A `Response` solves it directly,
+                which may take longer than all the rest.
+
+        Raises:
+            MissingExtraError: xarray is not installed.
+        """
+        from .tables import dataset  # Imported here: few scripts need tables.
+
+        return dataset(self, motion=motion)
+
+    def to_dataframe(self, *, motion: bool = True) -> pandas.DataFrame:
+        """Return all results, a row per sample and a column per value; see `results.tables`.
+
+        Columns are called `drive_effort`, `bearing_out.bending`, `bearing_out.force_x` and so on.
+        `frame.attrs["units"]` maps them to their units.
+
+        Args:
+            motion: see `to_xarray`.
+
+        Raises:
+            MissingExtraError: pandas is not installed.
+        """
+        from .tables import dataframe  # Imported here: few scripts need tables.
+
+        return dataframe(self, motion=motion)
+
     def wrench(self, joint: str, frame: str = "joint") -> JointWrench:
         """Return the wrench exerted by a joint's parent on its child, at the joint origin.
 
@@ -201,7 +224,7 @@ class Sweep(Frozen):
                 parent link, which for an end bearing means fixed axes; `world`.
 
         Raises:
-            ModelError: the joint is unknown or was not asked for.
+            ModelError: the joint is unknown or none of the outputs.
             ArgumentError: unknown frame, or one that needs a sweep over one dimension.
         """
         if not isinstance(joint, str) or joint not in self.outputs:
@@ -211,23 +234,13 @@ class Sweep(Frozen):
             )
         if not isinstance(frame, str) or frame not in FRAMES:
             raise ArgumentError(f"frame {described(frame)} is unknown; frames: {choices(FRAMES)}")
-        number = self.outputs.index(joint)
-        record = self.mechanism.joints[joint]
-        components = self._source.wrench(number)
-        axis = record.axis
+        index = self.outputs.index(joint)
+        components, axis = self._source.wrench(index), self.mechanism.joints[joint].axis
         if frame != "joint":
-            force, moment = components.vectors(0), components.vectors(3)
-            if force.ndim != 2:
-                raise ArgumentError(
-                    "only sweeps over one dimension turn wrenches into other axes, not those of "
-                    f"shape {force.shape[:-1]}"
-                )
-            rotation = self._parent_rotation(joint) if frame == "parent" else self.rotation(joint)
-            turned = [np.einsum("nij,nj->ni", rotation, part) for part in (force, moment)]
-            components = GivenComponents(np.concatenate(turned, axis=1))
-            if frame == "world" or record.type in ("spherical", "universal", "floating"):
-                axis = rotation @ axis
-        return JointWrench(joint, frame, components, axis, self.unique[number])
+            from .axes import turned  # Imported here: most scripts use the joints' own axes.
+
+            components, axis = turned(self, joint, frame, components)
+        return JointWrench(joint, frame, components, axis, self.unique[index])
 
     def rotation(self, joint: str) -> Array:
         """Return rotations `(N, 3, 3)` that take components in a joint's frame to world axes.
@@ -248,28 +261,10 @@ class Sweep(Frozen):
     def _placement(self, joint: str) -> tuple[Array, Array]:
         name = self.mechanism.joint(joint).name
         if name not in self._placements:
-            # Computed only here: most scripts never ask where a joint was.
-            rotation, origin = self.motion.joint_placement(name)
-            if not (np.all(np.isfinite(rotation)) and np.all(np.isfinite(origin))):
-                raise ModelError(
-                    f"the outputs of the scene leave out joint {name!r}; name it among the outputs"
-                )
-            self._placements[name] = read_only(rotation), read_only(origin)
-        return self._placements[name]
+            from .axes import solved_placement  # Imported here: most scripts need no placements.
 
-    def _parent_rotation(self, joint: str) -> Array:
-        """Return rotations from a joint's own frame to its frame at coordinate zero."""
-        record = self.mechanism.joints[joint]
-        if not record.parts:
-            return np.broadcast_to(np.eye(3), (len(self), 3, 3))
-        # The joint's frame at coordinate zero stands still in its parent.
-        frames = self.mechanism.frames
-        number = frames.joints.index(joint)
-        first = next(motion for motion in frames.motions if motion.joint == number)
-        at_zero, parent = first.placement[:3, :3], frames.parents[number]
-        if parent >= 0:
-            at_zero = self.rotation(frames.joints[parent]) @ at_zero
-        return np.asarray(np.swapaxes(at_zero, -1, -2) @ self.rotation(joint))
+            self._placements[name] = solved_placement(self, name)
+        return self._placements[name]
 
     @cached_property
     def _placements(self) -> dict[str, tuple[Array, Array]]:

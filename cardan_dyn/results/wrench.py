@@ -15,39 +15,43 @@ from ..frozen import read_only
 class Components(Protocol):
     """Where a wrench takes its components from: 0 … 2 of the force, 3 … 5 of the moment."""
 
-    def one(self, number: int) -> Array:
+    def component(self, index: int) -> Array:
         """Return a component `(N,)`."""
         ...
 
-    def vectors(self, first: int) -> Array:
+    def vector(self, first: int) -> Array:
         """Return three components, from the `first` on, `(N, 3)`."""
         ...
 
-    def vanishes(self, number: int) -> bool:
+    def vanishes(self, index: int) -> bool:
         """Return whether a component is zero throughout."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
-class GivenComponents:
-    """Components that are all there, `(N, 6)`."""
+class StoredComponents:
+    """Components that were computed before.
+
+    Attributes:
+        values: `(N, 6)`.
+    """
 
     values: Array
 
-    def one(self, number: int) -> Array:
+    def component(self, index: int) -> Array:
         """Return a component `(N,)`."""
-        return self.values[..., number]
+        return self.values[..., index]
 
-    def vectors(self, first: int) -> Array:
+    def vector(self, first: int) -> Array:
         """Return three components, from the `first` on, `(N, 3)`."""
         return self.values[..., first : first + 3]
 
-    def vanishes(self, number: int) -> bool:
+    def vanishes(self, index: int) -> bool:
         """Return whether a component is zero throughout."""
-        return not np.any(self.values[..., number])
+        return not np.any(self.values[..., index])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class JointWrench:
     """The wrench **exerted by the parent link on the child link**, at the joint origin.
 
@@ -58,7 +62,6 @@ class JointWrench:
         joint: name of the joint.
         frame: axes of all components: `joint` (fixed in the child), `parent` (fixed in the parent
             and equal to `joint` at coordinate zero) or `world`.
-        components: where its components come from.
         axis: unit axis of the joint in these axes, `(3,)`, or `(N, 3)` in `world`.
         unique: `(6,)` whether each component of force and moment, in the joint frame, follows
             from the equations of motion alone at every position. Where it is False, the value is
@@ -67,19 +70,27 @@ class JointWrench:
 
     joint: str
     frame: str
-    components: Components
+    _components: Components
     axis: Array
     unique: Array
+
+    def __repr__(self) -> str:
+        shape = " × ".join(str(size) for size in self.moment.shape[:-1])
+        greatest = float(np.max(_norm(self.moment), initial=0.0))
+        return (
+            f"<JointWrench of {self.joint!r} in {self.frame} axes: {shape} samples, "
+            f"moment up to {greatest:.4g} N·m>"
+        )
 
     @cached_property
     def force(self) -> Array:
         """Force `(N, 3)` [N]."""
-        return read_only(self.components.vectors(0))
+        return read_only(self._components.vector(0))
 
     @cached_property
     def moment(self) -> Array:
         """Moment `(N, 3)` [N·m]."""
-        return read_only(self.components.vectors(3))
+        return read_only(self._components.vector(3))
 
     @property
     def torsion(self) -> Array:
@@ -88,7 +99,10 @@ class JointWrench:
 
     @property
     def axial(self) -> Array:
-        """Force along the joint axis `(N,)` [N], positive in the axis' sense."""
+        """Force along the joint axis `(N,)` [N], positive in the sense of the axis.
+
+        It is the axial load of a bearing.
+        """
         return self._along(0)
 
     @property
@@ -98,7 +112,7 @@ class JointWrench:
 
     @property
     def shear(self) -> Array:
-        """Size of the force across the joint axis `(N,)` [N]."""
+        """Size of the force across the joint axis `(N,)` [N]: the radial load of a bearing."""
         return self._size_across(0)
 
     @property
@@ -112,6 +126,7 @@ class JointWrench:
         return self._across(self.force)
 
     def _along(self, first: int) -> Array:
+        """Return the component along the axis, of the force (`first` 0) or the moment (3)."""
         if self.axis.ndim == 1:
             return self._sum(first, self.axis)
         vectors = self.moment if first else self.force
@@ -122,31 +137,37 @@ class JointWrench:
         return np.asarray(np.cross(self.axis, np.cross(vectors, self.axis)))
 
     def _size_across(self, first: int) -> Array:
+        """Return the size across the axis, of the force (`first` 0) or the moment (3)."""
         if self.axis.ndim > 1:
             return _norm(self._across(self.moment if first else self.force))
-        one = np.cross(self.axis, np.eye(3)[np.argmin(np.abs(self.axis))])
-        one /= np.linalg.norm(one)
-        ways = [one, np.cross(self.axis, one)]
-        # In a Cardan joint one of the two is zero throughout.
-        ways = [way for way in ways if not self._vanishes(first, way)] or ways[:1]
-        parts = [self._sum(first, way) for way in ways]
-        return np.asarray(np.hypot(*parts) if len(parts) == 2 else np.abs(parts[0]))
+        across = np.cross(self.axis, np.eye(3)[np.argmin(np.abs(self.axis))])
+        across /= np.linalg.norm(across)
+        directions = [across, np.cross(self.axis, across)]
+        # In a Cardan joint one of the two components is zero throughout, which spares its
+        # evaluation and the square root.
+        acting = [item for item in directions if not self._vanishes(first, item)]
+        components = [self._sum(first, item) for item in acting or directions[:1]]
+        return np.asarray(np.hypot(*components) if len(acting) == 2 else np.abs(components[0]))
 
     def _vanishes(self, first: int, direction: Array) -> bool:
-        return all(self.components.vanishes(first + int(axis)) for axis in np.nonzero(direction)[0])
+        """Return whether all components that a direction has are zero throughout."""
+        return all(
+            self._components.vanishes(first + int(axis)) for axis in np.nonzero(direction)[0]
+        )
 
     def _sum(self, first: int, direction: Array) -> Array:
-        """Return components along a constant direction; most directions are frame axes."""
+        """Return the component along a constant direction; most directions are frame axes."""
         (axes,) = np.nonzero(direction)
-        parts = [
-            part if direction[axis] == 1.0 else part * direction[axis]
-            for axis in axes
-            for part in [self.components.one(first + int(axis))]
-        ]
-        return np.asarray(sum(parts[1:], parts[0]))
+        terms = [self._term(first + int(axis), direction[axis]) for axis in axes]
+        return np.asarray(sum(terms[1:], terms[0]))
+
+    def _term(self, index: int, factor: float) -> Array:
+        values = self._components.component(index)
+        return values if factor == 1.0 else values * factor
 
 
 def _norm(vectors: Array) -> Array:
+    """Return lengths `(...)` of vectors `(..., 3)`, whose squares may overflow or vanish."""
     scale = np.max(np.abs(vectors), axis=-1, initial=0.0)
     safe = np.where(scale > 0.0, scale, 1.0)
     return np.asarray(

@@ -1,4 +1,4 @@
-"""Describe: mobility, redundant rows and indeterminate reactions of a mechanism, for people."""
+"""Describe: mobility, redundant rows and statically indeterminate wrenches of a mechanism."""
 
 from __future__ import annotations
 
@@ -18,8 +18,16 @@ from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..mechanism.coordinates import Coordinates
 from ..mechanism.mechanism import Mechanism
 
-_MOST_BODIES = 24  # Above, one model of everything is too large; counting has to do.
+_MOST_BODIES = 24
+"""Bodies above which one model of the whole mechanism is too large; ranks are then counted."""
 _STATES = 6
+"""Configurations in which ranks are measured: one alone may be singular."""
+_AROUND_ZERO = 0.05
+"""How far from the zero of the description these configurations start [rad, m]: far enough to
+leave a singular zero, and near enough to be closed in the same assembly mode."""
+_MOST_STEPS = 60
+"""Newton steps in which their loops have to close. Near a singular configuration steps converge
+linearly, halving the error each time: 50 of them lower it by 1e-15."""
 
 
 @dataclass(frozen=True)
@@ -30,14 +38,14 @@ class LoopReport:
         name: of its joint.
         type: of its joint.
         rank: how many of its six rows the motion of its joints can reach.
-        blurred: joint to the components (`x y z` of force, then of moment, in the joint's frame)
+        indeterminate: joint to the components (`x y z` of force, then of moment, in its frame)
             that its redundant rows leave open; None if the mechanism is too large to tell here.
     """
 
     name: str
     type: str
     rank: int
-    blurred: dict[str, str] | None
+    indeterminate: dict[str, str] | None
 
     @property
     def redundant(self) -> int:
@@ -55,7 +63,7 @@ class MechanismReport:
         coordinates: number of joint coordinates.
         rank: number of independent closure equations.
         mobility: number of coordinates that remain free after the loops.
-        counted: whether rank and mobility were counted from the structure alone, which misses
+        is_counted: whether rank and mobility were counted from the structure alone, which misses
             mechanisms that move only because of special dimensions.
         length: characteristic length that weighs forces against moments [m].
         loops: the loops.
@@ -67,15 +75,14 @@ class MechanismReport:
     coordinates: int
     rank: int
     mobility: int
-    counted: bool
+    is_counted: bool
     length: float
     loops: list[LoopReport]
     warnings: tuple[str, ...]
 
     def __str__(self) -> str:
-        how = " (counted)" if self.counted else ""
         lines = [
-            f"{self.name}: mobility {self.mobility}{how}",
+            f"{self.name}: mobility {self._mobility}",
             f"  {self.coordinates} joint coordinates, {self.rank} independent closure equations",
             f"  loops: {self.notation}; characteristic length {self.length:.4g} m",
         ]
@@ -84,108 +91,176 @@ class MechanismReport:
                 f"  loop {loop.name} ({loop.type}): rank {loop.rank} of 6, "
                 f"{loop.redundant} redundant"
             )
-            for joint, components in (loop.blurred or {}).items():
+            for joint, components in (loop.indeterminate or {}).items():
                 lines.append(f"    leaves open at {joint}: {components}")
         lines += [f"  warning: {warning}" for warning in self.warnings]
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        # Imported here: only notebooks show it.
+        from ..results.markup import element, listed, table
+
+        title = element("p", f"{self.name}: mobility {self._mobility}")
+        facts = listed(
+            "ul",
+            (
+                f"{self.coordinates} joint coordinates",
+                f"{self.rank} independent closure equations",
+                f"loops: {self.notation}",
+                f"characteristic length {self.length:.4g} m",
+            ),
+        )
+        header = ("loop", "type", "rank of 6", "redundant", "leaves open")
+        rows = [
+            (loop.name, loop.type, loop.rank, loop.redundant, _listed_components(loop))
+            for loop in self.loops
+        ]
+        loops = table(header, rows) if rows else ""
+        warnings = listed("ul", (f"warning: {warning}" for warning in self.warnings))
+        return f"<div>{title}{facts}{loops}{warnings if self.warnings else ''}</div>"
+
+    @property
+    def _mobility(self) -> str:
+        return f"{self.mobility} (counted)" if self.is_counted else str(self.mobility)
+
+
+def _listed_components(loop: LoopReport) -> str:
+    """Return what the redundant rows of a loop leave open, in one line."""
+    if loop.indeterminate is None:
+        return "not examined"
+    return "; ".join(f"{joint}: {open_}" for joint, open_ in loop.indeterminate.items())
 
 
 def describe(mechanism: Mechanism) -> MechanismReport:
     """Return mobility, rank, redundant rows and what they leave open.
 
-    Ranks are those of closed positions around the zero of the description.
+    Ranks are those of closed configurations around the zero of the description.
+
+    Raises:
+        AssemblyError: the loops cannot be closed there.
     """
     coordinates = mechanism.coordinates
     structure = Structure(mechanism)
-    every = np.arange(mechanism.model.nv)
-    none = np.zeros(0, dtype=int)
-    small = len(coordinates.parts) <= _MOST_BODIES
-    groups = partition(structure, coordinates.neutral(), none, every, together=small)
-    if small:
+    every_column = np.arange(mechanism.model.nv)
+    no_columns = np.zeros(0, dtype=int)
+    is_small = len(coordinates.parts) <= _MOST_BODIES
+    groups = partition(
+        structure, coordinates.neutral(), no_columns, every_column, together=is_small
+    )
+    if is_small:
         rank, loops = _measured(mechanism, groups)
     else:
-        reached = structure.ranks(coordinates.neutral(), set(every.tolist()))
-        rank = sum(
-            min(
-                sum(reached[number] for number in group.loops) + len(group.couplings),
-                len(group.passives),
-            )
-            for group in groups
-        )
-        loops = [
-            LoopReport(loop.joint, mechanism.joints[loop.joint].type, reached[number], None)
-            for number, loop in enumerate(mechanism.loops)
-        ]
+        rank, loops = _counted(mechanism, structure, groups)
     return MechanismReport(
         mechanism.name,
         mechanism.notation,
-        len(every),
+        len(every_column),
         rank,
-        len(every) - rank,
-        not small,
+        len(every_column) - rank,
+        not is_small,
         mechanism.characteristic_length,
         loops,
         mechanism.warnings,
     )
 
 
+def _counted(
+    mechanism: Mechanism, structure: Structure, groups: list[Group]
+) -> tuple[int, list[LoopReport]]:
+    """Return the rank of all closure equations and the loops, as far as the structure tells."""
+    every_column = range(mechanism.model.nv)
+    reached = structure.ranks(mechanism.coordinates.neutral(), set(every_column))
+    rank = sum(
+        min(
+            sum(reached[index] for index in group.loops) + len(group.couplings),
+            len(group.passives),
+        )
+        for group in groups
+    )
+    loops = [
+        LoopReport(loop.joint, mechanism.joints[loop.joint].type, reached[index], None)
+        for index, loop in enumerate(mechanism.loops)
+    ]
+    return rank, loops
+
+
 def _measured(mechanism: Mechanism, groups: list[Group]) -> tuple[int, list[LoopReport]]:
+    """Return the rank of all closure equations and the loops, from closed configurations.
+
+    Raises:
+        AssemblyError: the loops cannot be closed.
+    """
     solvers = [GroupSolver(mechanism, group) for group in groups if group.loops or group.couplings]
     if not solvers:
         return 0, []
     kinematics = Kinematics(mechanism.coordinates, np.zeros(0, dtype=int), solvers)
-    here = kinematics.close(_around_zero(mechanism.coordinates), most=60)
-    good = here.residual < CLOSURE_TOLERANCE
-    if not np.any(good):
+    state = kinematics.close(_around_zero(mechanism.coordinates), most=_MOST_STEPS)
+    is_closed = state.residual < CLOSURE_TOLERANCE
+    if not np.any(is_closed):
         raise AssemblyError(
             f"{mechanism.name}: the loops cannot be closed near the description's zero (closure "
-            f"error {np.min(here.residual):.1e}): check the origins of joints and loops",
+            f"error {np.min(state.residual):.1e}): check the origins of joints and loops",
             position=None,
             nearest=None,
-            residual=float(np.min(here.residual)),
+            residual=float(np.min(state.residual)),
         )
-    here = kinematics.evaluate(here.x[good])
-    closed = here.groups[0]
-    rank = int(np.max(ranks(closed.scaled_rows), initial=0))
-    kinematics = kinematics.with_reductions([closed.reachable])
-    closed = kinematics.evaluate(here.x).groups[0]
+    state = kinematics.evaluate(state.x[is_closed])
+    group_state = state.groups[0]
+    rank = int(np.max(ranks(group_state.scaled_rows), initial=0))
+    kinematics = kinematics.with_reductions([group_state.reachable])
+    group_state = kinematics.evaluate(state.x).groups[0]
     reactions = ReactionSolver(mechanism, kinematics, {0})
     loops = []
-    for place, loop in enumerate(mechanism.loops):
-        blurred = _blurred(mechanism, reactions, closed, place)
-        reached = closed.reduction.rows[place].shape[1]
-        kind = mechanism.joints[loop.joint].type
-        loops.append(LoopReport(loop.joint, kind, reached, blurred))
+    for index, loop in enumerate(mechanism.loops):
+        indeterminate = _indeterminate(mechanism, reactions, group_state, index)
+        reached = group_state.reduction.rows[index].shape[1]
+        joint_type = mechanism.joints[loop.joint].type
+        loops.append(LoopReport(loop.joint, joint_type, reached, indeterminate))
     return rank, loops
 
 
 def _around_zero(coordinates: Coordinates) -> Array:
+    """Return configurations `(_STATES, size)` at and around zero, always the same ones."""
     rng = np.random.default_rng(1920)
     x = np.repeat(coordinates.neutral()[None, :], _STATES, axis=0)
-    every = np.arange(coordinates.model.nv)
-    step = 0.05 * rng.uniform(-1.0, 1.0, (_STATES, len(every)))
+    every_column = np.arange(coordinates.model.nv)
+    step = _AROUND_ZERO * rng.uniform(-1.0, 1.0, (_STATES, len(every_column)))
     step[0] = 0.0
-    coordinates.moves(every).apply(x, step)
+    coordinates.moves(every_column).apply(x, step)
     return x
 
 
-def _blurred(
-    mechanism: Mechanism, reactions: ReactionSolver, closed: GroupState, place: int
+def _indeterminate(
+    mechanism: Mechanism, reactions: ReactionSolver, group_state: GroupState, index: int
 ) -> dict[str, str]:
-    """Return which components of which joints the redundant rows of a loop leave open."""
-    found: dict[str, str] = {}
-    for item in reactions.self_stresses(closed):
-        if closed.group.loops[place] not in item.forces:
+    """Return which components of which joints the redundant rows of a loop leave open.
+
+    Args:
+        mechanism: the mechanism.
+        reactions: of all its loops in one group.
+        group_state: closed configurations of that group.
+        index: of the loop in the group.
+    """
+    lengths = np.repeat([mechanism.characteristic_length, 1.0], 3)
+    components: dict[str, str] = {}
+    for stress in reactions.self_stresses(group_state):
+        if group_state.group.loops[index] not in stress.forces:
             continue
         for joint in mechanism.joints.values():
-            number = joint.id - 1 if joint.parts else None
-            if number is None or number not in item.joints:
+            body = joint.id - 1
+            if not joint.parts or body not in stress.joints:
                 continue
-            lengths = np.repeat([mechanism.characteristic_length, 1.0], 3)
-            marks = (item.size()[item.joints == number][0] * lengths) > UNIQUE_TOLERANCE
-            if np.any(marks):
-                force = "".join(axis for axis, mark in zip("xyz", marks[:3], strict=True) if mark)
-                moment = "".join(axis for axis, mark in zip("xyz", marks[3:], strict=True) if mark)
-                parts = [f"force {force}"] * bool(force) + [f"moment {moment}"] * bool(moment)
-                found[joint.name] = ", ".join(parts)
-    return found
+            is_open = (stress.size()[stress.joints == body][0] * lengths) > UNIQUE_TOLERANCE
+            if np.any(is_open):
+                components[joint.name] = _named_components(is_open)
+    return components
+
+
+def _named_components(flags: Array) -> str:
+    """Return flagged components `(6,)` as text, for example `force z, moment xy`."""
+    vectors = [
+        f"{name} {''.join(axis for axis, flag in zip('xyz', part, strict=True) if flag)}"
+        for name, part in (("force", flags[:3]), ("moment", flags[3:]))
+        if np.any(part)
+    ]
+    return ", ".join(vectors)

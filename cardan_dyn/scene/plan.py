@@ -9,9 +9,9 @@ from ..kinematics.needs import Needs
 from ..mechanism.mechanism import Mechanism
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Plan:
-    """What a scene does per sample, for people.
+    """What a scene does per sample; `print` shows it.
 
     Attributes:
         steps: what is done, in order.
@@ -22,10 +22,19 @@ class Plan:
     skipped: list[str]
 
     def __str__(self) -> str:
-        lines = [f"{number}. {step}" for number, step in enumerate(self.steps, start=1)]
+        lines = [f"{index}. {step}" for index, step in enumerate(self.steps, start=1)]
         if self.skipped:
             lines += ["skipped:", *(f"- {reason}" for reason in self.skipped)]
         return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def _repr_html_(self) -> str:
+        from ..results.markup import element, listed  # Imported here: only notebooks show it.
+
+        skipped = element("p", "skipped:") + listed("ul", self.skipped) if self.skipped else ""
+        return f"<div>{listed('ol', self.steps)}{skipped}</div>"
 
 
 def plan_of(
@@ -43,22 +52,22 @@ def plan_of(
         mechanism: the mechanism.
         groups: all groups of the scene.
         needed: which of them its outputs need.
-        outputs: names of the joints whose wrenches are wanted.
+        outputs: names of the joints whose wrenches are results.
         has_mass: whether any body has mass.
         has_weight: whether there is gravity.
     """
     steps, skipped = [], []
-    for number, group in enumerate(groups):
-        text = _named(mechanism, group)
-        if number not in needed.motion:
-            skipped.append(f"{text}: no output needs it")
+    for index, group in enumerate(groups):
+        task = _task(mechanism, group)
+        if index not in needed.motion:
+            skipped.append(f"{task}: no output needs it")
         elif group.loops or group.couplings:
-            steps.append(text)
-            if number not in needed.forces:
-                skipped.append(f"closure forces of: {text}: no output needs them")
+            steps.append(task)
+            if index not in needed.forces:
+                skipped.append(f"closure forces of: {task}: no output needs them")
     if has_mass:
-        acting = "weight and inertia" if has_weight else "inertia"
-        steps.append(f"inverse dynamics: {acting}; inertia only in sweeps with speed")
+        terms = "weight and inertia" if has_weight else "inertia"
+        steps.append(f"inverse dynamics: {terms}; inertia only in sweeps with speed")
     else:
         skipped.append("inverse dynamics: no body has mass")
     if not has_weight:
@@ -74,10 +83,10 @@ def plan_of(
     return Plan(steps, skipped)
 
 
-def _named(mechanism: Mechanism, group: Group) -> str:
-    """Return what a group closes and decides, by name."""
-    closed = [mechanism.loops[number].joint for number in group.loops]
-    closed += [mechanism.couplings[number].name for number in group.couplings]
+def _task(mechanism: Mechanism, group: Group) -> str:
+    """Return which loops and couplings a group closes, and which joints they decide."""
+    closed = [mechanism.loops[index].joint for index in group.loops]
+    closed += [mechanism.couplings[index].name for index in group.couplings]
     columns = {int(column) for column in group.passives}
     decided = [
         name

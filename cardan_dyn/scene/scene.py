@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import Array
-from ..checks import mapping, samples
+from ..checks import samples
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..errors import MobilityError
-from ..forces.link_loads import Wrench
-from ..frozen import Frozen, frozen
 from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import checked
 from ..results.collect import sweep_of
 from ..results.sweep import Sweep
+from .arguments import SceneArguments, replaced
 from .plan import Plan, plan_of
 
 if TYPE_CHECKING:
@@ -29,7 +27,7 @@ _OVERFLOW: Any = {"over": "ignore", "invalid": "ignore"}
 """NumPy need not warn of numbers that overflow: results that contain them are refused."""
 
 
-class Scene(Frozen):
+class Scene(SceneArguments):
     """A mechanism whose motion is prescribed, with what acts on it.
 
     A scene cannot be changed. It may be used by several threads at the same time; copies and
@@ -109,73 +107,14 @@ class Scene(Frozen):
     def __reduce__(self) -> tuple[object, ...]:
         return Scene._of, (self._solver,)
 
-    @property
-    def mechanism(self) -> Mechanism:
-        """The mechanism."""
-        return self._problem.mechanism
-
-    @property
-    def drives(self) -> tuple[str, ...]:
-        """Names of the driven joints."""
-        return self._problem.drives
-
-    @property
-    def held(self) -> Mapping[str, float]:
-        """Held joints and their positions [rad or m]."""
-        return self._problem.held
-
-    @property
-    def loads(self) -> Mapping[str, Array | Wrench]:
-        """Loaded joint to its effort, a number or `(N,)` [N·m or N]; link to its `Wrench`."""
-        links = {name: load.wrench for name, load in self._problem.link_loads.items()}
-        return frozen({**self._problem.joint_loads, **links})
-
-    @property
-    def gravity(self) -> Array:
-        """Acceleration of free fall `(3,)` in world axes [m/s²]."""
-        return self._problem.gravity
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """Names of the joints whose wrenches are wanted."""
-        return self._problem.outputs
-
-    @property
-    def compliance(self) -> Mapping[str, Array]:
-        """Joint to its `(6, 6)` compliance, force first [m/N, rad/(N·m)]."""
-        return self._problem.compliance
-
-    @property
-    def strict(self) -> bool:
-        """Whether statically indeterminate components are refused."""
-        return self._problem.strict
-
-    @property
-    def start(self) -> Mapping[str, float]:
-        """Joints that are brought to a position before the drives take over [rad or m]."""
-        return self._problem.start
-
-    @property
-    def branch(self) -> str:
-        """Name of the assembly mode."""
-        return self._problem.branch
-
-    def __repr__(self) -> str:
-        parts = [f"drives {', '.join(self.drives)}"]
-        if self.held:
-            parts.append("held " + ", ".join(f"{name} {at:g}" for name, at in self.held.items()))
-        if self.loads:
-            parts.append(f"loads on {', '.join(self.loads)}")
-        if np.any(self.gravity):
-            parts.append(f"gravity {self.gravity.tolist()}")
-        return f"<Scene of {self.mechanism.name!r}: {'; '.join(parts)}>"
-
     def replace(self, **changes: Any) -> Scene:
         """Return a scene that differs in some arguments; what they do not concern is kept.
 
         A scene with other loads, gravity, compliances or strictness keeps all that was learned
         about the motion. `held` and `loads` replace the values of the joints and links that they
-        name, and keep the others; None as a value takes a joint or link out.
+        name, and keep the others; None as a value takes a joint or link out, and None instead of
+        a mapping takes all of them out. Drives stay drives: to hold one of them, or to drive a
+        held joint, change `drive` and `held` together.
 
         Args:
             changes: arguments of `Scene`.
@@ -184,28 +123,8 @@ class Scene(Frozen):
             TypeError: no such argument.
             CardanError: as `Scene` does.
         """
-        problem = self._problem
-        given: dict[str, Any] = {
-            "mechanism": problem.mechanism,
-            "drive": problem.drives,
-            "held": problem.held,
-            "loads": self.loads,
-            "gravity": problem.gravity,
-            "outputs": None if problem.all_outputs else problem.outputs,
-            "compliance": problem.compliance,
-            "strict": problem.strict,
-            "start": problem.start,
-            "branch": problem.branch,
-        }
-        unknown = set(changes) - set(given)
-        if unknown:
-            raise TypeError(f"Scene has no argument {', '.join(sorted(unknown))}")
-        for name in ("held", "loads"):
-            if name in changes:
-                merged = {**given[name], **mapping(name, changes[name])}
-                kept = {key: value for key, value in merged.items() if value is not None}
-                changes = {**changes, name: kept}
-        return Scene._of(ProblemSolver(checked(**{**given, **changes}), like=self._solver))
+        problem = checked(**replaced(self, changes))
+        return Scene._of(ProblemSolver(problem, like=self._solver))
 
     def sweep(
         self,

@@ -12,6 +12,7 @@ from testkit.scenes import double, relative, universal
 import cardan_dyn as cd
 from analytic import grossmann
 from cardan_dyn.response import build as response_build
+from cardan_dyn.response.domain import Domain
 from cardan_dyn.response.series import Series
 
 POSITIONS = np.random.default_rng(11).uniform(-30.0, 30.0, 200)
@@ -179,7 +180,7 @@ def test_a_tolerance_out_of_reach_is_refused(
     """Towards a dead point forces grow without bound, and no polynomial follows them."""
     rocker = cd.Scene(cd.load(four_bar(loop("continuous"))), drive="d", loads={"a": -2.0})
     low, high = rocker.motion_range()
-    monkeypatch.setattr(response_build, "_MOST", 1024)
+    monkeypatch.setattr(response_build, "_GREATEST_COUNT", 1024)
     with pytest.raises(cd.AccuracyError, match=r"the response reaches .* not 1e-12") as caught:
         rocker.response(1e-12, interval=(low + 1e-7, high - 1e-7))
     assert caught.value.residual > 1e-12
@@ -222,8 +223,8 @@ def test_series_of_known_functions(count: int) -> None:
         return np.stack([np.ones_like(x), np.cos(3.0 * x) - 2.0 * np.sin(x), np.sin(2.0 * x + 1.0)])
 
     origin, period = 0.3, 2.0 * np.pi
-    nodes = Series.nodes(origin, period, True, count)
-    series = Series(functions(nodes), origin, period, True)
+    nodes = Domain(origin, period, True).nodes(count)
+    series = Series(functions(nodes), Domain(origin, period, True))
     rows = np.arange(3)
     x = np.linspace(-50.0, 1e6, 99)
     np.testing.assert_allclose(series.at(rows, series.locate(x)), functions(x), atol=5e-14)
@@ -233,10 +234,10 @@ def test_series_of_known_functions(count: int) -> None:
         np.testing.assert_allclose(series.uniform(rows, points), functions(grid), atol=5e-14)
     low, high = -0.4, 1.1
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    nodes = Series.nodes(middle, half, False, count)
+    nodes = Domain(middle, half, False).nodes(count)
     assert len(nodes) == count + 1
     cubic = np.stack([nodes**3 - nodes, 1.0 / (2.0 + nodes)])
-    series = Series(cubic, middle, half, False)
+    series = Series(cubic, Domain(middle, half, False))
     x = np.concatenate([np.linspace(low, high, 33), [high - 1e-13]])
     found = series.at(np.arange(2), series.locate(x))
     np.testing.assert_allclose(found[0], x**3 - x, atol=1e-14)

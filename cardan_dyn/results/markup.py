@@ -1,0 +1,76 @@
+"""Markup: results as small HTML tables for notebooks. All text is escaped."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .sweep import Sweep
+
+_MOST_EVALUATED = 100_000
+"""Operating points above which a notebook shows no wrenches: a response evaluates them when they
+are read, and a grid of millions would take seconds for a cell that only names it."""
+
+
+def element(tag: str, text: object) -> str:
+    """Return an element with a text, which is escaped."""
+    return f"<{tag}>{html.escape(str(text))}</{tag}>"
+
+
+def table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """Return a table of texts, which are escaped."""
+    head = "".join(element("th", text) for text in header)
+    body = "".join(f"<tr>{''.join(element('td', text) for text in row)}</tr>" for row in rows)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def listed(tag: str, items: Iterable[object]) -> str:
+    """Return a list, `ol` or `ul`, of texts, which are escaped."""
+    return f"<{tag}>{''.join(element('li', item) for item in items)}</{tag}>"
+
+
+def sweep_markup(sweep: Sweep) -> str:
+    """Return the greatest wrenches of a sweep, then its residuals."""
+    shape = " × ".join(str(size) for size in sweep.shape)
+    title = element("p", f"Sweep of {sweep.mechanism.name}: {shape} samples")
+    if math.prod(sweep.shape) > _MOST_EVALUATED:
+        wrenches = element("p", "Wrenches are not evaluated for a table of so many samples.")
+    else:
+        header = ("joint", "force [N]", "torsion [N·m]", "bending [N·m]", "unique")
+        wrenches = table(header, (_wrench_row(sweep, joint) for joint in sweep.outputs))
+    residuals = table(
+        ("residual", "value"),
+        (
+            ("loop", f"{sweep.loop_residual:.1e}"),
+            ("balance", f"{sweep.balance_residual:.1e}"),
+            ("power", f"{sweep.power_residual:.1e}"),
+            ("rate", f"{sweep.rate_residual:.1e}"),
+        ),
+    )
+    return f"<div>{title}{wrenches}{residuals}</div>"
+
+
+def _wrench_row(sweep: Sweep, joint: str) -> tuple[str, ...]:
+    """Return the greatest force, torsion and bending of a joint, and whether they are unique."""
+    wrench = sweep[joint]
+    force = np.linalg.norm(wrench.force, axis=-1)
+    greatest = (
+        float(np.max(np.abs(values), initial=0.0))
+        for values in (force, wrench.torsion, wrench.bending)
+    )
+    return (joint, *(f"{value:.4g}" for value in greatest), _uniqueness(wrench.unique))
+
+
+def _uniqueness(unique: np.ndarray) -> str:
+    """Return `yes`, or the components that are not unique, for example `not force xy`."""
+    vectors = [
+        f"{name} {''.join(axis for axis, sure in zip('xyz', flags, strict=True) if not sure)}"
+        for name, flags in (("force", unique[:3]), ("moment", unique[3:]))
+        if not np.all(flags)
+    ]
+    return f"not {', '.join(vectors)}" if vectors else "yes"

@@ -1,0 +1,35 @@
+"""Prescribed: what a scene and its results have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ..frozen import Frozen
+from ..mechanism.mechanism import Mechanism
+from ..problem.problem import Problem
+
+
+class Prescribed(Frozen):
+    """Something that belongs to a mechanism whose motion is prescribed."""
+
+    _problem: Problem
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism."""
+        return self._problem.mechanism
+
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """Names of the driven joints."""
+        return self._problem.drives
+
+    @property
+    def held(self) -> Mapping[str, float]:
+        """Held joints and their positions [rad or m]."""
+        return self._problem.held
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the joints whose wrenches are results."""
+        return self._problem.outputs

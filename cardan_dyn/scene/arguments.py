@@ -1,0 +1,104 @@
+"""Arguments of a scene: as they were checked, and with changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..checks import mapping
+from ..forces.link_loads import Wrench
+from ..frozen import frozen
+from ..results.prescribed import Prescribed
+
+_MERGED = ("held", "loads")
+"""Arguments whose changes are merged with what the scene has, name by name."""
+
+
+class SceneArguments(Prescribed):
+    """The arguments of a scene as properties."""
+
+    @property
+    def loads(self) -> Mapping[str, Array | Wrench]:
+        """Loaded joint to its effort, a number or `(N,)` [N·m or N]; link to its `Wrench`."""
+        links = {name: load.wrench for name, load in self._problem.link_loads.items()}
+        return frozen({**self._problem.joint_loads, **links})
+
+    @property
+    def gravity(self) -> Array:
+        """Acceleration of free fall `(3,)` in world axes [m/s²]."""
+        return self._problem.gravity
+
+    @property
+    def compliance(self) -> Mapping[str, Array]:
+        """Joint to its `(6, 6)` compliance, force first [m/N, rad/(N·m)]."""
+        return self._problem.compliance
+
+    @property
+    def strict(self) -> bool:
+        """Whether statically indeterminate components are refused."""
+        return self._problem.strict
+
+    @property
+    def start(self) -> Mapping[str, float]:
+        """Joints that are brought to a position before the drives take over [rad or m]."""
+        return self._problem.start
+
+    @property
+    def branch(self) -> str:
+        """Name of the assembly mode."""
+        return self._problem.branch
+
+    def __repr__(self) -> str:
+        arguments = [f"drives {', '.join(self.drives)}"]
+        if self.held:
+            arguments.append(
+                "held " + ", ".join(f"{name} {position:g}" for name, position in self.held.items())
+            )
+        if self.loads:
+            arguments.append(f"loads on {', '.join(self.loads)}")
+        if np.any(self.gravity):
+            arguments.append(f"gravity {self.gravity.tolist()}")
+        return f"<Scene of {self.mechanism.name!r}: {'; '.join(arguments)}>"
+
+
+def replaced(scene: SceneArguments, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments of a scene with changes, see `Scene.replace`; they are not checked.
+
+    Raises:
+        TypeError: no such argument.
+        ArgumentError: `held` or `loads` is no mapping of names.
+    """
+    problem = scene._problem
+    arguments: dict[str, Any] = {
+        "mechanism": problem.mechanism,
+        "drive": problem.drives,
+        "held": problem.held,
+        "loads": scene.loads,
+        "gravity": problem.gravity,
+        # All joints of another mechanism, if all of this one's are wanted.
+        "outputs": None if problem.all_outputs else problem.outputs,
+        "compliance": problem.compliance,
+        "strict": problem.strict,
+        "start": problem.start,
+        "branch": problem.branch,
+    }
+    unknown = set(changes) - set(arguments)
+    if unknown:
+        raise TypeError(f"Scene has no argument {', '.join(sorted(unknown))}")
+    for name, value in changes.items():
+        arguments[name] = _merged(name, arguments[name], value) if name in _MERGED else value
+    return arguments
+
+
+def _merged(name: str, present: Mapping[str, Any], changes: object) -> dict[str, Any]:
+    """Return a mapping with changes; names whose new value is None are taken out.
+
+    None instead of changes takes all names out: it means none, as it does for `Scene`.
+    """
+    if changes is None:
+        return {}
+    merged = {**present, **mapping(name, changes)}
+    return {key: value for key, value in merged.items() if value is not None}
