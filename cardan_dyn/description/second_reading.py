@@ -75,7 +75,8 @@ def _remeasured(joint: JointDescription, element: Element) -> JointDescription:
     if joint.type == "fixed":
         return replace(joint, origin=origin)
     axis = _axis(element, "axis")
-    return replace(joint, origin=origin, axis=axis, axis_2=axis)
+    axis_2 = _axis(element, "axis2") if joint.type == "universal" else axis
+    return replace(joint, origin=origin, axis=axis, axis_2=axis_2)
 
 
 def _closed(loop: LoopDescription, element: Element) -> LoopDescription:
