@@ -1,14 +1,63 @@
 """Description: what a file says about a mechanism, checked, as plain data.
 
-Every number in it was checked, and the model is built from these numbers alone.
+The model is built from these numbers alone. Records that say the same about a mechanism are equal,
+whatever notation they were read from: `==` compares contents, arrays included, to the last bit.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
+
+
+class Record:
+    """A frozen dataclass that `==` compares by its contents.
+
+    Fields declared with `compare=False` do not take part. Records hold arrays and lists of other
+    records, of which no hash is computed: they cannot be keys of a dictionary.
+    """
+
+    def __eq__(self, other: object) -> bool:
+        return self.agrees(other) if isinstance(other, Record) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def agrees(self, other: object, tolerance: float = 0.0) -> bool:
+        """Return whether another record says the same up to rounding.
+
+        Args:
+            other: a record; anything else never agrees.
+            tolerance: greatest difference of two numbers relative to the greatest number of their
+                array; of a number that stands alone, relative to itself. 0 is what `==` demands.
+        """
+        return type(self) is type(other) and all(
+            _agree(getattr(self, item.name), getattr(other, item.name), tolerance)
+            for item in fields(self)  # type: ignore[arg-type]
+            if item.compare
+        )
+
+
+def _agree(first: object, second: object, tolerance: float) -> bool:
+    """Return whether two values of a record's field are the same up to a relative tolerance."""
+    if isinstance(first, Record):
+        return first.agrees(second, tolerance)
+    if isinstance(first, tuple):
+        return (
+            isinstance(second, tuple)
+            and len(first) == len(second)
+            and all(_agree(a, b, tolerance) for a, b in zip(first, second, strict=True))
+        )
+    if isinstance(first, (float, np.ndarray)):
+        a, b = np.asarray(first), np.asarray(second)
+        if np.array_equal(a, b):
+            return True
+        # An infinite limit agrees with nothing but itself; the difference would be nan.
+        if a.shape != b.shape or not (np.all(np.isfinite(a)) and np.all(np.isfinite(b))):
+            return False
+        return bool(np.max(np.abs(a - b)) <= tolerance * np.max(np.abs(a)))
+    return first == second
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +73,8 @@ class SourceText:
     path: Path | None
 
 
-@dataclass(frozen=True, eq=False)
-class LinkDescription:
+@dataclass(frozen=True, eq=False, repr=False)
+class LinkDescription(Record):
     """A link and its mass.
 
     Attributes:
@@ -40,9 +89,12 @@ class LinkDescription:
     centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
     inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
 
+    def __repr__(self) -> str:
+        return f"<LinkDescription {self.name!r}: {self.mass:g} kg>"
 
-@dataclass(frozen=True)
-class Limits:
+
+@dataclass(frozen=True, eq=False)
+class Limits(Record):
     """Limits of a joint's coordinate; they are kept for Pinocchio's functions only.
 
     Attributes:
@@ -57,19 +109,19 @@ class Limits:
     effort: float = np.inf
 
 
-@dataclass(frozen=True, eq=False)
-class JointDescription:
+@dataclass(frozen=True, eq=False, repr=False)
+class JointDescription(Record):
     """A joint of the spanning tree.
 
     Attributes:
         name: its name.
-        type: one of `elements.JOINT_TYPES`, or a type of loops.
+        type: one of `elements.TREE_TYPES`.
         parent, child: names of the two links.
         origin: `(4, 4)` placement of the joint's frame in the parent [m].
         axis: `(3,)` unit axis in the joint frame.
         axis_2: `(3,)` second axis of a `universal` joint; else the first.
-        child_placement: `(4, 4)` placement of the child link in the joint's frame, which a URDF
-            lets coincide.
+        child_placement: `(4, 4)` placement of the child link in the joint's frame [m]. In a URDF
+            both frames coincide; MJCF places them independently.
         limits: of its coordinate.
     """
 
@@ -81,11 +133,14 @@ class JointDescription:
     axis: np.ndarray
     axis_2: np.ndarray
     child_placement: np.ndarray = field(default_factory=lambda: np.eye(4))
-    limits: Limits = Limits()
+    limits: Limits = field(default_factory=Limits)
+
+    def __repr__(self) -> str:
+        return f"<JointDescription {self.name!r}: {self.type}, {self.parent!r} -> {self.child!r}>"
 
 
-@dataclass(frozen=True, eq=False)
-class LoopDescription:
+@dataclass(frozen=True, eq=False, repr=False)
+class LoopDescription(Record):
     """A closure between two links, in URDF+ notation.
 
     Attributes:
@@ -107,10 +162,14 @@ class LoopDescription:
     axis: np.ndarray
     axis_2: np.ndarray
 
+    def __repr__(self) -> str:
+        ends = f"{self.predecessor!r} -> {self.successor!r}"
+        return f"<LoopDescription {self.name!r}: {self.type}, {ends}>"
 
-@dataclass(frozen=True)
-class CouplingDescription:
-    """A gear, in URDF+ notation.
+
+@dataclass(frozen=True, eq=False)
+class CouplingDescription(Record):
+    """A coupling of two links' rotations, in URDF+ notation.
 
     The rotation of the successor is `ratio` times that of the predecessor, both summed up over
     the joints from their nearest common ancestor.
@@ -122,9 +181,13 @@ class CouplingDescription:
     ratio: float
 
 
-@dataclass(frozen=True, eq=False)
-class Description:
+@dataclass(frozen=True, eq=False, repr=False)
+class Description(Record):
     """A checked description.
+
+    Two descriptions are equal (`==`) where they say the same about the mechanism, limits, drives
+    and the order of joints included. How it was written does not count: source text, notation and
+    warnings may differ. `print` shows a summary.
 
     Attributes:
         name: name of the mechanism.
@@ -133,7 +196,7 @@ class Description:
         order: names of the tree joints in the order in which Pinocchio's own reader of the
             format would take them, so that its users find the indices that they know.
         loops: the closures in file order.
-        couplings: the gears in file order.
+        couplings: the couplings in file order.
         independent_joints: names of the joints that its author drives.
         notation: how the loops were written, and what else was found.
         warnings: what is wrong with it and was accepted.
@@ -147,12 +210,76 @@ class Description:
     loops: tuple[LoopDescription, ...]
     couplings: tuple[CouplingDescription, ...] = ()
     independent_joints: tuple[str, ...] = ()
-    notation: str = "URDF+"
-    warnings: tuple[str, ...] = ()
-    source: SourceText | None = None
+    notation: str = field(default="URDF+", compare=False)
+    warnings: tuple[str, ...] = field(default=(), compare=False)
+    source: SourceText | None = field(default=None, compare=False)
 
     @property
     def root(self) -> str:
         """Name of the link that stands in the world."""
         children = {joint.child for joint in self.joints}
         return next(link.name for link in self.links if link.name not in children)
+
+    def __repr__(self) -> str:
+        counts = (
+            f"{len(items)} {name}{'s' * (len(items) != 1)}"
+            for name in ("link", "joint", "loop", "coupling")
+            if (items := getattr(self, f"{name}s"))
+        )
+        return f"<Description {self.name!r}: {', '.join(counts)}>"
+
+    def __str__(self) -> str:
+        """Return a summary: links with masses, joints with axes, loops, couplings and drives."""
+        sections: dict[str, list[tuple[str, ...]]] = {
+            "links": [_of_link(link) for link in self.links],
+            "joints": [
+                _of_joint(joint, joint.parent, joint.child, joint.name in self.independent_joints)
+                for joint in self.joints
+            ],
+            "loops": [_of_joint(loop, loop.predecessor, loop.successor) for loop in self.loops],
+            "couplings": [
+                (item.name, f"ratio {item.ratio:g}", f"{item.predecessor} -> {item.successor}")
+                for item in self.couplings
+            ],
+        }
+        lines = [self.name]
+        for title, rows in sections.items():
+            if rows:
+                lines += [f"{title}:", *_aligned(rows)]
+        return "\n".join(lines)
+
+
+def _of_link(link: LinkDescription) -> tuple[str, ...]:
+    """Return the columns that a summary shows of a link."""
+    if link.mass == 0.0:
+        return link.name, "massless"
+    return link.name, f"{link.mass:g} kg", f"centre {_vector(link.centre)} m"
+
+
+def _of_joint(
+    joint: JointDescription | LoopDescription, parent: str, child: str, driven: bool = False
+) -> tuple[str, ...]:
+    """Return the columns that a summary shows of a joint or loop between two links."""
+    axes = ""
+    if joint.type == "universal":
+        axes = f"axes {_vector(joint.axis)} and {_vector(joint.axis_2)}"
+    elif joint.type not in ("fixed", "spherical", "floating"):
+        axes = f"axis {_vector(joint.axis)}"
+    return joint.name, joint.type, f"{parent} -> {child}", axes, "independent" if driven else ""
+
+
+def _vector(values: np.ndarray) -> str:
+    # Adding zero removes the sign of negative zeros.
+    return f"({', '.join(f'{value:.6g}' for value in values + 0.0)})"
+
+
+def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
+    """Return rows of texts as lines whose columns stand below each other."""
+    count = max(len(row) for row in rows)
+    padded = [row + ("",) * (count - len(row)) for row in rows]
+    widths = [max(map(len, column)) for column in zip(*padded, strict=True)]
+    lines = []
+    for row in padded:
+        columns = (text.ljust(width) for text, width in zip(row, widths, strict=True))
+        lines.append(f"  {'  '.join(columns)}".rstrip())
+    return lines

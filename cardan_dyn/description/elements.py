@@ -14,18 +14,27 @@ from ..errors import ModelError, choices
 from .description import LoopDescription
 
 JOINT_TYPES = frozenset({"revolute", "continuous", "prismatic", "fixed", "planar", "floating"})
+"""Types of tree joints that URDF has."""
+ADDED_TYPES = frozenset({"spherical", "universal", "cylindrical"})
+"""Types that this package adds to those of URDF, for loops and for tree joints."""
+TREE_TYPES = JOINT_TYPES | ADDED_TYPES
 """Types of tree joints that can be loaded."""
-LOOP_TYPES = frozenset(
-    {
-        *("revolute", "continuous", "prismatic", "fixed", "planar"),
-        *("spherical", "universal", "cylindrical"),
-    }
-)
+LOOP_TYPES = TREE_TYPES - {"floating"}
 """Types of loops that can be closed."""
 
-
 MOST_LINKS = 2000
-"""Greatest number of links of a description."""
+"""Greatest number of links of a description: larger ones were never tested."""
+GREATEST = 1e50
+"""Greatest number in a description: products of several of them are still far from overflow."""
+LEAST_MASS = 1e-50
+"""Least positive mass [kg]; `GREATEST` bounds its reciprocal as well."""
+_LEAST = 1e-150
+"""Smaller numbers are read as zero: their squares would vanish (1e-300 is about the least double),
+so that a vector of them had components but no length."""
+_RIGHT_ANGLE_TOLERANCE = 1e-9
+"""Greatest cosine between the axes of a universal joint: what axes written with ten digits have."""
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+"""A decimal number as XML Schema has it."""
 
 
 def check_size(links: int, where: str) -> None:
@@ -42,29 +51,33 @@ def check_size(links: int, where: str) -> None:
 
 
 def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element | None:
-    """Return the child of a kind, None without one.
+    """Return the child element of a kind, None without one.
 
     Raises:
-        ModelError: there are several, which would leave open what holds.
+        ModelError: there are several, and it is open which of them counts.
     """
-    found = element.findall(tag)
-    if len(found) > 1:
-        raise ModelError(f"{at}: there are {len(found)} <{tag}> in <{element.tag}>; keep one")
-    return found[0] if found else None
+    children = element.findall(tag)
+    if len(children) > 1:
+        raise ModelError(f"{at}: there are {len(children)} <{tag}> in <{element.tag}>; keep one")
+    return children[0] if children else None
 
 
 def names(robot: ElementTree.Element, tag: str, where: str) -> list[str]:
     """Return the names of all elements of a kind, each of which occurs once."""
-    found = [name_of(element, where) for element in robot.findall(tag)]
-    check_unique(found, tag, where)
-    return found
+    listed = [name_of(element, where) for element in robot.findall(tag)]
+    check_unique(listed, tag, where)
+    return listed
 
 
 def check_unique(names: list[str], what: str, where: str) -> None:
-    """Refuse names that occur twice."""
-    twice = [name for name, count in Counter(names).items() if count > 1]
-    if twice:
-        raise ModelError(f"{where}: {what} names that occur twice: {choices(twice)}")
+    """Refuse names that occur twice.
+
+    Raises:
+        ModelError: which ones do; `what` says in the message of what kind they are.
+    """
+    repeated = [name for name, count in Counter(names).items() if count > 1]
+    if repeated:
+        raise ModelError(f"{where}: {what} names that occur twice: {choices(repeated)}")
 
 
 def name_of(element: ElementTree.Element, where: str) -> str:
@@ -77,28 +90,30 @@ def name_of(element: ElementTree.Element, where: str) -> str:
 
 def link_of(element: ElementTree.Element, tag: str, links: Collection[str], at: str) -> str:
     """Return the name of an existing link that a child element points to."""
-    found = only(element, tag, at)
-    if found is None or not found.get("link"):
+    child = only(element, tag, at)
+    if child is None or not child.get("link"):
         raise ModelError(f'{at}: <{tag} link="..."/> is missing')
-    name = found.get("link", "")
+    name = child.get("link", "")
     if name not in links:
         raise ModelError(f"{at}: {tag} link {name!r} does not exist; links: {choices(links)}")
     return name
 
 
-_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-GREATEST = 1e50
-"""Greatest number in a description: products of several of them are still far from overflow."""
-
-
-_LEAST = 1e-150  # Squares of smaller numbers vanish: they are taken as zero.
-
-
 def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
-    """Return the numbers that an attribute lists.
+    """Return the numbers `(count,)` that an attribute lists.
 
     They are decimal numbers as XML knows them, with blanks between and around them. Python would
-    read more (`1_0`, digits of other scripts), of which no other program makes the same number.
+    also accept `1_0` and digits of other scripts, which other programs read differently or not
+    at all.
+
+    Args:
+        text: the attribute's value; None where the element does not have the attribute.
+        count: how many numbers it has to list.
+        default: the text that counts without the attribute; empty where it must be there.
+        at: how messages name the attribute.
+
+    Raises:
+        ModelError: these are not `count` finite numbers up to `GREATEST`.
     """
     words = re.split(r"[ \t\r\n]+", (default if text is None else text).strip(" \t\r\n"))
     if len(words) != count or not all(_NUMBER.fullmatch(word) for word in words):
@@ -125,30 +140,54 @@ def pose(origin: ElementTree.Element, at: str) -> np.ndarray:
         raise ModelError(f"{at}: origin quat_xyzw is not read; write rpy instead")
     result = np.eye(4)
     result[:3, 3] = numbers(origin.get("xyz"), 3, "0 0 0", f"{at}: origin xyz")
-    roll, pitch, yaw = numbers(origin.get("rpy"), 3, "0 0 0", f"{at}: origin rpy")
+    result[:3, :3] = rotation(*numbers(origin.get("rpy"), 3, "0 0 0", f"{at}: origin rpy").tolist())
+    return result
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    """Return the `(3, 3)` rotation of angles [rad] about the fixed axes x, then y, then z."""
     cr, sr = math.cos(roll), math.sin(roll)
     cp, sp = math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)
-    result[:3, :3] = [
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ]
-    return result
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
 
 
 def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndarray:
     """Return the `(3,)` unit axis of an element."""
-    found = only(element, tag, at)
-    axis = numbers(None if found is None else found.get("xyz"), 3, "1 0 0", f"{at}: {tag} xyz")
+    child = only(element, tag, at)
+    axis = numbers(None if child is None else child.get("xyz"), 3, "1 0 0", f"{at}: {tag} xyz")
     length = float(np.linalg.norm(axis))
-    # Of shorter ones the squares, and at last the numbers themselves, lose digits.
+    # The squares of the components of shorter axes lose digits, and so does their direction.
     if length < 1.0 / GREATEST:
         raise ModelError(
             f"{at}: the {tag} {axis.tolist()} has no direction; its length is to be 1 and may be "
             f"from {1.0 / GREATEST:.0e} to {GREATEST:.0e}"
         )
     return axis / length
+
+
+def axes_of(element: ElementTree.Element, kind: str, at: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return both `(3,)` unit axes of a joint of a kind; only a `universal` one has a second.
+
+    Raises:
+        ModelError: an axis has no direction, or those of a universal joint are not at right angles.
+    """
+    axis = axis_of(element, at)
+    if kind != "universal":
+        return axis, axis
+    axis_2 = axis_of(element, at, "axis2")
+    if abs(float(axis @ axis_2)) > _RIGHT_ANGLE_TOLERANCE:
+        raise ModelError(
+            f"{at}: a universal joint needs <axis> and <axis2> at right angles, not "
+            f"{axis.tolist()} and {axis_2.tolist()}"
+        )
+    return axis, axis_2
 
 
 def loop(
@@ -161,6 +200,9 @@ def loop(
         sides: tags of the predecessor's and the successor's child.
         links: names of all links.
         where: how messages name the source of the text.
+
+    Raises:
+        ModelError: what is wrong with it.
     """
     name = name_of(element, where)
     at = f"{where}: {element.tag} {name!r}"
@@ -171,14 +213,7 @@ def loop(
     if predecessor == successor:
         raise ModelError(f"{at}: predecessor and successor are the same link {successor!r}")
     origins = [_end(only(element, side, at), at) for side in sides]
-    axis = axis_2 = axis_of(element, at)
-    if kind == "universal":
-        axis_2 = axis_of(element, at, "axis2")
-        if abs(float(axis @ axis_2)) > 1e-9:
-            raise ModelError(
-                f"{at}: a universal joint needs <axis> and <axis2> at right angles, not "
-                f"{axis.tolist()} and {axis_2.tolist()}"
-            )
+    axis, axis_2 = axes_of(element, kind, at)
     return LoopDescription(name, kind, predecessor, successor, origins[0], origins[1], axis, axis_2)
 
 

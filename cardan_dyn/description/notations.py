@@ -1,4 +1,4 @@
-"""Notations: the ways in which others write loops beside a URDF's tree.
+"""Notations: the ways in which other programs write loops beside a URDF's tree.
 
 URDF+ `<loop>` (Chignoli et al., arXiv 2411.19753) comes first, then NVIDIA Isaac's `<loop_joint>`,
 then Gepetto's YAML file beside the URDF. Where a description uses several, they must say the same.
@@ -18,6 +18,10 @@ from .description import LoopDescription
 from .elements import JOINT_TYPES, check_unique, loop
 
 GEPETTO_TYPES = {"6d": "fixed", "3d": "spherical"}
+"""Gepetto's word for a closure to the type of the loop that it is."""
+
+_Content = dict[object, object]
+"""What a YAML file says, by key."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +44,18 @@ class Gepetto:
 def agreed(
     robot: ElementTree.Element, links: Collection[str], extra: Gepetto | None, where: str
 ) -> tuple[tuple[LoopDescription, ...], str]:
-    """Return the loops of a description and which notation they came from.
+    """Return the loops of a description, and which notation they came from.
+
+    Args:
+        robot: outermost element of the URDF.
+        links: names of all links.
+        extra: what a file beside the URDF says.
+        where: how messages name the source of the text.
 
     Raises:
         ModelError: two notations close different loops.
     """
-    found = {
+    by_notation = {
         "URDF+ <loop>": tuple(
             loop(item, ("predecessor", "successor"), links, where) for item in robot.findall("loop")
         ),
@@ -54,22 +64,23 @@ def agreed(
         ),
         f"Gepetto {extra.path.name}" if extra else "": extra.loops if extra else (),
     }
-    used = {name: loops for name, loops in found.items() if loops}
-    if not used:
+    written = {notation: loops for notation, loops in by_notation.items() if loops}
+    if not written:
         return (), "no loops"
-    first = next(iter(used))
-    for other in list(used)[1:]:
-        if _ends(used[other]) != _ends(used[first]):
+    used, *repeating = written
+    for notation in repeating:
+        if _link_pairs(written[notation]) != _link_pairs(written[used]):
             raise ModelError(
-                f"{where}: {first} and {other} close different loops: "
-                f"{choices(map(str, _ends(used[first])))} against "
-                f"{choices(map(str, _ends(used[other])))}; keep one of them"
+                f"{where}: {used} and {notation} close different loops: "
+                f"{choices(map(str, _link_pairs(written[used])))} against "
+                f"{choices(map(str, _link_pairs(written[notation])))}; keep one of them"
             )
-    same = "".join(f"; {other} says the same and is not used" for other in list(used)[1:])
-    return used[first], first + same
+    remarks = "".join(f"; {notation} says the same and is not used" for notation in repeating)
+    return written[used], used + remarks
 
 
-def _ends(loops: tuple[LoopDescription, ...]) -> list[tuple[str, ...]]:
+def _link_pairs(loops: tuple[LoopDescription, ...]) -> list[tuple[str, ...]]:
+    """Return the pairs of links that loops connect, whichever of them is the predecessor."""
     return sorted(tuple(sorted((loop.predecessor, loop.successor))) for loop in loops)
 
 
@@ -92,6 +103,18 @@ def gepetto(path: Path, robot: ElementTree.Element, joints: set[str]) -> Gepetto
     content = _content(existing[0], where)
     if content is None:
         return None
+    loops = _loops(content, robot, where)
+    motors = _names(content.get("name_mot", []), f"{where}: name_mot")
+    _check_joints(motors, joints, where)
+    joint_types = _joint_types(content, joints, where)
+    check_unique(motors, "name_mot", where)
+    return Gepetto(existing[0], loops, tuple(motors), joint_types)
+
+
+def _loops(
+    content: _Content, robot: ElementTree.Element, where: str
+) -> tuple[LoopDescription, ...]:
+    """Return the closures that a file lists, welds where it does not state their types."""
     pairs = content["closed_loop"]
     if not isinstance(pairs, list):
         raise ModelError(f"{where}: closed_loop is not a list of pairs of names")
@@ -99,17 +122,17 @@ def gepetto(path: Path, robot: ElementTree.Element, joints: set[str]) -> Gepetto
     if len(types) != len(pairs):
         raise ModelError(f"{where}: {len(pairs)} closed_loop but {len(types)} type entries")
     frames = _frames(robot)
-    loops = tuple(
-        _loop(number, _names(pair, f"{where}: closed_loop entry {number}"), kind, frames, where)
-        for number, (pair, kind) in enumerate(zip(pairs, types, strict=True), start=1)
+    return tuple(
+        _loop(count, _names(pair, f"{where}: closed_loop entry {count}"), kind, frames, where)
+        for count, (pair, kind) in enumerate(zip(pairs, types, strict=True), start=1)
     )
-    motors = _names(content.get("name_mot", []), f"{where}: name_mot")
+
+
+def _joint_types(content: _Content, joints: set[str], where: str) -> dict[str, str]:
+    """Return the joints to which a file gives another type than the URDF, and those types."""
     names = _names(content.get("joint_name", []), f"{where}: joint_name")
     kinds = _names(content.get("joint_type", []), f"{where}: joint_type")
-    for name in (*motors, *names):
-        if name not in joints:
-            raise ModelError(f"{where}: joint {name!r} does not exist; joints: {choices(joints)}")
-    check_unique(motors, "name_mot", where)
+    _check_joints(names, joints, where)
     check_unique(names, "joint_name", where)
     known = JOINT_TYPES | {"spherical"}
     for kind in kinds:
@@ -117,15 +140,20 @@ def gepetto(path: Path, robot: ElementTree.Element, joints: set[str]) -> Gepetto
             raise ModelError(f"{where}: joint_type {kind!r} is unknown; types: {choices(known)}")
     if len(names) != len(kinds):
         raise ModelError(f"{where}: {len(names)} joint_name but {len(kinds)} joint_type entries")
-    changed = {name: kind.lower() for name, kind in zip(names, kinds, strict=True)}
-    return Gepetto(existing[0], loops, tuple(motors), changed)
+    return {name: kind.lower() for name, kind in zip(names, kinds, strict=True)}
 
 
-def _content(path: Path, where: str) -> dict[object, object] | None:
+def _check_joints(names: list[str], joints: set[str], where: str) -> None:
+    for name in names:
+        if name not in joints:
+            raise ModelError(f"{where}: joint {name!r} does not exist; joints: {choices(joints)}")
+
+
+def _content(path: Path, where: str) -> _Content | None:
     """Return what a YAML file says about loops, None if it is about something else.
 
     Raises:
-        ModelError: it cannot be read, or says something twice.
+        ModelError: it cannot be read, or contains a key twice.
     """
     import yaml
 
@@ -137,21 +165,29 @@ def _content(path: Path, where: str) -> dict[object, object] | None:
         finally:
             loader.dispose()
     except Exception as error:
-        # PyYAML meets wrong scalars and deep nesting with errors of all kinds.
+        # PyYAML raises errors of many types, on malformed scalars and deep nesting for instance.
         detail = " ".join(str(error).split()) or type(error).__name__
         raise ModelError(f"{where}: cannot be read as YAML: {detail}") from error
     if not isinstance(content, dict) or "closed_loop" not in content:
         return None
-    # A dictionary keeps the last of equal keys without a word.
+    # The dictionary silently keeps the last of equal keys, so the keys of the text are checked.
     keys = node.value if isinstance(node, yaml.MappingNode) else []
     check_unique([key.value for key, _ in keys if isinstance(key, yaml.ScalarNode)], "key", where)
     return content
 
 
 def _loop(
-    number: int, pair: list[str], kind: str, frames: dict[str, set[str]], where: str
+    count: int, pair: list[str], kind: str, frames: dict[str, set[str]], where: str
 ) -> LoopDescription:
-    """Return the closure between two frames."""
+    """Return the closure between two frames.
+
+    Args:
+        count: which entry of the file it is, from 1; it has no name there.
+        pair: names of the frames.
+        kind: a key of `GEPETTO_TYPES`.
+        frames: frame to the links that it is on.
+        where: how messages name the file.
+    """
     if kind.lower() not in GEPETTO_TYPES:
         raise ModelError(f"{where}: type {kind!r} is unknown; types: {choices(GEPETTO_TYPES)}")
     if len(pair) != 2:
@@ -171,14 +207,15 @@ def _loop(
             f"{where}: closed_loop entry {pair}: both frames are on the link {links[0]!r}"
         )
     axis = np.array([1.0, 0.0, 0.0])
-    name, still = f"loop_{number}", np.eye(4)
-    return LoopDescription(
-        name, GEPETTO_TYPES[kind.lower()], links[0], links[1], still, still, axis, axis
-    )
+    name, kind = f"loop_{count}", GEPETTO_TYPES[kind.lower()]
+    return LoopDescription(name, kind, links[0], links[1], np.eye(4), np.eye(4), axis, axis)
 
 
 def _frames(robot: ElementTree.Element) -> dict[str, set[str]]:
-    """Return names that Pinocchio gives frames, of links and joints, to the links they sit on."""
+    """Return the names of Pinocchio's frames, those of links and joints, with the links they move.
+
+    A link and a joint of the same name may belong to different links.
+    """
     frames = {link.get("name", ""): {link.get("name", "")} for link in robot.findall("link")}
     for joint in robot.findall("joint"):
         child = joint.find("child")
@@ -188,7 +225,7 @@ def _frames(robot: ElementTree.Element) -> dict[str, set[str]]:
 
 
 def _names(value: object, at: str) -> list[str]:
-    """Return a list of strings."""
+    """Return a value of the file that has to be a list of names."""
     if not isinstance(value, list):
         raise ModelError(f"{at} is not a list of names")
     for item in value:

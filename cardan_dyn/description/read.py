@@ -1,4 +1,4 @@
-"""Read: find a description, and choose the reader of its notation."""
+"""Read: find a description, and choose the reader for its notation."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 _BLANK = "\ufeff \t\r\n"
 """What may stand before a text's first element."""
 _EXTERNAL = re.compile(r"\b(SYSTEM|PUBLIC)\b")
+"""Words with which a DOCTYPE refers to another document."""
 
 
 def bundled_directory() -> Path:
@@ -37,13 +38,13 @@ def bundled_names() -> list[str]:
 def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
     """Read a bundled description by name, a file by path, or text.
 
-    Args:
-        source: name in `bundled_names()`, path, or text that starts with `<`.
-        strict: whether inertias that no body can have are refused.
-
     A file's loops may be written in URDF+ notation (`<loop>`, `<coupling>`), in that of NVIDIA
     Isaac (`<loop_joint>`), in Gepetto's YAML file of the same name beside the URDF, or as
     `<equality>` of an MJCF file.
+
+    Args:
+        source: name in `bundled_names()`, path, or text that starts with `<`.
+        strict: whether inertias that no body can have are refused.
 
     Raises:
         ModelError: what is wrong, where, and the valid choices.
@@ -61,6 +62,14 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
 
 
 def _parse(text: str, where: str, path: Path | None, strict: bool) -> Description:
+    """Return the description that a text of any notation is.
+
+    Args:
+        text: of the file, without anything before its first element.
+        where: how messages name the source of the text.
+        path: the file, None for text.
+        strict: whether inertias that no body can have are refused.
+    """
     from xml.etree import ElementTree
 
     from . import urdf
@@ -73,7 +82,7 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
         raise ModelError(f"{where}: malformed XML: {error}") from error
     prolog = text[: text.find(f"<{root.tag}")]
     if "<!DOCTYPE" in prolog and _EXTERNAL.search(prolog):
-        # Entities that another document may define would be nothing, without a word.
+        # Entities that the other document defines would silently be read as nothing.
         raise ModelError(f"{where}: its DOCTYPE refers to another document, which is not read")
     if root.tag == "mujoco":
         from .mjcf import reader as mjcf
@@ -98,7 +107,7 @@ def _name(source: object) -> str:
     """
     try:
         name = os.fspath(source)  # type: ignore[call-overload]
-    except Exception:  # A path of another's making may raise anything.
+    except Exception:  # The path may be an object of any class, which may raise anything.
         name = None
     if isinstance(name, str):
         return str(name)
@@ -109,14 +118,19 @@ def _name(source: object) -> str:
 
 
 def _find(name: str) -> Path:
+    """Return the path of a bundled description or of an existing file.
+
+    Raises:
+        ModelError: there is no such file.
+    """
     if name in bundled_names():
         return bundled_directory() / f"{name}.urdf"
     path = Path(name)
     try:
-        found = path.is_file()
-    except (OSError, ValueError):
-        found = False
-    if not found:
+        exists = path.is_file()
+    except (OSError, ValueError):  # A name that is too long, or contains a null character.
+        exists = False
+    if not exists:
         raise ModelError(
             f"no description {shortened(repr(name))}: it is neither a file nor a bundled name; "
             f"bundled descriptions: {choices(bundled_names())}"

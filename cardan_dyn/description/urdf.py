@@ -1,7 +1,11 @@
 """URDF: text with loops to a checked description.
 
-What other readers accept silently and turn into wrong numbers (a link with two parents, a negative
-mass, a number that is none) is refused here.
+Other readers accept a link with two parents, a negative mass or text in the place of a number, and
+compute wrong results from it without a message. All of that is refused here.
+
+Beyond URDF, the types of loops (`spherical`, `universal`, `cylindrical`) are read as types of tree
+joints too, a universal one with its second axis in `<axis2>`; and a limit may be infinite: `inf`
+for velocity, effort and upper, `-inf` for lower.
 """
 
 from __future__ import annotations
@@ -16,8 +20,11 @@ from ..errors import ModelError, choices
 from . import notations
 from .description import CouplingDescription, Description, JointDescription, Limits, LinkDescription
 from .elements import (
+    ADDED_TYPES,
     JOINT_TYPES,
-    axis_of,
+    LEAST_MASS,
+    TREE_TYPES,
+    axes_of,
     check_size,
     check_unique,
     link_of,
@@ -29,9 +36,20 @@ from .elements import (
 )
 
 _INERTIA_TOLERANCE = 1e-9
-"""Relative violation of the triangle inequality that rounding in a file may cause."""
-_LEAST_MASS = 1e-50
+"""Violation of the triangle inequality, relative to the greatest principal moment, that rounding in
+a file with ten or more digits may cause."""
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+"""Attributes of `<inertia>`, in the order in which `tensor_of` takes them."""
+_UNLIMITED = {"lower": "-inf", "upper": "inf", "velocity": "inf", "effort": "inf"}
+"""Attribute of `<limit>` to the word that says that there is no limit."""
+_READ = frozenset(
+    {
+        *("link", "inertial", "mass", "inertia", "origin"),
+        *("joint", "parent", "child", "axis", "axis2", "limit", "dynamics", "coupling", "ratio"),
+        *("loop", "predecessor", "successor", "loop_joint", "link1", "link2"),
+    }
+)
+"""Elements that are read."""
 
 
 def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: bool) -> Description:
@@ -49,22 +67,20 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     check_size(len(robot.findall("link")), where)
     _check_namespaces(robot, where)
     links, warnings = _links(robot, where, strict)
-    # A dictionary answers for thousands of links whether it has a name.
-    known = dict.fromkeys(link.name for link in links)
-    declared = names(robot, "joint", where)
-    extra = None if path is None else notations.gepetto(path, robot, set(declared))
-    types: Mapping[str, str] = {} if extra is None else extra.joint_types
-    joints = [_joint(element, known, types, where, warnings) for element in robot.findall("joint")]
-    loops, notation = notations.agreed(robot, known, extra, where)
-    couplings = tuple(_coupling(item, known, where) for item in robot.findall("coupling"))
+    # Thousands of joints ask whether a link exists: a dictionary answers without a search, and
+    # keeps the links in file order.
+    link_names = dict.fromkeys(link.name for link in links)
+    beside = _file_beside(robot, where, path)
+    changed_types: Mapping[str, str] = {} if beside is None else beside.joint_types
+    joints, left_out = _joints(robot, link_names, changed_types, where)
+    loops, notation = notations.agreed(robot, link_names, beside, where)
+    couplings = tuple(_coupling(item, link_names, where) for item in robot.findall("coupling"))
     named = [item.name for items in (joints, loops, couplings) for item in items]
     check_unique(named, "joint or loop", where)
-    independent = tuple(
-        name_of(joint, where) for joint in robot.findall("joint") if _flag(joint, where)
-    )
-    if extra is not None and not independent:
-        independent = extra.motors
-    check_tree(list(known), joints, where)
+    independent = _independent(robot, where)
+    if beside is not None and not independent:
+        independent = beside.motors
+    check_tree(list(link_names), joints, where)
     return Description(
         name=robot.get("name") or "mechanism",
         links=tuple(links),
@@ -74,24 +90,22 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         couplings=couplings,
         independent_joints=independent,
         notation=notation,
-        warnings=tuple(warnings),
+        warnings=(*warnings, *left_out),
     )
 
 
-_READ = frozenset(
-    {
-        *("link", "inertial", "mass", "inertia", "origin"),
-        *("joint", "parent", "child", "axis", "axis2", "limit", "dynamics", "coupling", "ratio"),
-        *("loop", "predecessor", "successor", "loop_joint", "link1", "link2"),
-    }
-)
-"""Elements that are read."""
+def _file_beside(
+    robot: ElementTree.Element, where: str, path: Path | None
+) -> notations.Gepetto | None:
+    """Return what Gepetto's YAML file says about a URDF, None where there is no such file."""
+    joint_names = names(robot, "joint", where)
+    return None if path is None else notations.gepetto(path, robot, set(joint_names))
 
 
 def _check_namespaces(robot: ElementTree.Element, where: str) -> None:
-    """Refuse elements that would be read but for their namespace, and what is to be processed.
+    """Refuse elements of URDF in a namespace, which would be passed over, and unprocessed xacro.
 
-    Others' extensions, in their own namespace or none, are left alone.
+    Extensions by other programs, in their own namespace or in none, are left alone.
     """
     waiting = [robot]
     while waiting:
@@ -132,49 +146,54 @@ def check_tree(links: list[str], joints: list[JointDescription], where: str) -> 
         detail = f"links without a parent: {choices(roots)}" if roots else "the joints form a ring"
         raise ModelError(f"{where}: a URDF has exactly one root link; {detail}")
     reached = {roots[0]}
-    queue = [roots[0]]
-    while queue:
-        found = children[queue.pop()]
-        reached.update(found)
-        queue.extend(found)
+    waiting = [roots[0]]
+    while waiting:
+        carried = children[waiting.pop()]
+        reached.update(carried)
+        waiting.extend(carried)
     if len(reached) != len(links):
-        lost = choices(set(links) - reached)
+        unreached = choices(set(links) - reached)
         raise ModelError(
-            f"{where}: not connected to the root {roots[0]!r}: {lost}; "
+            f"{where}: not connected to the root {roots[0]!r}: {unreached}; "
             "their joints form a ring: write one of them as <loop>"
         )
 
 
 def check_inertia(tensor: np.ndarray, at: str, strict: bool) -> str:
-    """Return what is wrong with an inertia `(3, 3)`, where that is accepted.
+    """Return why no body can have an inertia; an empty text where one can.
+
+    Args:
+        tensor: the inertia `(3, 3)` about the centre of mass [kg·m²].
+        at: how messages name it.
+        strict: whether an inertia that no body can have is refused.
 
     Raises:
-        ModelError: something is wrong with it, and it is not.
+        ModelError: no body can have it, and `strict` refuses that; or it has no principal moments.
     """
     try:
         if not np.all(np.isfinite(tensor)):
             raise ValueError("it is not finite")
         small, middle, large = np.linalg.eigvalsh(tensor)
-    except ValueError as error:  # NumPy's LinAlgError among them.
+    except ValueError as error:  # NumPy's LinAlgError is one of them.
         raise ModelError(f"{at}: the inertia has no principal moments ({error})") from error
-    slack = _INERTIA_TOLERANCE * abs(large)
-    wrong = ""
-    if small < -slack:
-        wrong = f"{at}: the inertia has a negative principal moment {small:g} kg·m²"
-    elif small + middle < large - slack:
-        wrong = (
+    rounding = _INERTIA_TOLERANCE * abs(large)
+    fault = ""
+    if small < -rounding:
+        fault = f"{at}: the inertia has a negative principal moment {small:g} kg·m²"
+    elif small + middle < large - rounding:
+        fault = (
             f"{at}: principal moments {small:g}, {middle:g}, {large:g} kg·m² violate the triangle "
             "inequality: the greatest exceeds the sum of the other two, which no body can have"
         )
-    if wrong and strict:
-        raise ModelError(f"{wrong}; load(..., strict=False) accepts it")
-    return wrong
+    if fault and strict:
+        raise ModelError(f"{fault}; load(..., strict=False) accepts it")
+    return fault
 
 
 def _links(
     robot: ElementTree.Element, where: str, strict: bool
 ) -> tuple[list[LinkDescription], list[str]]:
-    """Return the links, and what is wrong with them and was accepted."""
+    """Return the links, and warnings about what was accepted."""
     if not names(robot, "link", where):
         raise ModelError(f"{where}: there is no <link>")
     links, warnings = [], []
@@ -187,6 +206,7 @@ def _links(
 
 
 def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkDescription, str]:
+    """Return a link, and a warning about what was accepted; an empty text without one."""
     name = element.get("name", "")
     at = f"{where}: link {name!r}"
     inertial = only(element, "inertial", at)
@@ -199,78 +219,128 @@ def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkD
     mass = float(numbers(mass_element.get("value"), 1, "", f"{at}: mass")[0])
     if mass == 0.0 and not strict:
         return LinkDescription(name), f"{at}: mass 0 kg: taken as massless"
-    if mass < _LEAST_MASS:
+    if mass < LEAST_MASS:
         raise ModelError(
             f"{at}: mass {mass:g} kg is not positive; a massless link has no <inertial>"
             + ("; load(..., strict=False) takes zero for that" if mass == 0.0 else "")
         )
-    xx, yy, zz, xy, xz, yz = (
+    moments = (
         float(numbers(inertia_element.get(moment), 1, "0", f"{at}: inertia {moment}")[0])
         for moment in _MOMENTS
     )
-    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    tensor = tensor_of(*moments)
     warning = check_inertia(tensor, at, strict)
     rotation = frame[:3, :3]
     return LinkDescription(name, mass, frame[:3, 3], rotation @ tensor @ rotation.T), warning
 
 
+def tensor_of(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> np.ndarray:
+    """Return the symmetric `(3, 3)` matrix of an inertia's moments and products [kg·m²]."""
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _joints(
+    robot: ElementTree.Element,
+    links: dict[str, None],
+    changed_types: Mapping[str, str],
+    where: str,
+) -> tuple[list[JointDescription], list[str]]:
+    """Return the tree joints, and warnings about what is left out of them."""
+    joints, warnings = [], []
+    for element in robot.findall("joint"):
+        joint, left_out = _joint(element, links, changed_types, where)
+        joints.append(joint)
+        warnings.extend(left_out)
+    return joints, warnings
+
+
 def _joint(
     element: ElementTree.Element,
     links: dict[str, None],
-    types: Mapping[str, str],
+    changed_types: Mapping[str, str],
     where: str,
-    warnings: list[str],
-) -> JointDescription:
-    """Return a joint; `types` has the types that some get from a file beside the URDF."""
+) -> tuple[JointDescription, list[str]]:
+    """Return a tree joint, and warnings about what is left out of it.
+
+    Args:
+        element: the `<joint>`.
+        links: names of all links.
+        changed_types: joint name to the type that a file beside the URDF gives it.
+        where: how messages name the source of the text.
+    """
     name = name_of(element, where)
     at = f"{where}: joint {name!r}"
     kind = element.get("type")
-    if kind not in JOINT_TYPES:
-        raise ModelError(f"{at}: type {kind!r} is not supported; types: {choices(JOINT_TYPES)}")
-    kind = types.get(name, kind)
-    axis = np.array([1.0, 0.0, 0.0]) if kind == "fixed" else axis_of(element, at)
-    dynamics = only(element, "dynamics", at)
-    acting = (
-        {}
-        if dynamics is None
-        else {
-            key: value
-            for key in ("damping", "friction")
-            if (value := float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0]))
-        }
-    )
-    if element.find("mimic") is not None:
-        warnings.append(f"{at}: <mimic> left out: write the gear as <coupling>")
-    if acting:
-        listed = ", ".join(f"{key} {value:g}" for key, value in acting.items())
-        warnings.append(f"{at}: {listed} of <dynamics> left out: wrenches are without friction")
-    return JointDescription(
+    if kind not in TREE_TYPES:
+        raise ModelError(
+            f"{at}: type {kind!r} is not supported; types: {choices(JOINT_TYPES)}, and beyond "
+            f"URDF: {choices(ADDED_TYPES)}"
+        )
+    kind = changed_types.get(name, kind)
+    axis = axis_2 = np.array([1.0, 0.0, 0.0])
+    if kind != "fixed":
+        axis, axis_2 = axes_of(element, kind, at)
+    warnings = _left_out(element, at)
+    joint = JointDescription(
         name=name,
         type=kind,
         parent=link_of(element, "parent", links, at),
         child=link_of(element, "child", links, at),
         origin=placement(element, at),
         axis=axis,
-        axis_2=axis,
+        axis_2=axis_2,
         limits=_limits(element, kind, at),
     )
+    return joint, warnings
+
+
+def _left_out(element: ElementTree.Element, at: str) -> list[str]:
+    """Return warnings about what a joint says and no wrench considers: couplings, friction."""
+    warnings = []
+    if element.find("mimic") is not None:
+        warnings.append(f"{at}: <mimic> left out: write the gear as <coupling>")
+    dynamics = only(element, "dynamics", at)
+    if dynamics is not None:
+        coefficients = {
+            key: float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0])
+            for key in ("damping", "friction")
+        }
+        listed = ", ".join(f"{key} {value:g}" for key, value in coefficients.items() if value)
+        if listed:
+            warnings.append(f"{at}: {listed} of <dynamics> left out: wrenches are without friction")
+    return warnings
 
 
 def _limits(element: ElementTree.Element, kind: str, at: str) -> Limits:
-    found = only(element, "limit", at)
-    if found is None:
+    """Return the limits of a joint, which URDF takes as zero where `<limit>` does not state them.
+
+    Without `<limit>` there are none. A `continuous` joint has no limits of position.
+    """
+    limit = only(element, "limit", at)
+    if limit is None:
         return Limits()
-
-    def limit(name: str, default: str) -> float:
-        return float(numbers(found.get(name), 1, default, f"{at}: limit {name}")[0])
-
-    velocity, effort = limit("velocity", "0"), limit("effort", "0")
+    velocity, effort = _limit(limit, "velocity", at), _limit(limit, "effort", at)
     if kind == "continuous":
         return Limits(velocity=velocity, effort=effort)
-    return Limits(limit("lower", "0"), limit("upper", "0"), velocity, effort)
+    return Limits(_limit(limit, "lower", at), _limit(limit, "upper", at), velocity, effort)
 
 
-def _flag(joint: ElementTree.Element, where: str) -> bool:
+def _limit(element: ElementTree.Element, name: str, at: str) -> float:
+    """Return a limit of a joint; infinite where it says so."""
+    text = element.get(name)
+    if text == _UNLIMITED[name]:
+        return float(text)
+    return float(numbers(text, 1, "0", f"{at}: limit {name}")[0])
+
+
+def _independent(robot: ElementTree.Element, where: str) -> tuple[str, ...]:
+    """Return the names of the joints that the author of the URDF marks as driven."""
+    return tuple(
+        name_of(joint, where) for joint in robot.findall("joint") if _is_independent(joint, where)
+    )
+
+
+def _is_independent(joint: ElementTree.Element, where: str) -> bool:
     value = joint.get("independent", "false").lower()
     if value not in ("true", "false"):
         raise ModelError(
@@ -285,10 +355,12 @@ def _coupling(
 ) -> CouplingDescription:
     name = name_of(element, where)
     at = f"{where}: coupling {name!r}"
-    ends = [link_of(element, side, links, at) for side in ("predecessor", "successor")]
-    found = only(element, "ratio", at)
-    value = None if found is None else found.get("value")
-    ratio = float(numbers(value, 1, "", f"{at}: ratio value")[0])
+    predecessor, successor = (
+        link_of(element, side, links, at) for side in ("predecessor", "successor")
+    )
+    ratio_element = only(element, "ratio", at)
+    text = None if ratio_element is None else ratio_element.get("value")
+    ratio = float(numbers(text, 1, "", f"{at}: ratio value")[0])
     if ratio == 0.0:
         raise ModelError(f"{at}: a ratio of zero would hold the successor, not couple it")
-    return CouplingDescription(name, ends[0], ends[1], ratio)
+    return CouplingDescription(name, predecessor, successor, ratio)

@@ -217,6 +217,12 @@ class Mechanism(Frozen):
             placements[index - 1] = parent * self.model.jointPlacements[index]
         return placements
 
+    def to_urdf(self) -> str:
+        """Return the description as URDF+ text, which `load` reads back; without visuals."""
+        from ..description.write import to_urdf
+
+        return to_urdf(self.description)
+
     def __repr__(self) -> str:
         loops = ", ".join(loop.joint for loop in self.loops) or "none"
         return f"<Mechanism {self.name!r}: {len(self.joints)} joints, loops: {loops}>"

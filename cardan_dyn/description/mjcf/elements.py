@@ -16,7 +16,8 @@ from .schema import DEFAULTS, ORIENTATIONS, check_attributes, check_children, ke
 Array = np.ndarray
 Attributes = Mapping[str, str]
 _TINY = 1e-10
-"""Sine of an angle below which two directions do not span a plane."""
+"""Sine of an angle below which two directions do not span a plane: with about 16 digits, the normal
+of their plane would have six certain ones."""
 
 
 def number(attributes: Attributes, name: str, default: str, at: str) -> float:
@@ -25,7 +26,11 @@ def number(attributes: Attributes, name: str, default: str, at: str) -> float:
 
 
 def several(attributes: Attributes, name: str, least: int, most: int, at: str) -> Array:
-    """Return the numbers of an attribute that may list more or fewer; none without it."""
+    """Return the numbers of an attribute that may list `least` to `most` of them; none without it.
+
+    Raises:
+        ModelError: it lists fewer or more, or anything but finite numbers.
+    """
     value = attributes.get(name)
     if value is None:
         return np.zeros(0)
@@ -45,7 +50,7 @@ class Compiler:
     """What `<compiler>` says.
 
     Attributes:
-        angle: radians of one unit of angle.
+        angle: radians per unit in which the file gives angles.
         eulerseq: axes about which Euler angles turn; small letters turn with the frame.
         autolimits: whether a range makes a joint limited.
         inertiafromgeom: `false`, `true` or `auto`: whether geoms give bodies their inertia.
@@ -67,41 +72,45 @@ class Compiler:
 
     @classmethod
     def of(cls, root: ElementTree.Element, where: str) -> Compiler:
-        """Return what all `<compiler>` elements say, the last word of each counting."""
+        """Return the settings of all `<compiler>` elements; of a repeated one the last counts.
+
+        Raises:
+            ModelError: a setting is unknown, malformed or not supported.
+        """
         at = f"{where}: compiler"
-        found: dict[str, str] = {}
+        stated: dict[str, str] = {}
         for element in root.findall("compiler"):
             check_attributes(element, at)
-            found.update(element.attrib)
-        if found.get("coordinate", "local") != "local":
+            stated.update(element.attrib)
+        if stated.get("coordinate", "local") != "local":
             raise ModelError(
-                f"{at}: coordinate {found['coordinate']!r} is not supported; load and save the "
+                f"{at}: coordinate {stated['coordinate']!r} is not supported; load and save the "
                 "model in MuJoCo 2.3.3 or older, which makes coordinates local"
             )
-        degrees = keyword(found.get("angle", "degree"), ("degree", "radian"), f"{at}: angle")
-        sequence = found.get("eulerseq", "xyz")
+        unit_of_angle = keyword(stated.get("angle", "degree"), ("degree", "radian"), f"{at}: angle")
+        sequence = stated.get("eulerseq", "xyz")
         if len(sequence) != 3 or set(sequence) - set("xyzXYZ"):
             raise ModelError(f"{at}: eulerseq {sequence!r} is not three letters of xyzXYZ")
-        groups = numbers(found.get("inertiagrouprange"), 2, "0 5", f"{at}: inertiagrouprange")
+        groups = numbers(stated.get("inertiagrouprange"), 2, "0 5", f"{at}: inertiagrouprange")
         return cls(
-            angle=math.pi / 180.0 if degrees == "degree" else 1.0,
+            angle=math.pi / 180.0 if unit_of_angle == "degree" else 1.0,
             eulerseq=sequence,
-            autolimits=flag(found, "autolimits", "true", at),
+            autolimits=flag(stated, "autolimits", "true", at),
             inertiafromgeom=keyword(
-                found.get("inertiafromgeom", "auto"),
+                stated.get("inertiafromgeom", "auto"),
                 ("false", "true", "auto"),
                 f"{at}: inertiafromgeom",
             ),
             groups=(float(groups[0]), float(groups[1])),
-            boundmass=number(found, "boundmass", "0", at),
-            boundinertia=number(found, "boundinertia", "0", at),
-            balanceinertia=flag(found, "balanceinertia", "false", at),
-            settotalmass=number(found, "settotalmass", "-1", at),
+            boundmass=number(stated, "boundmass", "0", at),
+            boundinertia=number(stated, "boundinertia", "0", at),
+            balanceinertia=flag(stated, "balanceinertia", "false", at),
+            settotalmass=number(stated, "settotalmass", "-1", at),
         )
 
 
 class DefaultClasses:
-    """The classes of `<default>`: attributes that elements need not repeat."""
+    """The classes of `<default>`: attributes that hold for elements which do not state them."""
 
     def __init__(self, root: ElementTree.Element, where: str) -> None:
         self._where = where
@@ -136,7 +145,11 @@ class DefaultClasses:
                 content[element.tag] = merged(content.get(element.tag, {}), element.attrib)
 
     def known(self, name: str, at: str) -> str:
-        """Return the name of a class, which must exist."""
+        """Return the name of a class.
+
+        Raises:
+            ModelError: there is no such class.
+        """
         if name not in self._classes:
             raise ModelError(
                 f"{at}: default class {name!r} does not exist; classes: {choices(self._classes)}"
@@ -146,13 +159,13 @@ class DefaultClasses:
     def of(
         self, element: ElementTree.Element, childclass: str, at: str, kind: str | None = None
     ) -> dict[str, str]:
-        """Return an element's attributes, those of its class filled in.
+        """Return an element's attributes, completed by those of its class.
 
         Args:
-            element: its own `class` counts, or else:
-            childclass: that of the body or frame around it.
-            at: how messages name it.
-            kind: tag of its defaults, if not its own.
+            element: the element, which may name a class.
+            childclass: the class that counts otherwise, that of the body or frame around it.
+            at: how messages name the element.
+            kind: tag under which the class lists its defaults, if not the element's tag.
         """
         name = self.known(element.get("class") or childclass, at)
         return merged(self._classes[name].get(kind or element.tag, {}), element.attrib)
@@ -161,8 +174,8 @@ class DefaultClasses:
 def merged(base: Attributes, over: Attributes) -> dict[str, str]:
     """Return attributes over those of a class, as MuJoCo combines them.
 
-    An orientation replaces one that is written otherwise; a size that lists fewer numbers keeps
-    the rest of them.
+    An orientation replaces that of the class, also where another attribute describes it. A size
+    that lists fewer numbers than that of the class keeps the rest of them.
     """
     kept = dict(base)
     if any(name in over for name in ORIENTATIONS):
@@ -170,8 +183,8 @@ def merged(base: Attributes, over: Attributes) -> dict[str, str]:
             kept.pop(name, None)
     kept.update(over)
     if "size" in over:
-        given = over["size"].split()
-        kept["size"] = " ".join(given + base.get("size", "").split()[len(given) :])
+        sizes = over["size"].split()
+        kept["size"] = " ".join(sizes + base.get("size", "").split()[len(sizes) :])
     return kept
 
 
@@ -184,9 +197,9 @@ def pose(attributes: Attributes, compiler: Compiler, at: str) -> Array:
 
 
 def segment(attributes: Attributes, at: str) -> tuple[Array, float]:
-    """Return the `(4, 4)` placement and half the length of what fromto spans.
+    """Return the `(4, 4)` placement and half the length [m] of a shape between two points.
 
-    Its z axis points to the first end, as in MuJoCo.
+    Its frame is in the middle; its z axis points to the first point, as in MuJoCo.
     """
     ends = numbers(attributes.get("fromto"), 6, "", f"{at}: fromto")
     along = ends[:3] - ends[3:]
@@ -197,7 +210,12 @@ def segment(attributes: Attributes, at: str) -> tuple[Array, float]:
 
 
 def unit(vector: Array, at: str) -> Array:
-    """Return a vector scaled to the length 1."""
+    """Return a vector scaled to the length 1.
+
+    Raises:
+        ModelError: it has no direction.
+    """
+    # The squares of very small components would vanish.
     greatest = float(np.max(np.abs(vector)))
     if greatest == 0.0:
         raise ModelError(f"{at}: a vector of zeros has no direction")
@@ -219,12 +237,12 @@ def rotation_of_quaternion(quaternion: Array, at: str) -> Array:
 
 def _orientation(attributes: Attributes, compiler: Compiler, at: str) -> Array:
     """Return the `(3, 3)` rotation that one of `ORIENTATIONS` describes."""
-    given = [name for name in ORIENTATIONS if name in attributes]
-    if len(given) > 1:
-        raise ModelError(f"{at}: {' and '.join(given)} both turn it; keep one of them")
-    if not given:
+    stated = [name for name in ORIENTATIONS if name in attributes]
+    if len(stated) > 1:
+        raise ModelError(f"{at}: {' and '.join(stated)} both turn it; keep one of them")
+    if not stated:
         return np.eye(3)
-    name = given[0]
+    name = stated[0]
     at = f"{at}: {name}"
     count = {"quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3}[name]
     values = numbers(attributes[name], count, "", at)
@@ -235,15 +253,28 @@ def _orientation(attributes: Attributes, compiler: Compiler, at: str) -> Array:
     if name == "zaxis":
         return _from_z(unit(values, at))
     if name == "xyaxes":
-        x, y = unit(values[:3], at), unit(values[3:], at)
-        y = y - x * (x @ y)
-        if np.linalg.norm(y) < _TINY:
-            raise ModelError(f"{at}: both axes have the same direction")
-        y = y / np.linalg.norm(y)
-        return np.stack([x, y, np.cross(x, y)], axis=1)
+        return _from_axes(values[:3], values[3:], at)
+    return _from_euler_angles(compiler.angle * values, compiler.eulerseq)
+
+
+def _from_axes(x: Array, y: Array, at: str) -> Array:
+    """Return the `(3, 3)` rotation to an x axis and a y axis, made normal to each other."""
+    x, y = unit(x, at), unit(y, at)
+    y = y - x * (x @ y)
+    if np.linalg.norm(y) < _TINY:
+        raise ModelError(f"{at}: both axes have the same direction")
+    y = y / np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)], axis=1)
+
+
+def _from_euler_angles(angles: Array, sequence: str) -> Array:
+    """Return the `(3, 3)` rotation of angles [rad] about axes in a sequence.
+
+    Small letters are axes that turn with the frame, capital letters axes that stand still.
+    """
     result = np.eye(3)
-    for letter, angle in zip(compiler.eulerseq, values, strict=True):
-        turn = _turn(np.eye(3)["xyz".index(letter.lower())], compiler.angle * angle)
+    for letter, angle in zip(sequence, angles, strict=True):
+        turn = _turn(np.eye(3)["xyz".index(letter.lower())], angle)
         result = result @ turn if letter.islower() else turn @ result
     return result
 
@@ -256,7 +287,10 @@ def _turn(axis: Array, angle: float) -> Array:
 
 
 def _from_z(direction: Array) -> Array:
-    """Return the shortest `(3, 3)` rotation from z to a unit vector; half a turn about x to -z."""
+    """Return the shortest `(3, 3)` rotation from the z axis to a unit vector.
+
+    To the vector -z every axis across is as short; it is half a turn about x, as in MuJoCo.
+    """
     across = np.array([-direction[1], direction[0], 0.0])
     sine = float(np.linalg.norm(across))
     axis = across / sine if sine > _TINY else np.array([1.0, 0.0, 0.0])

@@ -1,4 +1,4 @@
-"""Equalities of MJCF: `connect` and `weld` as loops, gears as couplings."""
+"""Equalities of MJCF: `connect` and `weld` as loops, `joint` as couplings."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from ..elements import numbers
 from .elements import Attributes, DefaultClasses, flag, number, rotation_of_quaternion
 from .schema import check_attributes, keyword
 
-Found = TypeVar("Found")
+Named = TypeVar("Named")
 LOOPS = ("connect", "weld")
 """Kinds of <equality> that close loops."""
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
-    """Where the bodies of a file are.
+class Frames:
+    """Where the bodies of a file are, and its sites and joints: what equalities refer to.
 
     Attributes:
         root: name of the link that stands in the world.
@@ -41,17 +41,23 @@ class Places:
 
 
 def equalities(
-    root: ElementTree.Element, classes: DefaultClasses, places: Places, where: str
+    root: ElementTree.Element, classes: DefaultClasses, frames: Frames, where: str
 ) -> tuple[list[LoopDescription], list[CouplingDescription], list[str]]:
-    """Return the loops, the gears and warnings on what is switched off."""
+    """Return the loops, the couplings, and warnings about equalities that are switched off.
+
+    Args:
+        root: outermost element of the file.
+        classes: its default classes.
+        frames: what the equalities refer to.
+        where: how messages name the source of the text.
+
+    Raises:
+        ModelError: an equality is malformed, or of a kind that is not supported.
+    """
     loops, couplings, warnings = [], [], []
-    taken = set(places.joints)
+    taken = set(frames.joints)
     named = {name for item in _items(root) if (name := item.get("name"))}
-    disabled = any(
-        keyword(item.get("equality", "enable"), ("enable", "disable"), f"{where}: flag equality")
-        == "disable"
-        for item in root.iterfind("option/flag")
-    )
+    disabled = _are_disabled(root, where)
     for count, element in enumerate(_items(root), start=1):
         name = element.get("name")
         at = f"{where}: <equality> <{element.tag}> {name or count!r}"
@@ -64,31 +70,45 @@ def equalities(
                 f"{where}: <equality> <{element.tag}> is not supported; kinds: {choices(LOOPS)}, "
                 "and joint for gears"
             )
-        gear = element.tag == "joint"
-        check_attributes(element, at, "equality joint" if gear else None)
+        is_coupling = element.tag == "joint"
+        check_attributes(element, at, "equality joint" if is_coupling else None)
         name = unique(name or f"equality_{count}", taken if name else taken | named)
         taken.add(name)
-        if gear:
-            couplings.append(_gear(attributes, name, places, where, at))
+        if is_coupling:
+            couplings.append(_coupling(attributes, name, frames, where, at))
         else:
-            loops.append(_loop(element.tag, attributes, name, places, at))
+            loops.append(_loop(element.tag, attributes, name, frames, at))
     return loops, couplings, warnings
 
 
+def _are_disabled(root: ElementTree.Element, where: str) -> bool:
+    """Return whether an option switches all equalities off."""
+    words, at = ("enable", "disable"), f"{where}: flag equality"
+    return any(
+        keyword(item.get("equality", "enable"), words, at) == "disable"
+        for item in root.iterfind("option/flag")
+    )
+
+
 def unique(name: str, taken: set[str]) -> str:
-    """Return a name that is not taken: itself, or with a number."""
-    found, count = name, 1
-    while found in taken:
+    """Return a name that is not taken: `name`, or `name` with the first free number behind it."""
+    candidate, count = name, 1
+    while candidate in taken:
         count += 1
-        found = f"{name}_{count}"
-    return found
+        candidate = f"{name}_{count}"
+    return candidate
 
 
 def _items(root: ElementTree.Element) -> Iterator[ElementTree.Element]:
     return root.iterfind("equality/*")
 
 
-def _loop(kind: str, attributes: Attributes, name: str, places: Places, at: str) -> LoopDescription:
+def _loop(kind: str, attributes: Attributes, name: str, frames: Frames, at: str) -> LoopDescription:
+    """Return the loop that a `connect` or a `weld` is.
+
+    Its coordinates are zero in the initial configuration, save for a `weld` that states another
+    relative pose.
+    """
     by_sites = [key for key in ("site1", "site2") if key in attributes]
     by_bodies = [key for key in ("body1", "body2", "anchor", "relpose") if key in attributes]
     if by_sites and by_bodies:
@@ -96,60 +116,84 @@ def _loop(kind: str, attributes: Attributes, name: str, places: Places, at: str)
     if kind == "weld" and number(attributes, "torquescale", "1", at) == 0.0:
         raise ModelError(f"{at}: a weld with torquescale 0 is a ball; write <connect>")
     if by_sites:
-        (first, origin_1), (second, origin_2) = (
-            _named(attributes, key, places.sites, at) for key in ("site1", "site2")
-        )
+        links, origins = _of_sites(kind, attributes, frames, at)
     else:
-        bodies = {link: (link, np.eye(4)) for link in places.links}
-        bodies.setdefault("world", bodies[places.root])
-        first, origin_1 = _named(attributes, "body1", bodies, at)
-        second, origin_2 = bodies[places.root]
-        if "body2" in attributes:
-            second, origin_2 = _named(attributes, "body2", bodies, at)
-    if first == second:
-        raise ModelError(f"{at}: both ends are on the body {first!r}")
-    # Placement of the second body in the first, as the file describes it.
-    across = _inverse(places.links[first]) @ places.links[second]
-    if kind == "connect" and not by_sites:
-        if "anchor" not in attributes:
-            raise ModelError(f'{at}: anchor="..." is missing')
-        origin_1 = _moved(numbers(attributes["anchor"], 3, "", f"{at}: anchor"))
-        origin_2 = _inverse(across) @ origin_1
-    elif kind == "connect":
-        # A ball stands at zero as the file describes it, however its sites are turned.
-        origin_2 = origin_2.copy()
-        origin_2[:3, :3] = across[:3, :3].T @ origin_1[:3, :3]
-    elif not by_sites:
-        origin_2 = _moved(numbers(attributes.get("anchor"), 3, "0 0 0", f"{at}: anchor"))
-        origin_1 = across @ origin_2
-        pose = numbers(attributes.get("relpose"), 7, "0 1 0 0 0 0 0", f"{at}: relpose")
-        if np.any(pose[3:]):
-            # MuJoCo holds the anchor, a point of the second body, at this point of the first.
-            origin_1 = _moved(pose[:3])
-            origin_1[:3, :3] = rotation_of_quaternion(pose[3:], f"{at}: relpose")
+        links, origins = _of_bodies(kind, attributes, frames, at)
     axis = np.array([1.0, 0.0, 0.0])
     joint = "spherical" if kind == "connect" else "fixed"
-    return LoopDescription(name, joint, first, second, origin_1, origin_2, axis, axis)
+    return LoopDescription(name, joint, *links, *origins, axis, axis)
 
 
-def _gear(
-    attributes: Attributes, name: str, places: Places, where: str, at: str
+def _of_sites(
+    kind: str, attributes: Attributes, frames: Frames, at: str
+) -> tuple[tuple[str, str], tuple[Array, Array]]:
+    """Return the links that an equality of two sites connects, and `(4, 4)` placements there."""
+    (first, origin_1), (second, origin_2) = (
+        _named(attributes, key, frames.sites, at) for key in ("site1", "site2")
+    )
+    _check_apart(first, second, at)
+    if kind == "connect":
+        # The sites of a ball joint may have any orientation: that of the second is replaced, so
+        # that the coordinate is zero in the initial configuration.
+        origin_2 = origin_2.copy()
+        origin_2[:3, :3] = _across(first, second, frames)[:3, :3].T @ origin_1[:3, :3]
+    return (first, second), (origin_1, origin_2)
+
+
+def _of_bodies(
+    kind: str, attributes: Attributes, frames: Frames, at: str
+) -> tuple[tuple[str, str], tuple[Array, Array]]:
+    """Return the links that an equality of bodies connects, and `(4, 4)` placements there."""
+    bodies = {link: link for link in frames.links}
+    bodies.setdefault("world", frames.root)
+    first = _named(attributes, "body1", bodies, at)
+    second = _named(attributes, "body2", bodies, at) if "body2" in attributes else frames.root
+    _check_apart(first, second, at)
+    across = _across(first, second, frames)
+    if kind == "connect":
+        if "anchor" not in attributes:
+            raise ModelError(f'{at}: anchor="..." is missing')
+        origin_1 = _at_point(numbers(attributes["anchor"], 3, "", f"{at}: anchor"))
+        return (first, second), (origin_1, _inverse(across) @ origin_1)
+    origin_2 = _at_point(numbers(attributes.get("anchor"), 3, "0 0 0", f"{at}: anchor"))
+    origin_1 = across @ origin_2
+    relative_pose = numbers(attributes.get("relpose"), 7, "0 1 0 0 0 0 0", f"{at}: relpose")
+    # A quaternion of zeros stands for the pose in the initial configuration.
+    if np.any(relative_pose[3:]):
+        # MuJoCo holds the anchor, a point of the second body, at this point of the first.
+        origin_1 = _at_point(relative_pose[:3])
+        origin_1[:3, :3] = rotation_of_quaternion(relative_pose[3:], f"{at}: relpose")
+    return (first, second), (origin_1, origin_2)
+
+
+def _check_apart(first: str, second: str, at: str) -> None:
+    if first == second:
+        raise ModelError(f"{at}: both ends are on the body {first!r}")
+
+
+def _across(first: str, second: str, frames: Frames) -> Array:
+    """Return the initial `(4, 4)` placement of the second link in the first."""
+    return _inverse(frames.links[first]) @ frames.links[second]
+
+
+def _coupling(
+    attributes: Attributes, name: str, frames: Frames, where: str, at: str
 ) -> CouplingDescription:
-    """Return the coupling that a polynomial between two joints is, where it is a ratio.
+    """Return the coupling that an equality of two joints is, where its polynomial is a ratio.
 
     A coupling sums up rotations from the nearest common ancestor of its links. So it says the
     same only of hinges that stand on one body.
     """
-    driven = _named(attributes, "joint1", places.joints, at)
+    driven = _named(attributes, "joint1", frames.joints, at)
     driving = None
     if "joint2" in attributes:
-        driving = _named(attributes, "joint2", places.joints, at)
+        driving = _named(attributes, "joint2", frames.joints, at)
     factors = numbers(attributes.get("polycoef"), 5, "0 1 0 0 0", f"{at}: polycoef")
     if (
         driving is None
         or driven is driving
         or not {driven.type, driving.type} <= {"revolute", "continuous"}
-        or places.rigid[driven.parent] != places.rigid[driving.parent]
+        or frames.rigid[driven.parent] != frames.rigid[driving.parent]
         or factors[1] == 0.0
         or np.any(factors[[0, 2, 3, 4]])
     ):
@@ -160,23 +204,25 @@ def _gear(
     return CouplingDescription(name, driving.child, driven.child, float(factors[1]))
 
 
-def _named(attributes: Attributes, key: str, found: Mapping[str, Found], at: str) -> Found:
-    """Return what an attribute names."""
+def _named(attributes: Attributes, key: str, known: Mapping[str, Named], at: str) -> Named:
+    """Return the known item that an attribute names."""
     name = attributes.get(key)
     if name is None:
         raise ModelError(f'{at}: {key}="..." is missing')
-    if name not in found:
-        raise ModelError(f"{at}: {key} {name!r} does not exist; names: {choices(found)}")
-    return found[name]
+    if name not in known:
+        raise ModelError(f"{at}: {key} {name!r} does not exist; names: {choices(known)}")
+    return known[name]
 
 
-def _moved(point: Array) -> Array:
+def _at_point(point: Array) -> Array:
+    """Return the `(4, 4)` placement at a point, axes parallel."""
     result = np.eye(4)
     result[:3, 3] = point
     return result
 
 
 def _inverse(placement: Array) -> Array:
+    """Return the inverse of a `(4, 4)` placement."""
     result = np.eye(4)
     result[:3, :3] = placement[:3, :3].T
     result[:3, 3] = -placement[:3, :3].T @ placement[:3, 3]

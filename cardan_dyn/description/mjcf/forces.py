@@ -1,4 +1,4 @@
-"""Forces that MJCF states and wrenches leave out: springs, friction, armatures."""
+"""Forces that an MJCF file states and no wrench considers: springs, friction, armatures."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ _TENDON = ("armature", "damping", "stiffness", "frictionloss")
 _ACTUATOR = ("armature", "damping")
 _FLUID = ("density", "viscosity")
 _MOST = 3
-"""Most coefficients of a damping or stiffness."""
+"""Greatest count of coefficients of a damping or stiffness: MuJoCo's are polynomials."""
 _SHOWN = 8
-"""How many a message lists."""
+"""How many of them a message lists, so that it stays readable."""
 
 
 class Forces:
-    """Collects them while a file is read."""
+    """Collects such forces while a file is read."""
 
     def __init__(self, classes: DefaultClasses, where: str) -> None:
         self._classes = classes
         self._where = where
-        self._found: list[str] = []
+        self._noted: list[str] = []
 
     def of_joint(self, attributes: Attributes, name: str) -> None:
         """Note what a joint states, its class included."""
         self._note(attributes, _JOINT, f"joint {name!r}")
 
     def of_body(self, attributes: Attributes, name: str) -> None:
-        """Note whether a body makes up for its weight."""
+        """Note whether a force compensates the weight of a body."""
         self._note(attributes, ("gravcomp",), f"body {name!r}")
 
     def of_sections(self, root: ElementTree.Element) -> None:
@@ -52,24 +52,25 @@ class Forces:
                     at = f"{self._where}: {name}"
                     self._note(self._classes.of(element, "main", at, default), keys, name)
         for element in root.iterfind("deformable/flex"):
-            self._found.append(f"flex {element.get('name', '')!r}")
+            self._noted.append(f"flex {element.get('name', '')!r}")
 
     def left_out(self, strict: bool) -> list[str]:
-        """Return what was noted as warnings.
+        """Return a warning for each force that was noted.
 
         Raises:
-            ModelError: something was, and `strict` refuses it.
+            ModelError: there are some, and `strict` refuses them.
         """
-        if strict and self._found:
-            more = len(self._found) - _SHOWN
-            listed = "; ".join(self._found[:_SHOWN]) + (f"; and {more} more" if more > 0 else "")
+        if strict and self._noted:
+            more = len(self._noted) - _SHOWN
+            listed = "; ".join(self._noted[:_SHOWN]) + (f"; and {more} more" if more > 0 else "")
             raise ModelError(
                 f"{self._where}: forces that wrenches leave out: {listed}; load(..., strict=False) "
                 "accepts the file and leaves them out"
             )
-        return [f"{self._where}: {found} left out of the wrenches" for found in self._found]
+        return [f"{self._where}: {force} left out of the wrenches" for force in self._noted]
 
     def _note(self, attributes: Attributes, keys: Iterable[str], name: str) -> None:
+        """Note the attributes among `keys` that are not zero."""
         at = f"{self._where}: {name}"
         acting = [
             f"{key} {attributes[key]}"
@@ -77,4 +78,4 @@ class Forces:
             if np.any(several(attributes, key, 1, _MOST, at))
         ]
         if acting:
-            self._found.append(f"{name}: {', '.join(acting)}")
+            self._noted.append(f"{name}: {', '.join(acting)}")

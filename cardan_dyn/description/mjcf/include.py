@@ -1,4 +1,4 @@
-"""Includes of MJCF: other files' elements put in place."""
+"""Includes of MJCF: elements of other files in the place of each `<include>`."""
 
 from __future__ import annotations
 
@@ -10,14 +10,20 @@ from ...errors import ModelError
 from .schema import check_attributes
 
 DEPTH = 300
-"""Greatest number of elements within each other."""
+"""Greatest depth of elements within each other; the root counts as 1. Deeper models were never
+tested."""
 
 
-def with_includes(root: ElementTree.Element, where: str, path: Path | None) -> None:
-    """Put what other files contain in the place of every `<include>`, files in files as well.
+def with_includes(root: ElementTree.Element, where: str, path: Path | None) -> ElementTree.Element:
+    """Return a model in which included files' elements, and theirs in turn, replace `<include>`.
 
     As in MuJoCo, a path is taken from beside the main file, or else from beside the including
     one, and a file is included once.
+
+    Args:
+        root: outermost element of the main file; it stays as it is.
+        where: how messages name the main file.
+        path: the main file; None for text.
 
     Raises:
         ModelError: a file is missing, malformed or included twice, or elements are nested deeper
@@ -25,20 +31,20 @@ def with_includes(root: ElementTree.Element, where: str, path: Path | None) -> N
     """
     seen = set() if path is None else {path.resolve()}
     main = None if path is None else path.parent
-    waiting = [(root, main, 1)]
+    result = ElementTree.Element(root.tag, root.attrib)
+    waiting = [(root, result, main, 1)]
     while waiting:
-        parent, beside, depth = waiting.pop()
+        parent, resolved, beside, depth = waiting.pop()
         if depth > DEPTH:
             raise ModelError(
                 f"{where}: <{parent.tag}> is nested {depth} elements deep; the limit is {DEPTH}"
             )
         content = deque((child, beside) for child in parent)
-        children = []
         while content:
             child, folder = content.popleft()
             if child.tag != "include":
-                children.append(child)
-                waiting.append((child, folder, depth + 1))
+                copied = ElementTree.SubElement(resolved, child.tag, child.attrib)
+                waiting.append((child, copied, folder, depth + 1))
                 continue
             included, file = _included(child, where, main, folder)
             if file.resolve() in seen:
@@ -48,7 +54,7 @@ def with_includes(root: ElementTree.Element, where: str, path: Path | None) -> N
                 )
             seen.add(file.resolve())
             content.extendleft((item, file.parent) for item in reversed(included))
-        parent[:] = children
+    return result
 
 
 def _included(
@@ -65,11 +71,11 @@ def _included(
     if main is None or beside is None:
         raise ModelError(f"{at}: text has no directory to find it in; load the file by its path")
     try:
-        found = [file for file in (main / name, beside / name) if file.is_file()]
-        if not found:
+        existing = [file for file in (main / name, beside / name) if file.is_file()]
+        if not existing:
             raise ModelError(f"{at}: there is no file {str(main / name)!r}")
-        content = found[0].read_text(encoding="utf-8-sig")
-        return ElementTree.fromstring(content.lstrip(" \t\r\n")), found[0]
+        content = existing[0].read_text(encoding="utf-8-sig")
+        return ElementTree.fromstring(content.lstrip(" \t\r\n")), existing[0]
     except ElementTree.ParseError as error:
         raise ModelError(f"{at}: malformed XML: {error}") from error
     except (OSError, ValueError) as error:

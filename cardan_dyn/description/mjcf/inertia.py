@@ -10,12 +10,10 @@ import numpy as np
 from ...arrays import Array
 from ...errors import ModelError
 from ..description import LinkDescription
-from ..elements import GREATEST, numbers
-from ..urdf import check_inertia
+from ..elements import GREATEST, LEAST_MASS, numbers
+from ..urdf import check_inertia, tensor_of
 from .elements import Attributes, Compiler, flag, number, pose, segment, several
 
-_LEAST_MASS = 1e-50
-_FULL = ("xx", "yy", "zz", "xy", "xz", "yz")
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
 """Shape to how many numbers its size has."""
 
@@ -54,9 +52,8 @@ def link(
     compiler: Compiler,
     at: str,
     strict: bool,
-    warnings: list[str],
-) -> LinkDescription:
-    """Return a body as a link with its mass.
+) -> tuple[LinkDescription, list[str]]:
+    """Return a body as a link with its mass, and warnings about what was accepted.
 
     Args:
         name: of the body.
@@ -65,72 +62,84 @@ def link(
         compiler: settings of the file.
         at: how messages name the body.
         strict: whether inertias that no body can have are refused.
-        warnings: what was accepted is added to them.
+
+    Raises:
+        ModelError: its mass or inertia is malformed, impossible or not computed here.
     """
-    found = None
-    if compiler.inertiafromgeom == "true" or (
-        compiler.inertiafromgeom == "auto" and inertial is None
-    ):
-        found = _together([_of_geom(geom, compiler) for geom in geoms])
-    if found is None:
-        found = _NOTHING if inertial is None else _of_inertial(inertial, compiler, warnings)
-    if not np.all(np.abs([found.mass, *found.centre, *found.inertia.flat]) <= GREATEST):
+    body, warning = _mass_of(inertial, geoms, compiler)
+    warnings = [warning] if warning else []
+    if not np.all(np.abs([body.mass, *body.centre, *body.inertia.flat]) <= GREATEST):
         raise ModelError(
             f"{at}: its mass or inertia is beyond {GREATEST:.0e}; choose units in which numbers "
             "are not so far from 1"
         )
-    found = _bounded(found, compiler)
-    mass, tensor = found.mass, found.inertia
-    if mass == 0.0:
-        if np.any(tensor):
+    body = _bounded(body, compiler)
+    if body.mass == 0.0:
+        if np.any(body.inertia):
             if strict:
                 raise ModelError(f"{at}: an inertia needs a mass; load(..., strict=False) drops it")
             warnings.append(f"{at}: mass 0 kg with an inertia: taken as massless")
-        return LinkDescription(name)
-    if mass < _LEAST_MASS:
-        raise ModelError(f"{at}: mass {mass:g} kg is not positive; a massless body has mass 0")
-    warning = check_inertia(tensor, at, strict)
+        return LinkDescription(name), warnings
+    if body.mass < LEAST_MASS:
+        raise ModelError(f"{at}: mass {body.mass:g} kg is not positive; a massless body has mass 0")
+    warning = check_inertia(body.inertia, at, strict)
     if warning:
         warnings.append(warning)
-    return LinkDescription(name, mass, found.centre, tensor)
+    return LinkDescription(name, body.mass, body.centre, body.inertia), warnings
+
+
+def _mass_of(inertial: Shape | None, geoms: list[Shape], compiler: Compiler) -> tuple[Mass, str]:
+    """Return the mass of a body from its geoms or as stated, and a warning if there is one."""
+    from_geoms = None
+    if compiler.inertiafromgeom == "true" or (
+        compiler.inertiafromgeom == "auto" and inertial is None
+    ):
+        from_geoms = _sum([_of_geom(geom, compiler) for geom in geoms])
+    if from_geoms is not None:
+        return from_geoms, ""
+    return (_NOTHING, "") if inertial is None else _of_inertial(inertial, compiler)
 
 
 def scaled_to(links: list[LinkDescription], total: float, where: str) -> list[LinkDescription]:
-    """Return links whose masses sum up to a total [kg], their inertias in the same ratio."""
+    """Return links whose masses sum up to a total [kg], inertias scaled by the same factor.
+
+    Raises:
+        ModelError: no link has a mass, or one would be too small to compute with.
+    """
     mass = sum(link.mass for link in links)
     if mass == 0.0:
         raise ModelError(f"{where}: compiler: settotalmass {total:g} kg, but no body has a mass")
     factor = total / mass
     least = min(link.mass for link in links if link.mass > 0.0)
-    if least * factor < _LEAST_MASS:
+    if least * factor < LEAST_MASS:
         raise ModelError(f"{where}: compiler: settotalmass {total:g} kg leaves masses of none")
     return [replace(link, mass=link.mass * factor, inertia=link.inertia * factor) for link in links]
 
 
-def _of_inertial(shape: Shape, compiler: Compiler, warnings: list[str]) -> Mass:
-    attributes, at = shape.attributes, shape.at
+def _of_inertial(shape: Shape, compiler: Compiler) -> tuple[Mass, str]:
+    """Return the mass that a body states, and a warning where it states no inertia."""
+    attributes, at, warning = shape.attributes, shape.at, ""
     for needed in ("pos", "mass"):
         if needed not in attributes:
             raise ModelError(f'{at}: {needed}="..." is missing')
     if "fullinertia" in attributes:
-        spare = set(attributes) - {"pos", "mass", "fullinertia"}
-        if spare:
-            raise ModelError(f"{at}: fullinertia and {min(spare)} exclude each other; keep one")
-        values = numbers(attributes["fullinertia"], 6, "", f"{at}: fullinertia")
-        xx, yy, zz, xy, xz, yz = values
-        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        excluded = set(attributes) - {"pos", "mass", "fullinertia"}
+        if excluded:
+            raise ModelError(f"{at}: fullinertia and {min(excluded)} exclude each other; keep one")
+        tensor = tensor_of(*numbers(attributes["fullinertia"], 6, "", f"{at}: fullinertia"))
     else:
         if "diaginertia" not in attributes:
-            warnings.append(f"{at}: it has neither diaginertia nor fullinertia: a point mass")
+            warning = f"{at}: it has neither diaginertia nor fullinertia: a point mass"
         values = numbers(attributes.get("diaginertia"), 3, "0 0 0", f"{at}: diaginertia")
         tensor = np.diag(values)
     frame = shape.frame @ pose(attributes, compiler, at)
     turn = frame[:3, :3]
-    return Mass(number(attributes, "mass", "", at), frame[:3, 3], turn @ tensor @ turn.T)
+    mass = Mass(number(attributes, "mass", "", at), frame[:3, 3], turn @ tensor @ turn.T)
+    return mass, warning
 
 
 def _of_geom(shape: Shape, compiler: Compiler) -> Mass | None:
-    """Return the mass of a geom; None where it has none."""
+    """Return the mass of a geom, solid and of constant density; None where it has none."""
     attributes, at = shape.attributes, shape.at
     kind = attributes.get("type", "sphere")
     first, last = compiler.groups
@@ -173,7 +182,10 @@ def frame_of(attributes: Attributes, compiler: Compiler, at: str) -> Array:
 def _frame_and_size(
     attributes: Attributes, kind: str, compiler: Compiler, at: str
 ) -> tuple[Array, Array]:
-    """Return the `(4, 4)` placement of a geom, and radius and half lengths."""
+    """Return the `(4, 4)` placement of a geom, and its `(k,)` radius and half lengths [m].
+
+    A shape between two points lists its radius only, or its two half widths.
+    """
     frame = frame_of(attributes, compiler, at)
     sizes = several(attributes, "size", 1, 3, at)
     if "fromto" in attributes:
@@ -191,9 +203,12 @@ def _frame_and_size(
 def _solid(kind: str, size: Array) -> tuple[float, Array]:
     """Return the volume of a solid [m³] and its principal moments `(3,)` per mass [m²]."""
     if kind in ("box", "ellipsoid"):
-        factor, part = (8.0, 1.0 / 3.0) if kind == "box" else (4.0 / 3.0 * math.pi, 0.2)
-        squares = part * size**2
-        return factor * float(np.prod(size)), np.sum(squares) - squares
+        # Volume of the unit shape, and its mean square of a coordinate.
+        unit_volume, mean_square = (
+            (8.0, 1.0 / 3.0) if kind == "box" else (4.0 / 3.0 * math.pi, 1.0 / 5.0)
+        )
+        squares = mean_square * size**2
+        return unit_volume * float(np.prod(size)), np.sum(squares) - squares
     radius = float(size[0])
     ball, ball_moment = 4.0 / 3.0 * math.pi * radius**3, 0.4 * radius**2
     if kind == "sphere":
@@ -203,32 +218,33 @@ def _solid(kind: str, size: Array) -> tuple[float, Array]:
     across, along = length**2 / 12.0 + radius**2 / 4.0, 0.5 * radius**2
     if kind == "cylinder":
         return rod, np.array([across, across, along])
-    share = 1.0 / (1.0 + 0.75 * length / radius)  # ball / (ball + rod)
+    # A capsule: a rod between the halves of a ball, which have this share of the volume.
+    share = 1.0 / (1.0 + 0.75 * length / radius)
     # Each half of the ball has its centre 3/8 of the radius beyond the rod's end.
     ends = ball_moment + length**2 / 4.0 + 0.375 * length * radius
     moment = (1.0 - share) * across + share * ends
     return ball + rod, np.array([moment, moment, (1.0 - share) * along + share * ball_moment])
 
 
-def _together(masses: list[Mass | None]) -> Mass | None:
+def _sum(masses: list[Mass | None]) -> Mass | None:
     """Return several masses as one; None where nothing has a mass."""
-    parts = [part for part in masses if part is not None and part.mass > 0.0]
-    if not parts:
+    positive = [item for item in masses if item is not None and item.mass > 0.0]
+    if not positive:
         return None
-    mass = sum(part.mass for part in parts)
-    centre = sum((part.mass / mass * part.centre for part in parts), np.zeros(3))
+    mass = sum(item.mass for item in positive)
+    centre = sum((item.mass / mass * item.centre for item in positive), np.zeros(3))
     tensor = np.zeros((3, 3))
-    for part in parts:
-        arm = part.centre - centre
-        tensor += part.inertia + part.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    for item in positive:
+        arm = item.centre - centre
+        tensor += item.inertia + item.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     return Mass(mass, centre, tensor)
 
 
-def _bounded(found: Mass, compiler: Compiler) -> Mass:
+def _bounded(body: Mass, compiler: Compiler) -> Mass:
     """Apply boundmass, boundinertia and balanceinertia, in MuJoCo's order."""
     if compiler.boundmass <= 0.0 >= compiler.boundinertia and not compiler.balanceinertia:
-        return found
-    mass, tensor = found.mass, found.inertia
+        return body
+    mass, tensor = body.mass, body.inertia
     if compiler.boundmass > 0.0 and mass >= 0.0:
         mass = max(mass, compiler.boundmass)
     moments, axes = np.linalg.eigh(tensor)
@@ -238,4 +254,4 @@ def _bounded(found: Mass, compiler: Compiler) -> Mass:
     least, middle, greatest = np.sort(moments)
     if compiler.balanceinertia and least + middle < greatest:
         tensor = np.mean(moments) * np.eye(3)
-    return Mass(mass, found.centre, tensor)
+    return Mass(mass, body.centre, tensor)

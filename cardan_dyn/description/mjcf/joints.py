@@ -12,6 +12,7 @@ from .elements import Attributes, Compiler, number, unit
 from .schema import keyword
 
 _TYPES = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical", "free": "floating"}
+"""MJCF's word for a joint to its type."""
 
 
 def joint(
@@ -23,7 +24,7 @@ def joint(
     compiler: Compiler,
     at: str,
 ) -> tuple[JointDescription, str]:
-    """Return a joint of a body, and a warning where its coordinate counts otherwise.
+    """Return a joint of a body, and a warning where its zero is elsewhere than in the file.
 
     Args:
         attributes: those of its class included.
@@ -33,32 +34,42 @@ def joint(
         frame: `(4, 4)` placement of the frame around the joint in the second link.
         compiler: settings of the file.
         at: how messages name the joint.
+
+    Raises:
+        ModelError: an attribute is malformed.
     """
     kind = keyword(attributes.get("type", "hinge"), _TYPES, f"{at}: type")
     axis = np.array([1.0, 0.0, 0.0])
     if kind == "free":
         return JointDescription(name, _TYPES[kind], *ends, body, axis, axis), ""
-    inside, back = np.eye(4), np.eye(4)
+    # The joint's frame has the axes of the child link, and its origin at the joint's pos there.
+    joint_in_child, child_in_joint = np.eye(4), np.eye(4)
     point = numbers(attributes.get("pos"), 3, "0 0 0", f"{at}: pos")
-    inside[:3, 3] = frame[:3, :3] @ point + frame[:3, 3]
-    back[:3, 3] = -inside[:3, 3]
-    origin = body @ inside
+    joint_in_child[:3, 3] = frame[:3, :3] @ point + frame[:3, 3]
+    child_in_joint[:3, 3] = -joint_in_child[:3, 3]
+    origin = body @ joint_in_child
     if kind == "ball":
-        return JointDescription(name, _TYPES[kind], *ends, origin, axis, axis, back), ""
+        return JointDescription(name, _TYPES[kind], *ends, origin, axis, axis, child_in_joint), ""
     stated = numbers(attributes.get("axis"), 3, "0 0 1", f"{at}: axis")
     axis = frame[:3, :3] @ unit(stated, f"{at}: axis")
     initial = number(attributes, "ref", "0", at)
     limits = _limits(attributes, initial, compiler, at)
     scale = compiler.angle if kind == "hinge" else 1.0
     limits = Limits(limits.lower * scale, limits.upper * scale)
-    typed = "continuous" if kind == "hinge" and limits == Limits() else _TYPES[kind]
+    joint_type = "continuous" if kind == "hinge" and limits == Limits() else _TYPES[kind]
     warning = f"{at}: its coordinate is zero where the file counts {initial:g} (ref)"
-    found = JointDescription(name, typed, *ends, origin, axis, axis, back, limits)
-    return found, warning if initial else ""
+    described = JointDescription(
+        name, joint_type, *ends, origin, axis, axis, child_in_joint, limits
+    )
+    return described, warning if initial else ""
 
 
 def _limits(attributes: Attributes, initial: float, compiler: Compiler, at: str) -> Limits:
-    """Return the limits of a joint in the file's unit, from the initial configuration on."""
+    """Return the limits of a joint in the file's unit, counted from the initial configuration.
+
+    Raises:
+        ModelError: it is open whether they hold, or the range does not ascend.
+    """
     lower, upper = numbers(attributes.get("range"), 2, "0 0", f"{at}: range").tolist()
     words = ("false", "true", "auto")
     limited = keyword(attributes.get("limited", "auto"), words, f"{at}: limited")

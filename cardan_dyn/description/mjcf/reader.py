@@ -1,8 +1,8 @@
 """MJCF: a MuJoCo model to a checked description.
 
-Of MuJoCo's model, bodies, joints, masses and rigid equalities count here. What else would change
-wrenches (springs, friction, armatures) is refused, or left out with a warning. What cannot be read
-exactly is refused by name.
+Bodies, joints, masses and rigid equalities of a model are read. Springs, friction and armatures
+would change wrenches as well: they are refused, or left out with a warning. An element that cannot
+be read exactly is refused, and the message names it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ...errors import ModelError
 from ..description import Description, JointDescription, LinkDescription
 from ..elements import check_size, check_unique
 from .elements import Attributes, Compiler, DefaultClasses, flag, pose
-from .equality import Places, equalities, unique
+from .equality import Frames, equalities, unique
 from .forces import Forces
 from .include import with_includes
 from .inertia import Shape, frame_of, link, scaled_to
@@ -29,21 +29,22 @@ _Content = list[tuple[ElementTree.Element, Array, str]]
 
 
 def parse(root: ElementTree.Element, where: str, path: Path | None, strict: bool) -> Description:
-    """Read an MJCF model; equalities `connect` and `weld` become loops, gears couplings.
+    """Read an MJCF model; equalities `connect` and `weld` become loops, `joint` couplings.
 
     Joints that share a body get massless links between them. All coordinates are zero in the
     initial configuration, also those to which the file gives another value there (`ref`).
 
     Args:
-        root: its outermost element; includes are put in place in it.
+        root: its outermost element; it stays as it is.
         where: how messages name the source of the text.
-        path: the file, if it is one; includes are found from there.
-        strict: refuse inertias that no body can have, and what wrenches leave out.
+        path: the file, from which included ones are found; None for text.
+        strict: whether inertias that no body can have are refused, and forces that no wrench
+            considers.
 
     Raises:
         ModelError: what is wrong, where, and the valid choices.
     """
-    with_includes(root, where, path)
+    root = with_includes(root, where, path)
     check_size(1 + sum(1 for _ in root.iter("body")), where)
     check_children(root, SECTIONS, where)
     reader = _Reader(root, where, strict)
@@ -52,14 +53,14 @@ def parse(root: ElementTree.Element, where: str, path: Path | None, strict: bool
     links = reader.links
     if reader.compiler.settotalmass > 0.0:
         links[1:] = scaled_to(links[1:], reader.compiler.settotalmass, where)
-    loops, couplings, inactive = equalities(root, reader.classes, reader.places, where)
+    loops, couplings, inactive = equalities(root, reader.classes, reader.frames, where)
     reader.forces.of_sections(root)
     left_out = reader.forces.left_out(strict)
     return Description(
         name=root.get("model") or "mechanism",
         links=tuple(links),
-        joints=tuple(reader.places.joints.values()),
-        order=tuple(reader.places.joints),
+        joints=tuple(reader.frames.joints.values()),
+        order=tuple(reader.frames.joints),
         loops=tuple(loops),
         couplings=tuple(couplings),
         notation="MJCF <equality>" if loops or couplings else "no loops",
@@ -72,10 +73,10 @@ class _Reader:
 
     Attributes:
         compiler, classes: settings and default classes.
-        links: found so far, that of the world first.
-        places: what equalities refer to.
-        forces: what wrenches leave out.
-        warnings: what was accepted.
+        links: those that were read, that of the world first.
+        frames: what equalities refer to.
+        forces: forces that no wrench considers.
+        warnings: what is wrong and was accepted.
     """
 
     def __init__(self, root: ElementTree.Element, where: str, strict: bool) -> None:
@@ -92,13 +93,13 @@ class _Reader:
         self._counts = {"body": 0, "joint": 0}
         world = self._generated("world", "body")
         self.links = [LinkDescription(world)]
-        self.places = Places(world, {world: np.eye(4)}, {world: world}, {}, {})
+        self.frames = Frames(world, {world: np.eye(4)}, {world: world}, {}, {})
 
     def read(self, world: ElementTree.Element) -> None:
         """Read a `<worldbody>` and all bodies in it, depth first."""
         if world.attrib:
             raise ModelError(f"{self._where}: <worldbody> has no attributes; name a <body>")
-        waiting = [(world, self.places.root, np.eye(4), "main")]
+        waiting = [(world, self.frames.root, np.eye(4), "main")]
         while waiting:
             element, parent, frame, childclass = waiting.pop()
             if element is world:
@@ -119,8 +120,8 @@ class _Reader:
                 )
             self._sites(content, name, at)
             waiting.extend(
-                (child, name, place, own)
-                for child, place, own in reversed(content)
+                (child, name, placement, inner_class)
+                for child, placement, inner_class in reversed(content)
                 if child.tag == "body"
             )
 
@@ -133,21 +134,21 @@ class _Reader:
         return name, at
 
     def _contents(self, element: ElementTree.Element, childclass: str, at: str) -> _Content:
-        """Return what a body contains, frames resolved."""
+        """Return the elements of a body; those in a `<frame>` stand for themselves, placed."""
         self._check_contents(element, at)
         content: _Content = []
         waiting = [(child, np.eye(4), childclass) for child in reversed(element)]
         while waiting:
-            child, frame, own = waiting.pop()
+            child, frame, inner_class = waiting.pop()
             if child.tag != "frame":
-                content.append((child, frame, own))
+                content.append((child, frame, inner_class))
                 continue
             inside = f"{at}: frame {child.get('name', '')!r}"
             check_attributes(child, inside)
             self._check_contents(child, inside)
             frame = frame @ pose(child.attrib, self.compiler, inside)
-            own = self.classes.known(child.get("childclass", own), inside)
-            waiting.extend((item, frame, own) for item in reversed(child))
+            inner_class = self.classes.known(child.get("childclass", inner_class), inside)
+            waiting.extend((item, frame, inner_class) for item in reversed(child))
         return content
 
     @staticmethod
@@ -174,30 +175,35 @@ class _Reader:
             origin: `(4, 4)` placement of the body in that one.
             at: how messages name the body.
         """
-        found = [item for item in content if item[0].tag in ("joint", "freejoint")]
-        places = self.places
-        if not found:
-            name = self._generated(f"{body}_fixed", "joint")
-            axis = np.array([1.0, 0.0, 0.0])
-            places.joints[name] = JointDescription(name, "fixed", parent, body, origin, axis, axis)
-        for count, (element, frame, childclass) in enumerate(found, start=1):
-            last = count == len(found)
-            child = body if last else self._generated(f"{body}_{count}", "body")
-            own = self._joint(element, frame, childclass, (parent, child), origin)
-            if own.type == "floating" and (len(found) > 1 or parent != places.root):
+        elements = [item for item in content if item[0].tag in ("joint", "freejoint")]
+        if not elements:
+            self._fix(body, parent, origin)
+        frames = self.frames
+        for count, (element, frame, childclass) in enumerate(elements, start=1):
+            is_last = count == len(elements)
+            child = body if is_last else self._generated(f"{body}_{count}", "body")
+            described = self._joint(element, frame, childclass, (parent, child), origin)
+            if described.type == "floating" and (len(elements) > 1 or parent != frames.root):
                 raise ModelError(
-                    f"{self._where}: joint {own.name!r}: a free joint is the only joint of a "
-                    "body in <worldbody>; write a ball and three slides"
+                    f"{self._where}: joint {described.name!r}: a free joint is the only joint of "
+                    "a body in <worldbody>; write a ball and three slides"
                 )
-            places.joints[own.name] = own
-            places.links[child] = places.links[parent] @ origin
-            places.rigid[child] = child
-            if not last:
+            frames.joints[described.name] = described
+            frames.links[child] = frames.links[parent] @ origin
+            frames.rigid[child] = child
+            if not is_last:
                 self.links.append(LinkDescription(child))
+            # The links between the joints of a body all stand where the body stands.
             parent, origin = child, np.eye(4)
-        if not found:
-            places.links[body] = places.links[parent] @ origin
-            places.rigid[body] = places.rigid[parent]
+
+    def _fix(self, body: str, parent: str, origin: Array) -> None:
+        """Add the fixed joint of a body that has no joints."""
+        name = self._generated(f"{body}_fixed", "joint")
+        axis = np.array([1.0, 0.0, 0.0])
+        frames = self.frames
+        frames.joints[name] = JointDescription(name, "fixed", parent, body, origin, axis, axis)
+        frames.links[body] = frames.links[parent] @ origin
+        frames.rigid[body] = frames.rigid[parent]
 
     def _joint(
         self,
@@ -216,14 +222,18 @@ class _Reader:
         if element.tag == "joint":
             attributes = self.classes.of(element, childclass, at)
         self.forces.of_joint(attributes, name)
-        found, warning = joint(attributes, name, ends, body, frame, self.compiler, at)
+        described, warning = joint(attributes, name, ends, body, frame, self.compiler, at)
         if warning:
             self.warnings.append(warning)
-        return found
+        return described
 
     def _mass(self, content: _Content, name: str, at: str) -> None:
-        """Add the link of a body; in what stands in the world, no mesh needs a mass."""
-        stands = self.places.rigid[name] == self.places.root
+        """Add the link of a body.
+
+        The geoms of a body that cannot move are passed over, for its mass plays no part: they may
+        be meshes, whose inertia is not computed here. Where a total mass is stated, they count.
+        """
+        is_immovable = self.frames.rigid[name] == self.frames.root
         inertials: list[Shape] = []
         geoms: list[Shape] = []
         for element, frame, childclass in content:
@@ -238,38 +248,38 @@ class _Reader:
         if len(inertials) > 1:
             raise ModelError(f"{at}: there are {len(inertials)} <inertial>; a body has one mass")
         inertial = inertials[0] if inertials else None
-        if stands and self.compiler.settotalmass <= 0.0:
+        if is_immovable and self.compiler.settotalmass <= 0.0:
             geoms = []
-        self.links.append(
-            link(name, inertial, geoms, self.compiler, at, self._strict, self.warnings)
-        )
+        described, warnings = link(name, inertial, geoms, self.compiler, at, self._strict)
+        self.links.append(described)
+        self.warnings.extend(warnings)
 
     def _about(self, attributes: Attributes, name: str, at: str) -> None:
         """Note what else a body's attributes say."""
         self.forces.of_body(attributes, name)
         if flag(attributes, "mocap", "false", at):
-            if self.places.rigid[name] != self.places.root:
+            if self.frames.rigid[name] != self.frames.root:
                 raise ModelError(f"{at}: a mocap body stands in the world, without a joint")
             self.warnings.append(f"{at}: mocap: it stands still")
 
     def _sites(self, content: _Content, body: str, at: str) -> None:
+        """Note the sites of a body that have a name."""
         for element, frame, childclass in content:
             name = element.get("name")
             if element.tag != "site" or not name:
                 continue
             label = f"{at}: site {name!r}"
             check_attributes(element, label)
-            if name in self.places.sites:
+            if name in self.frames.sites:
                 raise ModelError(f"{label}: another site has this name")
             attributes = self.classes.of(element, childclass, label)
-            own = frame @ frame_of(attributes, self.compiler, label)
-            self.places.sites[name] = body, own
+            self.frames.sites[name] = body, frame @ frame_of(attributes, self.compiler, label)
 
     def _generated(self, name: str, kind: str) -> str:
-        """Return a name for what the file gives none."""
-        found = unique(name, self._names[kind])
-        self._names[kind].add(found)
-        return found
+        """Return a name, like `name`, for an element to which the file gives none."""
+        generated = unique(name, self._names[kind])
+        self._names[kind].add(generated)
+        return generated
 
 
 def _given(root: ElementTree.Element, tags: tuple[str, ...], where: str) -> set[str]:

@@ -1,7 +1,8 @@
 """Words of MJCF: the elements and attributes that are known, by element.
 
-A word that is not here is refused. Passed over, a misspelt `axis` would be the default axis. The
-lists are those of MuJoCo 4.0 (`mj_printSchema`), and what compilers from 2.1 on knew besides.
+A word that is not here is refused. If unknown words were passed over, a misspelt `axis` would be
+read as the default axis. The lists are those of MuJoCo 4.0 (`mj_printSchema`), and what compilers
+from 2.1 on knew besides.
 """
 
 from __future__ import annotations

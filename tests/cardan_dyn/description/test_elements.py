@@ -1,0 +1,124 @@
+"""Single elements of URDF, read and checked."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import fromstring
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import cardan_dyn as cd
+from cardan_dyn.description import elements
+
+LINKS = {"a": None, "b": None}
+
+
+def test_types() -> None:
+    """What closes a loop may stand in the tree; a loop of six freedoms closes nothing."""
+    assert {"floating"} == elements.TREE_TYPES - elements.LOOP_TYPES
+    assert elements.LOOP_TYPES < elements.TREE_TYPES
+    assert not elements.JOINT_TYPES & elements.ADDED_TYPES
+
+
+@given(st.lists(st.floats(-1e50, 1e50), min_size=1, max_size=6))
+def test_numbers_come_back_to_the_last_bit(values: list[float]) -> None:
+    expected = [0.0 if abs(value) < 1e-150 else value for value in values]
+    text = " \n\t".join(map(repr, values))
+    assert elements.numbers(f" {text} ", len(values), "", "x").tolist() == expected
+
+
+def test_numbers_have_a_default() -> None:
+    assert elements.numbers(None, 2, "3 4.5", "x").tolist() == [3.0, 4.5]
+
+
+@pytest.mark.parametrize(
+    "text", ["", "1", "1 2 3", "1_0 2", "\u0661 2", "1,2", "nan 1", "inf 1", "0x1 2", "1. e2"]
+)
+def test_what_is_no_pair_of_numbers(text: str) -> None:
+    with pytest.raises(cd.ModelError, match=r"axis: .* is not 2 finite number\(s\)"):
+        elements.numbers(text, 2, "0 0", "axis")
+
+
+def test_numbers_beyond_the_range() -> None:
+    with pytest.raises(cd.ModelError, match=r"beyond 1e\+50; choose units"):
+        elements.numbers("1.1e50", 1, "", "mass")
+
+
+@given(*[st.floats(-7.0, 7.0)] * 3)
+def test_rotation(roll: float, pitch: float, yaw: float) -> None:
+    """Against Pinocchio's function."""
+    expected = pin.rpy.rpyToMatrix(roll, pitch, yaw)
+    np.testing.assert_allclose(elements.rotation(roll, pitch, yaw), expected, atol=1e-15)
+
+
+def test_placement() -> None:
+    """A quarter turn about x, then about z: y goes to z, and x to y."""
+    quarter = repr(np.pi / 2)
+    element = fromstring(f'<joint><origin xyz="1 2 3" rpy="{quarter} 0 {quarter}"/></joint>')
+    expected = [[0, 0, 1, 1], [1, 0, 0, 2], [0, 1, 0, 3], [0, 0, 0, 1]]
+    np.testing.assert_allclose(elements.placement(element, "x"), expected, atol=1e-15)
+    np.testing.assert_array_equal(elements.placement(fromstring("<joint/>"), "x"), np.eye(4))
+
+
+def test_names() -> None:
+    robot = fromstring('<robot><link name="a"/><joint name="a"/><link name="b"/></robot>')
+    assert elements.names(robot, "link", "x") == ["a", "b"]
+    with pytest.raises(cd.ModelError, match="x: link names that occur twice: a, b"):
+        elements.check_unique(["b", "a", "c", "a", "b"], "link", "x")
+    with pytest.raises(cd.ModelError, match="x: a <link> has no name"):
+        elements.name_of(fromstring('<link name=""/>'), "x")
+
+
+def test_links() -> None:
+    element = fromstring('<joint><parent link="a"/><child link="c"/></joint>')
+    assert elements.link_of(element, "parent", LINKS, "x") == "a"
+    with pytest.raises(cd.ModelError, match="x: child link 'c' does not exist; links: a, b"):
+        elements.link_of(element, "child", LINKS, "x")
+    with pytest.raises(cd.ModelError, match=r'<successor link="..."/> is missing'):
+        elements.link_of(element, "successor", LINKS, "x")
+
+
+def test_size() -> None:
+    elements.check_size(elements.MOST_LINKS, "x")
+    with pytest.raises(cd.ModelError, match="x: there are 2001 links, the limit is 2000"):
+        elements.check_size(elements.MOST_LINKS + 1, "x")
+
+
+def test_axes() -> None:
+    element = fromstring('<loop><axis xyz="0 3 4"/><axis2 xyz="-2 0 0"/></loop>')
+    axis, axis_2 = elements.axes_of(element, "universal", "x")
+    np.testing.assert_allclose(axis, [0.0, 0.6, 0.8], rtol=1e-15)
+    np.testing.assert_array_equal(axis_2, [-1.0, 0.0, 0.0])
+    # A second axis of other joints has no meaning.
+    axis, axis_2 = elements.axes_of(element, "spherical", "x")
+    np.testing.assert_array_equal(axis, axis_2)
+    np.testing.assert_array_equal(elements.axis_of(fromstring("<joint/>"), "x"), [1.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(("tilt", "accepted"), [("9e-10", True), ("1.1e-9", False)])
+def test_right_angles(tilt: str, accepted: bool) -> None:
+    element = fromstring(f'<loop><axis xyz="1 0 0"/><axis2 xyz="{tilt} 1 0"/></loop>')
+    if accepted:
+        assert elements.axes_of(element, "universal", "x")[1][0] == pytest.approx(9e-10)
+    else:
+        with pytest.raises(cd.ModelError, match="needs <axis> and <axis2> at right angles"):
+            elements.axes_of(element, "universal", "x")
+
+
+def test_loop() -> None:
+    element = fromstring(
+        '<loop name="l" type="cylindrical"><predecessor link="b"><origin xyz="1 2 3"/>'
+        '</predecessor><successor link="a" xyz="4 5 6"/><axis xyz="0 0 2"/></loop>'
+    )
+    loop = elements.loop(element, ("predecessor", "successor"), LINKS, "x")
+    assert (loop.name, loop.type) == ("l", "cylindrical")
+    assert (loop.predecessor, loop.successor) == ("b", "a")
+    assert loop.predecessor_origin[:3, 3].tolist() == [1.0, 2.0, 3.0]
+    assert loop.successor_origin[:3, 3].tolist() == [4.0, 5.0, 6.0]
+    assert loop.axis.tolist() == loop.axis_2.tolist() == [0.0, 0.0, 1.0]
+    element.set("type", "floating")
+    with pytest.raises(cd.ModelError, match="x: loop 'l': type 'floating' is not supported"):
+        elements.loop(element, ("predecessor", "successor"), LINKS, "x")

@@ -1,0 +1,166 @@
+"""A URDF's links, joints and couplings; what is refused is in `test_description` above."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import fromstring
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn.description.description import Description, Limits
+from cardan_dyn.description.urdf import check_inertia, check_tree, parse, tensor_of
+
+ROBOT = """<robot name="r"><link name="a"/><link name="b"><inertial>
+<origin xyz="1 2 3" rpy="0 0 {quarter}"/><mass value="4"/>
+<inertia ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0.2" iyz="0.3"/></inertial></link>
+<joint name="j" type="{kind}" independent="{independent}"><parent link="a"/><child link="b"/>
+<origin xyz="0 0 1"/><axis xyz="0 0 2"/>{more}</joint></robot>"""
+PLAIN = {"quarter": "0", "kind": "revolute", "independent": "false", "more": ""}
+
+
+def read(strict: bool = True, **changes: str) -> Description:
+    return parse(fromstring(ROBOT.format(**PLAIN | changes)), "here", None, strict)
+
+
+def test_links() -> None:
+    """A quarter turn about z: x of the inertia's frame is y of the link's."""
+    description = read(quarter=repr(np.pi / 2))
+    massless, link = description.links
+    assert massless.mass == 0.0
+    assert link.mass == 4.0
+    assert link.centre.tolist() == [1.0, 2.0, 3.0]
+    expected = tensor_of(2.0, 1.0, 2.5, -0.1, -0.3, 0.2)
+    np.testing.assert_allclose(link.inertia, expected, atol=1e-15)
+
+
+def test_joints() -> None:
+    description = read(independent="True")
+    (joint,) = description.joints
+    assert (joint.name, joint.type, joint.parent, joint.child) == ("j", "revolute", "a", "b")
+    assert joint.axis.tolist() == joint.axis_2.tolist() == [0.0, 0.0, 1.0]
+    assert joint.origin[:3, 3].tolist() == [0.0, 0.0, 1.0]
+    assert joint.limits == Limits()
+    assert description.independent_joints == ("j",)
+    assert description.notation == "no loops"
+    # Of a fixed joint the axis has no meaning, and every one is the same.
+    assert read(kind="fixed").joints[0].axis.tolist() == [1.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("kind", "more", "limits"),
+    [
+        ("revolute", "<limit/>", Limits(0.0, 0.0, 0.0, 0.0)),
+        ("revolute", '<limit lower="-1" upper="2" velocity="3" effort="4"/>', Limits(-1, 2, 3, 4)),
+        ("continuous", '<limit lower="-1" velocity="3"/>', Limits(velocity=3.0, effort=0.0)),
+        (
+            "prismatic",
+            '<limit lower="-inf" upper="inf" velocity="inf" effort="7"/>',
+            Limits(effort=7.0),
+        ),
+    ],
+)
+def test_limits(kind: str, more: str, limits: Limits) -> None:
+    assert read(kind=kind, more=more).joints[0].limits == limits
+
+
+@pytest.mark.parametrize("text", ["lower='inf'", "upper='-inf'", "effort='Infinity'", "lower='x'"])
+def test_limits_that_are_none(text: str) -> None:
+    with pytest.raises(cd.ModelError, match=r"here: joint 'j': limit \w+: .* is not 1 finite"):
+        read(more=f"<limit {text}/>")
+
+
+def test_types_that_urdf_lacks() -> None:
+    universal = read(kind="universal", more='<axis2 xyz="0 1 0"/>').joints[0]
+    assert universal.axis.tolist() == [0.0, 0.0, 1.0]
+    assert universal.axis_2.tolist() == [0.0, 1.0, 0.0]
+    with pytest.raises(cd.ModelError, match=r"joint 'j': a universal joint needs .* right angles"):
+        read(kind="universal", more='<axis2 xyz="0 1 1"/>')
+    with pytest.raises(cd.ModelError, match="beyond URDF: cylindrical, spherical, universal"):
+        read(kind="ball")
+
+
+def test_a_universal_joint_of_the_tree_is_two_hinges() -> None:
+    """Against a massless link between two hinges, at arbitrary positions and rates."""
+    body = '<inertial><origin xyz="0.3 0.2 0.1"/><mass value="2"/>'
+    body += '<inertia ixx="1" iyy="1.2" izz="1.3"/></inertial>'
+    ends = '<parent link="{}"/><child link="{}"/><axis xyz="{}"/>'
+    start = f'<robot name="r"><link name="a"/><link name="b">{body}</link>'
+    joint = start + '<joint name="u" type="universal">' + ends.format("a", "b", "0 0 1")
+    joint += '<axis2 xyz="0 1 0"/></joint></robot>'
+    hinges = start + '<link name="c"/><joint name="s" type="continuous">'
+    hinges += ends.format("a", "c", "0 0 1") + '</joint><joint name="t" type="continuous">'
+    hinges += ends.format("c", "b", "0 1 0") + "</joint></robot>"
+    models = [cd.load(text).model for text in (joint, hinges)]
+    step, v, a = np.array([[0.3, 0.7], [1.0, 2.0], [0.5, -0.3]])
+    efforts = [
+        pin.rnea(model, model.createData(), pin.integrate(model, pin.neutral(model), step), v, a)
+        for model in models
+    ]
+    np.testing.assert_allclose(*efforts, rtol=1e-13)
+
+
+def test_what_is_left_out_is_said() -> None:
+    description = read(more='<mimic joint="k"/><dynamics damping="2" friction="0"/>')
+    assert description.warnings == (
+        "here: joint 'j': <mimic> left out: write the gear as <coupling>",
+        "here: joint 'j': damping 2 of <dynamics> left out: wrenches are without friction",
+    )
+    assert read(more="<dynamics/>").warnings == ()
+
+
+def test_couplings() -> None:
+    text = ROBOT.format(**PLAIN).replace(
+        "</robot>",
+        '<coupling name="c"><predecessor link="a"/><successor link="b"/>{}</coupling></robot>',
+    )
+    coupling = parse(fromstring(text.format('<ratio value="-2"/>')), "x", None, True).couplings[0]
+    assert (coupling.predecessor, coupling.successor, coupling.ratio) == ("a", "b", -2.0)
+    for ratio, message in (
+        ('<ratio value="0"/>', "a ratio of zero would hold the successor"),
+        ("", "ratio value: None is not 1 finite"),
+        ("<ratio/>", "ratio value: None is not 1 finite"),
+    ):
+        with pytest.raises(cd.ModelError, match=f"x: coupling 'c': {message}"):
+            parse(fromstring(text.format(ratio)), "x", None, True)
+
+
+def test_a_mass_of_zero() -> None:
+    text = ROBOT.format(**PLAIN).replace('mass value="4"', 'mass value="0"')
+    with pytest.raises(cd.ModelError, match=r"mass 0 kg is not positive.*strict=False\) takes"):
+        parse(fromstring(text), "x", None, True)
+    description = parse(fromstring(text), "x", None, False)
+    assert description.links[1].mass == 0.0
+    assert not np.any(description.links[1].inertia)
+    assert description.warnings == ("x: link 'b': mass 0 kg: taken as massless",)
+
+
+def test_trees() -> None:
+    joint = read().joints[0]
+    check_tree(["a", "b"], [joint], "x")
+    with pytest.raises(cd.ModelError, match="exactly one root link; links without a parent: a, c"):
+        check_tree(["a", "b", "c"], [joint], "x")
+
+
+@pytest.mark.parametrize(
+    ("moments", "message"),
+    [
+        ((1.0, 2.0, 3.0), ""),
+        ((1.0, 2.0, 3.0 + 1e-9), ""),
+        ((1.0, 2.0, 3.0 + 1e-8), "violate the triangle inequality"),
+        ((-1e-10, 1.0, 1.0), ""),
+        ((-1e-8, 1.0, 1.0), "negative principal moment -1e-08"),
+        ((0.0, 0.0, 0.0), ""),
+    ],
+)
+def test_inertias(moments: tuple[float, ...], message: str) -> None:
+    """Rounding in a file is accepted; turned axes change nothing."""
+    turn = np.linalg.qr(np.array([[1.0, 2.0, 3.0], [0.0, 1.0, 4.0], [5.0, 6.0, 0.0]]))[0]
+    tensor = (turn * np.array(moments)) @ turn.T
+    fault = check_inertia(tensor, "x", False)
+    assert message in fault
+    assert bool(fault) is bool(message)
+    if message:
+        with pytest.raises(cd.ModelError, match=r"strict=False\) accepts it"):
+            check_inertia(tensor, "x", True)
