@@ -42,8 +42,8 @@ STEP = "1e-30"
 _CONVERGED = "1e-75"
 """Newton step after which the loops are closed: its square is below the last of the digits."""
 _ITERATIONS = 60
-"""Newton steps after which the guess counts as unusable; from a double, six double its digits to
-more than `DIGITS`."""
+"""Newton steps after which the guess counts as unusable. Near the solution each step doubles the
+correct digits, so that a few are enough."""
 
 
 @dataclass(frozen=True)

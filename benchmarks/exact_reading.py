@@ -89,8 +89,8 @@ def read_loop(item: ElementTree.Element) -> Joint:
 
 
 def _attribute(item: ElementTree.Element, tag: str, key: str) -> str:
-    found = item.find(tag)
-    return "" if found is None else found.get(key, "")
+    element = item.find(tag)
+    return "" if element is None else element.get(key, "")
 
 
 def _axis(item: ElementTree.Element) -> Vector:
