@@ -27,6 +27,7 @@ HELD = {"joint_angle_1": 0.4, "joint_angle_2": 0.3}
 SPEED, ACCELERATION = 30.0, 5.0
 COUNTS = (721, 10_000)
 REFERENCE = "cardan_dyn sweep, N = 721"
+_SINGLE_CALL = "one pin.rnea call, N = 721"
 _CHECKED = 7
 
 
@@ -98,10 +99,10 @@ def _errors(positions: np.ndarray, sweep: cd.Sweep) -> Callable[[Callable], floa
         for sample, state in states.items():
             difference = size = 0.0
             for name, values in state.wrenches.items():
-                found = wrench(name, sample)
-                for value, ours, factor in zip(values, found, scale, strict=True):
+                computed = wrench(name, sample)
+                for value, component, factor in zip(values, computed, scale, strict=True):
                     if value is not None:
-                        difference = max(difference, abs(float(value - ours)) * factor)
+                        difference = max(difference, abs(float(value - component)) * factor)
                         size = max(size, abs(float(value)) * factor)
             worst = max(worst, difference / size)
         return worst
@@ -127,22 +128,11 @@ def measure(fast: bool = False) -> list[Record]:
             except cd.CardanError as problem:
                 failed[name] = str(problem)
                 continue
-
-            def run(ready=ready, positions=positions) -> list[np.ndarray]:
-                turn = ready.sweep(positions, SPEED, ACCELERATION)
-                return [(turn[joint].force, turn[joint].moment) for joint in scene.outputs]
-
-            turn = ready.sweep(positions, SPEED, ACCELERATION)
-            errors[name] = error(
-                lambda joint, k, turn=turn: np.r_[turn[joint].force[k], turn[joint].moment[k]]
-            )
-            runs[name] = run, count
+            errors[name] = error(_wrench_of(ready.sweep(positions, SPEED, ACCELERATION)))
+            runs[name] = partial(_all_wrenches, ready, positions), count
         name = f"cardan_dyn sweep of positions closed before, N = {count}"
         before = scene.assemble(positions)
-        turn = scene.sweep(before, SPEED, ACCELERATION)
-        errors[name] = error(
-            lambda joint, k, turn=turn: np.r_[turn[joint].force[k], turn[joint].moment[k]]
-        )
+        errors[name] = error(_wrench_of(scene.sweep(before, SPEED, ACCELERATION)))
         runs[name] = partial(scene.sweep, before, SPEED, ACCELERATION), count
         if count == COUNTS[0]:
             name = f"Pinocchio by hand, N = {count}"
@@ -150,29 +140,47 @@ def measure(fast: bool = False) -> list[Record]:
             wrenches = hand()
             errors[name] = error(lambda joint, k, w=wrenches: w[k, mechanism.joints[joint].id - 1])
             runs[name] = hand, count
-    data, q = mechanism.model.createData(), closed.motion.q[0]
-    zero = np.zeros(mechanism.model.nv)
-
-    def single() -> None:
-        for _ in range(721):
-            pin.rnea(mechanism.model, data, q, zero, zero)
-
-    runs["one pin.rnea call, N = 721"] = single, 721
+    runs[_SINGLE_CALL] = partial(_rnea_calls, mechanism.model, closed.motion.q[0]), COUNTS[0]
     seconds = least_seconds({name: item[0] for name, item in runs.items()}, 2 if fast else 9)
     times = {name: seconds[name] / count * 1e6 for name, (_, count) in runs.items()}
+    return _records(times, errors, failed)
+
+
+def _wrench_of(turn: cd.Sweep) -> Callable[[str, int], np.ndarray]:
+    """Return a function that gives the wrench `(6,)` of a joint at a sample."""
+    return lambda joint, sample: np.r_[turn[joint].force[sample], turn[joint].moment[sample]]
+
+
+def _all_wrenches(
+    ready: cd.Scene | cd.Response, positions: np.ndarray
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Sweep, and return force and moment of every joint."""
+    turn = ready.sweep(positions, SPEED, ACCELERATION)
+    return [(wrench.force, wrench.moment) for _, wrench in turn.items()]
+
+
+def _rnea_calls(model: pin.Model, q: np.ndarray) -> None:
+    """Call `pin.rnea` as often as the first sweep has samples."""
+    data, zero = model.createData(), np.zeros(model.nv)
+    for _ in range(COUNTS[0]):
+        pin.rnea(model, data, q, zero, zero)
+
+
+def _records(
+    times: dict[str, float], errors: dict[str, float], failed: dict[str, str]
+) -> list[Record]:
+    """Return the records of times per sample [µs] and errors, and of methods that failed."""
     return [
         Record(
             task=NAME,
             method=name,
             version=cd.__version__ if name.startswith("cardan") else pin.__version__,
-            parameters={
-                "rnea_calls": times[name] / times["one pin.rnea call, N = 721"],
-            },
+            parameters={"rnea_calls": time / times[_SINGLE_CALL]},
             error=errors.get(name),
-            microseconds=times[name],
-            ratio=times[name] / times[REFERENCE],
+            microseconds=time,
+            ratio=time / times[REFERENCE],
         )
-        for name in runs
+        for name, time in times.items()
     ] + [
         Record(task=NAME, method=name, parameters={"failed": reason})
         for name, reason in failed.items()

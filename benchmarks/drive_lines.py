@@ -33,7 +33,7 @@ def peak_megabytes() -> float:
     return int(line.split()[1]) / 1024.0
 
 
-def one(count: int, repeats: int) -> dict[str, float]:
+def measure_one(count: int, repeats: int) -> dict[str, float]:
     """Measure one length, in this process."""
     import numpy as np
 
@@ -140,4 +140,4 @@ def run(fast: bool = False) -> str:
 
 
 if __name__ == "__main__":
-    print(json.dumps(one(int(sys.argv[1]), int(sys.argv[2]))))
+    print(json.dumps(measure_one(int(sys.argv[1]), int(sys.argv[2]))))

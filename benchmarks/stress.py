@@ -108,15 +108,7 @@ def measure(name: str, label: str, parameter: float, case: Case) -> Point:
     """Sweep a case and return its worst sample as a point of a map."""
     exact = Exact(case.urdf)
     try:
-        mechanism = cd.load(case.urdf)
-        scene = cd.Scene(
-            mechanism,
-            drive=case.drive,
-            held=case.held,
-            loads=case.loads,
-            gravity=case.gravity if any(case.gravity) else None,
-        )
-        ready = prepared(scene, case.method, case.span)
+        ready = prepared(_scene(case), case.method, case.span)
         sweep = ready.sweep(np.array(case.positions), case.speed, case.acceleration)
     except cd.CardanError as error:
         return Point(
@@ -151,7 +143,7 @@ def measure(name: str, label: str, parameter: float, case: Case) -> Point:
                 error=error,
                 stated=stated,
                 loop=float(sweep.loop_residual),
-                loop_true=_loop_error(exact, guess, mechanism.characteristic_length),
+                loop_true=_loop_error(exact, guess, sweep.mechanism.characteristic_length),
                 balance=max(float(sweep.balance_residual), getattr(ready, "error", 0.0)),
                 over_stated=error / (EPS * stated),
                 method=case.method,
@@ -164,6 +156,16 @@ def measure(name: str, label: str, parameter: float, case: Case) -> Point:
         worst,
         balance_true=max(imbalances) / max(wrenches),
         **{key: max(getattr(point, key) for point in points) for key in whole},
+    )
+
+
+def _scene(case: Case) -> cd.Scene:
+    return cd.Scene(
+        cd.load(case.urdf),
+        drive=case.drive,
+        held=case.held,
+        loads=case.loads,
+        gravity=case.gravity if any(case.gravity) else None,
     )
 
 
@@ -184,12 +186,12 @@ def _compared(sweep: cd.Sweep, sample: int, state: State) -> float:
     scale = np.repeat([length, 1.0], 3)
     error = greatest = 0.0
     for name, exact in state.wrenches.items():
-        found = sweep[name]
-        ours = [*found.force[sample], *found.moment[sample]]
-        for ours_k, exact_k, factor in zip(ours, exact, scale, strict=True):
-            if exact_k is not None:
-                error = max(error, abs(float(exact_k - ours_k)) * factor)
-                greatest = max(greatest, abs(float(exact_k)) * factor)
+        wrench = sweep[name]
+        computed = [*wrench.force[sample], *wrench.moment[sample]]
+        for component, exact_component, factor in zip(computed, exact, scale, strict=True):
+            if exact_component is not None:
+                error = max(error, abs(float(exact_component - component)) * factor)
+                greatest = max(greatest, abs(float(exact_component)) * factor)
     return float(error / greatest)
 
 

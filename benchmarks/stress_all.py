@@ -34,14 +34,14 @@ def run() -> str:
     sections = []
     for module in MAPS:
         start = time.perf_counter()
-        found = sorted(module.points(), key=lambda point: point.method != "sweep")
-        text = module.answer(found)
-        save(f"stress_{module.NAME}", [point.record() for point in found], text)
-        picture(found, RESULTS / f"stress_{module.NAME}.png", module.LABEL)
+        measured = sorted(module.points(), key=lambda point: point.method != "sweep")
+        text = module.answer(measured)
+        save(f"stress_{module.NAME}", [point.record() for point in measured], text)
+        picture(measured, RESULTS / f"stress_{module.NAME}.png", module.LABEL)
         question = (module.__doc__ or "").split("\n\n")[0]
         sections.append(
             f"## {question}\n\n{text}\n\n![{module.LABEL}](stress_{module.NAME}.png)\n\n"
-            + table(found)
+            + table(measured)
         )
         seconds = time.perf_counter() - start
         print(f"stress {module.NAME} ({seconds:.0f} s): {text}\n", flush=True)

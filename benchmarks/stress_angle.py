@@ -40,10 +40,10 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
     ]
 
 
-def answer(found: list[Point]) -> str:
+def answer(measured: list[Point]) -> str:
     """Return where digits are lost."""
     return verdict(
-        found,
+        measured,
         "Digits are lost in the main position in which the output turns slowest per turn of the "
         "input, D₂ = D₁ cos β, in proportion to 1/cos β, as the condition number says; "
         "everywhere else none are lost.",

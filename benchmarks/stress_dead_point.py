@@ -38,7 +38,7 @@ def dead_point(coupler_sign: int) -> mpf:
 
 def points(grid: tuple[float, ...] = GRID) -> list[Point]:
     """Return the map."""
-    found = []
+    measured = []
     for method in methods():
         for end, (fold, inwards) in ENDS.items():
             for distance in grid:
@@ -54,14 +54,14 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
                         method=method,
                         span=tuple(sorted((place, place + inwards * 0.1))),
                     )
-                    found.append(measure(NAME, f"{end}, {kind}", distance, case))
-    return sorted(found, key=lambda point: (point.method, point.case))
+                    measured.append(measure(NAME, f"{end}, {kind}", distance, case))
+    return sorted(measured, key=lambda point: (point.method, point.case))
 
 
-def answer(found: list[Point]) -> str:
+def answer(measured: list[Point]) -> str:
     """Return where digits are lost."""
     return verdict(
-        found,
+        measured,
         "At a distance δ the condition number of the closure equations is of the order δ^-½. It "
         "magnifies the rounding of the positions, and rates and reactions magnify that once more: "
         "the stated condition number and the errors grow with 1/δ, for the drive "

@@ -31,15 +31,15 @@ def distant(urdf: str, distance: float) -> str:
 
 def points(grid: tuple[float, ...] = GRID) -> list[Point]:
     """Return the map."""
-    found = []
+    measured = []
     for method in methods():
         for factor in grid:
             urdf = with_length(mechanics("double_shaft_z"), factor)
             case = ("bearing_in", POSITIONS, HELD, {"bearing_out": -1.0})
             still = Case(urdf, *case, method=method)
             fast = Case(urdf, *case, 30.0, 5.0, method=method)
-            found.append(measure(NAME, "quasi-static", factor, still))
-            found.append(measure(NAME, "at speed", factor, fast))
+            measured.append(measure(NAME, "quasi-static", factor, still))
+            measured.append(measure(NAME, "at speed", factor, fast))
             linkage = with_length(mechanics("four_bar"), factor)
             bars = Case(
                 linkage,
@@ -50,17 +50,17 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
                 3.0,
                 method=method,
             )
-            found.append(measure(NAME, "four-bar at 3 rad/s", factor, bars))
+            measured.append(measure(NAME, "four-bar at 3 rad/s", factor, bars))
             if factor >= 1.0:
                 away = distant(mechanics("double_shaft_z"), factor)
                 far = Case(away, *case, method=method)
-                found.append(measure(NAME, "this far from the origin", factor, far))
-    return sorted(found, key=lambda point: (point.method, point.case))
+                measured.append(measure(NAME, "this far from the origin", factor, far))
+    return sorted(measured, key=lambda point: (point.method, point.case))
 
 
-def answer(found: list[Point]) -> str:
+def answer(measured: list[Point]) -> str:
     """Return where digits are lost."""
     return verdict(
-        found,
+        measured,
         "Lengths lose no digits, and the stated condition number is free of their unit.",
     )

@@ -20,23 +20,23 @@ POSITIONS = (0.0, 0.9, 2.0)
 
 def points(grid: tuple[float, ...] = GRID, links: tuple[str, ...] = LINKS) -> list[Point]:
     """Return the map."""
-    found = []
+    measured = []
     for method in methods():
         for link in links:
             for factor in grid:
                 urdf = with_mass(mechanics("double_shaft_z"), link, factor)
                 case = ("bearing_in", POSITIONS, HELD, {"bearing_out": -1.0})
                 weight = Case(urdf, *case, gravity=(0.0, 0.0, -9.81), method=method)
-                found.append(measure(NAME, f"{link}, gravity", factor, weight))
+                measured.append(measure(NAME, f"{link}, gravity", factor, weight))
                 fast = Case(urdf, *case, 30.0, 5.0, method=method)
-                found.append(measure(NAME, f"{link}, at speed", factor, fast))
-    return sorted(found, key=lambda point: (point.method, point.case))
+                measured.append(measure(NAME, f"{link}, at speed", factor, fast))
+    return sorted(measured, key=lambda point: (point.method, point.case))
 
 
-def answer(found: list[Point]) -> str:
+def answer(measured: list[Point]) -> str:
     """Return where digits are lost."""
     return verdict(
-        found,
+        measured,
         "Mass ratios as such lose no digits: the equations of the loops do not contain masses. At "
         "speed the inertial wrenches m L² ω² of single joint motions nearly cancel in shafts that "
         "turn about themselves, and what is left is that much less exact.",

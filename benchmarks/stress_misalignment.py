@@ -19,7 +19,7 @@ POSITIONS = (0.1, 0.9, 2.0)
 
 def points(grid: tuple[float, ...] = GRID) -> list[Point]:
     """Return the map."""
-    found = []
+    measured = []
     for method in methods():
         for miss in grid:
             free = with_miss(mechanics("double_shaft_z"), "pin_1_out", miss)
@@ -33,18 +33,18 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
                 {"bearing_out": -1.0},
                 method=method,
             )
-            found += [
+            measured += [
                 measure(NAME, "double shaft, quasi-static", miss, still),
                 measure(NAME, "double shaft, at speed", miss, fast),
                 measure(NAME, "joint between fixed bearings", miss, locked),
             ]
-    return sorted(found, key=lambda point: (point.method, point.case))
+    return sorted(measured, key=lambda point: (point.method, point.case))
 
 
-def answer(found: list[Point]) -> str:
+def answer(measured: list[Point]) -> str:
     """Return where digits are lost."""
     return verdict(
-        found,
+        measured,
         "Where the mechanism can still move, no digits are lost at any distance. Between fixed "
         "bearings a joint with a miss cannot turn: below the closure tolerance of 1e-10 of the "
         "mechanism's length it counts as exact, and the loop residual reports the miss; above it "

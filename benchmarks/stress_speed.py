@@ -24,7 +24,7 @@ CASES = {
 
 def points(grid: tuple[float, ...] = GRID) -> list[Point]:
     """Return the map."""
-    found = []
+    measured = []
     for method in methods():
         for name, held in CASES.items():
             drive = "crank_bearing" if name == "four_bar" else "bearing_in"
@@ -33,14 +33,14 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
                 case = Case(
                     mechanics(name), drive, POSITIONS, held, {load: -1.0}, speed, method=method
                 )
-                found.append(measure(NAME, name.replace("_", " "), speed, case))
-    return found
+                measured.append(measure(NAME, name.replace("_", " "), speed, case))
+    return measured
 
 
-def answer(found: list[Point]) -> str:
+def answer(measured: list[Point]) -> str:
     """Return where digits are lost."""
     return verdict(
-        found,
+        measured,
         "A linkage whose links truly accelerate loses nothing. In shafts that turn about "
         "themselves the wrench is far less than m L² ω² of single joint motions, and the "
         "stated condition number counts that ratio.",

@@ -19,36 +19,36 @@ GRID = (1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6)
 
 def points(grid: tuple[float, ...] = GRID) -> list[Point]:
     """Return the map."""
-    found = []
+    measured = []
     for method in methods():
         for sign, sense in ((1.0, "forwards"), (-1.0, "backwards")):
             for turns in grid:
-                places = tuple(sign * (2.0 * np.pi * turns + x) for x in (0.1, 0.7, 5.0))
+                positions = tuple(sign * (2.0 * np.pi * turns + x) for x in (0.1, 0.7, 5.0))
                 joint = Case(
                     mechanics("universal_joint"),
                     "bearing_in",
-                    places,
+                    positions,
                     {"joint_angle": float(np.deg2rad(50.0))},
                     {"bearing_out": -1.0},
                     method=method,
                 )
-                found.append(measure(NAME, f"universal joint, {sense}", turns, joint))
+                measured.append(measure(NAME, f"universal joint, {sense}", turns, joint))
                 linkage = Case(
                     mechanics("four_bar"),
                     "crank_bearing",
-                    places,
+                    positions,
                     {},
                     {"rocker_bearing": -1.0},
                     method=method,
                 )
-                found.append(measure(NAME, f"four-bar, {sense}", turns, linkage))
-    return sorted(found, key=lambda point: (point.method, point.case))
+                measured.append(measure(NAME, f"four-bar, {sense}", turns, linkage))
+    return sorted(measured, key=lambda point: (point.method, point.case))
 
 
-def answer(found: list[Point]) -> str:
+def answer(measured: list[Point]) -> str:
     """Return where digits are lost."""
     return verdict(
-        found,
+        measured,
         "Turns lose no digits: the drive position enters as it is given, and sine and cosine of a "
         "large angle are exact to rounding.",
     )

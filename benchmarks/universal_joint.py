@@ -45,10 +45,10 @@ def exact(beta: float, phi: np.ndarray) -> np.ndarray:
         return np.array(rows, dtype=float)
 
 
-def error(found: np.ndarray, reference: np.ndarray) -> float:
+def error(values: np.ndarray, reference: np.ndarray) -> float:
     """Return the worst of the four channels' errors."""
     scale = np.max(np.abs(reference), axis=0)
-    return float(np.max(np.abs(np.abs(found) - reference) / scale))
+    return float(np.max(np.abs(np.abs(values) - reference) / scale))
 
 
 def _library(count: int, method: str) -> Method:

@@ -131,17 +131,17 @@ def _sap(beta: float, phi: np.ndarray) -> Callable[[], np.ndarray]:
 
 def methods() -> list[Method]:
     """Return both ways."""
-    found = version("drake")
+    installed = version("drake")
     return [
         Method(
             "Drake, SAP",
-            found,
+            installed,
             "ball constraint at the bearing, time step 1 ms; loop closed by the user",
             _sap,
         ),
         Method(
             "Drake, least squares",
-            found,
+            installed,
             "loop closed and closure forces solved by the user, reaction port",
             _least_squares,
         ),

@@ -28,6 +28,20 @@ def _rotations(beta: float, phi: float) -> list[np.ndarray]:
     return [first, second, second @ RotationMatrixZ(psi)]
 
 
+def _settings(tight: bool) -> exu.SimulationSettings:
+    """Return the settings of the static solver, with its default or tight tolerances."""
+    settings = exu.SimulationSettings()
+    settings.solutionSettings.writeSolutionToFile = False
+    settings.staticSolver.numberOfLoadSteps = 1
+    settings.staticSolver.verboseMode = 0
+    settings.staticSolver.newton.numericalDifferentiation.forODE2 = False
+    settings.linearSolverType = exu.LinearSolverType.EXUdense
+    if tight:
+        settings.staticSolver.newton.relativeTolerance = 1e-14
+        settings.staticSolver.newton.absoluteTolerance = 1e-13
+    return settings
+
+
 def _prepare(beta: float, phi: np.ndarray, tight: bool) -> Callable[[], np.ndarray]:
     container = exu.SystemContainer()
     system = container.AddSystem()
@@ -62,15 +76,7 @@ def _prepare(beta: float, phi: np.ndarray, tight: bool) -> Callable[[], np.ndarr
     axis = [float(np.cos(beta)), float(np.sin(beta)), 0.0]
     system.AddLoad(Torque(markerNumber=shaft_out, loadVector=[-value for value in axis]))
     system.Assemble()
-    settings = exu.SimulationSettings()
-    settings.solutionSettings.writeSolutionToFile = False
-    settings.staticSolver.numberOfLoadSteps = 1
-    settings.staticSolver.verboseMode = 0
-    settings.staticSolver.newton.numericalDifferentiation.forODE2 = False
-    settings.linearSolverType = exu.LinearSolverType.EXUdense
-    if tight:
-        settings.staticSolver.newton.relativeTolerance = 1e-14
-        settings.staticSolver.newton.absoluteTolerance = 1e-13
+    settings = _settings(tight)
     solver = exu.MainSolverStatic()
     torque = exu.OutputVariableType.TorqueLocal
     start = np.zeros((3, 7))
@@ -80,12 +86,12 @@ def _prepare(beta: float, phi: np.ndarray, tight: bool) -> Callable[[], np.ndarr
         before = reference
         for sample, position in enumerate(phi):
             system.SetObjectParameter(drive, "rotationMarker0", RotationMatrixX(position))
-            here = np.array(
+            parameters = np.array(
                 [RotationMatrix2EulerParameters(matrix) for matrix in _rotations(beta, position)]
             )
             # Both signs are the same rotation; the solver needs the nearer one.
-            here *= np.sign(np.sum(here * before, axis=1, keepdims=True))
-            before, start[:, 3:] = here, here - reference
+            parameters *= np.sign(np.sum(parameters * before, axis=1, keepdims=True))
+            before, start[:, 3:] = parameters, parameters - reference
             system.systemData.SetODE2Coordinates(start.ravel(), exu.ConfigurationType.Initial)
             if not solver.SolveSystem(system, settings):
                 raise ArithmeticError(f"no static solution at {position}")
@@ -99,11 +105,11 @@ def _prepare(beta: float, phi: np.ndarray, tight: bool) -> Callable[[], np.ndarr
 
 def methods() -> list[Method]:
     """Return default and tight tolerances."""
-    found = version("exudyn")
+    installed = version("exudyn")
     return [
         Method(
             f"Exudyn, static, {name}",
-            found,
+            installed,
             f"MainSolverStatic, Euler parameters, {name} Newton tolerance; "
             "starts from the loop as closed by the user",
             partial(_prepare, tight=name == "tight"),

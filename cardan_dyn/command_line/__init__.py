@@ -1,1 +1,5 @@
 """Command line: `cardan-dyn`."""
+
+from .commands import main
+
+__all__ = ["main"]

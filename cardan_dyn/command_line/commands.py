@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from .._version import __version__
-from ..errors import ArgumentError, CardanError
+from ..errors import CardanError
+
+if TYPE_CHECKING:
+    from ..validation.result import Row
+    from ..viewer.viewing import View
 
 
 class _Commands(click.Group):
@@ -45,19 +50,18 @@ def report(directory: Path, as_json: bool, figures: bool) -> None:
     from ..report import report as reporting
     from ..validation import comparisons
 
-    found = comparisons.run()
-    passed = all(comparison.passed for comparison in found)
+    compared = comparisons.run()
     if as_json:
-        click.echo(reporting.as_json(found))
+        click.echo(reporting.as_json(compared))
     else:
-        _print_table(reporting.rows(found))
+        _print_table(compared.rows())
     if figures:
         try:
-            page = reporting.write(found, directory)
+            page = reporting.write(compared, directory)
         except OSError as error:
             raise click.ClickException(f"{directory}: cannot be written ({error})") from error
         click.echo(f"Figures and page: {page}", err=as_json)
-    if not passed:
+    if not compared.passed:
         raise SystemExit(1)
 
 
@@ -114,48 +118,35 @@ def view(
     """Watch a mechanism move, with its moments and forces drawn on it.
 
     NAME_OR_FILE is a bundled description or a file. The page is served on this machine until
-    Ctrl-C; its address is printed, so it can be opened where no browser starts by itself.
+    Ctrl-C; its address is printed, so that it can be opened where no browser opens it.
     """
-    import math
+    from .watching import MotionOptions, parsed_assignments, scene_of
 
-    from ..mechanism.mechanism import load
-    from ..viewer.commands import meshcat
-    from ..viewer.viewing import view as draw
-    from .presets import default_sweep
-
-    meshcat()  # A missing extra is told before anything is computed.
-    mechanism = load(source, strict=strict)
-    positions = {
-        name: value if mechanism.joint(name).type == "prismatic" else math.radians(value)
-        for name, value in _assigned(held, "--held").items()
-    }
-    sweep = default_sweep(
-        mechanism,
+    motion = MotionOptions(
         drive=drive,
-        held=positions,
-        loads=_assigned(loads, "--load") if loads else None,
+        held=parsed_assignments(held, "--held"),
+        loads=parsed_assignments(loads, "--load") if loads else None,
+        speed_rpm=speed_rpm,
         gravity=gravity,
-        speed=None if speed_rpm is None else speed_rpm * math.pi / 30.0,
         samples=samples,
     )
-    shown = draw(
-        sweep,
-        joints=joints or None,
-        duration=duration,
-        frames=samples,
-        visuals="visuals" not in hide,
-        moments="moments" not in hide,
-        forces="forces" not in hide,
-        axes="axes" not in hide,
-        traces="traces" not in hide,
-        labels="labels" not in hide,
-    )
+    shown = scene_of(source, motion, joints, frozenset(hide), duration, strict)
     if file is not None:
-        try:
-            click.echo(f"Scene: {shown.export(file)}")
-        except OSError as error:
-            raise click.ClickException(f"{file}: cannot be written ({error})") from error
-        return
+        _export(shown, file)
+    else:
+        _serve(shown, open_browser)
+
+
+def _export(shown: View, file: Path) -> None:
+    """Write a scene as one HTML file."""
+    try:
+        click.echo(f"Scene: {shown.export(file)}")
+    except OSError as error:
+        raise click.ClickException(f"{file}: cannot be written ({error})") from error
+
+
+def _serve(shown: View, open_browser: bool) -> None:
+    """Serve a scene until Ctrl-C."""
     click.echo(f"Scene: {shown.url} (Ctrl-C ends it)")
     if open_browser and not shown.open():
         click.echo("No browser has opened it here: open the address, or --export a file.", err=True)
@@ -165,21 +156,8 @@ def view(
         shown.close()
 
 
-def _assigned(pairs: tuple[str, ...], option: str) -> dict[str, float]:
-    """Return names and values from `NAME=VALUE`."""
-    found: dict[str, float] = {}
-    for pair in pairs:
-        name, separator, value = pair.rpartition("=")
-        try:
-            found[name] = float(value)
-        except ValueError:
-            separator = ""
-        if not separator or not name:
-            raise ArgumentError(f"{option} {pair!r} is not JOINT=VALUE, as joint_angle=30")
-    return found
-
-
-def _print_table(rows: list[dict[str, object]]) -> None:
+def _print_table(rows: list[Row]) -> None:
+    """Print the comparisons, one line per quantity, by scene."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -191,16 +169,16 @@ def _print_table(rows: list[dict[str, object]]) -> None:
         table.add_column(heading, justify="right", no_wrap=True)
     previous = None
     for row in rows:
-        if row["scene"] != previous:
+        if row.scene != previous:
             if previous is not None:
                 table.add_section()
-            table.add_row(f"[bold]{row['scene']}[/]")
-            previous = row["scene"]
+            table.add_row(f"[bold]{row.scene}[/]")
+            previous = row.scene
         table.add_row(
-            str(row["quantity"]),
-            str(row["source"]),
-            f"{row['worst']:.1e}",
-            f"{row['tolerance']:.0e}",
-            "[green]pass[/]" if row["passed"] else "[bold red]FAIL[/]",
+            row.quantity,
+            row.source,
+            f"{row.worst:.1e}",
+            f"{row.tolerance:.0e}",
+            "[green]pass[/]" if row.passed else "[bold red]FAIL[/]",
         )
     Console().print(table)

@@ -1,4 +1,4 @@
-"""What `cardan-dyn view` shows when nothing else is asked for."""
+"""Presets: what `cardan-dyn view` shows of a mechanism unless its options say otherwise."""
 
 from __future__ import annotations
 
@@ -14,8 +14,22 @@ from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
 from ..scene.scene import Scene
 
-_SWING = 0.05
-"""How far a slide without limits moves, as a fraction of the mechanism's length."""
+_SLIDE_SWING = 0.05
+"""How far a slide without limits moves to both sides, as a fraction of the mechanism's length."""
+_ANGLE_SWING = 0.5
+"""How far an angle without limits moves to both sides [rad]: clearly visible, and less than most
+mechanisms allow."""
+_NO_LIMIT = 1e3
+"""Range of a coordinate [rad or m] from which on its limits count as none: descriptions write
+such numbers where the format requires a limit."""
+_SINGLE_SWING = 0.45
+"""Amplitude of a single drive, as a fraction of its range: it stays 5 % of the range away from the
+dead points at both ends, where the scene would be refused."""
+_JOINT_SWING = 0.3
+"""Amplitude of each of several drives, as a fraction of its limits: these say nothing of which
+combinations of positions the loops allow, so it stays well inside."""
+_TURN = (0.0, 2.0 * np.pi)
+"""Range of a drive that turns without end [rad]."""
 
 
 @dataclass(frozen=True)
@@ -61,10 +75,10 @@ PRESETS: Mapping[str, Preset] = {
     "slider_crank": Preset(("crank_bearing",), loads={"piston_guide": -1000.0}),
     "needle_drive": Preset(("main_shaft",), speed=200.0),
     "stewart_platform": Preset(
-        tuple(f"leg_{number}" for number in range(1, 7)), gravity=(0.0, 0.0, -9.81)
+        tuple(f"leg_{index}" for index in range(1, 7)), gravity=(0.0, 0.0, -9.81)
     ),
 }
-"""Bundled descriptions; any other one is driven where its author says."""
+"""By the name of the bundled description; others are driven at their `independent_joints`."""
 
 
 def default_sweep(
@@ -77,10 +91,10 @@ def default_sweep(
     speed: float | None = None,
     samples: int = 721,
 ) -> Sweep:
-    """Move a mechanism through its range, with what is given or else what suits it.
+    """Move a mechanism through its range, as given or else as its preset says.
 
-    One drive turns once, or swings through the range that it has; several move in turn, each
-    within its limits.
+    A single drive turns once, or swings through the range that it has; several swing out of phase,
+    each within its limits.
 
     Args:
         mechanism: from `load`.
@@ -89,56 +103,49 @@ def default_sweep(
         loads: joints to efforts [N·m or N].
         gravity: `(3,)` [m/s²].
         speed: of a single drive [rad/s or m/s].
-        samples: number of positions.
+        samples: count of positions.
 
     Raises:
         CardanError: as `Scene` and `Scene.sweep` do.
     """
     preset = PRESETS.get(mechanism.name, Preset(mechanism.independent_joints))
     if not all(name in mechanism.joints for name in (*preset.drive, *preset.held_deg)):
-        preset = Preset(mechanism.independent_joints)  # Another mechanism of the same name.
-    chosen = tuple(drive) or preset.drive
-    known = {name: np.deg2rad(angle) for name, angle in preset.held_deg.items()}
-    positions_held = {
-        name: float(value)
-        for name, value in {**known, **(held or {})}.items()
-        if name not in chosen
-    }
+        # The mechanism shares only its name with the bundled one.
+        preset = Preset(mechanism.independent_joints)
+    drives = tuple(drive) or preset.drive
+    preset_held = {name: np.deg2rad(angle) for name, angle in preset.held_deg.items()}
     scene = Scene(
         mechanism,
-        drive=list(chosen),
-        held=positions_held,
+        drive=list(drives),
+        held={
+            name: float(value)
+            for name, value in {**preset_held, **(held or {})}.items()
+            if name not in drives
+        },
         loads=preset.loads if loads is None else loads,
         gravity=preset.gravity if gravity is None else gravity,
     )
-    if len(chosen) == 1:
-        low, high = _range(scene, mechanism, chosen[0])
-        positions = _swing(low, high, samples)
-        if low == 0.0 and high == 2.0 * np.pi:
-            positions = np.linspace(low, high, samples)
-        else:
-            speed = 0.0  # A swing turns round, which a constant speed does not.
-        return scene.sweep(positions, speed=preset.speed if speed is None else speed)
-    columns = []
-    for number, name in enumerate(chosen):
-        low, high = _limits(mechanism, name)
-        phase = 2.0 * np.pi * number / len(chosen)
-        turn = np.linspace(0.0, 2.0 * np.pi, samples)
-        middle, half = (low + high) / 2.0, 0.3 * (high - low)
-        columns.append(middle + half * np.sin(turn + phase))
-    return scene.sweep(np.stack(columns, axis=1))
+    if len(drives) > 1:
+        return scene.sweep(_out_of_phase(mechanism, drives, samples))
+    low, high = _range(scene, mechanism, drives[0])
+    if (low, high) != _TURN:
+        # A swing reverses its direction, which a constant speed does not.
+        return scene.sweep(_swing(low, high, samples), speed=0.0)
+    turn = np.linspace(low, high, samples)
+    return scene.sweep(turn, speed=preset.speed if speed is None else speed)
 
 
 def _range(scene: Scene, mechanism: Mechanism, drive: str) -> tuple[float, float]:
+    """Return the range of a single drive; one turn if it has no end."""
     if mechanism.joints[drive].type == "prismatic":
         return _limits(mechanism, drive)
     try:
         low, high = scene.motion_range()
     except MobilityError:
-        return 0.0, 2.0 * np.pi
+        return _TURN
     if np.isfinite(low) and np.isfinite(high):
         return float(low), float(high)
-    return 0.0, 2.0 * np.pi
+    return _TURN
 
 
 def _limits(mechanism: Mechanism, joint: str) -> tuple[float, float]:
@@ -147,13 +154,25 @@ def _limits(mechanism: Mechanism, joint: str) -> tuple[float, float]:
     column = model.idx_qs[record.id]
     low = float(model.lowerPositionLimit[column])
     high = float(model.upperPositionLimit[column])
-    reach = 0.5 if record.type != "prismatic" else _SWING * mechanism.characteristic_length
-    if record.type == "continuous" or not (np.isfinite(low + high) and high - low < 1e3):
-        return -reach, reach
-    return low, high
+    if record.type != "continuous" and np.isfinite(low + high) and high - low < _NO_LIMIT:
+        return low, high
+    slides = record.type == "prismatic"
+    reach = _SLIDE_SWING * mechanism.characteristic_length if slides else _ANGLE_SWING
+    return -reach, reach
+
+
+def _out_of_phase(mechanism: Mechanism, drives: tuple[str, ...], samples: int) -> Array:
+    """Return positions `(samples, d)` of d drives that swing one after the other."""
+    turn = np.linspace(0.0, 2.0 * np.pi, samples)
+    columns = []
+    for index, name in enumerate(drives):
+        low, high = _limits(mechanism, name)
+        phase = 2.0 * np.pi * index / len(drives)
+        columns.append((low + high) / 2.0 + _JOINT_SWING * (high - low) * np.sin(turn + phase))
+    return np.stack(columns, axis=1)
 
 
 def _swing(low: float, high: float, samples: int) -> Array:
-    """Return positions that go forth and back, clear of the dead points at both ends."""
+    """Return positions that go there and back, clear of the dead points at both ends."""
     turn = np.linspace(0.0, 2.0 * np.pi, samples)
-    return np.asarray((low + high) / 2.0 + 0.45 * (high - low) * np.sin(turn))
+    return np.asarray((low + high) / 2.0 + _SINGLE_SWING * (high - low) * np.sin(turn))

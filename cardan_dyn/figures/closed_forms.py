@@ -10,123 +10,140 @@ from numpy.typing import ArrayLike
 from analytic import grossmann, single_joint, thoma
 
 from ..arrays import Array
-from ..errors import ArgumentError
+from ..errors import ArgumentError, choices
 from ..results.sweep import Sweep
 from ..validation.comparisons import thoma_moments
-from .style import Axes, Figure, angle_axis, axes_grid, legend, line_style, point_style, some
+from .style import (
+    POINTS,
+    Axes,
+    Figure,
+    angle_axis,
+    axes_grid,
+    legend,
+    line_style,
+    point_style,
+    thinned,
+)
 
 INPUT_LABEL = "rotation of the input shaft φ₁ [°]"
-_INPUT, _OUTPUT = "bearing_in", "bearing_out"
+_INPUT, _OUTPUT, _BEND = "bearing_in", "bearing_out", "joint_angle"
 _PER_TURN = 1440
 """Points of a line per turn."""
 _TURN = np.linspace(0.0, 2.0 * np.pi, _PER_TURN + 1)
+_FEWEST = 90
+"""Least number of points of a line, so that it is smooth over a small part of a turn as well."""
+_CIRCLES = 3
+"""Circles of a polar diagram."""
+_ROUND_STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+"""Distances of these circles, times a power of ten, that are easily read."""
+_POLAR_ROOM = 1.04
+"""Radius of a polar diagram in radii of its outermost circle, so that this circle is visible."""
 
 
-def torque_ratio(turn: Sweep, beta: float) -> Figure:
+def torque_ratio(turn: Sweep) -> Figure:
     """Draw D₂/D₁ over the input angle: Grossmann (1939), Abb. 3.
 
     Args:
-        turn: sweep of a universal joint with the joints of the bundled one, at any positions and
-            under any load on its output.
-        beta: joint angle that was held [rad].
+        turn: sweep of a universal joint with the joints of the bundled one, its `joint_angle`
+            held, at any positions and under any load on its output.
 
     Raises:
         ModelError: the sweep lacks `bearing_in` or `bearing_out`.
-        ArgumentError: no torque passes through the joint.
+        ArgumentError: `joint_angle` is not held, or no torque passes through the joint.
     """
+    beta = _held_angle(turn)
     figure, axes, line = _axes("Torque ratio of the universal joint", beta, "D₂/D₁ [–]", turn)
-    found = _ratio(-turn[_OUTPUT].torsion, turn[_INPUT].torsion)
-    _draw(axes, 0, "D₂/D₁", turn, found, line, grossmann.moments(beta, line).torsion_2)
+    computed = _ratio(-turn[_OUTPUT].torsion, turn[_INPUT].torsion)
+    _draw(axes, 0, "D₂/D₁", turn, computed, line, grossmann.moments(beta, line).torsion_2)
     legend(figure)
     return figure
 
 
-def bending_polar(turn: Sweep, beta: float) -> Figure:
+def bending_polar(turn: Sweep) -> Figure:
     """Draw B₁/D₁ over φ₁ and B₂/D₁ over φ₂ as polar diagrams: Grossmann (1939), Abb. 4.
 
     Arguments and errors are those of `torque_ratio`. The lines are drawn over one turn.
     """
+    beta = _held_angle(turn)
     closed = grossmann.moments(beta, _TURN)
     greatest = max(float(np.max(line)) for line in (closed.bending_1, closed.bending_2))
     title = f"Bending moments referred to the input torque, β = {_deg(beta)}°"
     figure, axes = _polar_axes(title, greatest)
     torque = np.abs(turn[_INPUT].torsion)
-    for number, (label, joint, line_angle, line) in enumerate(
+    for index, (label, joint, line_angle, line) in enumerate(
         (
             ("B₁/D₁ over φ₁", _INPUT, _TURN, closed.bending_1),
             ("B₂/D₁ over φ₂", _OUTPUT, single_joint.output_angle(beta, _TURN), closed.bending_2),
         )
     ):
-        angle, found = turn.motion.position(joint), _ratio(turn[joint].bending, torque)
-        every = some(len(angle))
-        axes.plot(line_angle, line, **line_style(number), label=f"{label}, closed form")
-        axes.plot(
-            angle[every],
-            found[every],
-            **point_style(number),
-            label=f"{label}, Pinocchio",
-        )
+        shown = thinned(len(turn))
+        angle = turn.motion.position(joint)[shown]
+        computed = _ratio(turn[joint].bending, torque)[shown]
+        axes.plot(line_angle, line, **line_style(index), label=f"{label}, closed form")
+        axes.plot(angle, computed, **point_style(index), label=f"{label}, Pinocchio")
     legend(figure)
     return figure
 
 
-def thoma_bending(turn: Sweep, beta: float) -> Figure:
+def thoma_bending(turn: Sweep) -> Figure:
     """Draw M_x/M_t and M_z/M_t over the input angle: Thoma (1920), eqs 6 and 7.
 
     Arguments and errors are those of `torque_ratio`.
     """
+    beta = _held_angle(turn)
     figure, axes, line = _axes(
         "Bending of the output shaft in fixed axes", beta, "$M/M_t$ [–]", turn
     )
     closed = thoma.bending_moments(beta, line)
     torque = -turn[_OUTPUT].torsion
-    for number, (label, found) in enumerate(
+    for index, (label, moment) in enumerate(
         zip(("$M_x/M_t$ (6)", "$M_z/M_t$ (7)"), thoma_moments(turn), strict=True)
     ):
-        _draw(axes, number, label, turn, _ratio(found, torque), line, closed[number])
+        _draw(axes, index, label, turn, _ratio(moment, torque), line, closed[index])
     legend(figure)
     return figure
 
 
-def speed_ratio(joint_turn: Sweep, shaft_turn: Sweep, beta: float) -> Figure:
+def speed_ratio(joint_turn: Sweep, shaft_turn: Sweep) -> Figure:
     """Draw the speed ratio of the universal joint and of the double shaft over the input angle.
 
     Args:
-        joint_turn: sweep of a universal joint, at any positions.
+        joint_turn: sweep of a universal joint, its `joint_angle` held, at any positions.
         shaft_turn: sweep of a double shaft with equal joint angles, at any positions.
-        beta: joint angles that were held [rad].
 
     Raises:
         ModelError: a sweep lacks `bearing_in` or `bearing_out`.
+        ArgumentError: `joint_angle` of the universal joint is not held.
     """
+    beta = _held_angle(joint_turn)
     title = "Speed ratio, output to input"
     figure, axes, line = _axes(title, beta, "ω₂/ω₁ [–]", joint_turn, shaft_turn)
-    for number, (label, turn, closed) in enumerate(
+    for index, (label, turn, closed) in enumerate(
         (
             ("universal joint", joint_turn, single_joint.speed_ratio(beta, line)),
             ("double shaft", shaft_turn, np.ones_like(line)),
         )
     ):
-        _draw(axes, number, label, turn, turn.motion.ratio(_OUTPUT), line, closed)
+        _draw(axes, index, label, turn, turn.motion.ratio(_OUTPUT), line, closed)
     legend(figure)
     return figure
 
 
 def compared(
     position: ArrayLike,
-    found: Mapping[str, ArrayLike],
+    computed: Mapping[str, ArrayLike],
     closed: Mapping[str, ArrayLike],
     *,
     quantity: str,
     title: str = "",
     over: str = INPUT_LABEL,
-    points: int = 36,
+    points: int = POINTS,
 ) -> Figure:
     """Draw results as points over closed forms as lines.
 
     Args:
         position: `(N,)` angles [rad], the abscissa of all values.
-        found: label to computed values `(N,)`, drawn as points.
+        computed: label to computed values `(N,)`, drawn as points.
         closed: label to values of a formula `(N,)`, drawn as lines. A label that both have is
             drawn in one colour.
         quantity: label of the ordinate, with its unit.
@@ -135,35 +152,44 @@ def compared(
         points: about how many points are drawn of each result.
     """
     angle = np.asarray(position, dtype=float)
-    every = some(len(angle), points)
-    numbers = {label: number for number, label in enumerate({**found, **closed})}
+    shown = thinned(len(angle), points)
+    indices = {label: index for index, label in enumerate({**computed, **closed})}
     figure, axes = axes_grid()
     for label, values in closed.items():
-        name = f"{label}, closed form" if label in found else label
-        axes.plot(np.rad2deg(angle), np.asarray(values), **line_style(numbers[label]), label=name)
-    for label, values in found.items():
-        shown = np.asarray(values)[every]
-        style = point_style(numbers[label])
-        axes.plot(np.rad2deg(angle)[every], shown, **style, label=f"{label}, Pinocchio")
+        name = f"{label}, closed form" if label in computed else label
+        axes.plot(np.rad2deg(angle), np.asarray(values), **line_style(indices[label]), label=name)
+    for label, values in computed.items():
+        style = {**point_style(indices[label]), "label": f"{label}, Pinocchio"}
+        axes.plot(np.rad2deg(angle)[shown], np.asarray(values)[shown], **style)
     axes.set_title(title)
     axes.set_ylabel(quantity)
     angle_axis(axes, over, angle)
-    legend(figure, 3 if len(found) + len(closed) > 6 else 2)
+    legend(figure, 3 if len(computed) + len(closed) > 6 else 2)
     return figure
 
 
 def _draw(
-    axes: Axes, number: int, label: str, turn: Sweep, found: Array, angle: Array, closed: Array
+    axes: Axes, index: int, label: str, turn: Sweep, computed: Array, angle: Array, closed: Array
 ) -> None:
-    """Draw a closed form over angles, and what a sweep found over its own."""
-    axes.plot(np.rad2deg(angle), closed, **line_style(number), label=f"{label}, closed form")
-    every = some(len(found))
+    """Draw a closed form over `angle` [rad], and values of a sweep over its own input angles."""
+    axes.plot(np.rad2deg(angle), closed, **line_style(index), label=f"{label}, closed form")
+    shown = thinned(len(computed))
     axes.plot(
-        np.rad2deg(turn.motion.position(_INPUT))[every],
-        found[every],
-        **point_style(number),
+        np.rad2deg(turn.motion.position(_INPUT))[shown],
+        computed[shown],
+        **point_style(index),
         label=f"{label}, Pinocchio",
     )
+
+
+def _held_angle(turn: Sweep) -> float:
+    """Return the joint angle at which a universal joint is held [rad]."""
+    if _BEND not in turn.held:
+        raise ArgumentError(
+            f"the closed forms need a universal joint whose {_BEND!r} is held; held: "
+            f"{choices(turn.held)}"
+        )
+    return turn.held[_BEND]
 
 
 def _axes(title: str, beta: float, label: str, *turns: Sweep) -> tuple[Figure, Axes, Array]:
@@ -171,10 +197,11 @@ def _axes(title: str, beta: float, label: str, *turns: Sweep) -> tuple[Figure, A
     angle = np.concatenate([turn.motion.position(_INPUT) for turn in turns])
     low, high = float(np.min(angle)), float(np.max(angle))
     if low == high:
-        # A single position stands within its turn.
+        # A single position spans no range; the whole turn around it is drawn.
         low = 2.0 * np.pi * np.floor(low / (2.0 * np.pi))
         high = low + 2.0 * np.pi
-    line = np.linspace(low, high, 1 + max(90, round(_PER_TURN * (high - low) / (2.0 * np.pi))))
+    steps = max(_FEWEST, round(_PER_TURN * (high - low) / (2.0 * np.pi)))
+    line = np.linspace(low, high, 1 + steps)
     figure, axes = axes_grid()
     axes.set_title(f"{title}, β = {_deg(beta)}°")
     axes.set_ylabel(label)
@@ -182,7 +209,7 @@ def _axes(title: str, beta: float, label: str, *turns: Sweep) -> tuple[Figure, A
     return figure, axes, line
 
 
-def _ratio(found: Array, torque: Array) -> Array:
+def _ratio(moment: Array, torque: Array) -> Array:
     """Return a moment per torque; not a number at samples where none passes through.
 
     Raises:
@@ -192,18 +219,18 @@ def _ratio(found: Array, torque: Array) -> Array:
         raise ArgumentError(
             f"no torque passes through the joint at any sample; load {_OUTPUT!r} in the scene"
         )
-    return np.divide(found, torque, out=np.full(np.shape(found), np.nan), where=torque != 0.0)
+    return np.divide(moment, torque, out=np.full(np.shape(moment), np.nan), where=torque != 0.0)
 
 
 def _polar_axes(title: str, greatest: float) -> tuple[Figure, Axes]:
-    """Return polar axes for curves that reach so far from their origin."""
+    """Return polar axes for curves whose greatest distance from the origin is `greatest`."""
     figure, axes = axes_grid(size=(6.4, 6.0), projection="polar")
     axes.set_title(title, pad=14)
-    # Three circles at round numbers, the outermost just beyond the curves.
-    decade = 10.0 ** np.floor(np.log10(greatest / 3.0)) if greatest > 0.0 else 1.0
-    steps = decade * np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
-    circles = steps[np.argmax(3.0 * steps >= greatest)] * np.arange(1, 4)
-    axes.set_rlim(0.0, 1.04 * circles[-1])
+    # Circles at round numbers, the outermost just beyond the curves.
+    decade = 10.0 ** np.floor(np.log10(greatest / _CIRCLES)) if greatest > 0.0 else 1.0
+    steps = decade * np.array(_ROUND_STEPS)
+    circles = steps[np.argmax(_CIRCLES * steps >= greatest)] * np.arange(1, _CIRCLES + 1)
+    axes.set_rlim(0.0, _POLAR_ROOM * circles[-1])
     axes.set_rticks(circles)
     axes.set_rlabel_position(67.5)
     for label in axes.get_yticklabels():

@@ -1,4 +1,4 @@
-"""Orders: how often per revolution a quantity swings, and how strongly."""
+"""Orders: the amplitudes of a quantity over its number of oscillations per revolution."""
 
 from __future__ import annotations
 
@@ -12,6 +12,16 @@ from ..errors import ArgumentError
 from .style import Figure, axes_grid, legend, line_style
 
 _HATCHES = ("", "///", "...", "xx", "\\\\\\", "++")
+_EVEN = 1e-6
+"""By what fraction of the mean step the steps of angles may differ. Rounding is far below; uneven
+steps would appear as amplitudes that the quantity does not have."""
+_WHOLE = 1e-9
+"""By how much a number of turns, or an order, may miss a whole number: rounding is far below."""
+_BAR_WIDTH = 0.8
+"""Width of all bars of one order together, in orders: the rest keeps the orders apart."""
+_LEAST_SHOWN = 1e-6
+"""Least amplitude on a logarithmic scale, as a fraction of the greatest: rounding errors would
+stretch the scale over ten more decades."""
 
 
 def order_amplitudes(position: ArrayLike, values: ArrayLike) -> tuple[Array, Array]:
@@ -23,8 +33,9 @@ def order_amplitudes(position: ArrayLike, values: ArrayLike) -> tuple[Array, Arr
         values: `(N,)` of any unit.
 
     Returns:
-        Orders and amplitudes, each `(K,)`: order 2 swings twice per turn, its amplitude is half
-        the swing from peak to peak [unit of `values`]. Order 0 is the size of the mean.
+        Orders and amplitudes, each `(K,)`: order 2 oscillates twice per turn, its amplitude
+        is half the distance from peak to peak [unit of `values`]. Order 0 is the absolute value
+        of the mean.
 
     Raises:
         ArgumentError: the angles are not evenly spaced over whole turns.
@@ -42,14 +53,14 @@ def order_amplitudes(position: ArrayLike, values: ArrayLike) -> tuple[Array, Arr
         )
     steps = np.diff(angle)
     step = float(np.mean(steps))
-    if not (step > 0.0 and np.max(np.abs(steps - step)) < 1e-6 * step):
+    if not (step > 0.0 and np.max(np.abs(steps - step)) < _EVEN * step):
         raise ArgumentError("orders need angles that rise evenly")
     turns = (angle[-1] - angle[0]) / (2.0 * np.pi)
-    if abs(turns - round(turns)) < 1e-9 and round(turns):
+    if abs(turns - round(turns)) < _WHOLE and round(turns):
         quantity = quantity[:-1]
     else:
         turns = len(angle) * step / (2.0 * np.pi)
-        if abs(turns - round(turns)) > 1e-9 or not round(turns):
+        if abs(turns - round(turns)) > _WHOLE or not round(turns):
             raise ArgumentError(f"orders need whole turns, the angles cover {turns:.6g}")
     count = len(quantity)
     amplitudes = np.abs(np.fft.rfft(quantity)) / count
@@ -73,7 +84,7 @@ def order_spectrum(
         position: `(N,)` angles [rad], as in `order_amplitudes`.
         values: label to values `(N,)`.
         unit: of the values.
-        highest: order up to which is drawn.
+        highest: greatest order that is drawn.
         logarithmic: draw amplitudes to a logarithmic scale.
         title: of the figure.
 
@@ -81,20 +92,20 @@ def order_spectrum(
         ArgumentError: the angles are not evenly spaced over whole turns.
     """
     figure, axes = axes_grid()
-    width = 0.8 / max(len(values), 1)
+    width = _BAR_WIDTH / max(len(values), 1)
     greatest = 0.0
-    for number, (label, quantity) in enumerate(values.items()):
+    for index, (label, quantity) in enumerate(values.items()):
         orders, amplitudes = order_amplitudes(position, quantity)
-        shown = orders <= highest + 1e-9
+        shown = orders <= highest + _WHOLE
         greatest = max(greatest, float(np.max(amplitudes[shown])))
         axes.bar(
-            orders[shown] + (number - 0.5 * (len(values) - 1)) * width,
+            orders[shown] + (index - 0.5 * (len(values) - 1)) * width,
             amplitudes[shown],
             width,
             label=label,
-            color="white" if number % 2 else line_style(number)["color"],
-            edgecolor=line_style(number)["color"],
-            hatch=_HATCHES[number % len(_HATCHES)] if number % 2 else "",
+            color="white" if index % 2 else line_style(index)["color"],
+            edgecolor=line_style(index)["color"],
+            hatch=_HATCHES[index % len(_HATCHES)] if index % 2 else "",
         )
     axes.set_xlabel("order: swings per revolution of the input [–]")
     axes.set_ylabel(f"amplitude [{unit}]")
@@ -102,7 +113,7 @@ def order_spectrum(
     axes.grid(visible=False, axis="x")
     if logarithmic:
         axes.set_yscale("log")
-        axes.set_ylim(bottom=1e-6 * greatest if greatest > 0.0 else None)
+        axes.set_ylim(bottom=_LEAST_SHOWN * greatest if greatest > 0.0 else None)
     axes.set_title(title)
     legend(figure, min(len(values), 3))
     return figure

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import ArgumentError, choices
 from ..results.sweep import Sweep
-from .style import Figure, angle_axis, axes_grid, curve_style, legend, names
+from .style import TITLE_SIZE, Figure, angle_axis, axes_grid, curve_style, drive_of, legend, names
 
 UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
 """Quantities of a `JointWrench` over the angle, and their units."""
@@ -19,7 +19,7 @@ def over_angle(
     joints: str | Sequence[str],
     quantities: str | Sequence[str] = ("torsion", "bending"),
     *,
-    drive: str = "bearing_in",
+    drive: str | None = None,
     title: str = "",
 ) -> Figure:
     """Draw torsion and bending of joints, or their forces, over the angle of the drive.
@@ -30,28 +30,31 @@ def over_angle(
         turn: the sweep.
         joints: one joint or several; each is a line.
         quantities: of `torsion`, `bending`, `axial`, `shear`; each has its own axes.
-        drive: joint whose angle is the abscissa.
+        drive: joint whose angle is the abscissa; the first drive if not given.
         title: of the figure.
 
     Raises:
-        ModelError: a joint is unknown or was not asked for.
+        ModelError: a joint is unknown or not among the outputs.
         ArgumentError: unknown quantity.
     """
-    asked = names(quantities)
-    for quantity in asked:
+    quantities = names(quantities)
+    for quantity in quantities:
         if quantity not in UNITS:
             raise ArgumentError(f"quantity {quantity!r} is unknown; quantities: {choices(UNITS)}")
     wrenches = [turn[name] for name in names(joints)]
+    drive = drive_of(turn, drive)
     angle = turn.motion.position(drive)
-    figure, axes = axes_grid(len(asked), size=(7.2, 1.4 + 2.6 * len(asked)), share_x=True)
-    for quantity, here in zip(asked, np.atleast_1d(axes), strict=True):
-        for number, wrench in enumerate(wrenches):
+    count = len(quantities)
+    figure, axes = axes_grid(count, size=(7.2, 1.4 + 2.6 * count), share_x=True)
+    panels = np.atleast_1d(axes)
+    for quantity, panel in zip(quantities, panels, strict=True):
+        for index, wrench in enumerate(wrenches):
             values = getattr(wrench, quantity)
-            style = curve_style(number, len(angle))
-            here.plot(np.rad2deg(angle), values, **style, label=wrench.joint)
-        here.set_ylabel(f"{quantity} [{UNITS[quantity]}]")
-    angle_axis(np.atleast_1d(axes)[-1], f"{drive} [°]", angle)
-    figure.suptitle(title, fontsize=11)
+            style = curve_style(index, len(angle))
+            panel.plot(np.rad2deg(angle), values, **style, label=wrench.joint)
+        panel.set_ylabel(f"{quantity} [{UNITS[quantity]}]")
+    angle_axis(panels[-1], f"{drive} [°]", angle)
+    figure.suptitle(title, fontsize=TITLE_SIZE)
     legend(figure, min(len(wrenches), 4))
     return figure
 
@@ -60,7 +63,7 @@ def ratio_and_angle_error(
     turns: Mapping[str, Sweep],
     *,
     output: str = "bearing_out",
-    drive: str = "bearing_in",
+    drive: str | None = None,
     title: str = "",
 ) -> Figure:
     """Draw speed ratio and angle error of an output, one line per sweep.
@@ -72,30 +75,31 @@ def ratio_and_angle_error(
         turns: label to sweep, one at least. Each must cover whole turns for its mean lead to be
             left out.
         output: joint whose motion is shown.
-        drive: joint that it is compared with.
+        drive: the drive that it is compared with; the first drive of each sweep if not given.
         title: of the figure.
 
     Raises:
         ModelError: unknown joint.
-        ArgumentError: no sweep.
+        ArgumentError: no sweep, or `drive` is not a drive of one.
     """
     if not turns:
         raise ArgumentError("there is no sweep to be drawn")
     figure, (ratio, lead) = axes_grid(2, size=(7.2, 6.0), share_x=True)
-    angles = []
-    for number, (label, turn) in enumerate(turns.items()):
-        angle = turn.motion.position(drive)
+    angles, drives = [], []
+    for index, (label, turn) in enumerate(turns.items()):
+        drives.append(drive_of(turn, drive))
+        angle = turn.motion.position(drives[-1])
         error = turn.motion.position(output) - angle
-        style = {**curve_style(number, len(angle)), "label": label}
-        ratio.plot(np.rad2deg(angle), turn.motion.ratio(output), **style)
-        # The end of a whole turn is its start once more.
+        style = {**curve_style(index, len(angle)), "label": label}
+        ratio.plot(np.rad2deg(angle), turn.motion.ratio(output, drives[-1]), **style)
+        # A whole turn ends where it starts, and the mean must not count this position twice.
         mean = np.mean(error[:-1] if len(error) > 1 else error)
         lead.plot(np.rad2deg(angle), np.rad2deg(error - mean), **style)
         angles.append(angle)
-    angle_axis(lead, f"{drive} [°]", np.concatenate(angles))
+    angle_axis(lead, f"{', '.join(dict.fromkeys(drives))} [°]", np.concatenate(angles))
     ratio.set_ylabel("speed ratio ω₂/ω₁ [–]")
     lead.set_ylabel("angle error φ₂ − φ₁ [°]")
     ratio.ticklabel_format(useOffset=False)
-    figure.suptitle(title, fontsize=11)
+    figure.suptitle(title, fontsize=TITLE_SIZE)
     legend(figure, min(len(turns), 3))
     return figure

@@ -9,7 +9,17 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError, choices
 from ..results.sweep import FRAMES, Sweep
-from .style import Axes, Figure, axes_grid, curve_style, legend, line_style, names
+from .style import (
+    TITLE_SIZE,
+    Axes,
+    Figure,
+    axes_grid,
+    curve_style,
+    drive_of,
+    legend,
+    line_style,
+    names,
+)
 
 _AXES_OF = {
     "parent": "axes fixed in the parent",
@@ -17,6 +27,22 @@ _AXES_OF = {
     "world": "world axes",
 }
 _UNITS = {"force": ("F", "N"), "moment": ("M", "N·m")}
+_LABELLED_WITHIN = 3.0
+"""How far a sample may be from a quarter turn and still be labelled with it [°]."""
+_SAME_POINT = 0.04
+"""Distance below which two labelled points share one label, as a fraction of the greatest
+component: labels at closer points would cover each other."""
+_FAR_END = 0.5
+"""Distance from the middle of the curve, as a fraction of the greatest, beyond which a label stands
+further out; a nearer point lies on the flank of a flat curve, where it stands to the side."""
+_LABEL_GAP = 10
+"""Distance of a label from its point [pt]."""
+_ALIGNED = 0.3
+"""Component of the direction to a label below which the label is centred across it."""
+_ROOM = 1.9
+"""Width of the axes in widths of the curve: matplotlib does not make room for labels."""
+_SCALE_FORCE = 0.5
+"""Greatest force that the scale bar shows, as a fraction of the greatest force drawn."""
 
 
 def force_polar(
@@ -24,26 +50,26 @@ def force_polar(
     joints: str | Sequence[str],
     frames: str | Sequence[str] = "parent",
     *,
-    drive: str = "bearing_in",
+    drive: str | None = None,
     plane: str | None = None,
     title: str = "",
 ) -> Figure:
     """Draw the force in joints as polar diagrams, in the plane across the joint's axis.
 
     The curve joins the ends of the force vectors `(N, 3)` that the parent link exerts on the
-    child link; the origin is a cross, the drive's angle is written at every quarter turn.
+    child link; the origin is a cross, every quarter turn is labelled with the drive's angle.
 
     Args:
         turn: the sweep.
         joints: one joint or several; each has its own diagram.
         frames: one or several of `parent` (for an end bearing these are fixed axes), `joint`
             (they turn with the child) and `world`.
-        drive: joint whose angle is written at the curve.
+        drive: joint whose angle is written at the curve; the first drive if not given.
         plane: `xy`, `yz` or `zx`, instead of the plane most nearly across the joint's axis.
         title: of the figure.
 
     Raises:
-        ModelError: a joint is unknown or was not asked for.
+        ModelError: a joint is unknown or not among the outputs.
         ArgumentError: unknown frame or plane.
     """
     return _diagrams(turn, joints, frames, "force", drive, plane, title)
@@ -54,7 +80,7 @@ def moment_polar(
     joints: str | Sequence[str],
     frames: str | Sequence[str] = "parent",
     *,
-    drive: str = "bearing_in",
+    drive: str | None = None,
     plane: str | None = None,
     title: str = "",
 ) -> Figure:
@@ -84,11 +110,11 @@ def forces_in_place(
             of fixed points `(3,)` [m].
         size: length of the greatest force in the drawing [m].
         plane: of the drawing, in world axes.
-        sample: number of the position in which the mechanism is drawn.
+        sample: index of the position in which the mechanism is drawn.
         title: of the figure.
 
     Raises:
-        ModelError: a joint is unknown or was not asked for.
+        ModelError: a joint is unknown or not among the outputs.
         ArgumentError: unknown plane.
     """
     columns = _columns(plane)
@@ -100,10 +126,10 @@ def forces_in_place(
             [turn.origin(item)[sample] if isinstance(item, str) else item for item in link]
         )
         axes.plot(*1e3 * points[:, columns].T, color="0.82", linewidth=7, solid_capstyle="round")
-    for number, (name, force) in enumerate(forces.items()):
-        place = turn.origin(name)[sample, columns]
-        axes.plot(*1e3 * (place + size * force / greatest).T, **line_style(number), label=name)
-        axes.plot(*1e3 * place, "o", color="black", markersize=5, markerfacecolor="white")
+    for index, (name, force) in enumerate(forces.items()):
+        origin = turn.origin(name)[sample, columns]
+        axes.plot(*1e3 * (origin + size * force / greatest).T, **line_style(index), label=name)
+        axes.plot(*1e3 * origin, "o", color="black", markersize=5, markerfacecolor="white")
     axes.set_aspect("equal")
     axes.set_xlabel(f"{plane[0]} [mm]")
     axes.set_ylabel(f"{plane[1]} [mm]")
@@ -115,8 +141,9 @@ def forces_in_place(
 
 def _scale_bar(axes: Axes, length: float, greatest: float) -> None:
     """Draw a round force as a bar; `length` is that of 1 N in the axes' unit."""
-    decade = 10.0 ** np.floor(np.log10(0.5 * greatest)) if greatest > 0.0 else 1.0
-    force = decade * max(step for step in (1, 2, 5) if step * decade <= max(0.5 * greatest, decade))
+    limit = _SCALE_FORCE * greatest
+    decade = 10.0 ** np.floor(np.log10(limit)) if greatest > 0.0 else 1.0
+    force = decade * max(step for step in (1, 2, 5) if step * decade <= max(limit, decade))
     axes.margins(0.08)
     (left, _), (low, high) = axes.get_xlim(), axes.get_ylim()
     height = low - 0.06 * (high - low)
@@ -130,10 +157,11 @@ def _diagrams(
     joints: str | Sequence[str],
     frames: str | Sequence[str],
     quantity: str,
-    drive: str,
+    drive: str | None,
     plane: str | None,
     title: str,
 ) -> Figure:
+    """Draw a force or a moment, `quantity`, with one diagram per joint and frame."""
     for frame in names(frames):
         if frame not in FRAMES:
             raise ArgumentError(f"frame {frame!r} is unknown; frames: {choices(FRAMES)}")
@@ -141,77 +169,90 @@ def _diagrams(
     columns = min(len(shown), 3 if len(shown) > 4 else 2)
     rows = -(-len(shown) // columns)
     figure, axes = axes_grid(rows, columns, size=(1.2 + 3.6 * columns, 0.8 + 3.7 * rows))
-    places = [axes] if rows * columns == 1 else list(axes)
-    angle = turn.motion.position(drive)
-    for place, (joint, frame) in zip(places, shown, strict=False):
+    panels = np.atleast_1d(axes)
+    angle = turn.motion.position(drive_of(turn, drive))
+    letter, unit = _UNITS[quantity]
+    for panel, (joint, frame) in zip(panels, shown, strict=False):
         wrench = turn.wrench(joint, frame)
-        inside = plane or _across(turn.wrench(joint, frame).axis)
-        letter, unit = _UNITS[quantity]
-        _curve(place, angle, getattr(wrench, quantity)[:, _columns(inside)])
-        place.set_title(f"{joint}\n{_AXES_OF[frame]}")
-        place.set_xlabel(f"${letter}_{inside[0]}$ [{unit}]")
-        place.set_ylabel(f"${letter}_{inside[1]}$ [{unit}]")
-    for place in places[len(shown) :]:
-        place.remove()
-    figure.suptitle(title, fontsize=11)
+        drawn_in = plane or _across(wrench.axis)
+        _diagram(panel, angle, getattr(wrench, quantity)[:, _columns(drawn_in)])
+        panel.set_title(f"{joint}\n{_AXES_OF[frame]}")
+        panel.set_xlabel(f"${letter}_{drawn_in[0]}$ [{unit}]")
+        panel.set_ylabel(f"${letter}_{drawn_in[1]}$ [{unit}]")
+    for panel in panels[len(shown) :]:
+        panel.remove()
+    figure.suptitle(title, fontsize=TITLE_SIZE)
     return figure
 
 
-def _curve(axes: Axes, angle: Array, ends: Array) -> None:
+def _diagram(axes: Axes, angle: Array, ends: Array) -> None:
+    """Draw a curve `(N, 2)` about its origin, labelled with the drive's angles `(N,)` [rad]."""
     axes.plot(*ends.T, **curve_style(0, len(ends)))
     axes.plot(0.0, 0.0, "+", color="black", markersize=12, markeredgewidth=1.4)
-    extent = float(np.max(np.abs(ends))) or 1.0
-    middle = 0.5 * (np.min(ends, axis=0) + np.max(ends, axis=0))
-    marks = _quarters(angle)
-    axes.plot(*ends[list(marks)].T, "o", **{"color": line_style(0)["color"], "markersize": 5})
-    written: list[tuple[Array, list[str]]] = []
-    for index, degrees in marks.items():
-        near = [
-            labels for end, labels in written if np.max(np.abs(end - ends[index])) < 0.04 * extent
-        ]
-        if near:
-            near[0].append(f"{degrees}°")
-        else:
-            written.append((ends[index], [f"{degrees}°"]))
-    reach = ends - middle
-    furthest = reach[int(np.argmax(np.linalg.norm(reach, axis=1)))]
-    length = float(np.linalg.norm(furthest)) or 1.0
-    aside = np.array([furthest[1], -furthest[0]]) / length if np.any(furthest) else np.ones(2)
-    for end, labels in written:
-        away = end - middle
-        size = float(np.linalg.norm(away))
-        # Beside a flat curve, beyond the ends of it and of a round one.
-        away = (
-            away / size if size > 0.5 * length else (1.0 if away @ aside >= 0.0 else -1.0) * aside
-        )
-        axes.annotate(
-            ", ".join(labels),
-            end,
-            10 * away,
-            textcoords="offset points",
-            ha="left" if away[0] > 0.3 else "right" if away[0] < -0.3 else "center",
-            va="bottom" if away[1] > 0.3 else "top" if away[1] < -0.3 else "center",
-            fontsize=9,
-        )
-    # Room for what is written at the curve, which matplotlib does not count.
+    quarters = _quarters(angle)
+    marks = ends[list(quarters)]
+    axes.plot(*marks.T, "o", **{"color": line_style(0)["color"], "markersize": 5})
+    _annotate(axes, ends, _labels(ends, quarters))
     low, high = (np.minimum(np.min(ends, axis=0), 0.0), np.maximum(np.max(ends, axis=0), 0.0))
-    half = 0.5 * (float(np.max(high - low)) or 1.0) * 1.9
-    for limits, centre in zip((axes.set_xlim, axes.set_ylim), 0.5 * (low + high), strict=True):
-        limits(centre - half, centre + half)
+    half = 0.5 * (float(np.max(high - low)) or 1.0) * _ROOM
+    centre = 0.5 * (low + high)
+    for set_limits, middle in zip((axes.set_xlim, axes.set_ylim), centre, strict=True):
+        set_limits(middle - half, middle + half)
     axes.set_aspect("equal")
     axes.locator_params(nbins=5)
 
 
+def _labels(ends: Array, quarters: dict[int, int]) -> list[tuple[Array, str]]:
+    """Return points `(2,)` of a curve and their labels; points that coincide share one."""
+    extent = float(np.max(np.abs(ends))) or 1.0
+    labelled: list[tuple[Array, list[str]]] = []
+    for index, degrees in quarters.items():
+        point, label = ends[index], f"{degrees}°"
+        for other, labels in labelled:
+            if np.max(np.abs(other - point)) < _SAME_POINT * extent:
+                labels.append(label)
+                break
+        else:
+            labelled.append((point, [label]))
+    return [(point, ", ".join(labels)) for point, labels in labelled]
+
+
+def _annotate(axes: Axes, ends: Array, labels: list[tuple[Array, str]]) -> None:
+    """Write labels at points of a curve `(N, 2)`, on the side on which the curve is not."""
+    middle = 0.5 * (np.min(ends, axis=0) + np.max(ends, axis=0))
+    from_middle = ends - middle
+    farthest = from_middle[int(np.argmax(np.linalg.norm(from_middle, axis=1)))]
+    length = float(np.linalg.norm(farthest)) or 1.0
+    # Across the greatest extent of the curve: beside its flanks if it is flat.
+    aside = np.array([farthest[1], -farthest[0]]) / length if np.any(farthest) else np.ones(2)
+    for point, text in labels:
+        outward = point - middle
+        distance = float(np.linalg.norm(outward))
+        if distance > _FAR_END * length:
+            outward = outward / distance
+        else:
+            outward = aside if outward @ aside >= 0.0 else -aside
+        x, y = outward
+        axes.annotate(
+            text,
+            point,
+            _LABEL_GAP * outward,
+            textcoords="offset points",
+            ha="left" if x > _ALIGNED else "right" if x < -_ALIGNED else "center",
+            va="bottom" if y > _ALIGNED else "top" if y < -_ALIGNED else "center",
+            fontsize=9,
+        )
+
+
 def _quarters(angle: Array) -> dict[int, int]:
     """Return the samples nearest to the quarters of the first turn, and their degrees."""
-    quarters = 90 * np.arange(4)
-    found = {}
-    for degrees in quarters.tolist():
+    quarters = {}
+    for degrees in (0, 90, 180, 270):
         distance = np.abs(np.rad2deg(angle) - degrees)
         index = int(np.argmin(distance))
-        if distance[index] < 3.0:
-            found[index] = degrees
-    return found
+        if distance[index] < _LABELLED_WITHIN:
+            quarters[index] = degrees
+    return quarters
 
 
 def _across(axis: Array) -> str:
@@ -221,6 +262,7 @@ def _across(axis: Array) -> str:
 
 
 def _columns(plane: str) -> list[int]:
+    """Return the indices of both coordinates of a plane."""
     if plane not in ("xy", "yz", "zx"):
         raise ArgumentError(f"plane {plane!r} is unknown; planes: xy, yz, zx")
     return ["xyz".index(letter) for letter in plane]

@@ -9,7 +9,17 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError
 from ..results.sweep import Sweep
-from .style import Axes, Figure, axes_grid, line_style
+from .style import TITLE_SIZE, Axes, Figure, axes_grid, line_style
+
+# Sizes of the drawing, in lengths of an arm of the cross.
+_SHOULDER, _HEEL, _HEEL_WIDTH = 0.75, 1.15, 0.45
+"""A fork: distances of its shoulders and of its heel from the centre, half the heel's width."""
+_SHAFT_END, _AXIS_END, _NAME = 2.1, 2.35, 2.6
+"""Distances of the ends of a shaft and of its axis, and of its name, from the centre."""
+_ARROW, _LETTER_GAP = 1.9, 0.32
+"""Length of the arrow of the moment, and distance of its letter from it."""
+_HALF_WIDTH, _ZOOM = 2.2, 1.35
+"""Half the width of the drawn space, and the magnification with which it fills its panel."""
 
 
 def universal_joint_positions(
@@ -27,7 +37,7 @@ def universal_joint_positions(
 
     Args:
         turn: the sweep.
-        samples: numbers of its positions; each has its own drawing.
+        samples: indices of its positions; each has its own drawing.
         titles: of the drawings.
         shafts: joints about which input and output shaft turn.
         pins: joints between input shaft and cross, and cross and output shaft.
@@ -37,7 +47,7 @@ def universal_joint_positions(
         title: of the figure.
 
     Raises:
-        ModelError: a joint is unknown or was not asked for.
+        ModelError: a joint is unknown or not among the outputs.
         ArgumentError: as many titles as samples are needed.
     """
     if len(samples) != len(titles):
@@ -46,43 +56,63 @@ def universal_joint_positions(
         1, len(samples), size=(3.3 * len(samples), 2.9 + 0.3 * bool(title)), projection="3d"
     )
     centre = turn.origin(pins[0])
-    ahead = [_world_axis(turn, name) for name in shafts]
+    shaft_axes = [_world_axis(turn, name) for name in shafts]
     arms = [_world_axis(turn, name) for name in pins]
-    passed = turn.wrench(pins[1], "world").moment
-    for place, sample, name in zip(np.atleast_1d(axes), samples, titles, strict=True):
-        _shaft(place, centre[sample], -ahead[0][sample], arms[0][sample], 0, "I")
-        _shaft(place, centre[sample], ahead[1][sample], arms[1][sample], 1, "II")
+    moments = turn.wrench(pins[1], "world").moment
+    for panel, sample, name in zip(np.atleast_1d(axes), samples, titles, strict=True):
+        _shaft(panel, centre[sample], -shaft_axes[0][sample], arms[0][sample], 0, "I")
+        _shaft(panel, centre[sample], shaft_axes[1][sample], arms[1][sample], 1, "II")
         for arm in arms:
-            _line(place, centre[sample] + np.outer([-1.0, 1.0], arm[sample]), "black", 3.2, "-")
-        size = float(np.linalg.norm(passed[sample]))
-        if moment and size > 0.0:
-            end = 1.9 * passed[sample] / size
-            place.quiver(*centre[sample], *end, color="black", arrow_length_ratio=0.16, lw=1.2)
-            aside = np.array([end[1], -end[0], 0.0])
-            beside = 0.32 * aside / (np.linalg.norm(aside) or 1.0)
-            place.text(*(centre[sample] + 0.97 * end + beside), "M", ha="center", va="center")
-        place.set_title(name, y=0.95)
-        place.set_axis_off()
-        place.set_proj_type("ortho")
-        place.view_init(*view)
-        for limits in (place.set_xlim, place.set_ylim, place.set_zlim):
-            limits(-2.2, 2.2)
-        place.set_box_aspect((1.0, 1.0, 1.0), zoom=1.35)
-    figure.suptitle(title, fontsize=11)
+            _line(panel, centre[sample] + np.outer([-1.0, 1.0], arm[sample]), "black", 3.2, "-")
+        if moment:
+            _moment(panel, centre[sample], moments[sample])
+        panel.set_title(name, y=0.95)
+        panel.set_axis_off()
+        panel.set_proj_type("ortho")
+        panel.view_init(*view)
+        for set_limits in (panel.set_xlim, panel.set_ylim, panel.set_zlim):
+            set_limits(-_HALF_WIDTH, _HALF_WIDTH)
+        panel.set_box_aspect((1.0, 1.0, 1.0), zoom=_ZOOM)
+    figure.suptitle(title, fontsize=TITLE_SIZE)
     return figure
 
 
-def _shaft(axes: Axes, centre: Array, ahead: Array, arm: Array, number: int, name: str) -> None:
-    """Draw a shaft that ends in a fork; lengths are in lengths of an arm of the cross."""
-    style = line_style(number)
-    heel = 1.15 * ahead
-    fork = np.array([arm, arm + 0.75 * ahead, heel + 0.45 * arm, heel - 0.45 * arm])
-    fork = np.concatenate([fork, [0.75 * ahead - arm, -arm]])
+def _shaft(axes: Axes, centre: Array, ahead: Array, arm: Array, index: int, name: str) -> None:
+    """Draw a shaft that ends in a fork.
+
+    Args:
+        axes: to draw on.
+        centre: `(3,)` of the joint.
+        ahead: `(3,)` unit vector from there along the shaft.
+        arm: `(3,)` unit vector along the pin of the fork.
+        index: of the line style.
+        name: of the shaft.
+    """
+    style = line_style(index)
+    shoulder, heel = _SHOULDER * ahead, _HEEL * ahead
+    fork = np.array(
+        [
+            *(arm, shoulder + arm, heel + _HEEL_WIDTH * arm),
+            *(heel - _HEEL_WIDTH * arm, shoulder - arm, -arm),
+        ]
+    )
     _line(axes, centre + fork, style["color"], 2.4, "-")
-    _line(axes, centre + np.outer([1.15, 2.1], ahead), style["color"], 5.0, "-")
-    # The axis in the line style of its number, so that both shafts differ in black and white.
-    _line(axes, centre + np.outer([0.0, 2.35], ahead), style["color"], 0.9, style["linestyle"])
-    axes.text(*(centre + 2.6 * ahead), name, ha="center", va="center", weight="bold")
+    _line(axes, centre + np.outer([_HEEL, _SHAFT_END], ahead), style["color"], 5.0, "-")
+    # Each shaft's axis has a line style of its own, so that they differ in black and white.
+    _line(axes, centre + np.outer([0.0, _AXIS_END], ahead), style["color"], 0.9, style["linestyle"])
+    axes.text(*(centre + _NAME * ahead), name, ha="center", va="center", weight="bold")
+
+
+def _moment(axes: Axes, centre: Array, moment: Array) -> None:
+    """Draw the direction of a moment `(3,)` as an arrow with its letter; none if it is zero."""
+    size = float(np.linalg.norm(moment))
+    if not size > 0.0:
+        return
+    tip = _ARROW * moment / size
+    axes.quiver(*centre, *tip, color="black", arrow_length_ratio=0.16, lw=1.2)
+    across = np.array([tip[1], -tip[0], 0.0])
+    beside = _LETTER_GAP * across / (np.linalg.norm(across) or 1.0)
+    axes.text(*(centre + 0.97 * tip + beside), "M", ha="center", va="center")
 
 
 def _line(axes: Axes, points: Array, color: str, width: float, style: str) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import MissingExtraError
+from ..results.sweep import Sweep
 
 Figure = Any
 """A `matplotlib.figure.Figure`."""
@@ -29,11 +30,23 @@ _LINES: tuple[tuple[str, Any], ...] = (
     ("#2a8a8a", (0, (3, 1, 1, 1))),
 )
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
+POINTS = 36
+"""About how many points are drawn of a result: every 10° of a revolution, clear of each other."""
+TITLE_SIZE = 11
+"""Font size of titles [pt]."""
+_TICK = 45.0
+"""Distance of the ticks of an angle axis [°]."""
+_TICK_ROUNDING = 1e-6
+"""By how much an end of the range may miss a tick that is still drawn [°]: angles in degrees are
+off by rounding, some 1e-13."""
+_HALF_TURN, _WHOLE_TURN = 180.0, 361.0
+"""Range of angles for which these ticks are neither too few nor too many [°]; a whole turn may end
+one sample later."""
 LOOK: Any = {
     "figure.figsize": (7.2, 4.8),
     "figure.constrained_layout.use": True,
     "font.size": 11,
-    "axes.titlesize": 11,
+    "axes.titlesize": TITLE_SIZE,
     "axes.grid": True,
     "axes.axisbelow": True,
     "grid.color": "0.88",
@@ -57,29 +70,27 @@ def require_matplotlib() -> None:
         raise MissingExtraError('figures need matplotlib: pip install "cardan-dyn[viz]"') from error
 
 
-def line_style(number: int) -> dict[str, Any]:
-    """Return colour and line style of the line with this number, for `Axes.plot`."""
-    color, style = _LINES[number % len(_LINES)]
+def line_style(index: int) -> dict[str, Any]:
+    """Return colour and line style of the line with this index, for `Axes.plot`."""
+    color, style = _LINES[index % len(_LINES)]
     return {"color": color, "linestyle": style}
 
 
-def curve_style(number: int, count: int) -> dict[str, Any]:
-    """Return the style of a line of `count` points; a single one, which makes none, is marked."""
-    return {
-        **line_style(number),
-        **({"marker": _MARKERS[number % len(_MARKERS)]} if count == 1 else {}),
-    }
+def curve_style(index: int, count: int) -> dict[str, Any]:
+    """Return the style of a line of `count` points; with a marker if it is a single point."""
+    marker = {"marker": _MARKERS[index % len(_MARKERS)]} if count == 1 else {}
+    return {**line_style(index), **marker}
 
 
-def point_style(number: int) -> dict[str, Any]:
-    """Return marker and colour of the points with this number, for `Axes.plot`."""
+def point_style(index: int) -> dict[str, Any]:
+    """Return marker and colour of the points with this index, for `Axes.plot`."""
     return {
         "linestyle": "none",
-        "marker": _MARKERS[number % len(_MARKERS)],
+        "marker": _MARKERS[index % len(_MARKERS)],
         "markersize": 5,
-        # Filled where the markers start again.
-        "markerfacecolor": "white" if number % (2 * len(_MARKERS)) < len(_MARKERS) else None,
-        "color": _LINES[number % len(_LINES)][0],
+        # Filled where the same markers occur a second time.
+        "markerfacecolor": "white" if index % (2 * len(_MARKERS)) < len(_MARKERS) else None,
+        "color": _LINES[index % len(_LINES)][0],
     }
 
 
@@ -120,12 +131,12 @@ def axes_grid(
 
 def legend(figure: Figure, columns: int = 2) -> None:
     """Put one legend below all axes of a figure, each label once."""
-    named: dict[str, Any] = {}
+    handles: dict[str, Any] = {}
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            named.setdefault(label, handle)
+            handles.setdefault(label, handle)
     figure.legend(
-        named.values(), named.keys(), loc="outside lower center", ncols=columns, frameon=False
+        handles.values(), handles.keys(), loc="outside lower center", ncols=columns, frameon=False
     )
 
 
@@ -134,7 +145,7 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[P
 
     Args:
         figure: the figure.
-        path: where to, without a suffix or with any; its directory is made if need be.
+        path: of the files, without a suffix or with any; a missing directory is created.
         dpi: resolution of the PNG [1/inch].
 
     Returns:
@@ -149,7 +160,7 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[P
     base.parent.mkdir(parents=True, exist_ok=True)
     vector, pixels = base.with_suffix(".svg"), base.with_suffix(".png")
     with matplotlib.rc_context(LOOK):
-        # Without a date in it, the same figure is the same file.
+        # A date in the file would make two files of the same figure differ.
         figure.savefig(vector, metadata={"Date": None})
         figure.savefig(pixels, dpi=dpi, metadata={"Software": None})
     return [vector, pixels]
@@ -160,17 +171,23 @@ def angle_axis(axes: Axes, label: str, position: Array) -> None:
     axes.set_xlabel(label)
     low, high = (float(np.rad2deg(end)) for end in (np.min(position), np.max(position)))
     if low == high:
-        return  # One position: matplotlib leaves room beside it.
+        return  # A single position: matplotlib leaves room on both sides of it.
     axes.set_xlim(low, high)
-    if 180.0 <= high - low <= 361.0:
-        axes.set_xticks(np.arange(45 * np.ceil(low / 45 - 1e-9), high + 1e-6, 45))
+    if _HALF_TURN <= high - low <= _WHOLE_TURN:
+        first = _TICK * np.ceil((low - _TICK_ROUNDING) / _TICK)
+        axes.set_xticks(np.arange(first, high + _TICK_ROUNDING, _TICK))
 
 
-def some(count: int, points: int = 36) -> slice:
-    """Return every how manieth of `count` samples is drawn, for about so many points."""
+def thinned(count: int, points: int = POINTS) -> slice:
+    """Return which of `count` samples are drawn, evenly chosen, for about so many points."""
     return slice(None, None, max(1, (count - 1) // max(points, 1)))
 
 
 def names(joints: str | Sequence[str]) -> list[str]:
     """Return one name or several as a list."""
     return [joints] if isinstance(joints, str) else list(joints)
+
+
+def drive_of(turn: Sweep, drive: str | None) -> str:
+    """Return the joint over whose angle a sweep is drawn: its first drive if none is given."""
+    return turn.drives[0] if drive is None else drive

@@ -1,4 +1,4 @@
-"""Work and precision: what an accurate value costs, method by method."""
+"""Work and precision: error against time per value of several methods."""
 
 from __future__ import annotations
 
@@ -11,11 +11,14 @@ from typing import Any
 import numpy as np
 
 from ..errors import ArgumentError
-from .style import Axes, Figure, axes_grid, legend, line_style, point_style
+from .style import TITLE_SIZE, Axes, Figure, axes_grid, legend, line_style, point_style
 
 FIELDS = ("method", "task", "error", "microseconds")
 """Fields that every record needs; `beta_deg` [deg] is read as well."""
-_FLOOR = 1e-17  # Where an error of exactly zero is drawn.
+_FLOOR = 1e-17
+"""Where an error of exactly zero is drawn: below every relative error of doubles, some 1e-16."""
+_LEAST_DECADES = 2.2
+"""Least range of a scale in decades, so that two whole decades have numbers."""
 
 
 def read_records(directory: str | os.PathLike[str]) -> list[dict[str, Any]]:
@@ -23,8 +26,9 @@ def read_records(directory: str | os.PathLike[str]) -> list[dict[str, Any]]:
 
     Args:
         directory: with JSON files, each a list of records or a mapping that holds such lists. A
-            record is a mapping with `method`, `task`, `error` [–] and `microseconds` per value;
-            what lacks one of them is left out, and what was not measured (no number, no time).
+            record is a mapping with `method`, `task`, `error` [–] and `microseconds` per value.
+            Records that lack one of them are left out, and those without a finite error or a
+            positive time, which were not measured.
 
     Returns:
         The records of all files in the order of their names; none if there is no file.
@@ -62,26 +66,26 @@ def work_precision(records: Iterable[Mapping[str, Any]], title: str = "") -> Fig
     columns = min(len(tasks), 2)
     rows = -(-len(tasks) // columns)
     figure, axes = axes_grid(rows, columns, size=(4.6 * columns + 2.0 * (columns == 1), 4.2 * rows))
-    places = [axes] if rows * columns == 1 else list(axes)
-    for place, task in zip(places, tasks, strict=False):
-        for number, method in enumerate(methods):
+    panels = np.atleast_1d(axes)
+    for panel, task in zip(panels, tasks, strict=False):
+        for index, method in enumerate(methods):
             points = sorted(
                 (float(record["microseconds"]), max(float(record["error"]), _FLOOR))
                 for record in table
                 if record["task"] == task and record["method"] == method
             )
             if points:
-                style = {**point_style(number), **line_style(number), "label": method}
-                place.plot(*zip(*points, strict=True), **style)
-        place.set_xscale("log")
-        place.set_yscale("log")
-        _whole_decades(place)
-        place.set_xlabel("time per value [µs]")
-        place.set_ylabel("relative error [–]")
-        place.set_title(task)
-    for place in places[len(tasks) :]:
-        place.remove()
-    figure.suptitle(title, fontsize=11)
+                style = {**point_style(index), **line_style(index), "label": method}
+                panel.plot(*zip(*points, strict=True), **style)
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        _whole_decades(panel)
+        panel.set_xlabel("time per value [µs]")
+        panel.set_ylabel("relative error [–]")
+        panel.set_title(task)
+    for panel in panels[len(tasks) :]:
+        panel.remove()
+    figure.suptitle(title, fontsize=TITLE_SIZE)
     legend(figure, min(len(methods), 3 if columns == 2 else 2))
     return figure
 
@@ -94,19 +98,21 @@ def _whole_decades(axes: Axes) -> None:
         (axes.get_xlim, axes.set_xlim, axes.xaxis),
         (axes.get_ylim, axes.set_ylim, axes.yaxis),
     )
-    for get, put, axis in limits:
-        low, high = np.log10(get())
-        spare = max(0.0, 2.2 - (high - low)) / 2.0
-        put(10.0 ** (low - spare), 10.0 ** (high + spare))
+    for get_limits, set_limits, axis in limits:
+        low, high = np.log10(get_limits())
+        margin = max(0.0, _LEAST_DECADES - (high - low)) / 2.0
+        set_limits(10.0 ** (low - margin), 10.0 ** (high + margin))
         axis.set_major_locator(LogLocator(numticks=8))
         axis.set_minor_formatter(NullFormatter())
 
 
 def _lists(content: Any) -> list[list[Any]]:
-    return [part for part in content.values() if isinstance(part, list)] if content else []
+    """Return the lists that a mapping holds."""
+    return [value for value in content.values() if isinstance(value, list)] if content else []
 
 
 def _complete(record: Any) -> bool:
+    """Return whether a record has all fields, a finite error and a positive time."""
     if not isinstance(record, Mapping) or any(record.get(field) is None for field in FIELDS):
         return False
     error, time = (record[field] for field in FIELDS[2:])

@@ -1,13 +1,12 @@
 """Comparisons: the bundled descriptions against the closed forms of Weisbach, Thoma, Grossmann.
 
-Nothing here takes part in a computation; it is what `cardan-dyn report` shows. The closed forms
-come from `analytic`, which knows nothing of Pinocchio.
+No computation of the library depends on them; `cardan-dyn report` shows them. The closed forms
+come from `analytic`, which does not use Pinocchio.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from ..arrays import Array
 from ..mechanism.mechanism import Mechanism, load
 from ..results.sweep import Sweep
 from ..scene.scene import Scene
+from .result import Comparison, Comparisons
 
 BETAS_DEG = (1.0, 8.5, 30.0, 50.0, 80.0)
 """Joint angles of the report: 8.5° is Thoma's, 30° Weisbach's, 50° Grossmann's."""
@@ -27,37 +27,21 @@ TORQUE = 100.0
 SPEED = 1000.0
 """Drive speed of the comparisons with inertia [rad/s]."""
 CLOSED_FORM_TOLERANCE = 1e-13
+"""Greatest error against a closed form that passes. Measured: at most 8.5e-15; a wrong formula is
+off by far more."""
 RESIDUAL_TOLERANCE = 1e-11
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """One quantity of one scene against its closed form.
-
-    Attributes:
-        scene: what was computed.
-        quantity: what is compared, with its symbol.
-        source: author and formula.
-        beta_deg: joint angle [deg].
-        error: greatest deviation over the revolution, relative to the greatest value.
-        tolerance: what the error may be at most.
-    """
-
-    scene: str
-    quantity: str
-    source: str
-    beta_deg: float
-    error: float
-    tolerance: float
-
-    @property
-    def passed(self) -> bool:
-        """Whether the error keeps within the tolerance."""
-        return bool(self.error <= self.tolerance)
+"""Greatest residual of balance and power that passes. Measured: at most 3.6e-12; more than against
+closed forms, since large inertial terms cancel at `SPEED`."""
 
 
 def universal_joint_turn(mechanism: Mechanism, beta: float, speed: float = 0.0) -> Sweep:
-    """Turn the universal joint once under load, its joint angle held at `beta` [rad]."""
+    """Turn the universal joint once under load, its joint angle held at `beta` [rad].
+
+    Args:
+        mechanism: the bundled universal joint.
+        beta: joint angle [rad].
+        speed: of the drive [rad/s]; quasi-static if zero.
+    """
     scene = Scene(
         mechanism,
         drive="bearing_in",
@@ -68,7 +52,13 @@ def universal_joint_turn(mechanism: Mechanism, beta: float, speed: float = 0.0) 
 
 
 def double_shaft_turn(mechanism: Mechanism, beta: float, speed: float = 0.0) -> Sweep:
-    """Turn the double shaft once under load, both joint angles held at `beta` [rad]."""
+    """Turn the double shaft once under load, both joint angles held at `beta` [rad].
+
+    Args:
+        mechanism: the bundled double shaft in Z arrangement.
+        beta: both joint angles [rad].
+        speed: of the drive [rad/s]; quasi-static if zero.
+    """
     scene = Scene(
         mechanism,
         drive="bearing_in",
@@ -81,7 +71,7 @@ def double_shaft_turn(mechanism: Mechanism, beta: float, speed: float = 0.0) -> 
 def thoma_moments(turn: Sweep) -> tuple[Array, Array]:
     """Return Thoma's `(M_x, M_z)` `(N,)` [N·m] from the output bearing of the universal joint.
 
-    The bearing holds what the cross exerts: its wrench has the torsion -M_t, and its moments
+    The bearing balances what the cross exerts: its wrench has the torsion -M_t, and its moments
     about the fixed axes across shaft 2 (y in the plane of the shafts, z normal to it) are M_x and
     M_z of Thoma (1920), eqs 6 and 7, for a torque M_t in the sense of rotation.
     """
@@ -89,17 +79,22 @@ def thoma_moments(turn: Sweep) -> tuple[Array, Array]:
     return moment[:, 1], moment[:, 2]
 
 
-def run() -> list[Comparison]:
+def run() -> Comparisons:
     """Compare both bundled descriptions at all `BETAS_DEG`."""
     joint, shaft = load("universal_joint"), load("double_shaft_z")
-    return [
+    return Comparisons(
         comparison
         for beta_deg in BETAS_DEG
         for comparison in (
             *_universal_joint(joint, beta_deg),
             *_double_shaft(shaft, beta_deg),
         )
-    ]
+    )
+
+
+def deviation(computed: Array, reference: Array) -> float:
+    """Return the greatest deviation of values from a reference, relative to its greatest value."""
+    return float(np.max(np.abs(computed - reference)) / np.max(np.abs(reference)))
 
 
 def _universal_joint(mechanism: Mechanism, beta_deg: float) -> Iterator[Comparison]:
@@ -108,11 +103,11 @@ def _universal_joint(mechanism: Mechanism, beta_deg: float) -> Iterator[Comparis
     wrench_in, wrench_out = turn["bearing_in"], turn["bearing_out"]
     closed = grossmann.moments(beta, POSITIONS)
     m_x, m_z = thoma.bending_moments(beta, POSITIONS)
-    found_x, found_z = thoma_moments(turn)
+    computed_x, computed_z = thoma_moments(turn)
     motion = turn.motion
 
-    def compared(quantity: str, source: str, found: Array, reference: Array) -> Comparison:
-        error = _deviation(found, reference)
+    def compared(quantity: str, source: str, computed: Array, reference: Array) -> Comparison:
+        error = deviation(computed, reference)
         return Comparison(
             "universal joint", quantity, source, beta_deg, error, CLOSED_FORM_TOLERANCE
         )
@@ -147,8 +142,8 @@ def _universal_joint(mechanism: Mechanism, beta_deg: float) -> Iterator[Comparis
         wrench_out.bending / wrench_in.torsion,
         closed.bending_2,
     )
-    yield compared("bending M_x/M_t", "Thoma (6)", found_x / TORQUE, m_x)
-    yield compared("bending M_z/M_t", "Thoma (7)", found_z / TORQUE, m_z)
+    yield compared("bending M_x/M_t", "Thoma (6)", computed_x / TORQUE, m_x)
+    yield compared("bending M_z/M_t", "Thoma (7)", computed_z / TORQUE, m_z)
     along_pins = max(
         float(np.max(np.abs(turn[pin].torsion) / np.linalg.norm(turn[pin].moment, axis=1)))
         for pin in ("pin_in", "pin_out")
@@ -167,12 +162,12 @@ def _universal_joint(mechanism: Mechanism, beta_deg: float) -> Iterator[Comparis
 def _double_shaft(mechanism: Mechanism, beta_deg: float) -> Iterator[Comparison]:
     beta = np.deg2rad(beta_deg)
     turn = double_shaft_turn(mechanism, beta)
-    # Joint 2 mirrors joint 1: seen from the output shaft it is driven by the same fork position.
+    # Joint 2 mirrors joint 1: seen from the output shaft, its fork has the position of the first.
     closed = grossmann.moments(beta, POSITIONS)
     torque = turn["bearing_in"].torsion
 
-    def compared(quantity: str, source: str, found: Array, reference: Array) -> Comparison:
-        error = _deviation(found, reference)
+    def compared(quantity: str, source: str, computed: Array, reference: Array) -> Comparison:
+        error = deviation(computed, reference)
         return Comparison("double shaft", quantity, source, beta_deg, error, CLOSED_FORM_TOLERANCE)
 
     ones = np.ones_like(POSITIONS)
@@ -212,7 +207,3 @@ def _residuals(scene: str, beta_deg: float, turn: Sweep) -> Iterator[Comparison]
             error,
             RESIDUAL_TOLERANCE,
         )
-
-
-def _deviation(found: Array, reference: Array) -> float:
-    return float(np.max(np.abs(found - reference)) / np.max(np.abs(reference)))

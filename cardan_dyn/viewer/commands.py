@@ -18,7 +18,12 @@ from ..arrays import Array
 from ..errors import MissingExtraError
 
 STEADY = 1e-7
-"""Change of a pose, as a fraction of the scene's size, below which it needs no track."""
+"""Change of a pose, as a fraction of the scene's size, below which it needs no track: the tracks
+are written in single precision, which does not resolve less."""
+_FOREVER = 1_000_000_000
+"""Repetitions of the animation. The format has no infinite number; this many last for years."""
+_FLOAT32_ARRAY = 0x17
+"""Extension code of a Float32Array in msgpack-lite, with which meshcat's viewer reads."""
 
 
 @cache
@@ -30,7 +35,7 @@ def meshcat() -> Any:
     """
     try:
         with warnings.catch_warnings():
-            # Its server, which is not used here, imports what newer versions of pyzmq deprecate.
+            # meshcat's server, not used here, imports what newer versions of pyzmq deprecate.
             warnings.simplefilter("ignore")
             from meshcat import commands, geometry, visualizer
             from meshcat.servers import zmqserver
@@ -50,10 +55,10 @@ def meshcat() -> Any:
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a node of the scene is.
+    """Where a node of the scene is, at every sample.
 
     Attributes:
-        position: `(N, 3)` [m], or `(1, 3)` if it stands still.
+        position: `(N, 3)` [m], or `(1, 3)` if it does not move.
         quaternion: `(N, 4)` unit quaternions x, y, z, w, or `(1, 4)`.
         scale: `(N,)` uniform scale, or `(1,)`.
     """
@@ -66,11 +71,11 @@ class Pose:
     def of(
         cls, position: Array, quaternion: Array | None = None, scale: Array | None = None
     ) -> Pose:
-        """Return a pose; what is not given stays upright and at its own size."""
-        still = np.array([[0.0, 0.0, 0.0, 1.0]])
+        """Return a pose; what is not given is neither turned nor scaled."""
+        upright = np.array([[0.0, 0.0, 0.0, 1.0]])
         return cls(
             np.atleast_2d(position),
-            still if quaternion is None else np.atleast_2d(quaternion),
+            upright if quaternion is None else np.atleast_2d(quaternion),
             np.ones(1) if scale is None else scale,
         )
 
@@ -79,11 +84,11 @@ class Drawing:
     """Collects the commands of a scene and the tracks of its animation.
 
     Args:
-        size: size of the scene [m], against which movements are judged.
+        size: size of the scene [m]; smaller movements than `STEADY` times it are left out.
         times: `(N,)` of the samples [s]; no animation for a single one.
 
     Attributes:
-        commands: what meshcat's viewer is told, in order, as mappings.
+        commands: the commands for meshcat's viewer in order, as mappings.
         labels: path, text and CSS colour of each label.
     """
 
@@ -113,7 +118,7 @@ class Drawing:
                     }
                 )
         if tracks:
-            # With one frame per second, meshcat takes the times as they are.
+            # meshcat divides times by the frames per second; with one, they stay in seconds.
             clip = {"fps": 1, "name": "sweep", "tracks": tracks}
             self._clips.append({"path": path, "clip": clip})
 
@@ -136,12 +141,12 @@ class Drawing:
             depthWrite=color.opacity == 1.0 and not color.on_top,
         )
         entries = tuple(path.strip("/").split("/"))
-        where = tools.commands.Path(entries)
-        self.commands.append(tools.commands.SetObject(geometry, material, where).lower())
+        node = tools.commands.Path(entries)
+        self.commands.append(tools.commands.SetObject(geometry, material, node).lower())
         if color.on_top:
             self.property(f"{path}/<object>", "renderOrder", 1 + color.layer)
         if placement is not None:
-            self.commands.append(tools.commands.SetTransform(placement, where).lower())
+            self.commands.append(tools.commands.SetTransform(placement, node).lower())
 
     def label(self, path: str, text: str, color: Color, pose: Pose) -> None:
         """Add a text that faces the camera."""
@@ -159,8 +164,7 @@ class Drawing:
         """Return all commands, the animation last, in msgpack as meshcat's viewer reads it."""
         pack, commands = meshcat().pack, list(self.commands)
         if self._clips:
-            # More turns than anyone watches; msgpack has no way to write "for ever" here.
-            options = {"play": True, "repetitions": 1_000_000_000}
+            options = {"play": True, "repetitions": _FOREVER}
             commands.append(
                 {
                     "type": "set_animation",
@@ -178,7 +182,7 @@ class Color:
 
     Attributes:
         red, green, blue, opacity: 0 to 1.
-        on_top: whether it is drawn over what stands before it.
+        on_top: whether it is drawn over objects that are nearer to the camera.
         layer: of objects on top, the one with the greater number covers the other.
     """
 
@@ -197,16 +201,25 @@ class Color:
     @property
     def css(self) -> str:
         """The colour as `#rrggbb`."""
-        parts = (round(255 * part) for part in (self.red, self.green, self.blue))
-        return "#" + "".join(f"{part:02x}" for part in parts)
+        channels = (round(255 * value) for value in (self.red, self.green, self.blue))
+        return "#" + "".join(f"{channel:02x}" for channel in channels)
 
     @classmethod
     def of(cls, css: str, **more: Any) -> Color:
-        """Return the colour `#rrggbb`."""
+        """Return the colour `#rrggbb`, with `more` of the attributes."""
         red, green, blue = (int(css[start : start + 2], 16) / 255 for start in (1, 3, 5))
         return cls(red, green, blue, **more)
 
 
+def mesh(surface: tuple[Array, Array]) -> Any:
+    """Return vertices `(n, 3)` [m] and faces `(m, 3)` as meshcat's geometry."""
+    return meshcat().geometry.TriangularMeshGeometry(*surface)
+
+
+def node_name(name: str) -> str:
+    """Return a name as one step of a path: a slash in it would start another step."""
+    return name.replace("/", "∕") or "-"
+
+
 def _floats(values: Array) -> Any:
-    # 0x17: msgpack-lite's extension for a Float32Array.
-    return meshcat().extension(0x17, np.ascontiguousarray(values, dtype="<f4").tobytes())
+    return meshcat().extension(_FLOAT32_ARRAY, np.ascontiguousarray(values, dtype="<f4").tobytes())

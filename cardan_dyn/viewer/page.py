@@ -14,6 +14,11 @@ from .commands import meshcat
 from .scenery import Scenery
 
 HOST = "127.0.0.1"
+_POINT_DECIMALS = 6
+"""Decimals of the points that the camera has to see [m]: micrometres, which no screen shows."""
+_JOIN_SECONDS = 0.5
+"""Time after which waiting for the server starts again. Some systems do not deliver Ctrl-C to a
+thread that waits without a limit."""
 
 
 def render(scenery: Scenery, title: str) -> str:
@@ -22,7 +27,7 @@ def render(scenery: Scenery, title: str) -> str:
     Raises:
         MissingExtraError: meshcat or Jinja is not installed.
     """
-    # "<" would end the element in which the text stands.
+    # A "</script>" in a name would end the element that contains the text.
     labels = json.dumps(scenery.drawing.labels, ensure_ascii=False).replace("<", "\\u003c")
     return str(
         _template().render(
@@ -34,7 +39,7 @@ def render(scenery: Scenery, title: str) -> str:
                 base64.b64encode(command).decode("ascii") for command in scenery.drawing.packed()
             ],
             labels=labels,
-            points=json.dumps(scenery.points.round(6).tolist()),
+            points=json.dumps(scenery.points.round(_POINT_DECIMALS).tolist()),
         )
     )
 
@@ -52,7 +57,7 @@ def _template() -> Any:
 class Server:
     """Serves one page on this machine, from a thread that ends with its process.
 
-    The page is complete: once a browser has it, it lives on without the server.
+    The page is complete: once a browser has loaded it, it works without the server.
 
     Args:
         page: HTML text.
@@ -95,8 +100,7 @@ class Server:
     def join(self) -> None:
         """Wait until the server ends."""
         while self._thread.is_alive():
-            # Without a limit, some systems do not let Ctrl-C through.
-            self._thread.join(0.5)
+            self._thread.join(_JOIN_SECONDS)
 
     def close(self) -> None:
         """End the server."""

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import ArgumentError, ModelError
+from ..errors import ArgumentError
 from ..mechanism.joints import Joint
 from ..results.sweep import Sweep
 from . import shapes as forms
-from .commands import Color, Drawing, Pose, meshcat
+from .bodies import Bodies
+from .commands import Color, Drawing, Pose, mesh, meshcat, node_name
 from .vectors import Vectors, collect
-from .visuals import Shape, shapes
 
 TORSION = Color.of("#c2185b", on_top=True, layer=4)
 BENDING = Color.of("#1b7f3b", on_top=True, layer=5)
@@ -22,9 +22,35 @@ TOTAL = Color.of("#222222", on_top=True, layer=3)
 FORCE = Color.of("#5e35b1", on_top=True, layer=6)
 AXIS = Color.of("#5f6b7a", opacity=0.75, on_top=True, layer=1)
 LOOP = Color.of("#0091b3", opacity=0.9, on_top=True, layer=2)
+_LABEL = Color.of("#333333")
+_SKY = ([0.90, 0.93, 0.96], [1.0, 1.0, 1.0])
+"""Top and bottom of the background, red, green and blue: light, as arrows are dark."""
 
+# Lengths in the drawing are fractions of the radius of the scene, chosen for legibility.
 _ARROW = 0.42
-"""Length of the greatest arrow, as a fraction of the radius of the scene."""
+"""Length of the greatest arrow."""
+_ARROW_RADIUS, _THIN_ARROW_RADIUS = 0.028, 0.013
+"""Radius of an arrow's shaft, as a fraction of the arrow's length. The arrow of the whole moment
+is thin, since those of torsion and bending start at the same point."""
+_HALF_AXIS, _AXIS_RADIUS, _BALL_RADIUS = 0.26, 0.005, 0.022
+"""Half the length of a joint axis, its radius, and that of the balls at the ends of a loop's."""
+_TRACE_RADIUS = 0.006
+"""Radius of the wire that traces a moment."""
+_SCALE_MARGIN, _SCALE_PITCH = 0.12, 0.16
+"""Distances of a scale arrow from the mechanism and from its label, and of two scale arrows."""
+_TRACE_POINTS = 180
+"""About how many points make a trace: one every 2° of a revolution looks smooth."""
+_SMALLEST_SHOWN = 1e-3
+"""Length below which an arrow or a trace is not drawn: less than a pixel on a screen on which the
+scene is about 1000 pixels wide."""
+_DIRECTION_KNOWN = 1e-4
+"""Length below which an arrow keeps its last direction: that of so short a vector may be
+rounding, and the arrow would flicker."""
+_LEAST_SCALE = 1e-5
+"""Least length of an arrow. A scale of zero has no inverse, which the viewer needs for normals."""
+_ROUNDING = 1e-9
+"""Moments below this fraction of the greatest one, and forces that would make only such moments
+with the radius of the scene as lever, are taken for rounding and not drawn."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +62,7 @@ class Parts:
         moments: torsion and bending as arrows.
         forces: forces as arrows.
         axes: the joint axes.
-        traces: what the moment draws in the shafts that turn in bearings which stand still.
+        traces: the curve that the moment traces in each shaft that turns in a fixed bearing.
         labels: the joint names.
     """
 
@@ -66,7 +92,7 @@ class Scenery:
 
 
 def build(
-    sweep: Sweep, joints: tuple[str, ...], parts: Parts, times: Array, rows: Array
+    sweep: Sweep, joints: tuple[str, ...], parts: Parts, times: Array, samples: Array
 ) -> Scenery:
     """Draw a sweep.
 
@@ -75,285 +101,203 @@ def build(
         joints: whose wrenches, axes and names are drawn.
         parts: what is drawn.
         times: `(n,)` when each sample is shown [s].
-        rows: `(n,)` which samples are shown.
+        samples: `(n,)` indices of the samples that are shown.
 
     Raises:
         ArgumentError: no position is known of anything that could be drawn.
         MissingExtraError: meshcat is not installed.
     """
-    return _Builder(sweep, joints, parts, times, rows).build()
+    bodies = Bodies(sweep, samples, parts.visuals)
+    points = bodies.points()
+    if not len(points):
+        raise ArgumentError(f"{sweep.mechanism.name}: the scene's outputs leave nothing to draw")
+    extent = float(np.linalg.norm(np.max(points, axis=0) - np.min(points, axis=0)))
+    radius = extent / 2.0 or sweep.mechanism.characteristic_length
+    builder = _Builder(Drawing(radius, times), radius, points, bodies.loops)
+    builder.draw_background()
+    bodies.draw(builder.drawing, radius)
+    vectors = collect(sweep, joints, samples, radius)
+    if parts.axes:
+        builder.draw_axes(vectors, sweep.mechanism.joints)
+    if parts.moments or parts.traces:
+        builder.draw_moments(vectors, arrows=parts.moments, traces=parts.traces)
+    if parts.forces:
+        builder.draw_forces(vectors)
+    if parts.labels:
+        builder.draw_labels(vectors)
+    return builder.scenery()
 
 
 class _Builder:
+    """Draws what belongs to joints, and collects the legend and what the camera has to see.
+
+    Args:
+        drawing: what it draws on.
+        radius: of the scene [m].
+        points: `(n, 3)` between which the mechanism moves [m].
+        loops: names of the joints that close loops.
+    """
+
     def __init__(
-        self, sweep: Sweep, joints: tuple[str, ...], parts: Parts, times: Array, rows: Array
+        self, drawing: Drawing, radius: float, points: Array, loops: frozenset[str]
     ) -> None:
-        self.sweep, self.parts, self.rows = sweep, parts, rows
-        self.joints = joints
-        self.loops = {loop.joint for loop in sweep.mechanism.loops}
-        self.links: dict[int, str] = {}
-        for name, (body, _) in sweep.mechanism.links.items():
-            self.links.setdefault(body, name)
-        self.carriers = {
-            joint.id: name
-            for name, joint in sweep.mechanism.joints.items()
-            if joint.id and name not in self.loops
-        }
-        self.shapes = [
-            shape
-            for shape in (shapes(sweep.mechanism) if parts.visuals else [])
-            if self._known(shape.body)
-        ]
-        reached = [self._origins()]
-        for shape in self.shapes:
-            rotation, position = self._body(shape.body)
-            moved = np.einsum("nij,kj->nki", rotation[::8], shape.corners())
-            reached.append((moved + position[::8, None]).reshape(-1, 3))
-        self.points = np.concatenate(reached)
-        if not len(self.points):
-            raise ArgumentError(
-                f"{sweep.mechanism.name}: the scene's outputs leave nothing to draw"
-            )
-        self.low, self.high = np.min(self.points, axis=0), np.max(self.points, axis=0)
-        self.radius = float(np.linalg.norm(self.high - self.low)) / 2.0
-        self.radius = self.radius or sweep.mechanism.characteristic_length
-        self.drawing = Drawing(self.radius, times)
-        self.legend: list[tuple[str, str]] = []
-        self.scales: list[str] = []
-        self.arrow = forms.arrow(0.028)
-        self.thin = forms.arrow(0.013)
+        self.drawing = drawing
+        self._radius = radius
+        self._loops = loops
+        self._seen = [points]
+        self._lowest = np.min(points, axis=0)
+        self._legend: list[tuple[str, str]] = []
+        self._scales: list[str] = []
+        self._arrow_surface = forms.arrow(_ARROW_RADIUS)
+        self._thin_surface = forms.arrow(_THIN_ARROW_RADIUS)
 
-    def build(self) -> Scenery:
-        for node, hidden in (("/Grid", True), ("/Axes", True)):
-            self.drawing.property(node, "visible", not hidden)
-        self.drawing.property("/Background", "top_color", [0.90, 0.93, 0.96])
-        self.drawing.property("/Background", "bottom_color", [1.0, 1.0, 1.0])
-        self._mechanism()
-        vectors = collect(self.sweep, self.joints, self.rows, self.radius)
-        if self.parts.axes:
-            self._axes(vectors)
-        if self.parts.moments or self.parts.traces:
-            self._moments(vectors)
-        if self.parts.forces:
-            self._forces(vectors)
-        if self.parts.labels:
-            self._labels(vectors)
-        return Scenery(
-            self.drawing,
-            tuple(self.legend),
-            tuple(self.scales),
-            forms.extremes(self.points),
-        )
+    def scenery(self) -> Scenery:
+        """Return what has been drawn."""
+        points = forms.extremes(np.concatenate(self._seen))
+        return Scenery(self.drawing, tuple(self._legend), tuple(self._scales), points)
 
-    # Bodies ---------------------------------------------------------------------------------
+    def draw_background(self) -> None:
+        """Hide meshcat's own grid and axes, and colour the background."""
+        self.drawing.property("/Grid", "visible", False)
+        self.drawing.property("/Axes", "visible", False)
+        for name, color in zip(("top_color", "bottom_color"), _SKY, strict=True):
+            self.drawing.property("/Background", name, color)
 
-    def _known(self, body: int) -> bool:
-        return body == 0 or (
-            body in self.carriers and self._origin(self.carriers[body]) is not None
-        )
-
-    def _origin(self, joint: str) -> Array | None:
-        """Return where a joint is, None if the sweep leaves it out."""
-        try:
-            return self.sweep.origin(joint)[self.rows]
-        except ModelError:
-            return None
-
-    def _body(self, body: int) -> tuple[Array, Array]:
-        if body == 0:
-            return np.eye(3)[None], np.zeros((1, 3))
-        name = self.carriers[body]
-        return self.sweep.rotation(name)[self.rows], self.sweep.origin(name)[self.rows]
-
-    def _origins(self) -> Array:
-        found = [self._origin(name) for name in self.sweep.mechanism.joints]
-        known = [points for points in found if points is not None]
-        return np.concatenate([np.zeros((0, 3)), *known])
-
-    def _mechanism(self) -> None:
-        used: set[str] = set()
-        for body in sorted({shape.body for shape in self.shapes}):
-            name = f"/mechanism/{_entry(self.links[body])}"
-            rotation, position = self._body(body)
-            self.drawing.place(name, Pose.of(position, quaternions(rotation)))
-            for shape in (item for item in self.shapes if item.body == body):
-                path = f"{name}/{_entry(shape.link)} {len(used)}"
-                used.add(path)
-                self._shape(path, shape)
-        if not self.shapes:
-            self._lines()
-
-    def _shape(self, path: str, shape: Shape) -> None:
-        geometry, placement = meshcat().geometry, shape.placement
-        made: Any
-        if shape.kind == "box":
-            made = geometry.Box(shape.size)
-        elif shape.kind == "sphere":
-            made = geometry.Sphere(shape.size[0])
-        elif shape.kind == "cylinder":
-            made = geometry.Cylinder(shape.size[1], shape.size[0])
-            placement = placement @ np.array(
-                [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]]
-            )  # meshcat's cylinders stand along y.
-        else:
-            made = geometry.TriangularMeshGeometry(shape.vertices, shape.faces)
-        self.drawing.add(path, made, Color(*shape.color[:3], opacity=shape.color[3]), placement)
-
-    def _lines(self) -> None:
-        """Draw each body as rods between its joints: a description without visuals."""
-        for body, joints in self._joints_of_bodies().items():
-            if not self._known(body) or len(joints) < 2:
-                continue
-            rotation, position = self._body(body)
-            local = np.array(
-                [
-                    rotation[0].T @ (self.sweep.origin(name)[self.rows][0] - position[0])
-                    for name in joints
-                ]
-            )
-            middle = local.mean(axis=0)
-            rods = [forms.path(np.array([middle, end]), 0.008 * self.radius) for end in local]
-            rods = [item for item in rods if len(item[0])]
-            if not rods:
-                continue
-            name = f"/mechanism/{_entry(self.links.get(body, str(body)))}"
-            self.drawing.place(name, Pose.of(position, quaternions(rotation)))
-            for number, item in enumerate(rods):
-                grey = Color.of("#7a8794")
-                self.drawing.add(f"{name}/rod {number}", _mesh(item), grey)
-
-    def _joints_of_bodies(self) -> dict[int, list[str]]:
-        model = self.sweep.mechanism.model
-        found: dict[int, list[str]] = {}
-        for name, joint in self.sweep.mechanism.joints.items():
-            ends = {joint.id} if name not in self.loops else set()
-            if joint.parts:
-                ends.add(int(model.parents[joint.parts[0].id]))
-            for body in ends:
-                found.setdefault(body, []).append(name)
-        for loop in self.sweep.mechanism.loops:
-            found.setdefault(loop.successor, []).append(loop.joint)
-        return found
-
-    # Joints ---------------------------------------------------------------------------------
-
-    def _axes(self, vectors: list[Vectors]) -> None:
-        half = 0.26 * self.radius
-        line = _mesh(forms.rod(0.005 * self.radius, -half, half))
-        any_loop = False
+    def draw_axes(self, vectors: list[Vectors], joints: Mapping[str, Joint]) -> None:
+        """Draw the axes of joints, a ball for a joint without one; mark those of loops."""
+        half = _HALF_AXIS * self._radius
+        line = mesh(forms.rod(_AXIS_RADIUS * self._radius, -half, half))
         for item in vectors:
-            path, loop = f"/axes/{_entry(item.name)}", item.name in self.loops
-            any_loop |= loop
+            path, loop = f"/axes/{node_name(item.name)}", item.name in self._loops
             color = LOOP if loop else AXIS
-            turned = has_axis(self.sweep.mechanism.joints[item.name])
+            turned = has_axis(joints[item.name])
             quaternion = forms.towards(item.axis) if turned else None
             self.drawing.place(path, Pose.of(item.origin, quaternion))
-            ball = meshcat().geometry.Sphere(0.022 * self.radius)
+            ball = meshcat().geometry.Sphere(_BALL_RADIUS * self._radius)
             if turned:
                 self.drawing.add(f"{path}/line", line, color)
-                for number, end in enumerate((-half, half) if loop else ()):
-                    self.drawing.add(f"{path}/end {number}", ball, color, _shift(end))
-                self._reach(item.origin + half * item.axis, item.origin - half * item.axis)
+                for index, height in enumerate((-half, half) if loop else ()):
+                    self.drawing.add(f"{path}/end {index}", ball, color, _shift(height))
+                self._include(item.origin + half * item.axis, item.origin - half * item.axis)
             else:
                 self.drawing.add(f"{path}/point", ball, color)
-        self.legend.append((AXIS.css, "joint axis"))
-        if any_loop:
-            self.legend.append((LOOP.css, "joint that closes a loop"))
+        self._legend.append((AXIS.css, "joint axis"))
+        if any(item.name in self._loops for item in vectors):
+            self._legend.append((LOOP.css, "joint that closes a loop"))
 
-    def _moments(self, vectors: list[Vectors]) -> None:
+    def draw_moments(self, vectors: list[Vectors], arrows: bool, traces: bool) -> None:
+        """Draw torsion and bending as arrows, whole moments with their traces, and their scale."""
         greatest = max((item.greatest_moment for item in vectors), default=0.0)
         if not greatest > 0.0:
             return
-        scale = _ARROW * self.radius / greatest
-        shown = [item for item in vectors if item.greatest_moment > 1e-9 * greatest]
-        drawn = set()
-        for item in shown if self.parts.moments else ():
+        scale = _ARROW * self._radius / greatest
+        shown = [item for item in vectors if item.greatest_moment > _ROUNDING * greatest]
+        drawn = self._draw_components(shown, scale) if arrows else set()
+        turning = [item for item in shown if traces and item.turns]
+        traced = [item.name for item in turning if self._draw_trace(item, scale)]
+        if "torsion" in drawn:
+            self._legend.append((TORSION.css, "torsion: moment along the joint axis"))
+        if "bending" in drawn:
+            self._legend.append((BENDING.css, "bending: moment across the joint axis"))
+        if traced:
+            text = f"moment 𝔐 and its trace in the shaft: {' and '.join(traced)}"
+            self._legend.append((TOTAL.css, text))
+        if drawn or traced:
+            self._draw_scale("moment", "N·m", greatest, scale, 0)
+
+    def draw_forces(self, vectors: list[Vectors]) -> None:
+        """Draw forces as arrows, and their scale."""
+        greatest = max((item.greatest_force for item in vectors), default=0.0)
+        moment = max((item.greatest_moment for item in vectors), default=0.0)
+        if not greatest > _ROUNDING * moment / self._radius:
+            return
+        scale = _ARROW * self._radius / greatest
+        for item in vectors:
+            self._draw_arrow(
+                f"/force/{node_name(item.name)}", item.origin, scale * item.force, FORCE
+            )
+        self._legend.append((FORCE.css, "force, at the joint"))
+        self._draw_scale("force", "N", greatest, scale, 1)
+
+    def draw_labels(self, vectors: list[Vectors]) -> None:
+        """Write the names of joints."""
+        for item in vectors:
+            loop = item.name in self._loops
+            text, color = (f"{item.name} (loop)", LOOP) if loop else (item.name, _LABEL)
+            self.drawing.label(f"/labels/{node_name(item.name)}", text, color, Pose.of(item.label))
+            self._include(item.label)
+
+    def _draw_components(self, vectors: list[Vectors], scale: float) -> set[str]:
+        """Draw torsion and bending as arrows; return which of both there are."""
+        return {
+            kind
+            for item in vectors
             for kind, values, color in (
                 ("torsion", item.torsion, TORSION),
                 ("bending", item.bending, BENDING),
-            ):
-                if self._arrow(f"/{kind}/{item.name}", item.anchor, scale * values, color):
-                    drawn.add(kind)
-        traced = [item for item in shown if self.parts.traces and item.turns]
-        traced = [item for item in traced if self._trace(item, scale)]
-        if "torsion" in drawn:
-            self.legend.append((TORSION.css, "torsion: moment along the joint axis"))
-        if "bending" in drawn:
-            self.legend.append((BENDING.css, "bending: moment across the joint axis"))
-        if traced:
-            names = " and ".join(item.name for item in traced)
-            self.legend.append((TOTAL.css, f"moment 𝔐 and its trace in the shaft: {names}"))
-        if drawn or traced:
-            self._reference("moment", "N·m", greatest, scale, 0)
+            )
+            if self._draw_arrow(
+                f"/{kind}/{node_name(item.name)}", item.anchor, scale * values, color
+            )
+        }
 
-    def _forces(self, vectors: list[Vectors]) -> None:
-        greatest = max((item.greatest_force for item in vectors), default=0.0)
-        moment = max((item.greatest_moment for item in vectors), default=0.0)
-        if not greatest > 1e-9 * moment / self.radius:
-            return
-        scale = _ARROW * self.radius / greatest
-        for item in vectors:
-            self._arrow(f"/force/{item.name}", item.origin, scale * item.force, FORCE)
-        self.legend.append((FORCE.css, "force, at the joint"))
-        self._reference("force", "N", greatest, scale, 1)
-
-    def _labels(self, vectors: list[Vectors]) -> None:
-        for item in vectors:
-            loop = item.name in self.loops
-            text = f"{item.name} (loop)" if loop else item.name
-            color = LOOP if loop else Color.of("#333333")
-            self.drawing.label(f"/labels/{_entry(item.name)}", text, color, Pose.of(item.label))
-            self._reach(item.label)
-
-    def _arrow(
+    def _draw_arrow(
         self, path: str, tail: Array, vectors: Array, color: Color, thin: bool = False
     ) -> bool:
-        """Draw vectors `(N, 3)` [m] as an arrow of changing length; not if they are all zero."""
-        head, _, name = path.rpartition("/")
-        path = f"{head}/{_entry(name)}"
-        direction, length = forms.filled(vectors, 1e-4 * self.radius)
-        if np.max(length) < 1e-3 * self.radius:
+        """Draw vectors `(N, 3)` [m] as an arrow of changing length.
+
+        Returns:
+            Whether there is an arrow: none is drawn if all of them are too short to be seen.
+        """
+        direction, length = forms.filled(vectors, _DIRECTION_KNOWN * self._radius)
+        if np.max(length) < _SMALLEST_SHOWN * self._radius:
             return False
-        # A scale of zero has no inverse, which the viewer needs for its normals.
-        length = np.maximum(length, 1e-5 * self.radius)
+        length = np.maximum(length, _LEAST_SCALE * self._radius)
         self.drawing.place(path, Pose.of(tail, forms.towards(direction), length))
-        self.drawing.add(path, _mesh(self.thin if thin else self.arrow), color)
-        self._reach(tail + vectors)
+        self.drawing.add(path, mesh(self._thin_surface if thin else self._arrow_surface), color)
+        self._include(tail + vectors)
         return True
 
-    def _trace(self, item: Vectors, scale: float) -> bool:
-        """Draw the tip of the moment as a curve in the joint's own axes."""
+    def _draw_trace(self, item: Vectors, scale: float) -> bool:
+        """Draw the moment, and its tip as a curve in the joint's own axes.
+
+        Returns:
+            Whether there is a curve: a moment that stands still in the shaft traces none.
+        """
         curve = scale * item.moment
-        stride = max(1, len(curve) // 180)
+        stride = max(1, len(curve) // _TRACE_POINTS)
         points = np.concatenate([curve[::stride], curve[-1:]])
-        wire = forms.path(points, 0.006 * self.radius)
-        total = np.einsum("nij,nj->ni", item.rotation, curve)
-        self._arrow(f"/moment/{item.name}", item.anchor, total, TOTAL, thin=True)
-        if not len(wire[0]) or np.max(np.ptp(points, axis=0)) < 1e-3 * self.radius:
+        wire = forms.path(points, _TRACE_RADIUS * self._radius)
+        moment = np.einsum("nij,nj->ni", item.rotation, curve)
+        name = node_name(item.name)
+        self._draw_arrow(f"/moment/{name}", item.anchor, moment, TOTAL, thin=True)
+        extent = np.max(np.ptp(points, axis=0))
+        if not len(wire[0]) or extent < _SMALLEST_SHOWN * self._radius:
             return False
-        path = f"/traces/{_entry(item.name)}"
-        self.drawing.place(path, Pose.of(item.anchor, quaternions(item.rotation)))
-        self.drawing.add(path, _mesh(wire), TOTAL)
+        path = f"/traces/{name}"
+        self.drawing.place(path, Pose.of(item.anchor, forms.quaternions(item.rotation)))
+        self.drawing.add(path, mesh(wire), TOTAL)
         return True
 
-    def _reference(self, kind: str, unit: str, greatest: float, scale: float, number: int) -> None:
-        """Draw an arrow of a round size beside the mechanism, with its size."""
+    def _draw_scale(self, kind: str, unit: str, greatest: float, scale: float, row: int) -> None:
+        """Draw an arrow of a round size below the mechanism, with its size."""
         value = forms.rounded(greatest)
         color = TOTAL if kind == "moment" else FORCE
-        tail = np.array(
-            [self.low[0], self.low[1] - 0.12 * self.radius, self.low[2] - 0.12 * self.radius]
-        ) - number * np.array([0.0, 0.0, 0.16 * self.radius])
-        path = f"/scale/{kind}"
+        margin = _SCALE_MARGIN * self._radius
+        drop = row * np.array([0.0, 0.0, _SCALE_PITCH * self._radius])
+        x, y, z = self._lowest
+        tail = np.array([x, y - margin, z - margin]) - drop
         tip = tail + np.array([scale * value, 0.0, 0.0])
-        self._arrow(path, tail[None], (tip - tail)[None], color)
+        self._draw_arrow(f"/scale/{kind}", tail[None], (tip - tail)[None], color)
         text = f"{value:g} {unit}"
-        beside = tip + np.array([0.12 * self.radius, 0.0, 0.0])
-        self.drawing.label(f"{path} text", text, color, Pose.of(beside))
-        self._reach(tail, tip, beside)
-        self.scales.append(f"scale arrow: {kind} of {text}, greatest {greatest:.4g} {unit}")
+        beside = tip + np.array([margin, 0.0, 0.0])
+        self.drawing.label(f"/scale/{kind} text", text, color, Pose.of(beside))
+        self._include(tail, tip, beside)
+        self._scales.append(f"scale arrow: {kind} of {text}, greatest {greatest:.4g} {unit}")
 
-    def _reach(self, *points: Array) -> None:
-        self.points = np.concatenate([self.points, *(np.atleast_2d(item) for item in points)])
+    def _include(self, *points: Array) -> None:
+        """Make sure that the camera sees points `(3,)` or `(n, 3)` [m]."""
+        self._seen += [np.atleast_2d(item) for item in points]
 
 
 def has_axis(joint: Joint) -> bool:
@@ -361,23 +305,8 @@ def has_axis(joint: Joint) -> bool:
     return joint.type not in ("spherical", "universal", "floating", "fixed")
 
 
-def quaternions(rotations: Array) -> Array:
-    """Return quaternions x, y, z, w `(N, 4)` of rotation matrices `(N, 3, 3)`."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_matrix(rotations).as_quat())
-
-
-def _mesh(surface: tuple[Array, Array]) -> Any:
-    return meshcat().geometry.TriangularMeshGeometry(surface[0], surface[1])
-
-
 def _shift(height: float) -> Array:
+    """Return the placement `(4, 4)` at a height along z [m]."""
     placement = np.eye(4)
     placement[2, 3] = height
     return placement
-
-
-def _entry(name: str) -> str:
-    """Return a name as one step of a meshcat path."""
-    return name.replace("/", "∕") or "-"

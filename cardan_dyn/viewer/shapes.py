@@ -9,6 +9,17 @@ import numpy as np
 from ..arrays import Array, quaternion_product
 
 _SIDES = 20
+"""Sides of a surface of revolution: at the width of an arrow on the screen it looks round."""
+_HEAD_RADIUS, _HEAD_LENGTH = 3.2, 9.0
+"""Radius and length of an arrow's head, in radii of its shaft."""
+_SHORTEST_STEP = 1e-6
+"""Steps of a curve below this fraction of the wire's radius are left out: they have no direction
+beyond rounding, and are not seen."""
+_OPPOSITE = 1e-12
+"""How far the cosine of two unit vectors may be from -1 for them to count as opposite, where the
+shortest turn has no axis. An arrow is then off by at most 1.4e-6 rad, which cannot be seen."""
+_ROUNDED_UP = 1e-9
+"""By how much a value may miss a round number and still count as that number."""
 
 
 def arrow(thickness: float) -> tuple[Array, Array]:
@@ -17,8 +28,9 @@ def arrow(thickness: float) -> tuple[Array, Array]:
     Args:
         thickness: radius of its shaft.
     """
-    head, neck = 3.2 * thickness, 1.0 - 9.0 * thickness
-    # Corners stand twice, so that edges stay sharp when normals are averaged at vertices.
+    head, neck = _HEAD_RADIUS * thickness, 1.0 - _HEAD_LENGTH * thickness
+    # Every corner occurs twice: the viewer averages normals at shared vertices, which would
+    # make the edges look round.
     profile = [
         *((0.0, 0.0), (thickness, 0.0)),
         *((thickness, 0.0), (thickness, neck)),
@@ -39,15 +51,16 @@ def path(points: Array, radius: float) -> tuple[Array, Array]:
     """Return vertices and faces of a wire along a curve `(n, 3)`; none if it is a point."""
     steps = np.diff(points, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
-    kept = lengths > 1e-6 * radius
+    kept = lengths > _SHORTEST_STEP * radius
     start, steps = points[:-1][kept], steps[kept] / lengths[kept, None]
     end = points[1:][kept]
     across = np.cross(steps, np.eye(3)[np.argmin(np.abs(steps), axis=1)])
     across /= np.linalg.norm(across, axis=1)[:, None]
-    other = np.cross(steps, across)
+    normal = np.cross(steps, across)
+    # Three sides are enough for a wire that is a few pixels wide.
     turn = np.arange(3) * 2.0 * np.pi / 3.0
     ring = radius * (
-        across[:, None] * np.cos(turn)[:, None] + other[:, None] * np.sin(turn)[:, None]
+        across[:, None] * np.cos(turn)[:, None] + normal[:, None] * np.sin(turn)[:, None]
     )
     vertices = np.concatenate([start[:, None] + ring, end[:, None] + ring], axis=1)
     sides = np.array([[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]])
@@ -58,8 +71,8 @@ def path(points: Array, radius: float) -> tuple[Array, Array]:
 def towards(directions: Array) -> Array:
     """Return quaternions `(N, 4)` that turn z into unit vectors `(N, 3)`.
 
-    The twist about the direction is free; it is chosen such that neighbouring samples stay
-    neighbours.
+    The twist about the direction is free; it is chosen such that it changes little between
+    neighbouring samples, since the viewer interpolates between them.
     """
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     # The shortest turn from the axis that is farthest from being opposite to any direction.
@@ -69,25 +82,34 @@ def towards(directions: Array) -> Array:
     )
 
 
+def quaternions(rotations: Array) -> Array:
+    """Return quaternions x, y, z, w `(N, 4)` of rotation matrices `(N, 3, 3)`."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(rotations).as_quat())
+
+
 def filled(vectors: Array, threshold: float) -> tuple[Array, Array]:
     """Return unit directions `(N, 3)` and lengths `(N,)` of vectors.
 
-    Where a vector is shorter than `threshold`, it has the direction of the sample before.
+    A vector shorter than `threshold` gets the direction of the last longer one before it, or of
+    the first one after it; z if all are shorter.
     """
     lengths = np.linalg.norm(vectors, axis=1)
     usable = lengths > threshold
     if not np.any(usable):
         return np.tile([0.0, 0.0, 1.0], (len(vectors), 1)), lengths
-    numbers = np.where(usable, np.arange(len(vectors)), -1)
-    last = np.maximum.accumulate(numbers)
+    # Index of the last usable sample up to each one; before the first, that one.
+    last = np.maximum.accumulate(np.where(usable, np.arange(len(vectors)), -1))
     last[last < 0] = int(np.argmax(usable))
     return vectors[last] / lengths[last, None], lengths
 
 
 def extremes(points: Array, count: int = 96) -> Array:
     """Return those of many points `(n, 3)` that lie outermost in `count` directions."""
-    number = np.arange(count) + 0.5
-    height, turn = 1.0 - 2.0 * number / count, np.pi * (1.0 + 5.0**0.5) * number
+    # Directions spread evenly over the sphere: a spiral that advances by the golden angle.
+    index = np.arange(count) + 0.5
+    height, turn = 1.0 - 2.0 * index / count, np.pi * (1.0 + 5.0**0.5) * index
     width = np.sqrt(1.0 - height**2)
     directions = np.stack([width * np.cos(turn), width * np.sin(turn), height])
     return np.asarray(points[np.unique(np.argmax(points @ directions, axis=0))])
@@ -96,9 +118,8 @@ def extremes(points: Array, count: int = 96) -> Array:
 def rounded(value: float) -> float:
     """Return the greatest of 1, 2, 5, 10, … that does not exceed a positive value."""
     power = 10.0 ** np.floor(np.log10(value))
-    return float(
-        power * max(step for step in (1.0, 2.0, 5.0) if step * power <= value * (1 + 1e-9))
-    )
+    limit = value * (1.0 + _ROUNDED_UP)
+    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= limit))
 
 
 def _turned(profile: Array) -> tuple[Array, Array]:
@@ -108,12 +129,12 @@ def _turned(profile: Array) -> tuple[Array, Array]:
     vertices = np.stack(
         [radius * np.cos(turn), radius * np.sin(turn), height + 0.0 * turn], axis=-1
     ).reshape(-1, 3)
-    here, after = np.arange(_SIDES), np.roll(np.arange(_SIDES), -1)
+    side, after = np.arange(_SIDES), np.roll(np.arange(_SIDES), -1)
     faces = []
     for low in range(0, len(profile), 2):
         first, second = low * _SIDES, (low + 1) * _SIDES
-        faces.append(np.stack([first + here, first + after, second + after], axis=1))
-        faces.append(np.stack([first + here, second + after, second + here], axis=1))
+        faces.append(np.stack([first + side, first + after, second + after], axis=1))
+        faces.append(np.stack([first + side, second + after, second + side], axis=1))
     return vertices, np.concatenate(faces)
 
 
@@ -121,7 +142,7 @@ def _shortest(source: Array, target: Array) -> Array:
     """Return quaternions of the shortest turns from a unit vector to unit vectors `(N, 3)`."""
     cosine = target @ source
     result = np.concatenate([np.cross(source, target), 1.0 + cosine[:, None]], axis=1)
-    opposite = cosine < -1.0 + 1e-12
+    opposite = cosine < -1.0 + _OPPOSITE
     across = np.cross(source, np.eye(3)[np.argmin(np.abs(source))])
     result[opposite] = [*across, 0.0]
     return np.asarray(result / np.linalg.norm(result, axis=1)[:, None])

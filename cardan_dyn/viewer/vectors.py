@@ -1,4 +1,4 @@
-"""Vectors of the viewer: where each joint's arrows start, and what they show."""
+"""Vectors of the viewer: where each joint's arsamples start, and what they show."""
 
 from __future__ import annotations
 
@@ -13,6 +13,21 @@ from ..results.sweep import Sweep
 
 _APART = 0.14
 """Least distance of two joints' moments, as a fraction of the radius of the scene."""
+_APART_ENOUGH = 0.99
+"""Fraction of that distance that still counts: a gap of exactly one step must not fail by
+rounding."""
+_LABEL_DISTANCE, _LABEL_GAP = 0.32, 0.1
+"""Least distance of a label from its joint, and from its moments, as fractions of that radius."""
+_BESIDE_SHAFT = 0.2
+"""Distance of the moments from the joint, as a fraction of that radius, beyond which the label
+stands above the shaft: further along the axis it would lie on the shaft."""
+_STEEP = 0.7
+"""Vertical component of a unit axis above which it counts as upright (45°), where a label above
+the joint would lie on the shaft as well."""
+_STANDING = 1e-9
+"""Change of a rotation matrix below which a body stands still; its rounding is some 1e-16."""
+_TURNING = 1e-6
+"""Change of an angle [rad] above which a joint turns: far beyond rounding, not to be seen."""
 
 
 @dataclass(frozen=True)
@@ -58,29 +73,29 @@ class Vectors:
         return float(np.max(np.linalg.norm(self.force, axis=1)))
 
 
-def collect(sweep: Sweep, joints: tuple[str, ...], rows: Array, radius: float) -> list[Vectors]:
+def collect(sweep: Sweep, joints: tuple[str, ...], samples: Array, radius: float) -> list[Vectors]:
     """Return the vectors of joints, as far as their motion is known.
 
     Args:
         sweep: over one dimension.
         joints: names among its outputs.
-        rows: which samples.
+        samples: `(n,)` indices of the samples that are shown.
         radius: of the scene [m].
     """
-    found: list[Vectors] = []
+    vectors: list[Vectors] = []
     starts: list[Array] = []
     for name in joints:
         joint = sweep.mechanism.joints[name]
-        origin, rotation = sweep.origin(name)[rows], sweep.rotation(name)[rows]
+        origin, rotation = sweep.origin(name)[samples], sweep.rotation(name)[samples]
         if not (np.all(np.isfinite(origin)) and np.all(np.isfinite(rotation))):
             continue
         wrench = sweep[name]
-        moment, force = wrench.moment[rows], wrench.force[rows]
+        moment, force = wrench.moment[samples], wrench.force[samples]
         axis = np.broadcast_to(rotation @ joint.axis, origin.shape)
         along = np.sum(moment * joint.axis, axis=1)[:, None] * joint.axis
         offset = _free(origin[0], axis[0], _offset(sweep.mechanism, joint, radius), starts, radius)
         starts.append(origin[0] + offset * axis[0])
-        found.append(
+        vectors.append(
             Vectors(
                 name=name,
                 origin=origin,
@@ -92,10 +107,10 @@ def collect(sweep: Sweep, joints: tuple[str, ...], rows: Array, radius: float) -
                 torsion=_turned(rotation, along),
                 bending=_turned(rotation, moment - along),
                 moment=moment,
-                turns=_turns(sweep, joint, rows),
+                turns=_turns(sweep, joint, samples),
             )
         )
-    return found
+    return vectors
 
 
 def _offset(mechanism: Mechanism, joint: Joint, radius: float) -> float:
@@ -108,44 +123,52 @@ def _offset(mechanism: Mechanism, joint: Joint, radius: float) -> float:
 
 
 def _free(origin: Array, axis: Array, offset: float, taken: list[Array], radius: float) -> float:
-    """Return the offset nearest to a wanted one at which no other joint's moments start."""
+    """Return the offset nearest to a given one at which no other joint's moments start.
+
+    Args:
+        origin: `(3,)` of the joint [m].
+        axis: `(3,)` unit axis.
+        offset: along the axis from the origin, where the moments would be drawn best [m].
+        taken: points `(3,)` at which moments of other joints start [m].
+        radius: of the scene [m].
+    """
     for step in (0, 1, -1, 2, -2, 3, -3):
-        tried = offset + step * _APART * radius
-        gaps = [np.linalg.norm(origin + tried * axis - other) for other in taken]
-        if min(gaps, default=radius) > 0.99 * _APART * radius:
-            return tried
+        candidate = offset + step * _APART * radius
+        gaps = [np.linalg.norm(origin + candidate * axis - point) for point in taken]
+        if min(gaps, default=radius) > _APART_ENOUGH * _APART * radius:
+            return candidate
     return offset
 
 
 def _label(origin: Array, axis: Array, offset: float, radius: float) -> Array:
-    beyond = 0.32 * radius
-    if abs(offset) > 0.2 * radius and abs(axis[0, 2]) < 0.7:
-        # Beside a shaft: above it, as the shaft itself lies along the axis.
+    """Return where the name of a joint stands `(N, 3)` [m]: clear of its shaft and its moments."""
+    beyond = _LABEL_DISTANCE * radius
+    if abs(offset) > _BESIDE_SHAFT * radius and abs(axis[0, 2]) < _STEEP:
         return np.asarray(origin + offset * axis + [0.0, 0.0, beyond])
     side = -1.0 if offset < 0.0 else 1.0
-    return np.asarray(origin + side * max(beyond, abs(offset) + 0.1 * radius) * axis)
+    return np.asarray(origin + side * max(beyond, abs(offset) + _LABEL_GAP * radius) * axis)
 
 
-def _turns(sweep: Sweep, joint: Joint, rows: Array) -> bool:
+def _turns(sweep: Sweep, joint: Joint, samples: Array) -> bool:
+    """Return whether a joint's child turns about its axis in a parent that stands still."""
     if joint.type not in ("revolute", "continuous") or not joint.parts:
         return False
     if joint.name in {loop.joint for loop in sweep.mechanism.loops}:
         return False
-    angle = sweep.motion.position(joint.name)[rows]
+    angle = sweep.motion.position(joint.name)[samples]
     parent = int(sweep.mechanism.model.parents[joint.id])
-    if parent == 0:
-        still = True
-    else:
-        carrier = next(
-            (item for item in sweep.mechanism.joints.values() if item.id == parent), None
-        )
-        still = carrier is not None and not np.any(
-            np.ptp(sweep.rotation(carrier.name)[rows], axis=0) > 1e-9
-        )
-    return still and float(np.ptp(angle)) > 1e-6
+    if parent != 0:
+        joints = sweep.mechanism.joints.values()
+        carrier = next((item for item in joints if item.id == parent), None)
+        if carrier is None:
+            return False
+        if np.any(np.ptp(sweep.rotation(carrier.name)[samples], axis=0) > _STANDING):
+            return False
+    return float(np.ptp(angle)) > _TURNING
 
 
 def _turned(rotation: Array, vectors: Array) -> Array:
+    """Return vectors `(N, 3)` in the axes to which rotations `(N, 3, 3)` lead."""
     return np.asarray(
         np.einsum("nij,nj->ni", np.broadcast_to(rotation, (len(vectors), 3, 3)), vectors)
     )

@@ -1,4 +1,4 @@
-"""Viewer: watch a sweep turn, with its moments drawn on it, in a browser or as one HTML file.
+"""Viewer: a sweep as a moving scene with its moments, in a browser or as one HTML file.
 
 Needs the extra `viz` (meshcat). The browser shows it with meshcat's own viewer and animation.
 """
@@ -51,36 +51,46 @@ def view(
         traces: draw the moments of the shafts and the curves they trace.
         labels: draw the joint names.
         duration: time in which the sweep is shown once [s].
-        frames: at most so many samples are shown, evenly chosen.
+        frames: greatest number of samples that are shown, chosen evenly.
         title: of the page; the mechanism's name if not given.
 
     Returns:
-        A view: `.open()` shows it in a browser, `.export(path)` writes it as one HTML file, a
-        notebook shows it as it is.
+        A view: `.open()` shows it in a browser, `.export(path)` writes it as one HTML file; as
+        the last value of a notebook's cell it is shown there.
 
     Raises:
         MissingExtraError: meshcat is not installed; the message names the install command.
         ModelError: a joint is unknown or not among the outputs.
         ArgumentError: the sweep has no or several dimensions, or a number is out of range.
     """
-    meshcat()
+    meshcat()  # A missing extra is reported before anything is computed.
+    shown = _checked_joints(sweep, joints)
+    _check_numbers(duration, frames)
+    count = min(len(sweep), frames)
+    samples = np.unique(np.linspace(0, len(sweep) - 1, count).round().astype(int))
+    times = np.linspace(0.0, duration, len(samples))
+    parts = Parts(visuals, moments, forces, axes, traces, labels)
+    return View(render(build(sweep, shown, parts, times, samples), title or sweep.mechanism.name))
+
+
+def _checked_joints(sweep: Sweep, joints: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the joints to be drawn, once sure that the sweep can be."""
     if not isinstance(sweep, Sweep):
         raise ArgumentError(f"view() takes the result of a sweep, not {type(sweep).__name__}")
-    chosen = tuple(sweep.outputs if joints is None else joints)
-    for name in chosen:
+    shown = tuple(sweep.outputs if joints is None else joints)
+    for name in shown:
         if sweep[name].force.ndim != 2:
             raise ArgumentError("view() takes a sweep over one dimension")
     if len(sweep) == 0:
         raise ArgumentError("view() needs at least one sample")
+    return shown
+
+
+def _check_numbers(duration: float, frames: int) -> None:
     if not (np.isfinite(duration) and duration > 0.0):
         raise ArgumentError(f"duration {duration!r} is not a positive number of seconds")
     if frames < 1:
         raise ArgumentError(f"frames {frames!r} is not positive")
-    count = min(len(sweep), frames)
-    rows = np.unique(np.linspace(0, len(sweep) - 1, count).round().astype(int))
-    times = np.linspace(0.0, duration, len(rows))
-    parts = Parts(visuals, moments, forces, axes, traces, labels)
-    return View(render(build(sweep, chosen, parts, times, rows), title or sweep.mechanism.name))
 
 
 class View:
@@ -149,7 +159,8 @@ class View:
         Args:
             height: of the element [px].
         """
-        # Spelt so, a search for links in a document finds only the document's own.
+        # With "h" as an entity, a search for links in a document that contains this page finds
+        # only those of the document itself.
         page = html.escape(self.html).replace("http", "&#104;ttp")
         return (
             f'<iframe srcdoc="{page}" loading="lazy" '
@@ -160,12 +171,12 @@ class View:
         return self.embedded()
 
     def __repr__(self) -> str:
-        where = "not served yet" if self._server is None else f"at {self._server.url}"
-        return f"<View of {len(self.html) / 1e6:.1f} MB, {where}>"
+        address = "not served yet" if self._server is None else f"at {self._server.url}"
+        return f"<View of {len(self.html) / 1e6:.1f} MB, {address}>"
 
 
 def _has_display() -> bool:
-    """Return whether a browser could show a window: text browsers would take over the terminal."""
+    """Return whether a browser can show a window: a text browser would take over the terminal."""
     if sys.platform in ("win32", "darwin"):
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -1,4 +1,4 @@
-"""Visuals: the shapes of a mechanism's links, read from its description when they are shown.
+"""Visuals: the shapes of a mechanism's links, read from its description only when shown.
 
 Pinocchio reads boxes, cylinders, spheres and meshes with their colours. Meshes whose files do not
 exist are left out instead of failing.
@@ -46,7 +46,7 @@ class Shape:
     faces: Array
 
     def corners(self) -> Array:
-        """Return points `(n, 3)` of the body between which the shape lies [m]."""
+        """Return the corners `(8, 3)` of a box around the shape, in axes of the body [m]."""
         if self.kind == "mesh":
             low, high = np.min(self.vertices, axis=0), np.max(self.vertices, axis=0)
         else:
@@ -57,8 +57,8 @@ class Shape:
             else:
                 half = np.full(3, self.size[0])
             low, high = -half, half
-        pick = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
-        local = np.where(pick == 0, low, high)
+        upper = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
+        local = np.where(upper == 0, low, high)
         return np.asarray(local @ self.placement[:3, :3].T + self.placement[:3, 3])
 
 
@@ -80,20 +80,21 @@ def shapes(mechanism: Mechanism) -> list[Shape]:
     if text is None:
         return []
     try:
-        found = pinocchio.buildGeomFromUrdfString(mechanism.model, text, pinocchio.VISUAL)
+        geometries = pinocchio.buildGeomFromUrdfString(mechanism.model, text, pinocchio.VISUAL)
     except (ValueError, RuntimeError) as error:
         raise ModelError(f"{mechanism.name}: the visuals cannot be read: {error}") from error
     frames = mechanism.model.frames
     return [
         shape
-        for item in found.geometryObjects
+        for item in geometries.geometryObjects
         if (shape := _shape(item, frames[item.parentFrame].name)) is not None
     ]
 
 
 def _shape(item: Any, link: str) -> Shape | None:
-    geometry, none = item.geometry, np.zeros((0, 3))
-    vertices, faces = none, none.astype(np.uint32)
+    """Return Pinocchio's geometry object as a shape; None for a kind that is not drawn."""
+    geometry = item.geometry
+    vertices, faces = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint32)
     size: tuple[float, ...] = ()
     name = type(geometry).__name__
     if name == "Box":
@@ -105,21 +106,21 @@ def _shape(item: Any, link: str) -> Shape | None:
     elif hasattr(geometry, "num_tris") and geometry.num_tris:
         kind = "mesh"
         vertices = np.array(geometry.vertices(), dtype=float).reshape(-1, 3)
-        triangles = (geometry.tri_indices(number) for number in range(geometry.num_tris))
+        triangles = (geometry.tri_indices(index) for index in range(geometry.num_tris))
         faces = np.array([[face[0], face[1], face[2]] for face in triangles], dtype=np.uint32)
     else:
         return None
     placement = item.placement.homogeneous
     red, green, blue, opacity = np.clip(item.meshColor, 0.0, 1.0).tolist()
     return Shape(
-        link,
-        int(item.parentJoint),
-        kind,
-        size,
-        placement,
-        (red, green, blue, opacity),
-        vertices,
-        faces,
+        link=link,
+        body=int(item.parentJoint),
+        kind=kind,
+        size=size,
+        placement=placement,
+        color=(red, green, blue, opacity),
+        vertices=vertices,
+        faces=faces,
     )
 
 
@@ -145,19 +146,20 @@ def _only_visuals(robot: ElementTree.Element, source: SourceText) -> str | None:
 
 
 def _mesh_file(name: str, description: Path | None) -> Path | None:
-    """Return a mesh's file if it exists.
+    """Return a mesh's file; None if it does not exist.
 
-    `package://` is looked for in the directories above the description and in those that
+    A `package://` name is searched in the directories above the description and in those that
     `ROS_PACKAGE_PATH` lists; other names are paths from the description.
     """
     above = list(description.resolve().parents) if description is not None else []
     listed = [Path(entry) for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)]
     if name.startswith(("package://", "model://")):
         name = name.split("://", 1)[1]
-        places = [*above, *(path for entry in listed for path in (entry, entry.parent))]
+        directories = [*above, *(path for entry in listed for path in (entry, entry.parent))]
     else:
         name = name.removeprefix("file://")
-        places = above[:1] or [Path.cwd()]
+        directories = above[:1] or [Path.cwd()]
     if not name:
         return None
-    return next((path for place in places if (path := place / name).is_file()), None)
+    candidates = (directory / name for directory in directories)
+    return next((path for path in candidates if path.is_file()), None)

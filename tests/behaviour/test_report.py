@@ -11,7 +11,6 @@ import pytest
 from click.testing import CliRunner
 
 from cardan_dyn.command_line import commands as cli
-from cardan_dyn.report import report
 from cardan_dyn.validation import comparisons
 
 
@@ -20,11 +19,11 @@ def run(*arguments: str):
 
 
 @pytest.fixture(scope="module")
-def found() -> list[comparisons.Comparison]:
+def found() -> comparisons.Comparisons:
     return comparisons.run()
 
 
-def test_every_comparison_passes_at_every_angle(found: list[comparisons.Comparison]) -> None:
+def test_every_comparison_passes_at_every_angle(found: comparisons.Comparisons) -> None:
     assert {item.beta_deg for item in found} == {1.0, 8.5, 30.0, 50.0, 80.0}
     assert len(found) == 5 * 17
     for item in found:
@@ -61,15 +60,16 @@ def test_json_is_nothing_but_json(tmp_path: Path) -> None:
 
 
 def test_a_comparison_that_falls_short_fails_the_command(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, found: list[comparisons.Comparison]
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, found: comparisons.Comparisons
 ) -> None:
-    spoiled = [dataclasses.replace(found[0], error=2e-13), *found[1:]]
+    spoiled = comparisons.Comparisons([dataclasses.replace(found[0], error=2e-13), *found[1:]])
     monkeypatch.setattr(comparisons, "run", lambda: spoiled)
     result = run("--out", str(tmp_path))
     assert result.exit_code == 1
     assert "FAIL" in result.output
     assert "A comparison falls short." in (tmp_path / "index.html").read_text(encoding="utf-8")
-    broken = [dataclasses.replace(found[0], error=float("nan")), *found[1:]]
+    nan = dataclasses.replace(found[0], error=float("nan"))
+    broken = comparisons.Comparisons([nan, *found[1:]])
     monkeypatch.setattr(comparisons, "run", lambda: broken)
     assert run("--no-figures").exit_code == 1
 
@@ -98,10 +98,10 @@ def test_a_directory_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     assert "cannot be written" in result.output
 
 
-def test_wrong_references_are_noticed(found: list[comparisons.Comparison]) -> None:
+def test_wrong_references_are_noticed(found: comparisons.Comparisons) -> None:
     """The deviation measure itself: swapped or negated quantities are far outside."""
     closed = comparisons.grossmann.moments(0.5, comparisons.POSITIONS)
-    assert comparisons._deviation(-closed.torsion_2, closed.torsion_2) > 1.0
-    assert comparisons._deviation(closed.bending_2, closed.bending_1) > 0.1
-    grouped = report.rows(found)
-    assert [row["worst"] for row in grouped] == [max(row["errors"]) for row in grouped]
+    assert comparisons.deviation(-closed.torsion_2, closed.torsion_2) > 1.0
+    assert comparisons.deviation(closed.bending_2, closed.bending_1) > 0.1
+    grouped = found.rows()
+    assert [row.worst for row in grouped] == [max(row.errors) for row in grouped]

@@ -18,6 +18,8 @@ from cardan_dyn.validation.comparisons import POSITIONS, double_shaft_turn, univ
 pytest.importorskip("matplotlib", reason="figures need matplotlib")
 
 from cardan_dyn import figures
+from cardan_dyn.figures.style import line_style, point_style
+from cardan_dyn.figures.work_precision import read_records, work_precision
 
 BETA = float(np.deg2rad(50.0))
 UNIT = re.compile(r"\[(–|°|N|N·m|mm|µs)\]$")
@@ -53,21 +55,19 @@ def needles() -> cd.Sweep:
 def drawn(name: str, turn: cd.Sweep, shaft: cd.Sweep, needles: cd.Sweep) -> Any:
     bending = turn.wrench("bearing_out", "parent").moment
     return {
-        "torque_ratio": lambda: figures.torque_ratio(turn, BETA),
-        "bending_polar": lambda: figures.bending_polar(turn, BETA),
-        "thoma_bending": lambda: figures.thoma_bending(turn, BETA),
-        "speed_ratio": lambda: figures.speed_ratio(turn, shaft, BETA),
+        "torque_ratio": lambda: figures.torque_ratio(turn),
+        "bending_polar": lambda: figures.bending_polar(turn),
+        "thoma_bending": lambda: figures.thoma_bending(turn),
+        "speed_ratio": lambda: figures.speed_ratio(turn, shaft),
         "compared": lambda: figures.compared(
             POSITIONS, {"a": bending[:, 1]}, {"a": bending[:, 1]}, quantity="M [N·m]"
         ),
         "over_angle": lambda: figures.over_angle(turn, ["bearing_in", "bearing_out"]),
-        "over_angle, forces": lambda: figures.over_angle(
-            needles, "needle_pin", ["shear", "axial"], drive="main_shaft"
-        ),
+        "over_angle, forces": lambda: figures.over_angle(needles, "needle_pin", ["shear", "axial"]),
         "ratio_and_angle_error": lambda: figures.ratio_and_angle_error({"a": turn, "b": shaft}),
         "moment_polar": lambda: figures.moment_polar(turn, "bearing_out", ["parent", "joint"]),
         "force_polar": lambda: figures.force_polar(
-            needles, needles.outputs[:5], "world", drive="main_shaft", plane="xy"
+            needles, needles.outputs[:5], "world", plane="xy"
         ),
         "forces_in_place": lambda: figures.forces_in_place(
             needles, ["rocker_pin"], [["rocker_pin", "rocker_bearing"]], size=0.05
@@ -78,7 +78,7 @@ def drawn(name: str, turn: cd.Sweep, shaft: cd.Sweep, needles: cd.Sweep) -> Any:
         "universal_joint_positions": lambda: figures.universal_joint_positions(
             turn, [0, 90], ["A", "between"]
         ),
-        "work_precision": lambda: figures.work_precision(RECORDS),
+        "work_precision": lambda: work_precision(RECORDS),
     }[name]()
 
 
@@ -149,7 +149,7 @@ def test_points_lie_on_the_lines_of_any_sweep(name: str, case: str, tmp_path: Pa
     ]
     swept = [scene.sweep(positions) for scene in scenes]
     arguments = swept if name == "speed_ratio" else swept[:1]
-    figure = getattr(figures, name)(*arguments, beta)
+    figure = getattr(figures, name)(*arguments)
     figures.save(figure, tmp_path / "figure")
     lines, points = figure.axes[0].get_lines()[::2], figure.axes[0].get_lines()[1::2]
     assert len(lines) == len(points) == (1 if name == "torque_ratio" else 2)
@@ -180,7 +180,7 @@ def test_points_lie_on_the_lines_of_any_sweep(name: str, case: str, tmp_path: Pa
 def test_closed_forms_need_a_torque(joint_without_load: cd.Sweep) -> None:
     for draw in (figures.torque_ratio, figures.thoma_bending, figures.bending_polar):
         with pytest.raises(cd.ArgumentError, match=r"no torque passes .* load 'bearing_out'"):
-            draw(joint_without_load, 0.3)
+            draw(joint_without_load)
 
 
 @pytest.fixture(scope="module")
@@ -226,8 +226,8 @@ def test_same_figure_is_the_same_file(turn: cd.Sweep, tmp_path: Path) -> None:
 
 
 def test_lines_differ_without_colours(turn: cd.Sweep, shaft: cd.Sweep) -> None:
-    styles = [str(figures.line_style(number)["linestyle"]) for number in range(8)]
-    markers = [figures.point_style(number)["marker"] for number in range(8)]
+    styles = [str(line_style(number)["linestyle"]) for number in range(8)]
+    markers = [point_style(number)["marker"] for number in range(8)]
     assert len(set(styles)) == len(set(markers)) == 8
     figure = figures.ratio_and_angle_error({"a": turn, "b": shaft})
     for axes in figure.axes:
@@ -298,19 +298,19 @@ def test_wrong_names_are_refused(turn: cd.Sweep) -> None:
 
 
 def test_records(tmp_path: Path) -> None:
-    assert figures.read_records(tmp_path) == []
+    assert read_records(tmp_path) == []
     (tmp_path / "a.json").write_text(json.dumps(RECORDS[:2]), encoding="utf-8")
     unmeasured = {**RECORDS[0], "error": None}
     content = {"machine": "x", "records": [*RECORDS[2:4], {"method": "no error"}, unmeasured]}
     (tmp_path / "b.json").write_text(json.dumps(content), encoding="utf-8")
-    assert figures.read_records(tmp_path) == RECORDS[:4]
+    assert read_records(tmp_path) == RECORDS[:4]
     (tmp_path / "c.json").write_text("{", encoding="utf-8")
     with pytest.raises(cd.ArgumentError, match=r"c\.json is not JSON"):
-        figures.read_records(tmp_path)
+        read_records(tmp_path)
 
 
 def test_work_precision() -> None:
-    figure = figures.work_precision(RECORDS)
+    figure = work_precision(RECORDS)
     assert [axes.get_title() for axes in figure.axes] == ["motion", "wrenches"]
     for axes in figure.axes:
         assert axes.get_xscale() == axes.get_yscale() == "log"
@@ -321,7 +321,7 @@ def test_work_precision() -> None:
         assert lines["second"].get_ydata()[-1] == 1e-17
     for wrong in ([], [{"method": "a"}]):
         with pytest.raises(cd.ArgumentError, match="method, task, error, microseconds"):
-            figures.work_precision(wrong)
+            work_precision(wrong)
 
 
 def test_importing_figures_does_not_import_matplotlib() -> None:

@@ -19,6 +19,7 @@ def draw(path: Path, target: Path) -> None:
         there = Path(directory) / path.stem
         notebook.cells.append(
             nbformat.v4.new_code_cell(
+                "from cardan_dyn import figures\n"
                 f"if 'main' in globals():\n    figures.save(main, {str(there)!r}, dpi=110)"
             )
         )

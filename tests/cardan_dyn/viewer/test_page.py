@@ -1,0 +1,57 @@
+"""The page: what stands in it, and the server that hands it out once."""
+
+from __future__ import annotations
+
+import json
+import re
+import urllib.error
+import urllib.request
+
+import numpy as np
+import pytest
+
+pytest.importorskip("meshcat", reason="the viewer needs meshcat")
+pytest.importorskip("jinja2", reason="the page needs Jinja")
+
+from cardan_dyn.viewer.commands import Color, Drawing, Pose
+from cardan_dyn.viewer.page import Server, render
+from cardan_dyn.viewer.scenery import Scenery
+
+
+def scenery(label: str) -> Scenery:
+    drawing = Drawing(1.0, np.zeros(1))
+    drawing.label("/labels/a", label, Color.of("#000000"), Pose.of(np.zeros(3)))
+    points = np.array([[0.123456789, 0.0, 1.0]])
+    return Scenery(drawing, (("#abcdef", "a meaning"),), ("a scale",), points)
+
+
+def test_page_contains_its_scene() -> None:
+    page = render(scenery("name"), "A & B")
+    assert "<title>A &amp; B</title>" in page
+    assert "#abcdef" in page and "a meaning" in page and "a scale" in page
+    assert "[[0.123457, 0.0, 1.0]]" in page
+
+
+def test_a_name_cannot_end_the_script() -> None:
+    name = "</script><b>x"
+    page = render(scenery(name), "title")
+    assert name not in page
+    (labels,) = re.findall(r'\[\["/labels/a".*?\]\]', page)
+    assert json.loads(labels) == [["/labels/a", name, "#000000"]]
+
+
+def test_server_serves_its_page_alone() -> None:
+    server = Server("<p>ü</p>")
+    try:
+        assert not server.wait(0.0)
+        with pytest.raises(urllib.error.HTTPError, match="404"):
+            urllib.request.urlopen(server.url + "other", timeout=10)
+        assert not server.wait(0.0)
+        with urllib.request.urlopen(server.url + "?again", timeout=10) as answer:
+            assert answer.read().decode("utf-8") == "<p>ü</p>"
+        assert server.wait(10.0)
+    finally:
+        server.close()
+    server.join()
+    with pytest.raises(urllib.error.URLError):
+        urllib.request.urlopen(server.url, timeout=2)

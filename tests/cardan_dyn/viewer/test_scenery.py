@@ -1,0 +1,99 @@
+"""The scene as a whole: what is drawn, its legend, its scales and what the camera sees."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+pytest.importorskip("meshcat", reason="the viewer needs meshcat")
+
+import cardan_dyn as cd
+from cardan_dyn.viewer.scenery import BENDING, FORCE, LOOP, TORSION, Parts, Scenery, build, has_axis
+
+SAMPLES = np.arange(25)
+TIMES = np.linspace(0.0, 1.0, 25)
+NONE = Parts(**dict.fromkeys((field.name for field in dataclasses.fields(Parts)), False))
+
+
+def scenery(turn: cd.Sweep, parts: Parts = NONE, joints: tuple[str, ...] = ()) -> Scenery:
+    return build(turn, joints or turn.outputs, parts, TIMES, SAMPLES)
+
+
+def roots(scene: Scenery) -> set[str]:
+    """First steps of the paths of all objects and labels."""
+    objects = [item["path"] for item in scene.drawing.commands if item["type"] == "set_object"]
+    return {path.split("/")[1] for path in [*objects, *(path for path, *_ in scene.drawing.labels)]}
+
+
+@pytest.mark.parametrize(
+    ("part", "expected"),
+    [
+        ("visuals", {"mechanism"}),
+        ("moments", {"torsion", "bending", "scale"}),
+        ("axes", {"axes"}),
+        ("traces", {"moment", "traces", "scale"}),
+        ("labels", {"labels"}),
+    ],
+)
+def test_each_part_is_drawn_alone(part: str, expected: set[str], loaded_turn: cd.Sweep) -> None:
+    assert roots(scenery(loaded_turn, dataclasses.replace(NONE, **{part: True}))) == expected
+
+
+def test_forces_are_drawn_where_there_are_any(loaded_turn: cd.Sweep) -> None:
+    only_forces = dataclasses.replace(NONE, forces=True)
+    # A torque alone: the joint passes no force.
+    still = scenery(loaded_turn, only_forces)
+    assert roots(still) == set() and still.scales == ()
+    turn = cd.Scene(cd.load("four_bar"), drive="crank_bearing").sweep(
+        np.linspace(0.0, 6.0, 25), speed=10.0
+    )
+    moving = scenery(turn, only_forces)
+    assert roots(moving) == {"mechanism", "force", "scale"}
+    assert moving.legend == ((FORCE.css, "force, at the joint"),)
+    greatest = max(np.max(np.linalg.norm(turn[name].force, axis=1)) for name in turn)
+    (scale,) = moving.scales
+    assert scale.endswith(f"greatest {greatest:.4g} N")
+
+
+def test_legend_names_what_is_drawn(loaded_turn: cd.Sweep) -> None:
+    scene = scenery(loaded_turn, Parts())
+    legend = dict(scene.legend)
+    assert "torsion" in legend[TORSION.css] and "bending" in legend[BENDING.css]
+    assert legend[LOOP.css] == "joint that closes a loop"
+    (traces,) = (text for text in legend.values() if "trace" in text)
+    assert "bearing_in and bearing_out" in traces
+    texts = [text for _, text, _ in scene.drawing.labels]
+    assert "pin_out (loop)" in texts and "bearing_in" in texts
+    without_loop = scenery(loaded_turn, Parts(), ("bearing_in",))
+    assert LOOP.css not in dict(without_loop.legend)
+
+
+def test_arrows_are_as_long_as_their_scale_says(loaded_turn: cd.Sweep) -> None:
+    scene = scenery(loaded_turn, Parts(traces=False))
+    lengths = {
+        item["path"]: item["value"][0]
+        for item in scene.drawing.commands
+        if item["type"] == "set_property" and item["property"] == "scale"
+    }
+    (scale,) = (text for text in scene.scales if "moment" in text)
+    value = float(scale.split(" of ")[1].split()[0])
+    per_unit = lengths["/scale/moment"] / value
+    for name in ("bearing_in", "bearing_out"):
+        torsion = abs(loaded_turn[name].torsion[0])
+        assert lengths[f"/torsion/{name}"] == pytest.approx(per_unit * torsion)
+
+
+def test_the_camera_sees_arrows_and_labels(loaded_turn: cd.Sweep) -> None:
+    bare, full = (scenery(loaded_turn, parts).points for parts in (NONE, Parts()))
+    assert np.min(full[:, 1]) < np.min(bare[:, 1])
+    assert np.max(full[:, 2]) > np.max(bare[:, 2])
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [("revolute", True), ("prismatic", True), ("spherical", False), ("fixed", False)],
+)
+def test_joints_with_an_axis(kind: str, expected: bool, joint: cd.Mechanism) -> None:
+    assert has_axis(dataclasses.replace(joint.joints["pin_in"], type=kind)) is expected
