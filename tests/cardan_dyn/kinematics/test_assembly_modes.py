@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from planar_linkages import BASE, COUPLER, CRANK, ROCKER, four_bar, geared, solver, values
+from testkit.planar_linkages import BASE, COUPLER, CRANK, ROCKER, four_bar, geared, solver, values
 
 from cardan_dyn.kinematics.assembly_modes import assembly_modes, mode_name
 

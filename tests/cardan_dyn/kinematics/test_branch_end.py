@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from planar_linkages import four_bar, rocker_range, solver
+from testkit.planar_linkages import four_bar, rocker_range, solver
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.branch_end import LOWER, UPPER, Attempt, limit, refused

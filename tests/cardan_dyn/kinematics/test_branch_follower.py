@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from planar_linkages import (
+from testkit.planar_linkages import (
     COUPLER,
     four_bar,
     pin_distance,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
-from planar_linkages import described, four_bar, joint, link, solver
+from testkit.planar_linkages import described, four_bar, joint, link, solver
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.branch_table import BranchTable, nodes_of, table_of, taylor

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from planar_linkages import COUPLER, four_bar, pin_distance, solver
+from testkit.planar_linkages import COUPLER, four_bar, pin_distance, solver
 
 from cardan_dyn.kinematics.branch_follower import BranchFollower
 from cardan_dyn.kinematics.branch_table import BranchTable, nodes_of, table_of

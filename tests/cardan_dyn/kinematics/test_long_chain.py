@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from lines import drive_line
-from mixed_chain import rows
+from testkit.mixed_chain import rows
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.batch_model import BatchModel

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 import pytest
-from mixed_chain import MIXED, rows
+from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
 

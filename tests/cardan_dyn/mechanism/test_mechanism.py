@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mixed_chain import MIXED, joint, link
+from testkit.mixed_chain import MIXED, joint, link
 
 import cardan_dyn as cd
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 import pytest
-from mixed_chain import MIXED, joint, link
+from testkit.mixed_chain import MIXED, joint, link
 
 import cardan_dyn as cd
 from cardan_dyn.mechanism.tree import TreeBuilder, ancestors, se3
