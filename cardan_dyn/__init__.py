@@ -26,17 +26,18 @@ from .mechanism.mechanism import Mechanism, load
 from .results.motion import Motion
 from .results.sweep import Sweep
 from .results.wrench import JointWrench
-from .scene.plan import Plan
 from .scene.scene import Scene
 
 if TYPE_CHECKING:
     from . import figures
     from .response.response import Response
     from .scene.describe import MechanismReport, describe
+    from .scene.plan import Plan
     from .viewer.viewing import View, view
 
 _IMPORTED_WHEN_USED = {
     "MechanismReport": ".scene.describe",
+    "Plan": ".scene.plan",
     "Response": ".response.response",
     "View": ".viewer.viewing",
     "describe": ".scene.describe",

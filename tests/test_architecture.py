@@ -1,6 +1,7 @@
 """The architecture: imports run one way, and nothing grows beyond what a reader can hold."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ PACKAGE = ROOT / "cardan_dyn"
 
 FLOORS = (
     ("_version", "arrays", "errors"),
-    ("checks", "frozen"),
+    ("checks", "frozen", "markup"),
     ("description", "forces"),
     ("mechanism",),
     ("problem", "proof"),
@@ -27,6 +28,7 @@ FLOORS = (
 """The rooms of `docs/architecture.md`, from the ground up: each may import from lower floors."""
 ON_FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 FILES = sorted(PACKAGE.rglob("*.py"))
+TESTS = sorted((ROOT / "tests").rglob("test_*.py"))
 
 
 def module_of(path: Path) -> str:
@@ -107,7 +109,7 @@ def test_the_proof_takes_nothing_from_what_it_proves() -> None:
     }
 
 
-def test_every_room_is_in_the_architecture() -> None:
+def test_every_module_is_in_the_architecture() -> None:
     rooms = {
         path.name.removesuffix(".py")
         for path in PACKAGE.iterdir()
@@ -115,7 +117,19 @@ def test_every_room_is_in_the_architecture() -> None:
     } - {"__init__"}
     assert rooms == set(ON_FLOOR)
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    assert not {room for room in rooms if f"`{room}" not in text}
+    rows = dict(re.findall(r"^\| (`.*?) \| (.*) \|$", text, re.MULTILINE))
+    known = {}
+    for names, contents in rows.items():
+        for room in re.findall(r"`(\w+)`", names):
+            known[room] = set(re.findall(r"`(\w+)`", contents))
+    missing = {
+        str(path.relative_to(PACKAGE))
+        for path in FILES
+        if path.stem != "__init__" and path.parent != PACKAGE
+        if path.stem not in known[path.relative_to(PACKAGE).parts[0]]
+    }
+    assert not missing
+    assert rooms == set(known)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(PACKAGE)))
@@ -126,3 +140,13 @@ def test_nothing_is_too_long(path: Path) -> None:
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
             most = 250 if isinstance(node, ast.ClassDef) else 60
             assert (node.end_lineno or 0) - node.lineno + 1 <= most, node.name
+
+
+def test_no_test_imports_another_test() -> None:
+    names = {path.stem for path in TESTS}
+    for path in TESTS:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom):
+                assert not names & {*(node.module or "").split("."), *(a.name for a in node.names)}
+            elif isinstance(node, ast.Import):
+                assert not names & {part for a in node.names for part in a.name.split(".")}

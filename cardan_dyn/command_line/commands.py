@@ -120,7 +120,7 @@ def view(
     NAME_OR_FILE is a bundled description or a file. The page is served on this machine until
     Ctrl-C; its address is printed, so that it can be opened where no browser opens it.
     """
-    from .watching import MotionOptions, parsed_assignments, scene_of
+    from .view_command import MotionOptions, parsed_assignments, scene_of
 
     motion = MotionOptions(
         drive=drive,

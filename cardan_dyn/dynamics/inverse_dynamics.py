@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -55,8 +54,7 @@ class JointRates(NamedTuple):
     a: Array
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Solution:
+class Solution(NamedTuple):
     """The solution of a block of samples, or of a whole sweep.
 
     Attributes:
@@ -279,9 +277,9 @@ def joined(blocks: list[Solution], positions: Array) -> Solution:
         AccuracyError: a residual exceeds its tolerance, or numbers overflow.
     """
     arrays = {
-        field.name: np.concatenate([getattr(block, field.name) for block in blocks])
-        for field in fields(Solution)
-        if field.name not in ("influence", "indeterminate_couplings", "residuals")
+        name: np.concatenate([getattr(block, name) for block in blocks])
+        for name in Solution._fields
+        if name not in ("influence", "indeterminate_couplings", "residuals")
     }
     for name in ("x", "v", "a", "wrenches", "efforts"):
         if not np.all(np.isfinite(arrays[name])):

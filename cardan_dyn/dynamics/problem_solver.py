@@ -155,7 +155,7 @@ class ProblemSolver(Frozen):
         count = max(1, -(-len(positions) // _BLOCK_SIZE))
         ends = np.linspace(0, len(positions), count + 1).astype(int).tolist()
         spans = [slice(*span) for span in pairwise(ends)]
-        blocks = (self.assembly.close(guess[span], positions[span]) for span in spans)
+        blocks = (self.assembly.close(guess.block(span), positions[span]) for span in spans)
         return AssembledPositions(self, positions, guess.turns, spans, blocks, guess.kinematics)
 
     def current(self, assembled: AssembledPositions) -> AssembledPositions:

@@ -16,11 +16,11 @@ import numpy as np
 from ..arrays import Array
 from ..kinematics.all_groups import ClosedState, Kinematics
 from ..kinematics.batch_model import placement
-from ..kinematics.group_solver import GroupState
 from ..kinematics.needs import Needs
 from ..mechanism.mechanism import Mechanism
+from .closure_forces import ClosureForces
 from .indeterminate import IndeterminacyRule, LeastNorm, SelfStress, influence
-from .open_tree import LoadCase, OpenTree, consecutive
+from .open_tree import LoadCase, OpenTree
 
 UNIQUE_TOLERANCE = 1e-9
 """Influence of self-stresses, forces times the length, below which a component counts as unique.
@@ -91,13 +91,8 @@ class ReactionSolver:
         self._mechanism = mechanism
         self._active = active
         self._tree = OpenTree(mechanism, kinematics, active)
-        bodies, fixed = self._tree.bodies, mechanism.fixed_loops
-        self.size = bodies + len(fixed)
-        self._fixed = {
-            index: bodies + fixed.index(loop.joint)
-            for index, loop in enumerate(mechanism.loops)
-            if loop.joint in fixed
-        }
+        self._closure = ClosureForces(mechanism)
+        self.size = self._closure.size
         self._solved_loops = {
             loop for index in active for loop in kinematics.solvers[index].group.loops
         }
@@ -150,7 +145,7 @@ class ReactionSolver:
             for joint in self._mechanism.joints.values()
             if joint.parts and joint.id - 1 in needed.known_bodies
         }
-        for loop, index in self._fixed.items():
+        for loop, index in self._closure.fixed_loops.items():
             if loop in self._solved_loops:
                 joints[self._mechanism.loops[loop].joint] = index
         return list(joints), np.array(list(joints.values()), dtype=int)
@@ -167,21 +162,6 @@ class ReactionSolver:
             efforts[:, coupling.successor_columns] -= moment
             efforts[:, coupling.predecessor_columns] += coupling.ratio * moment
         return efforts
-
-    def self_stresses(self, state: GroupState) -> list[SelfStress]:
-        """Return the closure forces of a group that change no passive effort.
-
-        Args:
-            state: of the group, at closed positions.
-        """
-        forces = []
-        if state.null.shape[2]:
-            forces.append(self._forces(state, state.null))
-        for local, loop in enumerate(state.group.loops):
-            null = state.reduction.null[local]
-            if null.shape[1]:
-                forces.append({loop: state.equations.wrench(local, state.actions, null)})
-        return [SelfStress(item, *self._effect(state, item)) for item in forces]
 
     def _amounts(
         self, state: ClosedState, wrenches: Array, self_stresses: list[SelfStress]
@@ -219,18 +199,20 @@ class ReactionSolver:
             if not (group.loops or group.couplings) or index not in self._active:
                 continue
             missing = given[:, group.passives] - self._efforts_along(wrenches, group.passives)
-            forces_of_group = self._forces(group_state, group_state.solve_transposed(missing))
+            forces_of_group = self._closure.of_multipliers(
+                group_state, group_state.solve_transposed(missing)
+            )
             for item, force in forces_of_group.items():
                 forces[item] += force
             for local, loop in enumerate(group.loops):
-                joints, added = self._on_path(group_state, local, loop, forces[loop])
+                joints, added = self._closure.on_path(group_state, local, loop, forces[loop])
                 wrenches[:, joints] += added
             for coupling_index in group.couplings:
                 coupling = mechanism.couplings[coupling_index]
                 moment = forces[len(mechanism.loops) + coupling_index]
                 given[:, coupling.successor_columns] += moment
                 given[:, coupling.predecessor_columns] -= coupling.ratio * moment
-            self_stresses += self.self_stresses(group_state)
+            self_stresses += self._closure.self_stresses(group_state)
         return wrenches, forces, self_stresses
 
     def _efforts_along(self, wrenches: Array, columns: Array) -> Array:
@@ -254,78 +236,6 @@ class ReactionSolver:
             parent = placement(actions, index_of[model.parents[first] - 1])[0]
             zero = parent.transpose(2, 0, 1) @ zero
         return np.asarray(np.swapaxes(zero, -1, -2) @ turned)
-
-    def _forces(self, state: GroupState, multipliers: Array) -> dict[int, Array]:
-        """Return closure forces `(N, 6, k)` and coupling moments `(N, 1, k)`.
-
-        Args:
-            state: of a group.
-            multipliers: `(N, R, k)` of its reduced closure equations.
-
-        Returns:
-            By the index of the loop, or of the coupling plus the number of loops.
-        """
-        result, start = {}, 0
-        for local, loop in enumerate(state.group.loops):
-            rows = state.reduction.rows[local]
-            of_loop = multipliers[:, start : start + rows.shape[1]]
-            result[loop] = state.equations.wrench(local, state.actions, rows @ of_loop)
-            start += rows.shape[1]
-        for coupling in state.group.couplings:
-            # The successor's coefficient in a coupling's row is -1, its effort the multiplier.
-            index = len(self._mechanism.loops) + coupling
-            result[index] = multipliers[:, start : start + 1]
-            start += 1
-        return result
-
-    def _on_path(
-        self, state: GroupState, local: int, loop: int, forces: Array
-    ) -> tuple[slice | Array, Array]:
-        """Return the joints on a loop and what closure forces `(N, 6, k)` add to their wrenches.
-
-        Args:
-            state: of the loop's group.
-            local: index of the loop in the group.
-            loop: index of the loop in the mechanism.
-            forces: in world axes about the origin of the batch model.
-
-        Returns:
-            Indices of the joints among all wrenches, and `(N, J, 6, k)`.
-        """
-        signs = state.equations.signs[local]
-        (path,) = np.nonzero(signs)
-        rows = consecutive((6 * path[:, None] + np.arange(6)).ravel())
-        added = state.actions[:, rows] @ forces
-        added = added.reshape(len(added), len(path), 6, -1)
-        added *= signs[path][:, None, None]
-        joints = state.batch.bodies[path]
-        if loop in self._fixed:
-            rotation, position = state.equations.ends[local][1].world_placement(state.actions)
-            columns = rotation.transpose(2, 1, 0)
-            action = np.zeros((len(added), 6, 6))
-            action[:, :3, :3] = action[:, 3:, 3:] = columns
-            action[:, 3:, :3] = np.cross(position.T[:, None, :], columns)
-            joints = np.append(joints, self._fixed[loop])
-            added = np.concatenate([added, (action @ forces)[:, None]], axis=1)
-        return consecutive(joints), added
-
-    def _effect(self, state: GroupState, forces: dict[int, Array]) -> tuple[Array, Array]:
-        """Return the joints that closure forces load, and what they add, `(N, J, 6, k)`."""
-        indices = np.arange(self.size)
-        paths = [
-            self._on_path(state, local, loop, forces[loop])
-            for local, loop in enumerate(state.group.loops)
-            if loop in forces
-        ]
-        if len(paths) == 1:
-            ((joints, spread),) = paths
-            return indices[joints], spread
-        loaded = np.array(sorted({k for path, _ in paths for k in indices[path].tolist()}), int)
-        size = next(iter(forces.values())).shape[2]
-        total = np.zeros((len(state.q), len(loaded), 6, size))
-        for joints, spread in paths:
-            total[:, np.searchsorted(loaded, indices[joints])] += spread
-        return loaded, total
 
 
 def wrenches_in_norm(mechanism: Mechanism) -> frozenset[int]:

@@ -8,7 +8,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ArgumentError, choices
-from ..results.sweep import FRAMES, Sweep
+from ..results.sweep import Sweep
+from ..results.sweep_data import FRAMES
 from .style import (
     TITLE_SIZE,
     Axes,

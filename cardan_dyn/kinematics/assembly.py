@@ -21,7 +21,6 @@ from ..errors import (
 )
 from ..problem.problem import Problem
 from .all_groups import ClosedState, Kinematics
-from .assembly_modes import assembly_modes, mode_name
 from .guess_cache import Guess, GuessCache
 from .loop_system import LoopSystem
 from .needs import columns_of, needs
@@ -38,6 +37,9 @@ limits: they lie within a turn of each other, and the start lies less than a tur
 _ZERO_NEWTON_STEPS = 50
 """Greatest number of Newton steps from the description's zero position to closed loops. The loops
 may be far from closed there, and the solver limits a step to half a radian."""
+
+_FIRST_MODE = "A"
+"""Name of the assembly mode that the description's zero leads to, see `mode_name`."""
 
 
 class Assembly:
@@ -71,7 +73,7 @@ class Assembly:
         # The start itself may be singular; judge the rank from all states on the way to it.
         redundancy = study.of_states(np.array(states))
         self.start = self._first_mode
-        if problem.branch != mode_name(0):
+        if problem.branch != _FIRST_MODE:
             self.start = self._mode_called(problem.branch)
             redundancy = study.of_states(self.start[None, :])
         motionless = not self.decided.size
@@ -161,6 +163,8 @@ class Assembly:
         Returns:
             Name to closed coordinates `(size,)`, the description's own mode first.
         """
+        from .assembly_modes import assembly_modes, mode_name  # Most scenes need no other mode.
+
         states = assembly_modes(
             self._open_kinematics,
             self.decided,

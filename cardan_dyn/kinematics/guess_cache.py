@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,8 +27,7 @@ _TURN = 2.0 * np.pi
 """One turn of the drive [rad]. Sweeps over more than that look for a period."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Guess:
+class Guess(NamedTuple):
     """Coordinates near closed ones of N samples, and what closes them.
 
     Attributes:
@@ -43,7 +42,8 @@ class Guess:
     kinematics: Kinematics
     followed: bool
 
-    def __getitem__(self, samples: slice) -> Guess:
+    def block(self, samples: slice) -> Guess:
+        """Return the guess of some samples."""
         return Guess(self.x[samples], self.turns[samples], self.kinematics, self.followed)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,7 @@ a projector of six columns is some 1e-15; a space that is tilted against the axe
 entries of the size of that angle."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Reduction:
+class Reduction(NamedTuple):
     """The rows of each loop that its motion can reach, and those that it cannot.
 
     Attributes:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array
@@ -43,7 +41,6 @@ _WELL_CONDITIONED = 100.0
 """Condition number up to which `_ALLOWED_CORRECTION` holds undiminished."""
 
 
-@dataclass
 class StepControl:
     """Chooses the steps of one end of a branch on the way to a target.
 
@@ -55,14 +52,12 @@ class StepControl:
         step: length of the step to try next, positive [rad or m].
     """
 
-    sign: float
-    target: float
-    unit: float
-    margin: float
-    step: float = 0.0
-
-    def __post_init__(self) -> None:
-        self.step = min(_FIRST_STEP, _SINGULAR_DISTANCE * self.margin) * self.unit
+    def __init__(self, sign: float, target: float, unit: float, margin: float) -> None:
+        self.sign = sign
+        self.target = target
+        self.unit = unit
+        self.margin = margin
+        self.step = min(_FIRST_STEP, _SINGULAR_DISTANCE * margin) * unit
 
     @property
     def is_stopped(self) -> bool:

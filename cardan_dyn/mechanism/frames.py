@@ -7,8 +7,7 @@ the root.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -26,8 +25,7 @@ if TYPE_CHECKING:
 _IDENTITY = np.eye(4)
 
 
-@dataclass(frozen=True, eq=False)
-class Body:
+class Body(NamedTuple):
     """Links that fixed joints join to one body.
 
     Attributes:
@@ -41,8 +39,7 @@ class Body:
     inertia: Array
 
 
-@dataclass(frozen=True, eq=False)
-class ElementaryMotion:
+class ElementaryMotion(NamedTuple):
     """An elementary motion of a joint: a turn or a slide along an axis, or a ball.
 
     Attributes:

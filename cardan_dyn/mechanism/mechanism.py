@@ -228,7 +228,7 @@ class Mechanism(Frozen):
         return f"<Mechanism {self.name!r}: {len(self.joints)} joints, loops: {loops}>"
 
     def _repr_html_(self) -> str:
-        from .html_table import html_table
+        from ..markup import table  # Imported here: only notebooks show it.
 
         rows = [
             ("notation", self.notation),
@@ -238,7 +238,7 @@ class Mechanism(Frozen):
             ("couplings", "\n".join(map(_shown, self.couplings)) or "none"),
             ("warnings", "\n".join(self.warnings) or "none"),
         ]
-        return html_table(self.name, rows)
+        return table(("property", "value"), rows, caption=self.name)
 
     def _weld(self, loop: LoopDescription) -> Loop:
         predecessor, frame = self.links[loop.predecessor]

@@ -7,7 +7,6 @@ lines everywhere else.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     from ..description.description import Description, JointDescription, LoopDescription
 
 
-@dataclass(frozen=True, eq=False)
 class _Body:
     """Links that fixed joints join to one body, in the frame of the joint that moves them.
 
@@ -33,11 +31,12 @@ class _Body:
         loops: loops whose predecessor is one of the links.
     """
 
-    joint: JointDescription | None
-    placement: Array
-    links: dict[str, Array]
-    children: list[_Body]
-    loops: list[LoopDescription]
+    def __init__(self, joint: JointDescription | None, placement: Array) -> None:
+        self.joint = joint
+        self.placement = placement
+        self.links: dict[str, Array] = {}
+        self.children: list[_Body] = []
+        self.loops: list[LoopDescription] = []
 
     def items_on_it(self) -> list[tuple[_Body, _Body | LoopDescription]]:
         """Return this body with each child, then with each loop, the first ones last."""
@@ -223,7 +222,7 @@ def _bodies(description: Description) -> _Bodies:
     for joint in sorted(description.joints, key=lambda joint: position[joint.name]):
         joints[joint.parent].append(joint)
     bodies = _Bodies()
-    bodies.add(description.root, _Body(None, np.eye(4), {}, [], []), np.eye(4))
+    bodies.add(description.root, _Body(None, np.eye(4)), np.eye(4))
     pending = joints[description.root][::-1]
     while pending:
         joint = pending.pop()
@@ -233,7 +232,7 @@ def _bodies(description: Description) -> _Bodies:
             bodies.fixed[joint.child] = joint.name
             bodies.add(joint.child, parent, placement @ joint.child_placement)
         else:
-            child = _Body(joint, placement, {}, [], [])
+            child = _Body(joint, placement)
             parent.children.append(child)
             bodies.add(joint.child, child, joint.child_placement)
         pending.extend(reversed(joints[joint.child]))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -39,8 +38,7 @@ Next to the least double, 2e-308, numbers have too few digits to agree in.
 """
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Claim:
+class Claim(NamedTuple):
     """A result that is to be proven, for a block of N samples.
 
     Attributes:
@@ -75,8 +73,7 @@ class Claim:
     has_rates: bool
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Residuals:
+class Residuals(NamedTuple):
     """What is left over in balances and constraints, and what it is compared with, per sample.
 
     All arrays are `(N,)`. To be compared with moments, forces are multiplied with the
@@ -114,9 +111,9 @@ class Residuals:
     def joined(blocks: list[Residuals]) -> Residuals:
         """Return the residuals of the blocks of one sweep as one."""
         arrays = {
-            field.name: np.concatenate([getattr(block, field.name) for block in blocks])
-            for field in fields(Residuals)
-            if not field.name.endswith("balanced")
+            name: np.concatenate([getattr(block, name) for block in blocks])
+            for name in Residuals._fields
+            if not name.endswith("balanced")
         }
         return Residuals(
             **arrays,

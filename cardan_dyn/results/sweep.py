@@ -2,34 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from functools import cached_property
 from typing import TYPE_CHECKING
 
-from ..arrays import Array
-from ..checks import described
-from ..errors import ArgumentError, ModelError, choices
-from ..forces.link_loads import Wrench
-from ..frozen import frozen, read_only
-from ..problem.problem import Problem
-from .motion import Motion
-from .prescribed import Prescribed
-from .source import Source
-from .wrench import JointWrench
+from .sweep_data import SweepData
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
-FRAMES = ("joint", "parent", "world")
-_STORED = (
-    *("unique", "coupling_moment", "coupling_unique", "condition", "loop_residual"),
-    *("balance_residual", "power_residual", "rate_residual", "unproven"),
-)
-"""Attributes that a copy takes over as they are."""
 
-
-class Sweep(Prescribed):
+class Sweep(SweepData):
     """Joint wrenches, drive efforts and motion of a scene over N samples.
 
     `sweep["bearing_out"]` is the `JointWrench` of a joint in its own frame; `wrench(name, frame)`
@@ -61,127 +43,8 @@ class Sweep(Prescribed):
             among the outputs.
     """
 
-    def __init__(
-        self,
-        *,
-        problem: Problem,
-        source: Source,
-        unique: Array,
-        coupling_moment: Mapping[str, Array],
-        coupling_unique: Mapping[str, bool],
-        condition: Array,
-        loop_residual: float,
-        balance_residual: float,
-        power_residual: float,
-        rate_residual: float,
-        unproven: tuple[str, ...],
-    ) -> None:
-        # `problem` is what was solved, `source` where arrays come from when they are first read;
-        # the others are the attributes.
-        self._problem = problem
-        self._source = source
-        self.unique = read_only(unique)
-        self.coupling_moment = coupling_moment
-        self.coupling_unique = coupling_unique
-        self.condition = read_only(condition)
-        self.loop_residual = loop_residual
-        self.balance_residual = balance_residual
-        self.power_residual = power_residual
-        self.rate_residual = rate_residual
-        self.unproven = unproven
-        self._freeze()
-
-    def __reduce__(self) -> tuple[object, ...]:
-        # Through the constructor, which closes the arrays of a copy to writing as well.
-        values = {name: getattr(self, name) for name in _STORED}
-        return _restored, ({"problem": self._problem, "source": self._source, **values},)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the operating points, `(N,)` unless a `Response` was evaluated on a grid."""
-        return self._source.shape
-
-    @property
-    def position(self) -> Array:
-        """Drive positions `(N,)` [rad or m], `(N, d)` for d drives."""
-        return self._source.position
-
-    @property
-    def speed(self) -> Array:
-        """Drive speeds [rad/s or m/s], like `position`."""
-        return self._source.speed
-
-    @property
-    def acceleration(self) -> Array:
-        """Drive accelerations [rad/s² or m/s²], like `position`."""
-        return self._source.acceleration
-
-    @cached_property
-    def loads(self) -> Mapping[str, Array | Wrench]:
-        """Loaded joint to its effort, a number or `(N,)` [N·m or N]; link to its `Wrench`."""
-        links = {name: load.wrench for name, load in self._problem.link_loads.items()}
-        return frozen({**self._source.joint_loads, **links})
-
-    @property
-    def gravity(self) -> Array:
-        """Acceleration of free fall in world axes, `(3,)` or `(..., 3)` [m/s²]."""
-        return self._source.gravity
-
-    @cached_property
-    def drive_effort(self) -> Array:
-        """What the drive exerts `(N,)` [N·m or N], `(N, d)` for d drives.
-
-        Raises:
-            ModelError: the outputs of the scene leave it out.
-        """
-        effort = self._source.drive_effort()
-        if effort is None:
-            raise ModelError(
-                "the drive effort was not asked for; add the driven joint to the outputs, which "
-                f"are: {choices(self.outputs)}"
-            )
-        return effort
-
-    @cached_property
-    def holding_effort(self) -> Mapping[str, Array]:
-        """Held joint to what holds it, `(N,)` [N·m or N]."""
-        return self._source.holding_effort()
-
-    @cached_property
-    def motion(self) -> Motion:
-        """Positions, speeds and accelerations of all joints."""
-        return self._source.motion()
-
-    def __len__(self) -> int:
-        return len(self._source)
-
-    def __getitem__(self, joint: str) -> JointWrench:
-        return self.wrench(joint)
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names of the joints whose wrenches are kept, as a mapping does."""
-        return iter(self.outputs)
-
-    def __contains__(self, joint: object) -> bool:
-        return isinstance(joint, str) and joint in self.outputs
-
-    def keys(self) -> tuple[str, ...]:
-        """Return the names of the joints whose wrenches are kept."""
-        return self.outputs
-
-    def items(self) -> Iterator[tuple[str, JointWrench]]:
-        """Iterate over joints and their wrenches."""
-        return ((name, self.wrench(name)) for name in self.outputs)
-
-    def __repr__(self) -> str:
-        return (
-            f"<Sweep of {self.mechanism.name!r}: {len(self)} samples, "
-            f"residuals: loop {self.loop_residual:.1e}, balance {self.balance_residual:.1e}, "
-            f"power {self.power_residual:.1e}>"
-        )
-
     def _repr_html_(self) -> str:
-        from .markup import sweep_markup  # Imported here: only notebooks show it.
+        from .sweep_markup import sweep_markup  # Imported here: only notebooks show it.
 
         return sweep_markup(self)
 
@@ -214,62 +77,3 @@ class Sweep(Prescribed):
         from .tables import dataframe  # Imported here: few scripts need tables.
 
         return dataframe(self, motion=motion)
-
-    def wrench(self, joint: str, frame: str = "joint") -> JointWrench:
-        """Return the wrench exerted by a joint's parent on its child, at the joint origin.
-
-        Args:
-            joint: one of `outputs`.
-            frame: axes of the components: `joint` turns with the child; `parent` stays with the
-                parent link, which for an end bearing means fixed axes; `world`.
-
-        Raises:
-            ModelError: the joint is unknown or none of the outputs.
-            ArgumentError: unknown frame, or one that needs a sweep over one dimension.
-        """
-        if not isinstance(joint, str) or joint not in self.outputs:
-            self.mechanism.joint(joint)
-            raise ModelError(
-                f"the wrench of {joint!r} was not asked for; outputs: {choices(self.outputs)}"
-            )
-        if not isinstance(frame, str) or frame not in FRAMES:
-            raise ArgumentError(f"frame {described(frame)} is unknown; frames: {choices(FRAMES)}")
-        index = self.outputs.index(joint)
-        components, axis = self._source.wrench(index), self.mechanism.joints[joint].axis
-        if frame != "joint":
-            from .axes import turned  # Imported here: most scripts use the joints' own axes.
-
-            components, axis = turned(self, joint, frame, components)
-        return JointWrench(joint, frame, components, axis, self.unique[index])
-
-    def rotation(self, joint: str) -> Array:
-        """Return rotations `(N, 3, 3)` that take components in a joint's frame to world axes.
-
-        Raises:
-            ModelError: unknown joint, or one whose motion the outputs leave out.
-        """
-        return self._placement(joint)[0]
-
-    def origin(self, joint: str) -> Array:
-        """Return the origin of a joint's frame in the world `(N, 3)` [m].
-
-        Raises:
-            ModelError: unknown joint, or one whose motion the outputs leave out.
-        """
-        return self._placement(joint)[1]
-
-    def _placement(self, joint: str) -> tuple[Array, Array]:
-        name = self.mechanism.joint(joint).name
-        if name not in self._placements:
-            from .axes import solved_placement  # Imported here: most scripts need no placements.
-
-            self._placements[name] = solved_placement(self, name)
-        return self._placements[name]
-
-    @cached_property
-    def _placements(self) -> dict[str, tuple[Array, Array]]:
-        return {}
-
-
-def _restored(values: dict[str, object]) -> Sweep:
-    return Sweep(**values)  # type: ignore[arg-type]

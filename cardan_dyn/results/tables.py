@@ -41,12 +41,12 @@ from ..arrays import Array
 from ..dynamics.problem_solver import COMPONENTS
 from ..errors import MissingExtraError, ModelError
 from ..forces.link_loads import Wrench
+from .sweep_data import SweepData
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from .sweep import Sweep
 
 AXES = ("x", "y", "z")
 _VECTORS = {"force": ("N", "force"), "moment": ("N·m", "moment")}
@@ -85,7 +85,7 @@ class Variable(NamedTuple):
         return " or ".join(dict.fromkeys(units))
 
 
-def dataset(sweep: Sweep, *, motion: bool) -> xarray.Dataset:
+def dataset(sweep: SweepData, *, motion: bool) -> xarray.Dataset:
     """Return a sweep as a Dataset; see `Sweep.to_xarray`."""
     try:
         import xarray
@@ -125,7 +125,7 @@ def dataset(sweep: Sweep, *, motion: bool) -> xarray.Dataset:
     )
 
 
-def dataframe(sweep: Sweep, *, motion: bool) -> pandas.DataFrame:
+def dataframe(sweep: SweepData, *, motion: bool) -> pandas.DataFrame:
     """Return a sweep as a DataFrame; see `Sweep.to_dataframe`."""
     try:
         import pandas
@@ -167,12 +167,12 @@ _FLAG_ATTRIBUTES = {
 }
 
 
-def _flags(sweep: Sweep) -> tuple[Array, Array]:
+def _flags(sweep: SweepData) -> tuple[Array, Array]:
     """Return which components `(k, 6)`, and moments of which couplings, are unique."""
     return np.array(sweep.unique), np.array(list(sweep.coupling_unique.values()), dtype=bool)
 
 
-def _variables(sweep: Sweep, motion: bool) -> Iterator[tuple[str, Variable]]:
+def _variables(sweep: SweepData, motion: bool) -> Iterator[tuple[str, Variable]]:
     """Return all variables of a sweep with their names, coordinates first."""
     yield from _rates(sweep)
     yield from _loads(sweep)
@@ -186,7 +186,7 @@ def _variables(sweep: Sweep, motion: bool) -> Iterator[tuple[str, Variable]]:
     yield "condition", Variable(dims, condition, "1", "condition number of the wrenches")
 
 
-def _rates(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+def _rates(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
     """Return position, speed and acceleration of the drives."""
     units = [_unit(sweep, name) for name in sweep.drives]
     several = len(units) > 1
@@ -202,7 +202,7 @@ def _rates(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
         yield name, Variable(dims, values, unit, f"{name} of the {drive}", True)
 
 
-def _loads(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+def _loads(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
     """Return loads and gravity that vary."""
     for name, load in sweep.loads.items():
         if isinstance(load, Wrench):
@@ -222,7 +222,7 @@ def _loads(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
         yield "gravity", Variable((*dims, "component"), values, "m/s²", label, True)
 
 
-def _wrenches(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+def _wrenches(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
     """Return the wrenches of the outputs in their joints' axes."""
     if not sweep.outputs:
         return
@@ -236,7 +236,7 @@ def _wrenches(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
         yield name, Variable((*dims, "joint"), values, unit, label)
 
 
-def _efforts(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+def _efforts(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
     """Return what drives, held joints and couplings exert, as far as it was solved."""
     dims = _sample_dims(sweep)
     units = tuple(_effort_unit(sweep, name) for name in sweep.drives)
@@ -258,7 +258,7 @@ def _efforts(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
         yield "coupling_moment", Variable((*dims, "coupling"), values, "N·m", label)
 
 
-def _motion(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+def _motion(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
     """Return the motion of all joints with one coordinate."""
     joints = _moving_joints(sweep)
     for name, per_time in _MOTIONS.items():
@@ -270,13 +270,13 @@ def _motion(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
         yield f"joint_{name}", Variable(dims, np.stack(values, axis=-1), units, long_name)
 
 
-def _sample_dims(sweep: Sweep) -> tuple[str, ...]:
+def _sample_dims(sweep: SweepData) -> tuple[str, ...]:
     """Return the names of the dimensions of the operating points."""
     count = len(sweep.shape)
     return ("sample",) if count == 1 else tuple(f"sample_{index}" for index in range(count))
 
 
-def _own_dims(values: Array, sweep: Sweep, trailing: int = 0) -> tuple[tuple[str, ...], Array]:
+def _own_dims(values: Array, sweep: SweepData, trailing: int = 0) -> tuple[tuple[str, ...], Array]:
     """Return the dimensions along which something was given, and the values along these.
 
     A sweep over one dimension has all along it; on a grid coordinates would become as large as
@@ -297,7 +297,7 @@ def _own_dims(values: Array, sweep: Sweep, trailing: int = 0) -> tuple[tuple[str
     return dims, padded.reshape([*(padded.shape[axis] for axis in kept), *rest])
 
 
-def _labels(sweep: Sweep) -> dict[str, Sequence[str]]:
+def _labels(sweep: SweepData) -> dict[str, Sequence[str]]:
     """Return the names along each dimension that is not one of the operating points."""
     return {
         "joint": sweep.outputs,
@@ -309,7 +309,7 @@ def _labels(sweep: Sweep) -> dict[str, Sequence[str]]:
     }
 
 
-def _unit_labels(sweep: Sweep) -> list[tuple[str, str, list[str]]]:
+def _unit_labels(sweep: SweepData) -> list[tuple[str, str, list[str]]]:
     """Return coordinates of units: name, dimension and the units along it."""
     return [
         ("drive_unit", "drive", [_effort_unit(sweep, name) for name in sweep.drives]),
@@ -318,17 +318,17 @@ def _unit_labels(sweep: Sweep) -> list[tuple[str, str, list[str]]]:
     ]
 
 
-def _moving_joints(sweep: Sweep) -> tuple[str, ...]:
+def _moving_joints(sweep: SweepData) -> tuple[str, ...]:
     """Return the names of the joints with one coordinate."""
     return tuple(joint.name for joint in sweep.mechanism.joints.values() if joint.nv == 1)
 
 
-def _unit(sweep: Sweep, joint: str) -> str:
+def _unit(sweep: SweepData, joint: str) -> str:
     """Return the unit of a joint's only coordinate."""
     return "m" if sweep.mechanism.joints[joint].parts[0].kind == "prismatic" else "rad"
 
 
-def _effort_unit(sweep: Sweep, joint: str) -> str:
+def _effort_unit(sweep: SweepData, joint: str) -> str:
     """Return the unit of an effort along a joint's only coordinate."""
     return "N" if _unit(sweep, joint) == "m" else "N·m"
 
@@ -368,7 +368,7 @@ def _column_name(variable: str, *names: tuple[str, str]) -> str:
     return f"{owner}.{quantity}" if owner else quantity
 
 
-def _attributes(sweep: Sweep) -> dict[str, Any]:
+def _attributes(sweep: SweepData) -> dict[str, Any]:
     """Return attributes of a whole table: numbers and texts, so that any file format takes them."""
     residuals = {name: float(getattr(sweep, name)) for name in _RESIDUALS}
     gravity = sweep.gravity.tolist() if sweep.gravity.ndim == 1 else "see coordinate gravity"

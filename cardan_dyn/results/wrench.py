@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -28,8 +28,7 @@ class Components(Protocol):
         ...
 
 
-@dataclass(frozen=True, eq=False)
-class StoredComponents:
+class StoredComponents(NamedTuple):
     """Components that were computed before.
 
     Attributes:

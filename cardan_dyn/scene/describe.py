@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
-from ..dynamics.reactions import UNIQUE_TOLERANCE, ReactionSolver
+from ..dynamics.closure_forces import ClosureForces
+from ..dynamics.indeterminate import SelfStress
+from ..dynamics.reactions import UNIQUE_TOLERANCE
 from ..errors import AssemblyError
 from ..kinematics.all_groups import Kinematics
-from ..kinematics.group_solver import GroupSolver, GroupState
+from ..kinematics.group_solver import GroupSolver
 from ..kinematics.loop_groups import Group, partition
 from ..kinematics.mobility import ranks
 from ..kinematics.structure import Structure
@@ -98,7 +100,7 @@ class MechanismReport:
 
     def _repr_html_(self) -> str:
         # Imported here: only notebooks show it.
-        from ..results.markup import element, listed, table
+        from ..markup import element, listed, table
 
         title = element("p", f"{self.name}: mobility {self._mobility}")
         facts = listed(
@@ -209,10 +211,11 @@ def _measured(mechanism: Mechanism, groups: list[Group]) -> tuple[int, list[Loop
     rank = int(np.max(ranks(group_state.scaled_rows), initial=0))
     kinematics = kinematics.with_reductions([group_state.reachable])
     group_state = kinematics.evaluate(state.x).groups[0]
-    reactions = ReactionSolver(mechanism, kinematics, {0})
+    self_stresses = ClosureForces(mechanism).self_stresses(group_state)
     loops = []
     for index, loop in enumerate(mechanism.loops):
-        indeterminate = _indeterminate(mechanism, reactions, group_state, index)
+        stresses = [item for item in self_stresses if group_state.group.loops[index] in item.forces]
+        indeterminate = _indeterminate(mechanism, stresses)
         reached = group_state.reduction.rows[index].shape[1]
         joint_type = mechanism.joints[loop.joint].type
         loops.append(LoopReport(loop.joint, joint_type, reached, indeterminate))
@@ -230,22 +233,11 @@ def _around_zero(coordinates: Coordinates) -> Array:
     return x
 
 
-def _indeterminate(
-    mechanism: Mechanism, reactions: ReactionSolver, group_state: GroupState, index: int
-) -> dict[str, str]:
-    """Return which components of which joints the redundant rows of a loop leave open.
-
-    Args:
-        mechanism: the mechanism.
-        reactions: of all its loops in one group.
-        group_state: closed configurations of that group.
-        index: of the loop in the group.
-    """
+def _indeterminate(mechanism: Mechanism, self_stresses: list[SelfStress]) -> dict[str, str]:
+    """Return which components of which joints self-stresses change."""
     lengths = np.repeat([mechanism.characteristic_length, 1.0], 3)
     components: dict[str, str] = {}
-    for stress in reactions.self_stresses(group_state):
-        if group_state.group.loops[index] not in stress.forces:
-            continue
+    for stress in self_stresses:
         for joint in mechanism.joints.values():
             body = joint.id - 1
             if not joint.parts or body not in stress.joints:

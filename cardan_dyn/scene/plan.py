@@ -31,7 +31,7 @@ class Plan:
         return str(self)
 
     def _repr_html_(self) -> str:
-        from ..results.markup import element, listed  # Imported here: only notebooks show it.
+        from ..markup import element, listed  # Imported here: only notebooks show it.
 
         skipped = element("p", "skipped:") + listed("ul", self.skipped) if self.skipped else ""
         return f"<div>{listed('ol', self.steps)}{skipped}</div>"

@@ -16,12 +16,12 @@ from ..problem.arguments import checked
 from ..results.collect import sweep_of
 from ..results.sweep import Sweep
 from .arguments import SceneArguments, replaced
-from .plan import Plan, plan_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..response.response import Response
+    from .plan import Plan
 
 _OVERFLOW: Any = {"over": "ignore", "invalid": "ignore"}
 """NumPy need not warn of numbers that overflow: results that contain them are refused."""
@@ -223,6 +223,8 @@ class Scene(SceneArguments):
 
     def plan(self) -> Plan:
         """Return what a sweep does, and what it leaves out; `print` shows it."""
+        from .plan import plan_of  # Imported here: most scripts show no plan.
+
         assembly = self._solver.assembly
         return plan_of(
             self.mechanism,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, overload
@@ -116,15 +115,10 @@ class Comparisons(Sequence[Comparison]):
         return "\n".join([*lines, self._verdict()])
 
     def _repr_html_(self) -> str:
-        header = "".join(f"<th>{name}</th>" for name in _SHOWN)
-        lines = (
-            "".join(f"<td>{html.escape(text)}</td>" for text in _texts(row)) for row in self.rows()
-        )
-        body = "".join(f"<tr>{line}</tr>" for line in lines)
-        return (
-            f"<table><thead><tr>{header}</tr></thead><tbody>{body}</tbody></table>"
-            f"<p>{html.escape(self._verdict())}</p>"
-        )
+        from ..markup import element, table  # Imported here: only notebooks show it.
+
+        rows = (_texts(row) for row in self.rows())
+        return f"<div>{table(_SHOWN, rows)}{element('p', self._verdict())}</div>"
 
     def _verdict(self) -> str:
         failed = sum(not comparison.passed for comparison in self)

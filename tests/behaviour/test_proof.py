@@ -121,7 +121,7 @@ def test_a_false_component_of_any_wrench_is_refused(name: str, rates: dict[str, 
         for joint in range(claim.wrenches.shape[1]):
             for component in range(6):
                 false = bent(claim.wrenches, (sample, joint, component), 1e-6)
-                assert refused(bodies, replace(claim, wrenches=false), where)
+                assert refused(bodies, claim._replace(wrenches=false), where)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -130,31 +130,31 @@ def test_false_motion_efforts_and_loads_are_refused(name: str) -> None:
     bodies, claim, where = claimed(scene, **RATES)
     assert not refused(bodies, claim, where)
     for rate in range(claim.v.shape[1]):
-        assert refused(bodies, replace(claim, v=bent(claim.v, (4, rate), 1e-6)), where)
-        assert refused(bodies, replace(claim, a=bent(claim.a, (4, rate), 1e-6)), where)
+        assert refused(bodies, claim._replace(v=bent(claim.v, (4, rate), 1e-6)), where)
+        assert refused(bodies, claim._replace(a=bent(claim.a, (4, rate), 1e-6)), where)
         false = bent(claim.velocity_ratios, (4, rate, 0), 1e-6)
-        assert refused(bodies, replace(claim, velocity_ratios=false), where)
+        assert refused(bodies, claim._replace(velocity_ratios=false), where)
     for column in range(claim.x.shape[1]):
-        assert refused(bodies, replace(claim, x=bent(claim.x, (4, column), 1e-6)), where)
+        assert refused(bodies, claim._replace(x=bent(claim.x, (4, column), 1e-6)), where)
     for drive in range(len(scene.drives)):
         outside = scene.mechanism.coordinates.velocity_columns[scene.drives[drive]].start
         false = bent(claim.exerted, (4, outside), 1e-6)
-        assert refused(bodies, replace(claim, exerted=false), where)
+        assert refused(bodies, claim._replace(exerted=false), where)
         for part in ("positions", "speeds", "accelerations"):
             false = bent(getattr(claim, part), (4, drive), 1e-6)
-            assert refused(bodies, replace(claim, **{part: false}), where)
+            assert refused(bodies, claim._replace(**{part: false}), where)
     for load in scene._problem.joint_loads:
         place = scene.mechanism.coordinates.velocity_columns[load].start
-        assert refused(bodies, replace(claim, loads=bent(claim.loads, (0, place), 1e-4)), where)
+        assert refused(bodies, claim._replace(loads=bent(claim.loads, (0, place), 1e-4)), where)
     for number in range(claim.couplings.shape[1]):
         false = bent(claim.couplings, (4, number), 1e-6)
-        assert refused(bodies, replace(claim, couplings=false), where)
+        assert refused(bodies, claim._replace(couplings=false), where)
     for link, load in scene._problem.link_loads.items():
         for part in ("force", "moment"):
             for axis in range(3):
                 false = replace(load, **{part: bent(getattr(load, part), (0, axis), 1e-4)})
-                assert refused(bodies, replace(claim, link_loads={link: false}), where)
-        assert refused(bodies, replace(claim, link_loads={}), where)
+                assert refused(bodies, claim._replace(link_loads={link: false}), where)
+        assert refused(bodies, claim._replace(link_loads={}), where)
 
 
 def test_an_open_chain_elsewhere_than_asked_is_refused() -> None:
@@ -170,11 +170,11 @@ def test_an_open_chain_elsewhere_than_asked_is_refused() -> None:
     bodies, claim, where = claimed(scene, **RATES)
     assert not refused(bodies, claim, where)
     for column in range(2):
-        assert refused(bodies, replace(claim, x=bent(claim.x, (4, column), 1e-6)), where)
+        assert refused(bodies, claim._replace(x=bent(claim.x, (4, column), 1e-6)), where)
     elbow = scene.mechanism.coordinates.velocity_columns["elbow"].start
     for part in ("v", "a"):
         false = bent(getattr(claim, part), (4, elbow), 1e-6)
-        assert refused(bodies, replace(claim, **{part: false}), where)
+        assert refused(bodies, claim._replace(**{part: false}), where)
 
 
 def test_whole_turns_count_where_couplings_do() -> None:
@@ -182,7 +182,7 @@ def test_whole_turns_count_where_couplings_do() -> None:
     turns = claim.turns.copy()
     column = geared().mechanism.coordinates.columns["in"].start
     turns[:, column] += 1.0
-    assert refused(bodies, replace(claim, turns=turns), where)
+    assert refused(bodies, claim._replace(turns=turns), where)
 
 
 MODEL_FAULTS: dict[str, Callable[[pin.Model, int], None]] = {
@@ -261,7 +261,7 @@ def test_a_residual_is_never_zero_for_want_of_a_scale() -> None:
     assert np.isnan(turn.balance_residual)
     assert np.isnan(turn.power_residual)
     bodies, claim, where = claimed(four_bar(), **RATES)
-    nothing = replace(claim, wrenches=np.zeros_like(claim.wrenches))
+    nothing = claim._replace(wrenches=np.zeros_like(claim.wrenches))
     assert bodies.check(nothing).balance > 0.1
     assert refused(bodies, nothing, where)
 
@@ -281,7 +281,7 @@ def test_a_false_drive_effort_alone_is_refused() -> None:
     bodies, claim, where = claimed(four_bar(outputs=[]), **RATES)
     place = np.argmax(np.abs(claim.exerted[4]))
     false = bent(claim.exerted, (4, int(place)), 1e-6)
-    assert refused(bodies, replace(claim, exerted=false), where)
+    assert refused(bodies, claim._replace(exerted=false), where)
 
 
 @pytest.mark.parametrize("outputs", [None, []])
@@ -297,9 +297,9 @@ def test_false_rates_of_massless_scenes_are_refused_at_any_sample(
         for sample in range(len(where)):
             for part in ("v", "a"):
                 false = bent(getattr(claim, part), (sample, passive), 1e-6)
-                assert refused(bodies, replace(claim, **{part: false}), where)
+                assert refused(bodies, claim._replace(**{part: false}), where)
             false = bent(claim.velocity_ratios, (sample, passive, 0), 1e-6)
-            assert refused(bodies, replace(claim, velocity_ratios=false), where)
+            assert refused(bodies, claim._replace(velocity_ratios=false), where)
 
 
 def test_velocity_ratios_of_every_drive_are_proven() -> None:
@@ -317,7 +317,7 @@ def test_velocity_ratios_of_every_drive_are_proven() -> None:
     false[:, scene._problem.passive_columns, 0] += 0.5
     false[:, scene._problem.passive_columns, 1] -= 0.5
     assert not refused(bodies, seen[0], where)
-    assert refused(bodies, replace(seen[0], velocity_ratios=false), where)
+    assert refused(bodies, seen[0]._replace(velocity_ratios=false), where)
 
 
 def test_the_text_is_read_a_second_time() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from lines import drive_line
+from testkit.drive_lines import drive_line
 from testkit.mixed_chain import rows
 
 import cardan_dyn as cd

@@ -15,7 +15,9 @@ LONGEST = 2.0 * np.pi / 8.0
 
 
 def regular(target: float, step: float = 0.1, unit: float = 1.0) -> StepControl:
-    return StepControl(1.0, target, unit, margin=1.0, step=step)
+    result = StepControl(1.0, target, unit, margin=1.0)
+    result.step = step
+    return result
 
 
 @pytest.mark.parametrize("unit", [1.0, 0.02])

@@ -51,7 +51,8 @@ def test_rods_stand_for_bodies_without_visuals() -> None:
     bodies.draw(drawing, 1.0)
     rods = paths(drawing)
     # Base, crank, coupler and rocker have two joints each, and a rod to each of them.
-    assert len(rods) == 8 and len({path.rsplit("/", 1)[0] for path in rods}) == 4
+    assert len(rods) == 8
+    assert len({path.rsplit("/", 1)[0] for path in rods}) == 4
 
 
 def test_loops_are_known_by_name(loaded_turn: cd.Sweep) -> None:
@@ -60,4 +61,4 @@ def test_loops_are_known_by_name(loaded_turn: cd.Sweep) -> None:
 
 
 def loops(turn: cd.Sweep) -> list[ElementTree.Element]:
-    return ElementTree.fromstring(turn.mechanism.source.text).findall("loop")
+    return ElementTree.fromstring(turn.mechanism.description.source.text).findall("loop")

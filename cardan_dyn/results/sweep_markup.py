@@ -1,40 +1,20 @@
-"""Markup: results as small HTML tables for notebooks. All text is escaped."""
+"""Markup of a sweep: its greatest wrenches and its residuals as HTML for notebooks."""
 
 from __future__ import annotations
 
-import html
 import math
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from .sweep import Sweep
+from ..markup import element, table
+from .sweep_data import SweepData
 
 _MOST_EVALUATED = 100_000
 """Operating points above which a notebook shows no wrenches: a response evaluates them when they
 are read, and a grid of millions would take seconds for a cell that only names it."""
 
 
-def element(tag: str, text: object) -> str:
-    """Return an element with a text, which is escaped."""
-    return f"<{tag}>{html.escape(str(text))}</{tag}>"
-
-
-def table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    """Return a table of texts, which are escaped."""
-    head = "".join(element("th", text) for text in header)
-    body = "".join(f"<tr>{''.join(element('td', text) for text in row)}</tr>" for row in rows)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def listed(tag: str, items: Iterable[object]) -> str:
-    """Return a list, `ol` or `ul`, of texts, which are escaped."""
-    return f"<{tag}>{''.join(element('li', item) for item in items)}</{tag}>"
-
-
-def sweep_markup(sweep: Sweep) -> str:
+def sweep_markup(sweep: SweepData) -> str:
     """Return the greatest wrenches of a sweep, then its residuals."""
     shape = " × ".join(str(size) for size in sweep.shape)
     title = element("p", f"Sweep of {sweep.mechanism.name}: {shape} samples")
@@ -55,7 +35,7 @@ def sweep_markup(sweep: Sweep) -> str:
     return f"<div>{title}{wrenches}{residuals}</div>"
 
 
-def _wrench_row(sweep: Sweep, joint: str) -> tuple[str, ...]:
+def _wrench_row(sweep: SweepData, joint: str) -> tuple[str, ...]:
     """Return the greatest force, torsion and bending of a joint, and whether they are unique."""
     wrench = sweep[joint]
     force = np.linalg.norm(wrench.force, axis=-1)

@@ -1,0 +1,117 @@
+"""Closure forces: multipliers of the closure equations as forces, and the wrenches they change."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+from ..kinematics.group_solver import GroupState
+from ..mechanism.mechanism import Mechanism
+from .indeterminate import SelfStress
+from .open_tree import consecutive
+
+
+class ClosureForces:
+    """Closure forces of the loops and couplings of a mechanism.
+
+    Attributes:
+        size: number b of wrenches: of the bodies, then of the `fixed` loops.
+        fixed_loops: index of each `fixed` loop, to the index of its wrench.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        bodies, fixed = mechanism.model.njoints - 1, mechanism.fixed_loops
+        self._loop_count = len(mechanism.loops)
+        self.size = bodies + len(fixed)
+        self.fixed_loops = {
+            index: bodies + fixed.index(loop.joint)
+            for index, loop in enumerate(mechanism.loops)
+            if loop.joint in fixed
+        }
+
+    def self_stresses(self, state: GroupState) -> list[SelfStress]:
+        """Return the closure forces of a group that change no passive effort.
+
+        Args:
+            state: of the group, at closed positions.
+        """
+        forces = []
+        if state.null.shape[2]:
+            forces.append(self.of_multipliers(state, state.null))
+        for local, loop in enumerate(state.group.loops):
+            null = state.reduction.null[local]
+            if null.shape[1]:
+                forces.append({loop: state.equations.wrench(local, state.actions, null)})
+        return [SelfStress(item, *self._effect(state, item)) for item in forces]
+
+    def of_multipliers(self, state: GroupState, multipliers: Array) -> dict[int, Array]:
+        """Return closure forces `(N, 6, k)` and coupling moments `(N, 1, k)`.
+
+        Args:
+            state: of a group.
+            multipliers: `(N, R, k)` of its reduced closure equations.
+
+        Returns:
+            By the index of the loop, or of the coupling plus the number of loops.
+        """
+        result, start = {}, 0
+        for local, loop in enumerate(state.group.loops):
+            rows = state.reduction.rows[local]
+            of_loop = multipliers[:, start : start + rows.shape[1]]
+            result[loop] = state.equations.wrench(local, state.actions, rows @ of_loop)
+            start += rows.shape[1]
+        for coupling in state.group.couplings:
+            # The successor's coefficient in a coupling's row is -1, its effort the multiplier.
+            index = self._loop_count + coupling
+            result[index] = multipliers[:, start : start + 1]
+            start += 1
+        return result
+
+    def on_path(
+        self, state: GroupState, local: int, loop: int, forces: Array
+    ) -> tuple[slice | Array, Array]:
+        """Return the joints on a loop and what closure forces `(N, 6, k)` add to their wrenches.
+
+        Args:
+            state: of the loop's group.
+            local: index of the loop in the group.
+            loop: index of the loop in the mechanism.
+            forces: in world axes about the origin of the batch model.
+
+        Returns:
+            Indices of the joints among all wrenches, and `(N, J, 6, k)`.
+        """
+        signs = state.equations.signs[local]
+        (path,) = np.nonzero(signs)
+        rows = consecutive((6 * path[:, None] + np.arange(6)).ravel())
+        added = state.actions[:, rows] @ forces
+        added = added.reshape(len(added), len(path), 6, -1)
+        added *= signs[path][:, None, None]
+        joints = state.batch.bodies[path]
+        if loop in self.fixed_loops:
+            rotation, position = state.equations.ends[local][1].world_placement(state.actions)
+            columns = rotation.transpose(2, 1, 0)
+            action = np.zeros((len(added), 6, 6))
+            action[:, :3, :3] = action[:, 3:, 3:] = columns
+            action[:, 3:, :3] = np.cross(position.T[:, None, :], columns)
+            joints = np.append(joints, self.fixed_loops[loop])
+            added = np.concatenate([added, (action @ forces)[:, None]], axis=1)
+        return consecutive(joints), added
+
+    def _effect(self, state: GroupState, forces: dict[int, Array]) -> tuple[Array, Array]:
+        """Return the joints that closure forces load, and what they add, `(N, J, 6, k)`."""
+        indices = np.arange(self.size)
+        paths = [
+            self.on_path(state, local, loop, forces[loop])
+            for local, loop in enumerate(state.group.loops)
+            if loop in forces
+        ]
+        if len(paths) == 1:
+            ((joints, spread),) = paths
+            return indices[joints], spread
+        loaded = np.array(sorted({k for path, _ in paths for k in indices[path].tolist()}), int)
+        size = next(iter(forces.values())).shape[2]
+        total = np.zeros((len(state.q), len(loaded), 6, size))
+        for joints, spread in paths:
+            total[:, np.searchsorted(loaded, indices[joints])] += spread
+        return loaded, total
