@@ -11,8 +11,8 @@ Both hold the same variables. The dimensions of a Dataset are
 `position`, `speed`, `acceleration`, and loads and gravity that vary, are coordinates. What the
 outputs of a scene leave out is missing, or NaN for the motion of single joints. Every variable has
 the attributes `units` and `long_name`. Where rotations and slides stand side by side, `units` names
-both, and the coordinates `drive_unit`, `held_unit` (of the efforts) and `unit` (of the coordinates
-of moving joints; velocities are per s, accelerations per s²) tell them apart.
+both, and the coordinates `drive_unit`, `held_unit`, `coupling_unit` (of the efforts) and `unit` (of
+the coordinates of moving joints; velocities are per s, accelerations per s²) tell them apart.
 
 A DataFrame has a row per sample (of a grid: in C order, with an index per dimension), and a flat
 column per value. Flat names select by `frame.filter(like=".bending")`, plot by
@@ -254,8 +254,9 @@ def _efforts(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
         yield "holding_effort", Variable((*dims, "held"), values, units, "effort that holds it")
     if len(sweep.coupling_moment):
         values = np.stack(list(sweep.coupling_moment.values()), axis=-1)
-        label = "moment on the joint of the coupling's successor"
-        yield "coupling_moment", Variable((*dims, "coupling"), values, "N·m", label)
+        units = tuple(_coupling_unit(sweep, name) for name in sweep.coupling_moment)
+        label = "effort on the joint of the coupling's successor"
+        yield "coupling_moment", Variable((*dims, "coupling"), values, units, label)
 
 
 def _motion(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
@@ -314,6 +315,11 @@ def _unit_labels(sweep: SweepData) -> list[tuple[str, str, list[str]]]:
     return [
         ("drive_unit", "drive", [_effort_unit(sweep, name) for name in sweep.drives]),
         ("held_unit", "held", [_effort_unit(sweep, name) for name in sweep.holding_effort]),
+        (
+            "coupling_unit",
+            "coupling",
+            [_coupling_unit(sweep, name) for name in sweep.coupling_moment],
+        ),
         ("unit", "moving_joint", [_unit(sweep, name) for name in _moving_joints(sweep)]),
     ]
 
@@ -331,6 +337,17 @@ def _unit(sweep: SweepData, joint: str) -> str:
 def _effort_unit(sweep: SweepData, joint: str) -> str:
     """Return the unit of an effort along a joint's only coordinate."""
     return "N" if _unit(sweep, joint) == "m" else "N·m"
+
+
+def _coupling_unit(sweep: SweepData, name: str) -> str:
+    """Return the unit of what a coupling exerts on its successor's joint, a slide or a rotation."""
+    mechanism = sweep.mechanism
+    (coupling,) = (item for item in mechanism.couplings if item.name == name)
+    # A successor that no joint moves has no unit of its own: it is that of a ratio without unit.
+    column = (coupling.successor_columns or coupling.predecessor_columns)[0]
+    columns = mechanism.coordinates.velocity_columns
+    (joint,) = (joint for joint, span in columns.items() if span.start == column)
+    return _effort_unit(sweep, joint)
 
 
 def _over_samples(variable: Variable, dims: tuple[str, ...], shape: tuple[int, ...]) -> Array:
