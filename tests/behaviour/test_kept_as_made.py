@@ -11,7 +11,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from testkit.scenes import text, universal
 
 import cardan_dyn as cd
 
@@ -212,17 +211,6 @@ def test_scenes_of_several_gravities_share_nothing() -> None:
     again = [scene.sweep(POSITIONS).drive_effort for scene in reversed(scenes)][::-1]
     for one, other in zip(first, again, strict=True):
         assert np.array_equal(one, other)
-
-
-def test_sweeps_are_mappings_of_their_outputs() -> None:
-    turn = universal(cd.load(text("universal_joint")), 0.5, outputs=["bearing_out"]).sweep(
-        POSITIONS
-    )
-    assert "bearing_out" in turn
-    assert "pin_in" not in turn
-    assert list(turn) == list(turn.keys()) == ["bearing_out"]
-    assert {name: wrench.joint for name, wrench in turn.items()} == {"bearing_out": "bearing_out"}
-    assert len(turn) == len(POSITIONS)
 
 
 def test_branches_keep_their_names_whichever_a_scene_is_in() -> None:

@@ -89,7 +89,7 @@ def test_wrenches_in_world_axes(name: str) -> None:
     item, axis = turned(mechanism, name, "world", components, rotation_of(motion_of(mechanism, x)))
     rotation = rotations(mechanism, x, name)[0]
     for first in (0, 3):
-        expected = np.array([r @ v for r, v in zip(rotation, values[:, first : first + 3])])
+        expected = np.einsum("nij,nj->ni", rotation, values[:, first : first + 3])
         np.testing.assert_allclose(item.vector(first), expected, atol=1e-14)
     np.testing.assert_allclose(axis, rotation @ mechanism.joints[name].axis, atol=1e-14)
 
