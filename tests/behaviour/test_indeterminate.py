@@ -149,34 +149,6 @@ def test_strict_scenes_refuse_to_choose(joint: cd.Mechanism, shaft: cd.Mechanism
     assert len(cd.Scene(shaft, drive="bearing_in", held=held, strict=True).sweep([0.0])) == 1
 
 
-def test_description_of_the_universal_joint(joint: cd.Mechanism, shaft: cd.Mechanism) -> None:
-    report = cd.describe(joint)
-    assert (report.coordinates, report.rank, report.mobility) == (5, 3, 2)
-    assert not report.is_counted
-    (pin,) = report.loops
-    assert (pin.name, pin.rank, pin.redundant) == ("pin_out", 3, 3)
-    assert pin.indeterminate == dict.fromkeys(
-        ("bearing_in", "pin_in", "joint_angle", "bearing_out", "pin_out"), "force xyz"
-    )
-    shown = str(report)
-    assert "universal_joint: mobility 2" in shown
-    assert "loop pin_out (continuous): rank 3 of 6, 3 redundant" in shown
-    assert "leaves open at bearing_in: force xyz" in shown
-    report = cd.describe(shaft)
-    assert (report.coordinates, report.rank, report.mobility) == (9, 6, 3)
-    assert report.loops[0].indeterminate == {}
-
-
-def test_description_of_a_planar_four_bar() -> None:
-    report = cd.describe(cd.load(four_bar(loop("continuous"))))
-    assert report.mobility == 1
-    assert report.loops[0].indeterminate == dict.fromkeys("abdc", "force z, moment xy")
-    ball = cd.describe(cd.load(four_bar(loop("spherical"))))
-    assert (ball.rank, ball.mobility) == (5, 1)
-    opened = four_bar("")
-    assert cd.describe(cd.load(opened)).mobility == 3
-
-
 def bennett(alpha: float, beta: float, theta: float) -> tuple[str, float]:
     """Bennett's four hinges in space, a / sin α = b / sin β, in a position of its motion."""
     a, b = 2.0, 2.0 * np.sin(beta) / np.sin(alpha)

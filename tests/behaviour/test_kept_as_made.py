@@ -213,17 +213,6 @@ def test_scenes_of_several_gravities_share_nothing() -> None:
         assert np.array_equal(one, other)
 
 
-def test_branches_keep_their_names_whichever_a_scene_is_in() -> None:
-    named = [four_bar(branch=branch).branches() for branch in "AB"]
-    for one, other in zip(named[0].items(), named[1].items(), strict=True):
-        assert one[0] == other[0]
-        assert one[1] == pytest.approx(other[1], abs=1e-9)
-        assert all(abs(angle) <= np.pi + 1e-9 for angle in one[1].values())
-    where = {b: four_bar(branch=b).sweep([0.0]).motion.position("rocker_bearing")[0] for b in "AB"}
-    for branch, angle in where.items():
-        assert np.cos(angle - named[0][branch]["rocker_bearing"]) == pytest.approx(1.0)
-
-
 def test_positions_of_errors_are_numbers_for_one_drive_and_arrays_for_several() -> None:
     slider = cd.Scene(cd.load("slider_crank"), drive="piston_guide", start={"crank_bearing": 1.0})
     with pytest.raises(cd.CardanError) as caught:
