@@ -5,6 +5,9 @@ from __future__ import annotations
 import pytest
 from testkit.drive_lines import drive_line
 from testkit.linkages import coupling, four_bar, gears, loop
+from testkit.planar_linkages import described, link
+from testkit.planar_linkages import joint as hinge
+from testkit.planar_linkages import loop as closing_pin
 
 import cardan_dyn as cd
 from cardan_dyn.scene import describe as module
@@ -81,9 +84,29 @@ def test_large_mechanisms_are_counted() -> None:
 
 
 def test_a_singular_zero_does_not_decide_the_rank() -> None:
-    """At its outer dead centre a slider-crank has mobility 1 as everywhere else."""
+    """A parallelogram drawn flat: there, and nowhere else, one of its three equations is lost."""
+    mechanism = described(
+        *(link(name) for name in "abc"),
+        hinge("A", "ground", "a"),
+        hinge("B", "a", "b", (1.0, 0.0)),
+        hinge("D", "ground", "c", (2.0, 0.0)),
+        closing_pin("b", "c", (2.0, 0.0), (1.0, 0.0)),
+    )
+    report = cd.describe(mechanism)
+    assert (report.coordinates, report.rank, report.mobility) == (4, 3, 1)
+    # An outer dead centre is singular for its drive alone.
     report = cd.describe(cd.load("slider_crank"))
     assert (report.coordinates, report.rank, report.mobility) == (4, 3, 1)
+
+
+def test_counting_misses_special_dimensions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three meshes with the same ratio are one equation; counted, they lock both wheels."""
+    meshes = (coupling(name, "a", "b", -2.0) for name in ("first", "second", "third"))
+    mechanism = cd.load(gears(*meshes))
+    assert cd.describe(mechanism).rank == 1
+    monkeypatch.setattr(module, "_MOST_BODIES", 0)
+    report = cd.describe(mechanism)
+    assert (report.rank, report.mobility) == (2, 0)
 
 
 def test_reports_are_the_same_each_time() -> None:
