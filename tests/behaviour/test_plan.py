@@ -1,4 +1,4 @@
-"""Plans: what a scene solves for what it is asked, ranges of drives, ways of assembling."""
+"""What a scene solves for its outputs, and what that costs; dead points of drives."""
 
 from __future__ import annotations
 
@@ -67,10 +67,10 @@ def test_outputs_of_one_line_leave_the_other_out(monkeypatch: pytest.MonkeyPatch
         # What is not unique is chosen among the joints that are solved.
         np.testing.assert_array_equal(some[name].unique, whole[name].unique)
         assert some[name].unique[3]
-        for part, rows in (("force", slice(3)), ("moment", slice(3, 6))):
-            found, reference = getattr(some[name], part), getattr(whole[name], part)
-            sure = some[name].unique[rows]
-            np.testing.assert_allclose(found[:, sure], reference[:, sure], atol=1e-11)
+        for quantity, rows in (("force", slice(3)), ("moment", slice(3, 6))):
+            vectors, reference = getattr(some[name], quantity), getattr(whole[name], quantity)
+            unique = some[name].unique[rows]
+            np.testing.assert_allclose(vectors[:, unique], reference[:, unique], atol=1e-11)
     assert np.isnan(some.power_residual)
     assert some.balance_residual < 1e-13
     with pytest.raises(cd.ModelError, match="the drive effort was not asked for"):
@@ -194,10 +194,10 @@ def test_each_output_alone_equals_the_full_result(name: str) -> None:
     for joint in mechanism.joint_names:
         alone = cd.Scene(mechanism, **options, outputs=[joint]).sweep(position, speed=2.0)
         assert np.array_equal(alone[joint].unique, whole[joint].unique)
-        for part, rows in (("force", slice(3)), ("moment", slice(3, 6))):
-            difference = getattr(alone[joint], part) - getattr(whole[joint], part)
-            sure = whole[joint].unique[rows]
-            assert np.max(np.abs(difference[:, sure]), initial=0.0) < 1e-9 * scale
+        for quantity, rows in (("force", slice(3)), ("moment", slice(3, 6))):
+            difference = getattr(alone[joint], quantity) - getattr(whole[joint], quantity)
+            unique = whole[joint].unique[rows]
+            assert np.max(np.abs(difference[:, unique]), initial=0.0) < 1e-9 * scale
 
 
 def test_a_zero_that_is_a_dead_point() -> None:

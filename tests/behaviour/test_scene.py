@@ -109,11 +109,11 @@ def test_two_drives_move_an_open_or_a_closed_chain(joint: cd.Mechanism) -> None:
     positions = np.array([[0.0, 0.5], [0.3, 0.5], [1.0, 0.2], [-0.4, 0.8]])
     turn = scene.sweep(positions)
     assert turn.drive_effort.shape == (4, 2)
-    for number, (phi, beta) in enumerate(positions):
+    for sample, (phi, beta) in enumerate(positions):
         single = universal(joint, beta, load=-2.0).sweep(phi)
-        assert turn.drive_effort[number, 0] == pytest.approx(single.drive_effort[0], rel=1e-13)
+        assert turn.drive_effort[sample, 0] == pytest.approx(single.drive_effort[0], rel=1e-13)
         holding = single.holding_effort["joint_angle"][0]
-        assert turn.drive_effort[number, 1] == pytest.approx(holding, abs=1e-13)
+        assert turn.drive_effort[sample, 1] == pytest.approx(holding, abs=1e-13)
     rates = turn.motion.ratio("bearing_out", drive=0)
     np.testing.assert_allclose(
         rates, single_joint.speed_ratio(positions[:, 1], positions[:, 0]), rtol=1e-13
