@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -165,6 +166,24 @@ def test_plans_take_what_the_scene_needs() -> None:
     assert "weight: the scene has no gravity" not in scene.plan().skipped
     assert "weight: the scene has no gravity" in scene.replace(gravity=None).plan().skipped
     assert len(scene.replace(outputs=["left_1"]).plan().skipped) > len(scene.plan().skipped)
+
+
+def test_responses_come_back_from_a_file_for_a_scene_like_it(
+    joint: cd.Mechanism, tmp_path: Path
+) -> None:
+    scene = cd.Scene(joint, **FULL)
+    response = scene.response()
+    response.save(tmp_path / "joint.npz")
+    # Loads at joints may have other values; they are those of the scene that reads.
+    changed = scene.replace(loads={"bearing_out": -9.0})
+    again = changed.load_response(tmp_path / "joint.npz").sweep(FEW, speed=2.0)
+    for name, wrench in changed.sweep(FEW, speed=2.0).items():
+        size = np.max(np.abs(wrench.moment)) + np.max(np.abs(wrench.force))
+        np.testing.assert_allclose(again[name].moment, wrench.moment, atol=1e-10 * size)
+    with pytest.raises(cd.CardanError):
+        scene.replace(held={"joint_angle": 0.9}).load_response(tmp_path / "joint.npz")
+    with pytest.raises(cd.CardanError):
+        scene.load_response(tmp_path / "missing.npz")
 
 
 def test_branches_tell_angles_within_half_a_turn(joint: cd.Mechanism) -> None:
