@@ -89,7 +89,7 @@ class Motion(Frozen):
         """
         columns = self._coordinates.columns[self._moving(joint)]
         values = self._x[:, columns] + 2.0 * np.pi * self._turns[:, columns]
-        return values[:, 0] if values.shape[1] == 1 else values
+        return _squeezed(values)
 
     def velocity(self, joint: str) -> Array:
         """Return a joint's velocity `(N,)` [rad/s or m/s], a column per coordinate.
@@ -155,4 +155,5 @@ class Motion(Frozen):
 
 
 def _squeezed(values: Array) -> Array:
+    """Return a single column `(N, 1)` as `(N,)`, several columns as they are."""
     return values[:, 0] if values.shape[1] == 1 else values

@@ -20,8 +20,8 @@ class Sweep(SweepData):
 
     Attributes:
         unique: `(k, 6)` see `JointWrench.unique`, a row per output.
-        coupling_moment: coupling to the moment `(N,)` [N·m] that it exerts on its successor's
-            joint.
+        coupling_moment: coupling to the moment or force `(N,)` [N·m or N] that it exerts on its
+            successor's joint.
         coupling_unique: coupling to whether its moment follows from the laws of motion alone.
         condition: `(N,)` condition number of the wrenches: that of the closure equations, times
             the greatest velocity ratio if that exceeds 1, times by how much inertial terms

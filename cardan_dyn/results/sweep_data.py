@@ -195,6 +195,7 @@ class SweepData(Prescribed):
         return self._placement(joint)[1]
 
     def _placement(self, joint: str) -> tuple[Array, Array]:
+        """Return rotations and origins of a joint's frame, which are computed once."""
         name = self.mechanism.joint(joint).name
         if name not in self._placements:
             from .axes import solved_placement  # Imported here: most scripts need no placements.
@@ -204,8 +205,10 @@ class SweepData(Prescribed):
 
     @cached_property
     def _placements(self) -> dict[str, tuple[Array, Array]]:
+        """Joints to the placements computed so far."""
         return {}
 
 
 def _restored(kind: type[SweepData], values: dict[str, object]) -> SweepData:
+    """Return a copy; `__reduce__` needs a function without keyword arguments."""
     return kind(**values)  # type: ignore[arg-type]

@@ -6,8 +6,10 @@ import math
 
 import numpy as np
 
+from ..arrays import Array
 from ..markup import element, table
 from .sweep_data import SweepData
+from .wrench import named_components
 
 _MOST_EVALUATED = 100_000
 """Operating points above which a notebook shows no wrenches: a response evaluates them when they
@@ -46,11 +48,6 @@ def _wrench_row(sweep: SweepData, joint: str) -> tuple[str, ...]:
     return (joint, *(f"{value:.4g}" for value in greatest), _uniqueness(wrench.unique))
 
 
-def _uniqueness(unique: np.ndarray) -> str:
+def _uniqueness(unique: Array) -> str:
     """Return `yes`, or the components that are not unique, for example `not force xy`."""
-    vectors = [
-        f"{name} {''.join(axis for axis, sure in zip('xyz', flags, strict=True) if not sure)}"
-        for name, flags in (("force", unique[:3]), ("moment", unique[3:]))
-        if not np.all(flags)
-    ]
-    return f"not {', '.join(vectors)}" if vectors else "yes"
+    return "yes" if np.all(unique) else f"not {named_components(~unique)}"

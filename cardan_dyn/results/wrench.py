@@ -12,6 +12,16 @@ from ..arrays import Array
 from ..frozen import read_only
 
 
+def named_components(flags: Array) -> str:
+    """Return flagged components `(6,)` as text, for example `force z, moment xy`."""
+    vectors = [
+        f"{name} {''.join(axis for axis, flag in zip('xyz', flagged, strict=True) if flag)}"
+        for name, flagged in (("force", flags[:3]), ("moment", flags[3:]))
+        if np.any(flagged)
+    ]
+    return ", ".join(vectors)
+
+
 class Components(Protocol):
     """Where a wrench takes its components from: 0 … 2 of the force, 3 … 5 of the moment."""
 
@@ -61,7 +71,8 @@ class JointWrench:
         joint: name of the joint.
         frame: axes of all components: `joint` (fixed in the child), `parent` (fixed in the parent
             and equal to `joint` at coordinate zero) or `world`.
-        axis: unit axis of the joint in these axes, `(3,)`, or `(N, 3)` in `world`.
+        axis: unit axis of the joint in these axes, `(3,)`; `(N, 3)` where it turns: in `world`, and
+            in `parent` for `spherical`, `universal` and `floating` joints.
         unique: `(6,)` whether each component of force and moment, in the joint frame, follows
             from the equations of motion alone at every position. Where it is False, the value is
             the one of least norm, or least elastic energy, among those that satisfy them.
@@ -132,6 +143,7 @@ class JointWrench:
         return np.asarray(np.einsum("...i,...i->...", vectors, self.axis))
 
     def _across(self, vectors: Array) -> Array:
+        """Return the part of vectors across the axis."""
         # a × (v × a) loses no digits where v is almost parallel to the axis a.
         return np.asarray(np.cross(self.axis, np.cross(vectors, self.axis)))
 
@@ -161,6 +173,7 @@ class JointWrench:
         return np.asarray(sum(terms[1:], terms[0]))
 
     def _term(self, index: int, factor: float) -> Array:
+        """Return a component times a factor; frame axes need no product."""
         values = self._components.component(index)
         return values if factor == 1.0 else values * factor
 

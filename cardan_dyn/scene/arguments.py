@@ -78,7 +78,7 @@ def replaced(scene: SceneArguments, changes: Mapping[str, Any]) -> dict[str, Any
         "held": problem.held,
         "loads": scene.loads,
         "gravity": problem.gravity,
-        # All joints of another mechanism, if all of this one's are wanted.
+        # If all joints are outputs, so are all joints of another mechanism.
         "outputs": None if problem.all_outputs else problem.outputs,
         "compliance": problem.compliance,
         "strict": problem.strict,

@@ -19,14 +19,18 @@ from ..kinematics.structure import Structure
 from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..mechanism.coordinates import Coordinates
 from ..mechanism.mechanism import Mechanism
+from ..results.wrench import named_components
 
 _MOST_BODIES = 24
-"""Bodies above which one model of the whole mechanism is too large; ranks are then counted."""
+"""Elementary parts of joints, each of them a body of the model, above which one model of the whole
+mechanism is too large; ranks are then counted."""
 _STATES = 6
 """Configurations in which ranks are measured: one alone may be singular."""
 _AROUND_ZERO = 0.05
 """How far from the zero of the description these configurations start [rad, m]: far enough to
 leave a singular zero, and near enough to be closed in the same assembly mode."""
+_SEED = 1920
+"""Of their random directions; any fixed number gives the same report each time."""
 _MOST_STEPS = 60
 """Newton steps in which their loops have to close. Near a singular configuration steps converge
 linearly, halving the error each time: 50 of them lower it by 1e-15."""
@@ -41,7 +45,8 @@ class LoopReport:
         type: of its joint.
         rank: how many of its six rows the motion of its joints can reach.
         indeterminate: joint to the components (`x y z` of force, then of moment, in its frame)
-            that its redundant rows leave open; None if the mechanism is too large to tell here.
+            that its redundant rows leave open; None if the mechanism is too large for
+            that to be measured.
     """
 
     name: str
@@ -99,8 +104,7 @@ class MechanismReport:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        # Imported here: only notebooks show it.
-        from ..markup import element, listed, table
+        from ..markup import element, listed, table  # Imported here: only notebooks show it.
 
         title = element("p", f"{self.name}: mobility {self._mobility}")
         facts = listed(
@@ -130,7 +134,7 @@ def _listed_components(loop: LoopReport) -> str:
     """Return what the redundant rows of a loop leave open, in one line."""
     if loop.indeterminate is None:
         return "not examined"
-    return "; ".join(f"{joint}: {open_}" for joint, open_ in loop.indeterminate.items())
+    return "; ".join(f"{joint}: {components}" for joint, components in loop.indeterminate.items())
 
 
 def describe(mechanism: Mechanism) -> MechanismReport:
@@ -224,7 +228,7 @@ def _measured(mechanism: Mechanism, groups: list[Group]) -> tuple[int, list[Loop
 
 def _around_zero(coordinates: Coordinates) -> Array:
     """Return configurations `(_STATES, size)` at and around zero, always the same ones."""
-    rng = np.random.default_rng(1920)
+    rng = np.random.default_rng(_SEED)
     x = np.repeat(coordinates.neutral()[None, :], _STATES, axis=0)
     every_column = np.arange(coordinates.model.nv)
     step = _AROUND_ZERO * rng.uniform(-1.0, 1.0, (_STATES, len(every_column)))
@@ -244,15 +248,5 @@ def _indeterminate(mechanism: Mechanism, self_stresses: list[SelfStress]) -> dic
                 continue
             is_open = (stress.size()[stress.joints == body][0] * lengths) > UNIQUE_TOLERANCE
             if np.any(is_open):
-                components[joint.name] = _named_components(is_open)
+                components[joint.name] = named_components(is_open)
     return components
-
-
-def _named_components(flags: Array) -> str:
-    """Return flagged components `(6,)` as text, for example `force z, moment xy`."""
-    vectors = [
-        f"{name} {''.join(axis for axis, flag in zip('xyz', part, strict=True) if flag)}"
-        for name, part in (("force", flags[:3]), ("moment", flags[3:]))
-        if np.any(part)
-    ]
-    return ", ".join(vectors)

@@ -45,7 +45,7 @@ class Scene(SceneArguments):
             `Wrench`, or with six numbers `(6,)` or `(N, 6)`: force and moment about the link's
             origin in the link's axes.
         gravity: `(3,)` acceleration of free fall in world axes [m/s²]; none unless given.
-        outputs: names of the joints whose wrenches are wanted; all joints if not given. Loops
+        outputs: names of the joints whose wrenches are results; all joints if not given. Loops
             that they do not need are not solved. Drive efforts and what holds joints are among
             the results if the joint is; the empty list asks for the drive efforts alone, which
             then come without a balance of the bodies.
@@ -55,14 +55,15 @@ class Scene(SceneArguments):
         strict: refuse to choose what the laws of motion leave open.
         start: joints to positions [rad or m] to which they are brought before the drives take
             over, for a description whose zero is a dead point of the drives.
-        branch: name of the assembly mode, from `branches`; `A` is the description's own.
+        branch: name of the assembly mode, from `branches`; `A` is that of the description.
 
     Raises:
         ModelError: unknown joint or link.
         ArgumentError: a value is not finite or has the wrong shape.
         MobilityError: the drives do not match the mobility.
         SingularConfigurationError: the scene starts in a dead point of its drives.
-        AssemblyError: the loops cannot be closed at the held positions, or not in this way.
+        AssemblyError: the loops cannot be closed at the held positions, or not in this
+            assembly mode.
     """
 
     def __init__(
@@ -149,7 +150,7 @@ class Scene(SceneArguments):
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
             AccuracyError: a result missed its tolerance.
-            IndeterminateError: a wanted component is not unique, in a strict scene.
+            IndeterminateError: a component of an output is not unique, in a strict scene.
         """
         count, solver = len(self.drives), self._solver
         with np.errstate(**_OVERFLOW):
@@ -196,7 +197,7 @@ class Scene(SceneArguments):
         Raises:
             ArgumentError: the interval is empty, or the scene has several drives.
             AccuracyError: the tolerance cannot be reached; the message says what can.
-            IndeterminateError: a wanted component is not unique, in a strict scene.
+            IndeterminateError: a component of an output is not unique, in a strict scene.
             CardanError: the drive does not turn through and no interval was given.
         """
         from ..response.build import build
@@ -238,8 +239,7 @@ class Scene(SceneArguments):
     def motion_range(self) -> tuple[float, float]:
         """Return between which positions the drive can move [rad or m].
 
-        `<limit>` elements of the description play no part: they are a maker's choice, and a sweep
-        beyond them is as well computed as one within.
+        `<limit>` elements of the description are not regarded: a sweep may go beyond them.
 
         Returns:
             The limits; they are dead points of the drive, or positions where assembly modes meet,
@@ -259,7 +259,7 @@ class Scene(SceneArguments):
 
         Returns:
             Name for `Scene(branch=...)` to the positions of all joints with one coordinate [m, or
-            rad within half a turn either way]. `A` is the description's own, the others follow by
+            rad between -π and π]. `A` is the mode of the description, the others follow by
             their distance from it, whichever of them the scene is in. They are searched from many
             starts, so one that few starts lead to may be missing.
         """

@@ -1,4 +1,4 @@
-"""What the laws of motion leave open: least norm, compliances, strict scenes, descriptions."""
+"""What the laws of motion leave open: least norm, compliances, strict scenes."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ def test_elastic_bearings_share_the_weight_like_springs(joint: cd.Mechanism) -> 
     # Shafts and cross hang between both bearings; X of the cross' side goes to bearing_in.
     load_1, load_2 = G * mass["in"], G * (mass["cross"] + mass["out"])
     shift = (c_2 * load_2 - c_1 * load_1) / (c_1 + c_2)
-    found = turn.wrench("bearing_in", "world").force
-    np.testing.assert_allclose(found[:, 2], load_1 + shift, rtol=1e-12)
-    assert np.max(np.abs(found[:, :2])) < 1e-9
-    found = turn.wrench("bearing_out", "world").force
-    np.testing.assert_allclose(found[:, 2], load_2 - shift, rtol=1e-12)
+    force = turn.wrench("bearing_in", "world").force
+    np.testing.assert_allclose(force[:, 2], load_1 + shift, rtol=1e-12)
+    assert np.max(np.abs(force[:, :2])) < 1e-9
+    force = turn.wrench("bearing_out", "world").force
+    np.testing.assert_allclose(force[:, 2], load_2 - shift, rtol=1e-12)
     np.testing.assert_allclose(
         turn.wrench("pin_out", "world").force[:, 2], shift - G * mass["cross"], rtol=1e-11
     )
@@ -92,17 +92,17 @@ def test_elastic_solutions_minimise_the_elastic_energy() -> None:
         )
 
     def wrenches(sweep: cd.Sweep) -> dict[str, np.ndarray]:
-        found = {name: sweep.wrench(name, "parent") for name in "abcd"}
-        return {name: np.concatenate([w.force, w.moment], axis=1) for name, w in found.items()}
+        by_name = {name: sweep.wrench(name, "parent") for name in "abcd"}
+        return {name: np.concatenate([w.force, w.moment], axis=1) for name, w in by_name.items()}
 
-    least, other = wrenches(turn), wrenches(plain)
-    # From the minimum the energy grows with the square of the step, both ways alike.
+    least, of_least_norm = wrenches(turn), wrenches(plain)
+    # From the minimum the energy grows with the square of the step, in both directions alike.
     base = energy(least)
     for step in (1.0, -1.0, 0.5):
-        moved = {n: least[n] + step * (other[n] - least[n]) for n in "abcd"}
+        moved = {n: least[n] + step * (of_least_norm[n] - least[n]) for n in "abcd"}
         grown = energy(moved) - base
         assert np.all(grown > 0.0)
-        np.testing.assert_allclose(grown, step**2 * (energy(other) - base), rtol=1e-6)
+        np.testing.assert_allclose(grown, step**2 * (energy(of_least_norm) - base), rtol=1e-6)
     assert turn.balance_residual < 1e-13
     force = plain.wrench("b", "world").force[:, :2]
     assert relative(turn.wrench("b", "world").force[:, :2], force) < 1e-12
@@ -149,39 +149,11 @@ def test_strict_scenes_refuse_to_choose(joint: cd.Mechanism, shaft: cd.Mechanism
     assert len(cd.Scene(shaft, drive="bearing_in", held=held, strict=True).sweep([0.0])) == 1
 
 
-def test_description_of_the_universal_joint(joint: cd.Mechanism, shaft: cd.Mechanism) -> None:
-    report = cd.describe(joint)
-    assert (report.coordinates, report.rank, report.mobility) == (5, 3, 2)
-    assert not report.is_counted
-    (pin,) = report.loops
-    assert (pin.name, pin.rank, pin.redundant) == ("pin_out", 3, 3)
-    assert pin.indeterminate == dict.fromkeys(
-        ("bearing_in", "pin_in", "joint_angle", "bearing_out", "pin_out"), "force xyz"
-    )
-    shown = str(report)
-    assert "universal_joint: mobility 2" in shown
-    assert "loop pin_out (continuous): rank 3 of 6, 3 redundant" in shown
-    assert "leaves open at bearing_in: force xyz" in shown
-    report = cd.describe(shaft)
-    assert (report.coordinates, report.rank, report.mobility) == (9, 6, 3)
-    assert report.loops[0].indeterminate == {}
-
-
-def test_description_of_a_planar_four_bar() -> None:
-    report = cd.describe(cd.load(four_bar(loop("continuous"))))
-    assert report.mobility == 1
-    assert report.loops[0].indeterminate == dict.fromkeys("abdc", "force z, moment xy")
-    ball = cd.describe(cd.load(four_bar(loop("spherical"))))
-    assert (ball.rank, ball.mobility) == (5, 1)
-    opened = four_bar("")
-    assert cd.describe(cd.load(opened)).mobility == 3
-
-
 def bennett(alpha: float, beta: float, theta: float) -> tuple[str, float]:
     """Bennett's four hinges in space, a / sin α = b / sin β, in a position of its motion."""
     a, b = 2.0, 2.0 * np.sin(beta) / np.sin(alpha)
     ratio = np.sin(0.5 * (beta + alpha)) / np.sin(0.5 * (beta - alpha))
-    other = 2.0 * np.arctan(ratio / np.tan(0.5 * theta))
+    second = 2.0 * np.arctan(ratio / np.tan(0.5 * theta))
 
     def step(length: float, twist: float, turn: float) -> str:
         placed = pin.SE3(pin.utils.rotate("x", twist), np.array([length, 0.0, 0.0]))
@@ -189,8 +161,8 @@ def bennett(alpha: float, beta: float, theta: float) -> tuple[str, float]:
 
     def origin(placed: pin.SE3) -> str:
         words = [
-            " ".join(repr(float(value)) for value in part)
-            for part in (placed.translation, pin.rpy.matrixToRpy(placed.rotation))
+            " ".join(repr(float(value)) for value in values)
+            for values in (placed.translation, pin.rpy.matrixToRpy(placed.rotation))
         ]
         return f'<origin xyz="{words[0]}" rpy="{words[1]}"/>'
 
@@ -201,10 +173,10 @@ def bennett(alpha: float, beta: float, theta: float) -> tuple[str, float]:
 <link name="l3"/><joint name="j1" type="continuous"><parent link="l0"/><child link="l1"/>
 {step(0.0, 0.0, theta)}{axis}</joint>
 <joint name="j2" type="continuous"><parent link="l1"/><child link="l2"/>
-{step(a, alpha, other)}{axis}</joint>
+{step(a, alpha, second)}{axis}</joint>
 <joint name="j3" type="continuous"><parent link="l2"/><child link="l3"/>
 {step(b, beta, -theta)}{axis}</joint>
-<loop name="j4" type="continuous"><predecessor link="l3">{step(a, alpha, -other)}</predecessor>
+<loop name="j4" type="continuous"><predecessor link="l3">{step(a, alpha, -second)}</predecessor>
 <successor link="l0">{origin(last)}</successor>{axis}</loop></robot>""",
         float(ratio),
     )

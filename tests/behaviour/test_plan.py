@@ -1,4 +1,4 @@
-"""Plans: what a scene solves for what it is asked, ranges of drives, ways of assembling."""
+"""What a scene solves for its outputs, and what that costs; dead points of drives."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from testkit.drive_lines import drive_line, two_lines
-from testkit.linkages import POSITIONS, RATES, four_bar, loop
+from testkit.linkages import POSITIONS, RATES
 from testkit.scenes import relative, text, universal
 
 import cardan_dyn as cd
@@ -24,19 +24,6 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
 
         monkeypatch.setattr(pin, name, call)
     return calls
-
-
-def test_groups_of_a_drive_line() -> None:
-    mechanism = cd.load(drive_line(5))
-    scene = cd.Scene(mechanism, drive="bearing_0", loads={"bearing_5": -1.0})
-    steps = scene.plan().steps
-    assert steps[:5] == [
-        f"close pin_{k}_out: decides pin_{k}_in, pin_{k}_out, bearing_{k}" for k in range(1, 6)
-    ]
-    assert "closure forces of 5 group(s), against the order of motion" in steps
-    shown = str(scene.plan())
-    assert shown.startswith("1. close pin_1_out")
-    assert "- weight: the scene has no gravity" in shown
 
 
 def test_a_line_solved_in_groups_equals_the_line_solved_at_once(
@@ -80,10 +67,10 @@ def test_outputs_of_one_line_leave_the_other_out(monkeypatch: pytest.MonkeyPatch
         # What is not unique is chosen among the joints that are solved.
         np.testing.assert_array_equal(some[name].unique, whole[name].unique)
         assert some[name].unique[3]
-        for part, rows in (("force", slice(3)), ("moment", slice(3, 6))):
-            found, reference = getattr(some[name], part), getattr(whole[name], part)
-            sure = some[name].unique[rows]
-            np.testing.assert_allclose(found[:, sure], reference[:, sure], atol=1e-11)
+        for quantity, rows in (("force", slice(3)), ("moment", slice(3, 6))):
+            vectors, reference = getattr(some[name], quantity), getattr(whole[name], quantity)
+            unique = some[name].unique[rows]
+            np.testing.assert_allclose(vectors[:, unique], reference[:, unique], atol=1e-11)
     assert np.isnan(some.power_residual)
     assert some.balance_residual < 1e-13
     with pytest.raises(cd.ModelError, match="the drive effort was not asked for"):
@@ -178,63 +165,6 @@ def test_calls_into_pinocchio_per_sample(
         assert np.max(np.abs(again[name].moment - first[name].moment)) < 1e-11
 
 
-def test_range_of_a_rocker_ends_at_its_dead_points() -> None:
-    mechanism = cd.load(four_bar(loop("continuous")))
-    assert cd.Scene(mechanism, drive="a").motion_range() == (-np.inf, np.inf)
-    low, high = cd.Scene(mechanism, drive="d").motion_range()
-    limits = []
-    for reach in (np.sqrt(8.0) + 0.5, np.sqrt(8.0) - 0.5):
-        cosine = (2.0**2 + 2.5**2 - reach**2) / (2.0 * 2.0 * 2.5)
-        limits.append(0.5 * np.pi - np.arccos(cosine))
-    assert low == pytest.approx(limits[0], abs=1e-9)
-    assert high == pytest.approx(limits[1], abs=1e-9)
-    # Up to a micrometre of the limits everything is exact; past them nothing is returned.
-    scene = cd.Scene(mechanism, drive="d", loads={"a": -1.0})
-    near = scene.sweep([low + 1e-6, high - 1e-6])
-    assert near.loop_residual < 1e-13
-    assert near.power_residual < 1e-10
-    with pytest.raises(cd.AssemblyError, match="the nearest position that can be reached is") as e:
-        scene.sweep([0.0, high + 1e-3])
-    assert e.value.nearest == pytest.approx(high, abs=1e-9)
-    with pytest.raises(cd.MobilityError, match="the range of one drive depends"):
-        joint = cd.load("universal_joint")
-        cd.Scene(joint, drive=["bearing_in", "joint_angle"]).motion_range()
-
-
-def test_range_of_a_slide() -> None:
-    from testkit.linkages import slider_crank
-
-    scene = cd.Scene(cd.load(slider_crank(None)), drive="d")
-    reach = np.sqrt(1.0 - 0.09)
-    low, high = scene.motion_range()
-    assert low == pytest.approx(0.7 - reach, abs=1e-9)
-    assert high == pytest.approx(1.3 - reach, abs=1e-9)
-
-
-def test_a_four_bar_has_two_ways_of_assembly() -> None:
-    mechanism = cd.load(four_bar(loop("continuous")))
-    scene = cd.Scene(mechanism, drive="a")
-    ways = scene.branches()
-    assert list(ways) == ["A", "B"]
-    assert scene.branch == "A"
-    assert ways["A"]["b"] == pytest.approx(0.0, abs=1e-13)
-    other = cd.Scene(mechanism, drive="a", branch="B")
-    assert other.branch == "B"
-    turn = other.sweep(POSITIONS, **RATES)
-    assert turn.balance_residual < 1e-13
-    # The rocker of the crossed four-bar mirrors the other one about the line tip - pivot.
-    open_turn = scene.sweep(POSITIONS, **RATES)
-    tip = 0.5 * np.stack([-np.sin(POSITIONS), np.cos(POSITIONS)])
-    line = np.arctan2(-tip[1], 2.0 - tip[0])
-    ends = [np.pi / 2.0 + sweep.motion.position("d") for sweep in (open_turn, turn)]
-    mirrored = [np.stack([2.0 + 2.5 * np.cos(end), 2.5 * np.sin(end)]) - tip for end in ends]
-    angles = [np.arctan2(part[1], part[0]) - line for part in mirrored]
-    np.testing.assert_allclose(np.sin(angles[0] + angles[1]), 0.0, atol=1e-12)
-    np.testing.assert_allclose(np.cos(angles[0] + angles[1]), 1.0, atol=1e-12)
-    with pytest.raises(cd.ArgumentError, match="branch 'C' does not exist; branches: A, B"):
-        cd.Scene(mechanism, drive="a", branch="C")
-
-
 def test_long_lines_take_small_models() -> None:
     """The largest model decides Pinocchio's memory: it must not grow with the line."""
     sizes = []
@@ -264,10 +194,10 @@ def test_each_output_alone_equals_the_full_result(name: str) -> None:
     for joint in mechanism.joint_names:
         alone = cd.Scene(mechanism, **options, outputs=[joint]).sweep(position, speed=2.0)
         assert np.array_equal(alone[joint].unique, whole[joint].unique)
-        for part, rows in (("force", slice(3)), ("moment", slice(3, 6))):
-            difference = getattr(alone[joint], part) - getattr(whole[joint], part)
-            sure = whole[joint].unique[rows]
-            assert np.max(np.abs(difference[:, sure]), initial=0.0) < 1e-9 * scale
+        for quantity, rows in (("force", slice(3)), ("moment", slice(3, 6))):
+            difference = getattr(alone[joint], quantity) - getattr(whole[joint], quantity)
+            unique = whole[joint].unique[rows]
+            assert np.max(np.abs(difference[:, unique]), initial=0.0) < 1e-9 * scale
 
 
 def test_a_zero_that_is_a_dead_point() -> None:

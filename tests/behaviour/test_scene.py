@@ -6,10 +6,9 @@ import copy
 import pickle
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from testkit.linkages import LINK, four_bar, loop
-from testkit.scenes import double, relative, text, universal
+from testkit.scenes import relative, text, universal
 
 import cardan_dyn as cd
 from analytic import single_joint
@@ -70,32 +69,6 @@ def test_messages_name_argument_and_choices(joint: cd.Mechanism) -> None:
         cd.Scene("universal_joint", **good)
 
 
-def test_shapes_of_a_sweep(joint: cd.Mechanism) -> None:
-    scene = cd.Scene(joint, drive="bearing_in", held=HELD, loads={"bearing_out": [-1.0, -2.0]})
-    with pytest.raises(cd.ArgumentError, match="load on 'bearing_out' has 2 values, the sweep 3"):
-        scene.sweep([0.0, 1.0, 2.0])
-    with pytest.raises(cd.ArgumentError, match="speed has 3 samples, position has 2"):
-        scene.sweep([0.0, 1.0], speed=[1.0, 2.0, 3.0])
-    with pytest.raises(cd.ArgumentError, match=r"position has shape \(2, 3\)"):
-        scene.sweep(np.zeros((2, 3)))
-    with pytest.raises(cd.ArgumentError, match="position is empty"):
-        scene.sweep([])
-    with pytest.raises(cd.ArgumentError, match=r"loads\['bearing_out'\] has shape \(1, 1\)"):
-        cd.Scene(joint, drive="bearing_in", held=HELD, loads={"bearing_out": [[1.0]]})
-    wrench = cd.Wrench(force=np.zeros((3, 3)))
-    scene = cd.Scene(joint, drive="bearing_in", held=HELD, loads={"shaft_out": wrench})
-    with pytest.raises(cd.ArgumentError, match="wrench on 'shaft_out' has 3 samples, the sweep 2"):
-        scene.sweep([0.0, 1.0])
-    turn = universal(joint, 0.5).sweep(0.25)
-    assert len(turn) == 1
-    assert turn.drive_effort.shape == turn["bearing_out"].torsion.shape == (1,)
-    assert turn["bearing_out"].force.shape == turn["bearing_out"].moment.shape == (1, 3)
-    assert turn["bearing_out"].unique.shape == (6,)
-    assert turn.motion.q.shape == (1, joint.model.nq)
-    with pytest.raises(cd.ArgumentError, match="frames: joint, parent, world"):
-        turn.wrench("bearing_out", "link")
-
-
 def test_drives_must_match_the_mobility(joint: cd.Mechanism) -> None:
     with pytest.raises(cd.MobilityError, match=r"leave mobility 2.*joint_angle") as caught:
         cd.Scene(joint, drive="bearing_in")
@@ -136,11 +109,11 @@ def test_two_drives_move_an_open_or_a_closed_chain(joint: cd.Mechanism) -> None:
     positions = np.array([[0.0, 0.5], [0.3, 0.5], [1.0, 0.2], [-0.4, 0.8]])
     turn = scene.sweep(positions)
     assert turn.drive_effort.shape == (4, 2)
-    for number, (phi, beta) in enumerate(positions):
+    for sample, (phi, beta) in enumerate(positions):
         single = universal(joint, beta, load=-2.0).sweep(phi)
-        assert turn.drive_effort[number, 0] == pytest.approx(single.drive_effort[0], rel=1e-13)
+        assert turn.drive_effort[sample, 0] == pytest.approx(single.drive_effort[0], rel=1e-13)
         holding = single.holding_effort["joint_angle"][0]
-        assert turn.drive_effort[number, 1] == pytest.approx(holding, abs=1e-13)
+        assert turn.drive_effort[sample, 1] == pytest.approx(holding, abs=1e-13)
     rates = turn.motion.ratio("bearing_out", drive=0)
     np.testing.assert_allclose(
         rates, single_joint.speed_ratio(positions[:, 1], positions[:, 0]), rtol=1e-13
@@ -215,34 +188,6 @@ def test_errors_carry_their_numbers(joint: cd.Mechanism) -> None:
         assert error.mobility == 2
     with pytest.raises(AttributeError, match="has no attribute 'weight'"):
         _ = caught.value.weight
-
-
-def test_positions_closed_once_serve_several_sweeps(
-    shaft: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene = double(shaft, 0.5, 0.4)
-    positions = np.linspace(-9.0, 9.0, 700)
-    closed = scene.assemble(positions)
-    assert len(closed) == 700
-    assert repr(closed) == "<700 assembled positions of 'double_shaft_z'>"
-    for rates in ({}, {"speed": 20.0}, {"speed": np.linspace(0.0, 9.0, 700), "acceleration": 3.0}):
-        direct, again = scene.sweep(positions, **rates), scene.sweep(closed, **rates)
-        # At speed balanced bodies leave the rounding of inertial terms, which condition counts.
-        allowed = 10.0 * np.finfo(float).eps * float(np.max(direct.condition))
-        greatest = max(np.max(np.abs(direct[name].moment)) for name in shaft.joint_names)
-        for name in shaft.joint_names:
-            difference = np.max(np.abs(again[name].moment - direct[name].moment))
-            assert difference < allowed * greatest
-        turned = [sweep.motion.position("bearing_out") for sweep in (again, direct)]
-        np.testing.assert_allclose(*turned, rtol=0.0, atol=1e-14)
-        assert again.balance_residual < 10.0 * direct.balance_residual
-    with pytest.raises(cd.ArgumentError, match="speed has 3 samples, position has 700"):
-        scene.sweep(closed, speed=np.zeros(3))
-    with pytest.raises(cd.ArgumentError, match="assembled by another scene"):
-        double(shaft, 0.5, 0.4).sweep(closed)
-    # Nothing that depends on the position alone is done again.
-    monkeypatch.setattr(pin, "computeJointJacobians", None)
-    scene.sweep(closed, speed=5.0)
 
 
 def test_closed_positions_stay_right_when_more_of_the_motion_becomes_known() -> None:

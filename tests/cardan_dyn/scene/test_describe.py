@@ -1,0 +1,177 @@
+"""Reports on mechanisms: mobility, ranks, what redundant rows leave open, as text and HTML."""
+
+from __future__ import annotations
+
+import pytest
+from testkit.drive_lines import drive_line
+from testkit.linkages import coupling, four_bar, gears, loop
+from testkit.planar_linkages import described, link
+from testkit.planar_linkages import joint as hinge
+from testkit.planar_linkages import loop as closing_pin
+
+import cardan_dyn as cd
+from cardan_dyn.scene import describe as module
+from cardan_dyn.scene.describe import LoopReport, MechanismReport
+
+
+def test_description_of_the_universal_joint(joint: cd.Mechanism, shaft: cd.Mechanism) -> None:
+    report = cd.describe(joint)
+    assert (report.coordinates, report.rank, report.mobility) == (5, 3, 2)
+    assert not report.is_counted
+    (pin,) = report.loops
+    assert (pin.name, pin.rank, pin.redundant) == ("pin_out", 3, 3)
+    assert pin.indeterminate == dict.fromkeys(
+        ("bearing_in", "pin_in", "joint_angle", "bearing_out", "pin_out"), "force xyz"
+    )
+    shown = str(report)
+    assert "universal_joint: mobility 2" in shown
+    assert "loop pin_out (continuous): rank 3 of 6, 3 redundant" in shown
+    assert "leaves open at bearing_in: force xyz" in shown
+    report = cd.describe(shaft)
+    assert (report.coordinates, report.rank, report.mobility) == (9, 6, 3)
+    assert report.loops[0].indeterminate == {}
+
+
+def test_description_of_a_planar_four_bar() -> None:
+    report = cd.describe(cd.load(four_bar(loop("continuous"))))
+    assert report.mobility == 1
+    assert report.loops[0].indeterminate == dict.fromkeys("abdc", "force z, moment xy")
+    ball = cd.describe(cd.load(four_bar(loop("spherical"))))
+    assert (ball.rank, ball.mobility) == (5, 1)
+    opened = four_bar("")
+    assert cd.describe(cd.load(opened)).mobility == 3
+
+
+def test_couplings_are_closure_equations() -> None:
+    train = coupling("ab", "a", "b", -2.0), coupling("bc", "b", "c", -3.0)
+    report = cd.describe(cd.load(gears(*train, third=True)))
+    assert (report.coordinates, report.rank, report.mobility) == (3, 2, 1)
+    assert report.loops == []
+    closed = gears(*train, coupling("ca", "c", "a", 1.0 / 6.0), third=True)
+    assert cd.describe(cd.load(closed)).rank == 2
+
+
+def test_open_chains_have_no_closure_equations() -> None:
+    report = cd.describe(cd.load(gears()))
+    assert (report.coordinates, report.rank, report.mobility) == (2, 0, 2)
+    assert "table" not in report._repr_html_()
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_counted_ranks_are_the_measured_ones(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A line of `count` universal joints has 3 joints more per loop, and one drive."""
+    mechanism = cd.load(drive_line(count))
+    measured = cd.describe(mechanism)
+    monkeypatch.setattr(module, "_MOST_BODIES", 0)
+    counted = cd.describe(mechanism)
+    assert counted.is_counted
+    assert not measured.is_counted
+    for report in (measured, counted):
+        assert (report.coordinates, report.rank, report.mobility) == (3 * count + 1, 3 * count, 1)
+    for loop_counted, loop_measured in zip(counted.loops, measured.loops, strict=True):
+        assert loop_counted.rank == loop_measured.rank == 3
+        assert loop_counted.indeterminate is None
+        assert loop_measured.indeterminate is not None
+    assert str(counted).startswith("line: mobility 1 (counted)")
+    assert "leaves open" not in str(counted)
+    assert counted._repr_html_().count("<td>not examined</td>") == count
+
+
+def test_large_mechanisms_are_counted() -> None:
+    report = cd.describe(cd.load(drive_line(12)))
+    assert report.is_counted
+    assert (report.coordinates, report.rank, report.mobility) == (37, 36, 1)
+
+
+def test_a_singular_zero_does_not_decide_the_rank() -> None:
+    """A parallelogram drawn flat: there, and nowhere else, one of its three equations is lost."""
+    mechanism = described(
+        *(link(name) for name in "abc"),
+        hinge("A", "ground", "a"),
+        hinge("B", "a", "b", (1.0, 0.0)),
+        hinge("D", "ground", "c", (2.0, 0.0)),
+        closing_pin("b", "c", (2.0, 0.0), (1.0, 0.0)),
+    )
+    report = cd.describe(mechanism)
+    assert (report.coordinates, report.rank, report.mobility) == (4, 3, 1)
+    # An outer dead centre is singular for its drive alone.
+    report = cd.describe(cd.load("slider_crank"))
+    assert (report.coordinates, report.rank, report.mobility) == (4, 3, 1)
+
+
+def test_counting_misses_special_dimensions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three meshes with the same ratio are one equation; counted, they lock both wheels."""
+    meshes = (coupling(name, "a", "b", -2.0) for name in ("first", "second", "third"))
+    mechanism = cd.load(gears(*meshes))
+    assert cd.describe(mechanism).rank == 1
+    monkeypatch.setattr(module, "_MOST_BODIES", 0)
+    report = cd.describe(mechanism)
+    assert (report.rank, report.mobility) == (2, 0)
+
+
+def test_reports_are_the_same_each_time() -> None:
+    mechanism = cd.load(four_bar(loop("continuous")))
+    assert cd.describe(mechanism) == cd.describe(mechanism)
+
+
+def test_loops_that_cannot_be_closed_are_refused() -> None:
+    text = four_bar(loop("continuous"), rocker="9.0")
+    with pytest.raises(cd.AssemblyError, match=r"four_bar: .*cannot be closed near") as caught:
+        cd.describe(cd.load(text))
+    assert caught.value.residual > 0.1
+    assert caught.value.position is None
+
+
+def test_warnings_are_listed() -> None:
+    text = four_bar(loop("continuous")).replace('<mass value="2"/>', '<mass value="0"/>')
+    with pytest.raises(cd.ModelError):
+        cd.load(text)
+    mechanism = cd.load(text, strict=False)
+    report = cd.describe(mechanism)
+    (warning,) = report.warnings
+    assert report.warnings == mechanism.warnings
+    assert str(report).endswith(f"\n  warning: {warning}")
+    assert "<li>warning: " in report._repr_html_()
+
+
+REPORT = MechanismReport(
+    name="<b>rig & co</b>",
+    notation="URDF+ <loop>",
+    coordinates=7,
+    rank=6,
+    mobility=1,
+    is_counted=False,
+    length=0.25,
+    loops=[
+        LoopReport("<i>pin", "continuous", 3, {"a<": "force xyz", "b": "moment x"}),
+        LoopReport("bolt", "fixed", 6, {}),
+    ],
+    warnings=("mass < 0",),
+)
+
+
+def test_texts_of_a_report() -> None:
+    assert str(REPORT).splitlines() == [
+        "<b>rig & co</b>: mobility 1",
+        "  7 joint coordinates, 6 independent closure equations",
+        "  loops: URDF+ <loop>; characteristic length 0.25 m",
+        "  loop <i>pin (continuous): rank 3 of 6, 3 redundant",
+        "    leaves open at a<: force xyz",
+        "    leaves open at b: moment x",
+        "  loop bolt (fixed): rank 6 of 6, 0 redundant",
+        "  warning: mass < 0",
+    ]
+
+
+def test_notebooks_show_escaped_texts() -> None:
+    assert REPORT._repr_html_() == (
+        "<div><p>&lt;b&gt;rig &amp; co&lt;/b&gt;: mobility 1</p>"
+        "<ul><li>7 joint coordinates</li><li>6 independent closure equations</li>"
+        "<li>loops: URDF+ &lt;loop&gt;</li><li>characteristic length 0.25 m</li></ul>"
+        "<table><thead><tr><th>loop</th><th>type</th><th>rank of 6</th><th>redundant</th>"
+        "<th>leaves open</th></tr></thead><tbody>"
+        "<tr><td>&lt;i&gt;pin</td><td>continuous</td><td>3</td><td>3</td>"
+        "<td>a&lt;: force xyz; b: moment x</td></tr>"
+        "<tr><td>bolt</td><td>fixed</td><td>6</td><td>0</td><td></td></tr></tbody></table>"
+        "<ul><li>warning: mass &lt; 0</li></ul></div>"
+    )
