@@ -21,6 +21,10 @@ from testkit.claims import (
 from testkit.scenes import text
 
 import cardan_dyn as cd
+from cardan_dyn.forces.link_loads import LinkLoad
+from cardan_dyn.proof.constraints import Motion
+from cardan_dyn.proof.free_bodies import FreeBodies, Setup
+from cardan_dyn.proof.residuals import Claim
 
 
 @pytest.mark.parametrize("rates", [{}, RATES], ids=["at rest", "moving"])
@@ -157,3 +161,163 @@ def test_velocity_ratios_of_every_drive_are_proven() -> None:
     false[:, scene._problem.passive_columns, 1] -= 0.5
     assert not refused(bodies, claim, where)
     assert refused(bodies, claim._replace(velocity_ratios=false), where)
+
+
+RADIUS, MASS, INERTIA, LENGTH = 0.5, 2.0, 0.3, 0.7
+SPEED, ACCELERATION = 3.0, 4.0
+DISC = f"""<robot name="disc"><link name="base"/><link name="disc"><inertial>
+  <origin xyz="{RADIUS} 0 0"/><mass value="{MASS}"/>
+  <inertia ixx="0.2" iyy="0.2" izz="{INERTIA}"/></inertial></link><link name="rim"/>
+  <joint name="axle" type="continuous"><parent link="base"/><child link="disc"/>
+    <axis xyz="0 0 1"/></joint>
+  <joint name="weld" type="fixed"><parent link="disc"/><child link="rim"/>
+    <origin xyz="0 1 0" rpy="0 0 1.5707963267948966"/></joint></robot>"""
+ABOUT_AXLE = INERTIA + MASS * RADIUS**2
+
+
+def disc_bodies(claims_wrench: bool = True, drives: tuple[str, ...] = ("axle",)) -> FreeBodies:
+    mechanism = cd.load(DISC)
+    motion = Motion(drives, {}, np.ones(1, dtype=bool))
+    setup = Setup(np.array([0.0, 0.0, -10.0]), motion, ["axle"] if claims_wrench else [])
+    return FreeBodies(mechanism.reread, mechanism.coordinates, LENGTH, setup)
+
+
+def disc_claim(wrench: list[float], effort: float, has_rates: bool = True, **more: object) -> Claim:
+    """Return a claim about two positions of the disc, driven at its axle."""
+    x, v, a = np.array([[0.0], [2.0]]), np.full((2, 1), SPEED), np.full((2, 1), ACCELERATION)
+    rest = np.zeros((2, 1))
+    values: dict[str, object] = {
+        "x": x,
+        "turns": np.zeros((2, 1)),
+        "v": v if has_rates else rest,
+        "a": a if has_rates else rest,
+        "positions": x,
+        "speeds": v if has_rates else rest,
+        "accelerations": a if has_rates else rest,
+        "velocity_ratios": np.ones((2, 1, 1)),
+        "wrenches": np.array([[wrench], [wrench]]),
+        "exerted": np.full((2, 1), effort),
+        "couplings": np.zeros((2, 0)),
+        "loads": np.zeros((1, 1)),
+        "link_loads": {},
+        "has_rates": has_rates,
+    }
+    return Claim(**{**values, **more})  # type: ignore[arg-type]
+
+
+TURNING = [
+    *(-MASS * RADIUS * SPEED**2, MASS * RADIUS * ACCELERATION, 10.0 * MASS),
+    *(0.0, -10.0 * MASS * RADIUS, ABOUT_AXLE * ACCELERATION),
+]
+"""What the axle exerts on the disc in the axes that turn with it: it pulls the centre inwards,
+accelerates it, and carries its weight."""
+
+
+def test_a_disc_cut_free_by_hand() -> None:
+    effort = ABOUT_AXLE * ACCELERATION
+    residuals = disc_bodies().check(disc_claim(TURNING, effort))
+    for name in ("imbalance", "power_imbalance", "loop_error", "rate_error"):
+        np.testing.assert_allclose(getattr(residuals, name), 0.0, atol=1e-14)
+    force = np.linalg.norm(TURNING[:3])
+    np.testing.assert_allclose(residuals.wrench, max(LENGTH * force, np.hypot(10.0, effort)))
+    np.testing.assert_allclose(residuals.applied, LENGTH * MASS * 10.0)
+    np.testing.assert_allclose(residuals.inertia, MASS * LENGTH**2 * (SPEED**2 + ACCELERATION))
+    # Of the drive, and of inertia against it, at unit speed.
+    np.testing.assert_allclose(residuals.power_scale, 2.0 * effort)
+    np.testing.assert_allclose(residuals.speed_scale, 1.0)
+    assert residuals.bodies_balanced
+    assert residuals.power_balanced
+
+
+def test_what_a_body_lacks_is_its_imbalance() -> None:
+    """Forces are multiplied with the length; moments are taken about the joint."""
+    effort = ABOUT_AXLE * ACCELERATION
+    for component, change, expected in ((0, 0.5, 0.5 * LENGTH), (3, 0.5, 0.5)):
+        wrench = [*TURNING]
+        wrench[component] += change
+        residuals = disc_bodies().check(disc_claim(wrench, effort))
+        np.testing.assert_allclose(residuals.imbalance, expected, rtol=1e-12)
+        np.testing.assert_allclose(residuals.power_imbalance, 0.0, atol=1e-14)
+    residuals = disc_bodies().check(disc_claim(TURNING, effort + 0.25))
+    # The wrench at the axle lacks the effort, and the power of the drive is too great.
+    np.testing.assert_allclose(residuals.imbalance, 0.25, rtol=1e-12)
+    np.testing.assert_allclose(residuals.power_imbalance, 0.25, rtol=1e-12)
+
+
+def test_a_disc_at_rest_has_no_inertial_terms() -> None:
+    resting = [0.0, 0.0, 10.0 * MASS, 0.0, -10.0 * MASS * RADIUS, 0.0]
+    residuals = disc_bodies().check(disc_claim(resting, 0.0, has_rates=False))
+    np.testing.assert_allclose(residuals.imbalance, 0.0, atol=1e-14)
+    np.testing.assert_array_equal(residuals.inertia, [0.0, 0.0])
+
+
+@pytest.mark.parametrize("in_world", [False, True])
+def test_a_load_on_a_link_acts_at_its_origin_and_in_its_axes(in_world: bool) -> None:
+    """The rim is a metre off the axle along y, its axes turned by a quarter."""
+    mechanism = cd.load(DISC)
+    body, placement = mechanism.frames.links["rim"]
+    force, moment = np.array([[3.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 4.0]])
+    load = LinkLoad(body, placement[:3, :3], placement[:3, 3], force, moment, in_world)
+    angles = np.array([0.0, 2.0])
+    # Along the rim's x axis, which is the disc's y axis and points at the axle, or the world's.
+    zero, one = np.zeros(2), np.ones(2)
+    x_axis = np.stack([np.cos(angles), -np.sin(angles), zero]) if in_world else [zero, one, zero]
+    on_disc = 3.0 * np.asarray(x_axis)
+    about_axle = 4.0 - on_disc[0]
+    resting = np.zeros((2, 1, 6))
+    resting[:, 0, :3] = -on_disc.T
+    resting[:, 0, 2] = 10.0 * MASS
+    resting[:, 0, 4] = -10.0 * MASS * RADIUS
+    resting[:, 0, 5] = -about_axle
+    claim = disc_claim(
+        TURNING,
+        0.0,
+        has_rates=False,
+        wrenches=resting,
+        exerted=-about_axle[:, None],
+        link_loads={"rim": load},
+    )
+    residuals = disc_bodies().check(claim)
+    np.testing.assert_allclose(residuals.imbalance, 0.0, atol=1e-14)
+    np.testing.assert_allclose(residuals.power_imbalance, 0.0, atol=1e-14)
+    np.testing.assert_allclose(residuals.applied, LENGTH * MASS * 10.0)
+
+
+def test_bodies_whose_wrenches_are_not_claimed_are_unproven() -> None:
+    bodies = disc_bodies(claims_wrench=False)
+    assert bodies.claimed == []
+    assert bodies.unproven == ("disc", "rim")
+    effort = ABOUT_AXLE * ACCELERATION
+    claim = disc_claim(TURNING, effort, wrenches=np.zeros((2, 0, 6)))
+    residuals = bodies.check(claim)
+    assert not residuals.bodies_balanced
+    np.testing.assert_array_equal(residuals.imbalance, [0.0, 0.0])
+    # Virtual work still gives the effort of the drive.
+    assert residuals.power_balanced
+    np.testing.assert_allclose(residuals.power_imbalance, 0.0, atol=1e-14)
+    assert disc_bodies().unproven == ()
+
+
+def test_accelerations_of_slides_are_inertial_terms() -> None:
+    """Slides against each other leave a body where it is, up to the rounding of each of them."""
+    slide = DISC.replace('type="continuous"', 'type="prismatic"')
+    mechanism = cd.load(slide)
+    motion = Motion(("axle",), {}, np.ones(1, dtype=bool))
+    setup = Setup(np.zeros(3), motion, ["axle"])
+    bodies = FreeBodies(mechanism.reread, mechanism.coordinates, LENGTH, setup)
+    push = MASS * ACCELERATION
+    residuals = bodies.check(disc_claim([0.0, 0.0, push, 0.0, -push * RADIUS, 0.0], push))
+    np.testing.assert_allclose(residuals.imbalance, 0.0, atol=1e-14)
+    np.testing.assert_allclose(residuals.inertia, MASS * LENGTH * ACCELERATION, rtol=1e-14)
+
+
+def test_flags_are_proven_once() -> None:
+    bodies, claim, _ = claimed(four_bar(), **RATES)
+    scene = four_bar()
+    sweep = scene.sweep(positions(scene), **RATES)
+    flags = np.array([sweep[bodies.frames.joints[index]].unique for index in bodies.claimed])
+    bodies.prove_flags(claim.x, flags)
+    # Coordinates that are not numbers cannot be decomposed, so they were not looked at again.
+    bodies.prove_flags(np.full_like(claim.x, np.nan), flags)
+    with pytest.raises((cd.AccuracyError, np.linalg.LinAlgError)):
+        bodies.prove_flags(np.full_like(claim.x, np.nan), ~flags)

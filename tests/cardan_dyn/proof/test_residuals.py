@@ -69,7 +69,7 @@ def test_every_residual_is_refused_above_the_tolerance(field: str, name: str, sc
         above.prove(POSITIONS, CONDITION)
     assert "drive position 1.5, more than 1e-08" in str(caught.value)
     assert "condition 2.0e+00 there: which explains no such error" in str(caught.value)
-    assert caught.value.residual == pytest.approx(3.0 * BALANCE_TOLERANCE, abs=0.0)
+    assert caught.value.residual == pytest.approx(3.0 * BALANCE_TOLERANCE, rel=1e-12, abs=0.0)
     assert caught.value.tolerance == BALANCE_TOLERANCE
     assert caught.value.position == 1.5
 
@@ -80,7 +80,7 @@ def test_each_sample_is_compared_with_its_own_scale() -> None:
     small = residuals(imbalance=[0.0, 0.0, error], wrench=[1e6, 1e6, 1.0], applied=np.zeros(3))
     with pytest.raises(cd.AccuracyError, match=r"the balance residual is 2.0e-08 .* 2.5,"):
         small.prove(POSITIONS, CONDITION)
-    assert small.balance == pytest.approx(error / 1e6, abs=0.0)
+    assert small.balance == pytest.approx(error / 1e6, rel=1e-12, abs=0.0)
 
 
 def test_advice_next_to_singular_configurations() -> None:
