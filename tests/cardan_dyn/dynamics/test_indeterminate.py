@@ -153,21 +153,23 @@ def test_compliances_stay_with_the_parents_axes() -> None:
         np.testing.assert_allclose(amounts[sample], expected, rtol=1e-6)
 
 
-def test_what_compliances_leave_open_is_of_least_norm() -> None:
+@pytest.mark.parametrize("counted", [[0, 1], [1]])
+def test_what_compliances_leave_open_is_of_least_norm(counted: list[int]) -> None:
     """One joint of rank two: two of four amounts follow from energy, two from the norm."""
     rng = np.random.default_rng(7)
     items = [self_stress(rng, [0, 1], 4)]
     wrenches = rng.normal(size=(SAMPLES, 2, 6, CASES))
     root = 1e-4 * rng.normal(size=(6, 2))
-    rule = LeastEnergy(LENGTH, frozenset({0, 1}), {0: root @ root.T})
+    rule = LeastEnergy(LENGTH, frozenset(counted), {0: root @ root.T})
     (amounts,) = rule.amounts(wrenches, items, {})
-    matrix = dense(items, 2)
+    matrix, scale = dense(items, 2), np.zeros((2, 6))
+    scale[counted] = SCALE
     for sample in range(SAMPLES):
         energy_rows = root.T @ matrix[sample][:6]
         particular = np.linalg.lstsq(energy_rows, -root.T @ wrenches[sample, 0], rcond=None)[0]
         free = np.linalg.svd(energy_rows)[2][2:].T
-        norm_rows = np.tile(SCALE, 2)[:, None] * matrix[sample]
-        norm_right = np.tile(SCALE, 2)[:, None] * wrenches[sample].reshape(-1, CASES)
+        norm_rows = scale.reshape(-1, 1) * matrix[sample]
+        norm_right = scale.reshape(-1, 1) * wrenches[sample].reshape(-1, CASES)
         rest = np.linalg.lstsq(norm_rows @ free, -norm_right - norm_rows @ particular, rcond=None)
         expected = particular + free @ rest[0]
         np.testing.assert_allclose(amounts[sample], expected, rtol=1e-6)
@@ -219,6 +221,23 @@ def test_influence_is_the_greatest_change_with_forces_times_the_length() -> None
     expected[0, 0], expected[2, 4], expected[3, 2] = 2.0 * LENGTH, 5.0, LENGTH
     np.testing.assert_allclose(influence([first, second], 5, LENGTH), expected)
     np.testing.assert_array_equal(influence([], 2, LENGTH), np.zeros((2, 6)))
+
+
+@pytest.mark.parametrize("unit", [1e-10, 1e10])
+def test_the_unit_of_length_does_not_matter(unit: float) -> None:
+    """In units so small, forces and reciprocals of lengths change, and moments do not."""
+    rng = np.random.default_rng(13)
+    item = self_stress(rng, [0, 1, 2], 3)
+    wrenches = rng.normal(size=(SAMPLES, 3, 6, CASES))
+    flexible = compliances(rng, 0, 2)
+    rule = LeastEnergy(LENGTH, frozenset(range(3)), flexible)
+    (expected,) = rule.amounts(wrenches, [item], {})
+    factors = np.repeat([1.0 / unit, 1.0], 3)
+    scaled = item._replace(spread=item.spread * factors[:, None])
+    soft = {joint: value / factors[:, None] / factors for joint, value in flexible.items()}
+    rule = LeastEnergy(LENGTH * unit, frozenset(range(3)), soft)
+    (amounts,) = rule.amounts(wrenches * factors[:, None], [scaled], {})
+    np.testing.assert_allclose(amounts, expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("factor", [1e-6, 1.0, 1e6])
