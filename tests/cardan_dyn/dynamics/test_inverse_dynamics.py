@@ -149,7 +149,7 @@ SLIDER = """<robot name="lift"><link name="base"/><link name="rack"/><link name=
   <joint name="guide" type="prismatic"><parent link="base"/><child link="rack"/>
     <axis xyz="1 0 0"/></joint>
   <joint name="axle" type="continuous"><parent link="base"/><child link="wheel"/>
-    <origin xyz="0 2 0"/><axis xyz="0 0 1"/></joint>
+    <origin xyz="0 3 1"/><axis xyz="0 0 1"/></joint>
   <coupling name="mesh"><predecessor link="rack"/><successor link="wheel"/>
     <ratio value="50"/></coupling></robot>"""
 
@@ -164,6 +164,7 @@ def test_condition_counts_slides_in_lengths() -> None:
     ratios[:, columns["guide"], 0] = 1.0
     ratios[:, columns["axle"], 0] = -50.0
     length = scene.mechanism.characteristic_length
+    assert abs(length - 1.0) > 0.1
     expected = 2.0 * max(1.0, 50.0 * length)
     np.testing.assert_allclose(item.condition(state, ratios), expected, rtol=1e-14)
     # It is at least that of the equations.

@@ -14,6 +14,7 @@ from testkit.planar_linkages import three_cranks
 import cardan_dyn as cd
 from cardan_dyn.dynamics import problem_solver
 from cardan_dyn.dynamics.indeterminate import LeastEnergy, LeastNorm
+from cardan_dyn.dynamics.inverse_dynamics import Solution
 from cardan_dyn.dynamics.problem_solver import COMPONENTS, ProblemSolver
 
 
@@ -201,4 +202,19 @@ def test_what_is_solved_is_proven() -> None:
     assembled = item.assemble(where)
     item.reactions._active.clear()
     with pytest.raises(cd.AccuracyError, match="please report"):
+        item.solve(assembled, *rates(where))
+
+
+def test_flags_of_what_is_solved_are_proven(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A planar four-bar does not determine its forces out of the plane."""
+    scene = four_bar()
+    item, where = solver(scene), positions(scene)
+    assembled, join = item.assemble(where), problem_solver.joined
+
+    def joined(blocks: list[Solution], at: np.ndarray) -> Solution:
+        solution = join(blocks, at)
+        return solution._replace(influence=np.zeros_like(solution.influence))
+
+    monkeypatch.setattr(problem_solver, "joined", joined)
+    with pytest.raises(cd.AccuracyError, match="flagged unique, but changes"):
         item.solve(assembled, *rates(where))

@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio
 import pytest
 from testkit.claims import SCENES, positions
+from testkit.drive_lines import drive_line
 from testkit.linkages import coupling, gears
 from testkit.mixed_chain import MIXED
 
@@ -25,9 +26,23 @@ GRAVITY = np.array([1.0, -2.0, -9.81])
 SPEED, ACCELERATION = 3.0, 2.0
 
 
-@pytest.fixture(scope="module", params=SCENES)
+def line() -> cd.Scene:
+    """A line of joints whose loops are solved one after the other."""
+    return cd.Scene(cd.load(drive_line(3)), drive="bearing_0")
+
+
+def gear_train() -> cd.Scene:
+    """Two couplings, of which the second one loads the first."""
+    couplings = coupling("g", "a", "b", -3.0), coupling("h", "b", "c", 0.5)
+    return cd.Scene(cd.load(gears(*couplings, third=True)), drive="a")
+
+
+ALL_SCENES = {**SCENES, "line": line, "gear train": gear_train}
+
+
+@pytest.fixture(scope="module", params=ALL_SCENES)
 def scene(request: pytest.FixtureRequest) -> cd.Scene:
-    return SCENES[request.param]()
+    return ALL_SCENES[request.param]()
 
 
 def closed(scene: cd.Scene) -> ClosedState:
@@ -174,6 +189,7 @@ def test_components_with_influence_are_those_that_are_open() -> None:
     expected = np.concatenate([out, ~out])
     for open_components in reactions.influence > UNIQUE_TOLERANCE:
         assert open_components.tolist() == expected.tolist()
+    assert reactions.indeterminate_couplings == set()
 
 
 def test_redundant_couplings_are_indeterminate() -> None:
