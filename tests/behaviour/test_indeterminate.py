@@ -41,15 +41,15 @@ def test_elastic_bearings_share_the_weight_like_springs(joint: cd.Mechanism) -> 
     # Shafts and cross hang between both bearings; X of the cross' side goes to bearing_in.
     load_1, load_2 = G * mass["in"], G * (mass["cross"] + mass["out"])
     shift = (c_2 * load_2 - c_1 * load_1) / (c_1 + c_2)
-    found = turn.wrench("bearing_in", "world").force
-    np.testing.assert_allclose(found[:, 2], load_1 + shift, rtol=1e-12)
-    assert np.max(np.abs(found[:, :2])) < 1e-9
-    found = turn.wrench("bearing_out", "world").force
-    np.testing.assert_allclose(found[:, 2], load_2 - shift, rtol=1e-12)
+    force = turn.wrench("bearing_in", "world").force
+    np.testing.assert_allclose(force[:, 2], load_1 + shift, rtol=1e-12)
+    assert np.max(np.abs(force[:, :2])) < 1e-9
+    force = turn.wrench("bearing_out", "world").force
+    np.testing.assert_allclose(force[:, 2], load_2 - shift, rtol=1e-12)
     np.testing.assert_allclose(
         turn.wrench("pin_out", "world").force[:, 2], shift - G * mass["cross"], rtol=1e-11
     )
-    # The moments are unique: no rule changes them, and nothing pretends that the forces are.
+    # The moments are unique, so no rule changes them; the forces stay flagged as not unique.
     plain = scene(joint).sweep(np.linspace(0.0, 6.0, 13))
     for name in joint.joint_names:
         np.testing.assert_allclose(turn[name].moment, plain[name].moment, atol=1e-10)
@@ -92,11 +92,11 @@ def test_elastic_solutions_minimise_the_elastic_energy() -> None:
         )
 
     def wrenches(sweep: cd.Sweep) -> dict[str, np.ndarray]:
-        found = {name: sweep.wrench(name, "parent") for name in "abcd"}
-        return {name: np.concatenate([w.force, w.moment], axis=1) for name, w in found.items()}
+        by_joint = {name: sweep.wrench(name, "parent") for name in "abcd"}
+        return {name: np.concatenate([w.force, w.moment], axis=1) for name, w in by_joint.items()}
 
     least, other = wrenches(turn), wrenches(plain)
-    # From the minimum the energy grows with the square of the step, both ways alike.
+    # From the minimum the energy grows with the square of the step, whatever its sign.
     base = energy(least)
     for step in (1.0, -1.0, 0.5):
         moved = {n: least[n] + step * (other[n] - least[n]) for n in "abcd"}
@@ -189,8 +189,8 @@ def bennett(alpha: float, beta: float, theta: float) -> tuple[str, float]:
 
     def origin(placed: pin.SE3) -> str:
         words = [
-            " ".join(repr(float(value)) for value in part)
-            for part in (placed.translation, pin.rpy.matrixToRpy(placed.rotation))
+            " ".join(repr(float(value)) for value in values)
+            for values in (placed.translation, pin.rpy.matrixToRpy(placed.rotation))
         ]
         return f'<origin xyz="{words[0]}" rpy="{words[1]}"/>'
 

@@ -1,4 +1,4 @@
-"""Bodies that outputs leave out and loads that change: refused or right."""
+"""Bodies that outputs leave out, and loads that change from sample to sample."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def test_loads_on_links_that_the_outputs_leave_out() -> None:
     options = {"drive": "bearing_0", "loads": {"left_shaft_2": wrench, "right_2": -4.0}}
     positions = np.linspace(0.0, 3.0, 9)
     whole = cd.Scene(mechanism, **options).sweep(positions)
-    part = cd.Scene(mechanism, **options, outputs=["right_2"]).sweep(positions)
-    assert relative(part["right_2"].moment, whole["right_2"].moment) < 1e-12
+    reduced = cd.Scene(mechanism, **options, outputs=["right_2"]).sweep(positions)
+    assert relative(reduced["right_2"].moment, whole["right_2"].moment) < 1e-12
 
 
 def test_frames_and_compliances_of_joints_that_the_outputs_leave_out() -> None:
@@ -26,15 +26,15 @@ def test_frames_and_compliances_of_joints_that_the_outputs_leave_out() -> None:
     options = {"drive": "bearing_0", "loads": {"right_2": -4.0}}
     whole = cd.Scene(mechanism, **options).sweep(positions)
     name = "right_pin_1_in"
-    part = cd.Scene(
+    reduced = cd.Scene(
         mechanism, **options, outputs=[name], compliance={"left_1": np.ones(6) * 1e-6}
     ).sweep(positions)
-    found, expected = (turn.wrench(name, "parent") for turn in (part, whole))
+    wrench, expected = (turn.wrench(name, "parent") for turn in (reduced, whole))
     sure = expected.unique[3:]
     assert np.any(sure)
-    assert relative(found.moment[:, sure], expected.moment[:, sure]) < 1e-12
+    assert relative(wrench.moment[:, sure], expected.moment[:, sure]) < 1e-12
     with pytest.raises(cd.ModelError, match="the outputs of the scene leave out joint 'left_2'"):
-        part.origin("left_2")
+        reduced.origin("left_2")
 
 
 def test_a_response_refuses_wrenches_that_change(joint: cd.Mechanism) -> None:
@@ -65,6 +65,6 @@ def test_undriven_joints_beside_a_loop_are_named(joint: cd.Mechanism) -> None:
 
 
 def test_out_of_reach_of_several_drives_without_warnings() -> None:
-    legs = [f"leg_{number}" for number in range(1, 7)]
+    legs = [f"leg_{index}" for index in range(1, 7)]
     with pytest.raises(cd.AssemblyError):
         cd.Scene(cd.load("stewart_platform"), drive=legs).sweep([[1e155] * 6])
