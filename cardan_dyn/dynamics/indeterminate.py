@@ -17,10 +17,11 @@ Eigenvalues are exact to eps = 2e-16 of the greatest one, and more digits are lo
 equations; smaller ones would choose forces by their rounding.
 """
 _ENERGY_ROUNDING = 1e-18
-"""Energies up to this part of what they could be are the rounding of zero.
+"""Eigenvalues of the energy up to this part of their greatest possible value count as zero.
 
-It is the square of the 1e-9 up to which the influence of a self-stress counts as none, see
-`reactions.UNIQUE_TOLERANCE`, since energies grow with the square of forces.
+That value is `bound` of `_lexicographic`. The part is the square of the 1e-9 up to which the
+influence of a self-stress counts as none, see `reactions.UNIQUE_TOLERANCE`, since energies grow
+with the square of forces.
 """
 
 
@@ -245,8 +246,8 @@ class LeastEnergy:
             rotations: see `amounts`.
 
         Returns:
-            The energy, the sum of squares (see `LeastNorm`), and `(N, 1)` how great eigenvalues of
-            the energy could be: as if forces acted where the joints yield most.
+            The energy, the sum of squares (see `LeastNorm`), and `(N, 1)` the greatest
+            possible eigenvalues of the energy: those of forces along the most compliant directions.
         """
         count, size, cases = len(wrenches), starts[-1], wrenches.shape[3]
         energy, norm = np.zeros((2, count, size, size))
@@ -268,7 +269,7 @@ class LeastEnergy:
         return _Form(energy, right_energy), _Form(norm, right_norm), bound
 
     def _in_joint_frame(self, joint: int, rotation: Array | None) -> Array:
-        """Return a joint's compliance in its own frame, `(N, 6, 6)`, or `(6, 6)` if unrotated."""
+        """Return a compliance in its joint's frame, `(N, 6, 6)`, or `(6, 6)` if unrotated."""
         compliance = self._compliances[joint]
         if rotation is None:
             return compliance
@@ -290,10 +291,10 @@ def _spread_by_joint(
     for index, item in enumerate(self_stresses):
         for row, joint in enumerate(item.joints.tolist()):
             loading.setdefault(joint, []).append((index, item.spread[:, row]))
-    for joint, parts in loading.items():
-        spread = np.zeros((len(parts[0][1]), 6, starts[-1]))
-        for index, part in parts:
-            spread[:, :, starts[index] : starts[index + 1]] = part
+    for joint, spreads in loading.items():
+        spread = np.zeros((len(spreads[0][1]), 6, starts[-1]))
+        for index, of_self_stress in spreads:
+            spread[:, :, starts[index] : starts[index + 1]] = of_self_stress
         yield joint, spread
 
 
@@ -321,8 +322,8 @@ def _lexicographic(first: _Form, second: _Form, bound: Array) -> Array:
     Args:
         first: the form that decides first; its minimum has to exist.
         second: the form that decides what the first one leaves open.
-        bound: `(N, 1)` greatest eigenvalue that the first form could have; one far below is the
-            rounding of zero.
+        bound: `(N, 1)` greatest possible eigenvalue of the first form, beside which much smaller
+            ones are the rounding of zero.
     """
     values, vectors = np.linalg.eigh(first.matrix)
     least = _STIFF * np.max(np.abs(values), axis=1, keepdims=True)

@@ -66,7 +66,7 @@ class Solution(NamedTuple):
         coupling_moments: `(N, G)` moments of the couplings at their successors' joints.
         condition: `(N,)` see `Sweep.condition`.
         loop_error: `(N,)` closure error, see `Sweep.loop_residual`.
-        residuals: what balances and constraints leave over.
+        residuals: violations of balances and constraints.
         influence: `(b, 6)`, see `Reactions.influence`.
         indeterminate_couplings: indices of the couplings whose moment is not unique.
     """

@@ -171,7 +171,9 @@ class ProblemSolver(Frozen):
             raise ArgumentError(
                 "these positions were assembled by another scene; assemble them again"
             )
-        if assembled.kinematics.reductions != self.assembly.kinematics.reductions:
+        used, known = assembled.kinematics.reductions, self.assembly.kinematics.reductions
+        # By identity, since reductions hold arrays, which `==` does not compare as a whole.
+        if any(first is not second for first, second in zip(used, known, strict=True)):
             return self.assembled_in_turn(assembled.positions)
         return assembled
 

@@ -97,7 +97,7 @@ class Constraints:
                 frames.path(frames.links[link][0])
                 for link in (coupling.predecessor, coupling.successor)
             )
-            # Joints on both paths move both links alike and do not count.
+            # Joints on both paths move both links alike, which the coupling does not feel.
             for joints, factor in (
                 (set(predecessor) - set(successor), -coupling.ratio),
                 (set(successor) - set(predecessor), 1.0),
@@ -153,7 +153,7 @@ class Constraints:
             (self._held_columns, self._held_positions, self._held_rates),
         ):
             error = np.abs(claim.x[:, columns] - prescribed) / self.rate_scale[rates]
-            # A position of many turns cannot be more exact than its own rounding.
+            # A position of many turns is known only up to the rounding of its great number.
             error /= np.maximum(1.0, np.abs(prescribed) / self.rate_scale[rates])
             worst = np.maximum(worst, error.max(axis=1, initial=0.0))
         return worst
@@ -221,7 +221,7 @@ class Constraints:
             difference = np.einsum("m,mcin->cin", signs[around], relative[around])
             linear, angular = difference
             last = self._frames.last[self._frames.tree + loop]
-            if last >= 0:  # Moments of velocity are taken to the loop's own point.
+            if last >= 0:  # The gap opens at the loop's joint, not at the corner.
                 linear = linear + cross(angular, state.motion_frames[last, 3])
             np.maximum(worst, np.abs(linear).max(axis=0) / self._length, out=worst)
             np.maximum(worst, np.abs(angular).max(axis=0), out=worst)

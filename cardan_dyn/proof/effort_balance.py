@@ -1,7 +1,7 @@
 """Effort balance: joint wrenches along the coordinates against what is said to act there.
 
-Along a passive coordinate a joint passes on nothing but what loads and couplings exert, along a
-driven or held one what the drive or the holding effort adds to them.
+Along a passive coordinate a joint transmits only the efforts of loads and couplings; along a driven
+or held one, the drive effort or the holding effort adds to them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .wrenches import JointWrenches
 
 
 class EffortBalance:
-    """Where the efforts along the rates are found in the wrenches of the claimed joints."""
+    """The components of the claimed wrenches that act along the rates."""
 
     def __init__(self, twists: Twists, joints: Sequence[int], rate_scale: Array) -> None:
         """Find the component of a wrench that acts along each rate.
@@ -41,7 +41,7 @@ class EffortBalance:
         self._force_or_moment = np.where(twists.sliding[self._last_rows], 0, 1)
 
     def imbalance(self, state: State, wrenches: JointWrenches, given: Array) -> Array:
-        """Return `(N,)` the greatest effort [N·m] that a wrench has along a rate and should not.
+        """Return `(N,)` the greatest difference [N·m] between a wrench along a rate and `given`.
 
         Args:
             state: of the mechanism.

@@ -3,9 +3,9 @@
 Every body of the description is cut free. Mass, centre and inertia are those of the URDF text, read
 a second time (of MJCF, those that its reader returned), and bodies are placed by plain forward
 kinematics. On a body act its weight, the loads, and the returned wrenches of its joints, loops
-included; what these leave over beside its momentum rates is an imbalance. Loops have to be closed
-in positions and in rates, along each coordinate nothing may act but loads, couplings, drives and
-what holds joints, and power has to balance.
+included; the difference between their sum and its momentum rates is an imbalance. Loops have to be
+closed in positions and in rates, along each coordinate only loads, couplings, drives and holding
+efforts may act, and power has to balance.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Residuals: what a result leaves over in balances and constraints, and whether that is allowed."""
+"""Residuals: how far a result violates balances and constraints, and whether that is allowed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Rounding leaves some 1e-14 of well-conditioned mechanisms, and more in proportio
 number of the closure equations; a mistake in an equation or a number leaves far more.
 """
 CHECK_ROUNDING = 0.1 * float(np.finfo(float).eps)
-"""What rounding hides from the balance of bodies, as a part of `Residuals.inertia`.
+"""Imbalance of bodies that rounding may hide, as a part of `Residuals.inertia`.
 
 The size of inertial terms is estimated with the length of the whole mechanism, some ten times that
 of its bodies; hence the tenth.
@@ -29,7 +29,8 @@ _HARMLESS_CONDITION = 1e6
 _CANCELLED = 1e-13
 """Wrenches up to this part of the inertial terms are what rounding leaves of their sum.
 
-It is some hundred times the rounding of a single term; a body's balance has about as many.
+It is some hundred times the rounding of a single term, since the balance of a body adds up about as
+many terms.
 """
 _LEAST_SCALE = 1e-300
 """Added to what residuals are divided by, so that nothing is divided by zero.
@@ -74,7 +75,7 @@ class Claim(NamedTuple):
 
 
 class Residuals(NamedTuple):
-    """What is left over in balances and constraints, and what it is compared with, per sample.
+    """Violations of balances and constraints, and what they are compared with, per sample.
 
     All arrays are `(N,)`. To be compared with moments, forces are multiplied with the
     characteristic length.
@@ -135,8 +136,9 @@ class Residuals(NamedTuple):
     def balance(self) -> float:
         """Greatest imbalance of the bodies relative to the greatest wrench of all samples.
 
-        It includes what the rounding of inertial terms hides from the check. It is nan where no
-        body's balance is known, and where nothing acts, so that there is nothing to compare with.
+        It includes the imbalance that the rounding of inertial terms may hide. It is nan where no
+        body's balance is known, and where no load, weight or inertia acts, since there is nothing
+        to compare with.
         """
         if not self.bodies_balanced:
             return float("nan")
@@ -151,8 +153,8 @@ class Residuals(NamedTuple):
     def power(self) -> float:
         """Greatest imbalance of power relative to the power that flows.
 
-        A balanced mechanism transmits no power. Its powers are compared with the greatest wrench
-        times the greatest joint speed, which says how exactly they can cancel.
+        The greatest wrench times the greatest joint speed is added to that power, since powers
+        cannot cancel more exactly than its rounding where none flows, as of balanced weights.
         """
         if not self.power_balanced:
             return float("nan")
@@ -173,8 +175,8 @@ class Residuals(NamedTuple):
             AccuracyError: a residual exceeds its tolerance, or is not a number.
         """
         size = self.wrench + self.applied + self.inertia
-        one = np.ones_like(self.loop_error)
-        residuals = [("loop", self.loop_error, one), ("rate", self.rate_error, one)]
+        unit = np.ones_like(self.loop_error)  # Errors of loops and rates are relative already.
+        residuals = [("loop", self.loop_error, unit), ("rate", self.rate_error, unit)]
         if self.bodies_balanced:
             residuals.append(("balance", self.imbalance, size))
         if self.power_balanced:
@@ -236,7 +238,7 @@ def _worst(error: Array, scale: Array) -> float:
     return float(np.max(ratio(error, scale)))
 
 
-def ratio(part: Array, whole: Array) -> Array:
-    """Return `part / whole`: zero where the part is, immense where only the whole is zero."""
+def ratio(numerator: Array, denominator: Array) -> Array:
+    """Return quotients: zero for the numerator zero, very great if only the denominator is."""
     with np.errstate(invalid="ignore", over="ignore"):
-        return np.where(part == 0.0, 0.0, part / (whole + _LEAST_SCALE))
+        return np.where(numerator == 0.0, 0.0, numerator / (denominator + _LEAST_SCALE))

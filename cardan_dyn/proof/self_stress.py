@@ -26,15 +26,15 @@ factor of 50 is left for the lever arms by which wrenches are moved to their joi
 _OPEN = 1e-13
 """Greatest change of a component, per unit of self-stress, that proves that it is unique.
 
-It is some hundred times the rounding of a sum of products near 1. The solver flags a component
-only from a change of 1e-9 on, so nothing that it flags rightly comes out as small as this.
+It is some hundred times the rounding of a sum of products near 1. The solver flags a component as
+open only from a change of 1e-9 on, so a component that it flags rightly changes by more than this.
 """
 _ZERO, _CLEAR = 1e-11, 1e-7
 """Relative singular values of equilibrium up to which it is singular, and from which it is not.
 
 Coordinates are exact to some 1e-15, so that self-stresses come out with singular values of that
-size; four digits are left for badly shaped loops. Values in between occur next to singular
-configurations, where neither answer can be trusted, so such positions are not judged.
+size; four digits are left for loops whose shape magnifies rounding. Values in between occur next to
+singular configurations, where neither answer can be trusted, so such positions are not judged.
 """
 _CERTAIN_CONDITION = 1e4
 """Condition number of the closure equations up to which rounding cannot look like a self-stress.
@@ -48,7 +48,10 @@ _POSITIONS_AT_ONCE = 64
 It bounds the memory: 64 matrices of 600 × 600 numbers take 184 MB.
 """
 _FIRST_POSITIONS = 3
-"""Positions, spread over a sweep, that are judged first; nearly always they settle all flags."""
+"""Positions, spread over a sweep, that are judged first.
+
+A component that is open is so at all but special positions, so these usually settle all flags.
+"""
 MOST_UNKNOWNS = 600
 """Greatest number of unknown closure forces that are decomposed; beyond, flags are not proven.
 

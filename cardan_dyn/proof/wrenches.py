@@ -57,20 +57,23 @@ def greatest_size(wrenches: Array, length: float, points: Array | None = None) -
     force, moment = wrenches[:, 0], wrenches[:, 1]
     if points is not None:
         moment = moment - cross(points, force)
-    squares = length**2 * _squared(force)
-    np.maximum(squares, _squared(moment), out=squares)
-    greatest = np.max(squares, axis=0)
+    greatest = _greatest_square(force, moment, length)
     if _LEAST_SQUARE < np.max(greatest) < _GREATEST_SQUARE:
         return np.asarray(np.sqrt(greatest))
     # Squares overflow, or vanish, long before the wrenches do.
     scale = float(np.max(np.abs(wrenches)))
     if not 0.0 < scale < np.inf:
         return np.asarray(np.max(np.abs(wrenches), axis=(0, 1, 2)))
-    greatest = length**2 * _squared(force / scale)
-    np.maximum(greatest, _squared(moment / scale), out=greatest)
-    return np.asarray(scale * np.sqrt(np.max(greatest, axis=0)))
+    greatest = _greatest_square(force / scale, moment / scale, length)
+    return np.asarray(scale * np.sqrt(greatest))
 
 
-def _squared(vectors: Array) -> Array:
+def _greatest_square(force: Array, moment: Array, length: float) -> Array:
+    """Return `(N,)` the greatest square of moments, and of forces times a length, `(B, 3, N)`.
+
+    It is infinite where squares overflow, and zero where they vanish.
+    """
     with np.errstate(over="ignore", under="ignore"):
-        return np.asarray(np.einsum("bin,bin->bn", vectors, vectors))
+        squares = length**2 * np.einsum("bin,bin->bn", force, force)
+        np.maximum(squares, np.einsum("bin,bin->bn", moment, moment), out=squares)
+    return np.asarray(np.max(squares, axis=0))

@@ -55,25 +55,10 @@ def test_constrained_forward_dynamics_agrees(
         a, data, _ = forward_accelerations(mechanism, turn, sample, efforts)
         assert np.max(np.abs(a - turn.motion.a[sample])) < 1e-9 * scale
         for joint_name, wrench in wrenches.items():
-            found = data.f[mechanism.joints[joint_name].id].vector
-            ours = np.concatenate([wrench.force[sample], wrench.moment[sample]])
-            difference = np.where(wrench.unique, found - ours, 0.0)
+            expected = data.f[mechanism.joints[joint_name].id].vector
+            actual = np.concatenate([wrench.force[sample], wrench.moment[sample]])
+            difference = np.where(wrench.unique, actual - expected, 0.0)
             assert np.max(np.abs(difference)) < 1e-9 * size, joint_name
-
-
-def test_rates_are_derivatives(shaft: cd.Mechanism) -> None:
-    """Speeds and accelerations against differences of the positions themselves."""
-    scene = double(shaft, 0.6, 0.4)
-    step = 1e-3
-    offsets = step * np.arange(-3, 4)
-    first = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / (60.0 * step)
-    second = np.array([2.0, -27.0, 270.0, -490.0, 270.0, -27.0, 2.0]) / (180.0 * step**2)
-    for centre in (0.3, 1.2, 2.9):
-        turn = scene.sweep(centre + offsets, speed=1.0)
-        for name in ("pin_1_in", "pin_1_out", "slip", "pin_2_in", "pin_2_out", "bearing_out"):
-            values = turn.motion.position(name)
-            assert first @ values == pytest.approx(turn.motion.velocity(name)[3], abs=1e-11)
-            assert second @ values == pytest.approx(turn.motion.acceleration(name)[3], abs=1e-8)
 
 
 def test_weights_at_rest(joint: cd.Mechanism) -> None:
@@ -129,7 +114,7 @@ def test_loads_may_vary_along_the_sweep(joint: cd.Mechanism) -> None:
     assert relative(by_link.drive_effort, turn.drive_effort) < 1e-14
 
 
-def test_outputs_keep_what_was_asked_for(shaft: cd.Mechanism) -> None:
+def test_outputs_choose_the_wrenches(shaft: cd.Mechanism) -> None:
     turn = double(shaft, 0.5, 0.5, outputs=["bearing_out", "slip"]).sweep([0.0, 1.0], speed=5.0)
     whole = double(shaft, 0.5, 0.5).sweep([0.0, 1.0], speed=5.0)
     np.testing.assert_array_equal(turn["slip"].force, whole["slip"].force)

@@ -49,7 +49,7 @@ def test_elastic_bearings_share_the_weight_like_springs(joint: cd.Mechanism) -> 
     np.testing.assert_allclose(
         turn.wrench("pin_out", "world").force[:, 2], shift - G * mass["cross"], rtol=1e-11
     )
-    # The moments are unique: no rule changes them, and nothing pretends that the forces are.
+    # The moments are unique, so no rule changes them; the forces stay flagged as not unique.
     plain = scene(joint).sweep(np.linspace(0.0, 6.0, 13))
     for name in joint.joint_names:
         np.testing.assert_allclose(turn[name].moment, plain[name].moment, atol=1e-10)

@@ -1,4 +1,4 @@
-"""Bodies that outputs leave out and loads that change: refused or right."""
+"""Bodies that outputs leave out, and loads that change from sample to sample."""
 
 from __future__ import annotations
 

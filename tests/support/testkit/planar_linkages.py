@@ -67,6 +67,20 @@ def five_bar() -> cd.Mechanism:
     )
 
 
+def three_cranks() -> cd.Mechanism:
+    """A coupler on three parallel cranks of one length: only these lengths let it move."""
+    third = loop("b", "e", (2.0, 0.0), (0.0, 0.5)).replace('name="C"', 'name="F"')
+    return described(
+        *(link(name) for name in "abce"),
+        joint("A", "ground", "a"),
+        joint("B", "a", "b", (0.0, 0.5)),
+        joint("D", "ground", "c", (1.0, 0.0)),
+        joint("E", "ground", "e", (2.0, 0.0)),
+        loop("b", "c", (1.0, 0.0), (0.0, 0.5)),
+        third,
+    )
+
+
 def geared(ratio: float) -> cd.Mechanism:
     """A drive A and a wheel B that a coupling turns."""
     coupling = (

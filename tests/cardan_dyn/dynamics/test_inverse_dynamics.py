@@ -1,0 +1,235 @@
+"""Rates against differences of closed positions, efforts by virtual work, joining of blocks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.claims import SCENES, four_bar, positions
+from testkit.linkages import coupling, gears
+from testkit.scenes import double
+
+import cardan_dyn as cd
+from cardan_dyn.dynamics.inverse_dynamics import Inputs, InverseDynamics, Solution, joined
+from cardan_dyn.dynamics.open_tree import LoadCase
+from cardan_dyn.kinematics.all_groups import ClosedState
+
+COUNT = 4
+SPEED, ACCELERATION = 1.5, -0.7
+STEP = 1e-3
+OFFSETS = STEP * np.arange(-3, 4)
+FIRST = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / (60.0 * STEP)
+SECOND = np.array([2.0, -27.0, 270.0, -490.0, 270.0, -27.0, 2.0]) / (180.0 * STEP**2)
+"""Central differences of sixth order over seven samples."""
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def scene(request: pytest.FixtureRequest) -> cd.Scene:
+    return SCENES[request.param]()
+
+
+def dynamics(scene: cd.Scene) -> InverseDynamics:
+    return scene._solver.inverse_dynamics
+
+
+def closed(scene: cd.Scene, where: np.ndarray | None = None) -> ClosedState:
+    (state,) = scene.assemble(positions(scene)[:COUNT] if where is None else where).blocks
+    return state
+
+
+def inputs(scene: cd.Scene, state: ClosedState, speed: float, acceleration: float) -> Inputs:
+    where = positions(scene)[: len(state.x)]
+    return Inputs(
+        where,
+        np.full_like(where, speed),
+        np.full_like(where, acceleration),
+        scene._problem.joint_loads_at(len(where)),
+        dict(scene._problem.link_loads),
+        np.zeros_like(state.x),
+        bool(speed or acceleration),
+    )
+
+
+def solution(scene: cd.Scene, speed: float = SPEED, acceleration: float = ACCELERATION) -> Solution:
+    state = closed(scene)
+    return dynamics(scene).solve(state, inputs(scene, state, speed, acceleration))
+
+
+def test_rates_are_differences_of_closed_positions(scene: cd.Scene) -> None:
+    """All drives move from the same position with their speed and acceleration."""
+    start = positions(scene)[COUNT]
+    motion = SPEED * OFFSETS + 0.5 * ACCELERATION * OFFSETS**2
+    x = closed(scene, start + motion[:, None]).x
+    state, drives = closed(scene, start[None]), len(scene.drives)
+    rates = dynamics(scene).joint_rates(
+        state, np.full((1, drives), SPEED), np.full((1, drives), ACCELERATION)
+    )
+    coordinates = scene.mechanism.coordinates
+    velocities = coordinates.derivative(state.x, rates.v)
+    accelerations = coordinates.curvature(state.x, rates.v, rates.a)
+    np.testing.assert_allclose((FIRST @ x)[None], velocities, atol=1e-9)
+    np.testing.assert_allclose((SECOND @ x)[None], accelerations, atol=1e-6)
+
+
+def test_velocity_ratios_are_those_of_each_drive_alone(scene: cd.Scene) -> None:
+    state, drives = closed(scene), len(scene.drives)
+    velocity_ratios, v, _ = dynamics(scene).joint_rates(
+        state, np.tile(np.arange(2.0, 2.0 + drives), (COUNT, 1)), np.zeros((COUNT, drives))
+    )
+    for drive in range(drives):
+        speeds = np.zeros((COUNT, drives))
+        speeds[:, drive] = 5.0
+        alone = dynamics(scene).joint_rates(state, speeds, np.zeros((COUNT, drives))).v
+        np.testing.assert_allclose(alone, 5.0 * velocity_ratios[..., drive], rtol=1e-13)
+    total = sum((2.0 + drive) * velocity_ratios[..., drive] for drive in range(drives))
+    np.testing.assert_allclose(v, total, rtol=1e-12, atol=1e-12)
+
+
+def test_accelerations_from_rest_have_the_ratios_of_velocities(scene: cd.Scene) -> None:
+    state, shape = closed(scene), (COUNT, len(scene.drives))
+    rates = dynamics(scene).joint_rates(state, np.zeros(shape), np.full(shape, 3.0))
+    assert not np.any(rates.v)
+    np.testing.assert_allclose(rates.a, 3.0 * rates.velocity_ratios.sum(axis=2), rtol=1e-13)
+    resting = dynamics(scene).joint_rates(state, np.zeros(shape), np.zeros(shape))
+    assert not np.any(resting.v)
+    assert not np.any(resting.a)
+    np.testing.assert_array_equal(resting.velocity_ratios, rates.velocity_ratios)
+
+
+def test_rates_are_derivatives(shaft: cd.Mechanism) -> None:
+    """Speeds and accelerations against differences of the positions themselves."""
+    scene = double(shaft, 0.6, 0.4)
+    for centre in (0.3, 1.2, 2.9):
+        turn = scene.sweep(centre + OFFSETS, speed=1.0)
+        for name in ("pin_1_in", "pin_1_out", "slip", "pin_2_in", "pin_2_out", "bearing_out"):
+            values = turn.motion.position(name)
+            assert FIRST @ values == pytest.approx(turn.motion.velocity(name)[3], abs=1e-11)
+            assert SECOND @ values == pytest.approx(turn.motion.acceleration(name)[3], abs=1e-8)
+
+
+@pytest.mark.parametrize("rates", [(0.0, 0.0), (SPEED, ACCELERATION)], ids=["at rest", "moving"])
+def test_efforts_of_drives_alone_are_those_with_all_wrenches(rates: tuple[float, float]) -> None:
+    """By virtual work, without closure forces; those of held joints are not known then."""
+    for name in ("universal", "four-bar", "spatial"):
+        whole = solution(SCENES[name](), *rates)
+        scene = SCENES[name](outputs=[])
+        alone = solution(scene, *rates)
+        drives = scene._solver.assembly.kinematics.drives
+        np.testing.assert_allclose(alone.efforts[:, drives], whole.efforts[:, drives], rtol=1e-9)
+        others = np.delete(np.arange(alone.efforts.shape[1]), drives)
+        assert not np.any(alone.efforts[:, others])
+
+
+def test_efforts_are_zero_but_at_drives_and_held_joints(scene: cd.Scene) -> None:
+    item = solution(scene)
+    prescribed = scene._problem.prescribed_columns
+    others = np.delete(np.arange(item.efforts.shape[1]), prescribed)
+    assert not np.any(item.efforts[:, others])
+    assert np.all(np.any(item.efforts[:, prescribed], axis=0))
+
+
+def test_moments_of_couplings() -> None:
+    mechanism = cd.load(gears(coupling("g", "a", "b", -3.0)))
+    scene = cd.Scene(mechanism, drive="a", loads={"b": -5.0})
+    item = solution(scene, 0.0, 0.0)
+    np.testing.assert_allclose(item.coupling_moments, np.full((COUNT, 1), 5.0), rtol=1e-14)
+    assert item.coupling_moments.shape == (COUNT, 1)
+    assert solution(four_bar()).coupling_moments.shape == (COUNT, 0)
+
+
+def test_mass_and_flags(scene: cd.Scene) -> None:
+    assert dynamics(scene).has_mass
+    massless = cd.Scene(cd.load(SLIDER), drive="guide")
+    assert not dynamics(massless).has_mass
+    item = solution(scene)
+    assert item.unique.shape == item.influence.shape
+    np.testing.assert_array_equal(item.unique, item.influence < 1e-9)
+
+
+SLIDER = """<robot name="lift"><link name="base"/><link name="rack"/><link name="wheel"/>
+  <joint name="guide" type="prismatic"><parent link="base"/><child link="rack"/>
+    <axis xyz="1 0 0"/></joint>
+  <joint name="axle" type="continuous"><parent link="base"/><child link="wheel"/>
+    <origin xyz="0 3 1"/><axis xyz="0 0 1"/></joint>
+  <coupling name="mesh"><predecessor link="rack"/><successor link="wheel"/>
+    <ratio value="50"/></coupling></robot>"""
+
+
+def test_condition_counts_slides_in_lengths() -> None:
+    """A wheel that turns by 50 rad per metre turns by 50 times the length per length."""
+    scene = cd.Scene(cd.load(SLIDER), drive="guide")
+    item = dynamics(scene)
+    state = closed(scene)._replace(condition=np.full(COUNT, 2.0))
+    ratios = np.zeros((COUNT, 2, 1))
+    columns = scene.mechanism.coordinates.velocity_columns
+    ratios[:, columns["guide"], 0] = 1.0
+    ratios[:, columns["axle"], 0] = -50.0
+    length = scene.mechanism.characteristic_length
+    assert abs(length - 1.0) > 0.1
+    expected = 2.0 * max(1.0, 50.0 * length)
+    np.testing.assert_allclose(item.condition(state, ratios), expected, rtol=1e-14)
+    # It is at least that of the equations.
+    np.testing.assert_array_equal(item.condition(state, 0.0 * ratios), state.condition)
+
+
+def test_blocks_are_joined_in_their_order(scene: cd.Scene) -> None:
+    first, second = solution(scene), solution(scene, 2.0 * SPEED)
+    second = second._replace(
+        influence=second.influence + 1.0, indeterminate_couplings={3}, x=second.x
+    )
+    where = np.concatenate([positions(scene)[:COUNT]] * 2)
+    whole = joined([first._replace(indeterminate_couplings={1}), second], where)
+    for name in ("x", "v", "a", "velocity_ratios", "wrenches", "efforts", "loop_error"):
+        expected = np.concatenate([getattr(first, name), getattr(second, name)])
+        np.testing.assert_array_equal(getattr(whole, name), expected)
+    np.testing.assert_array_equal(whole.influence, first.influence + 1.0)
+    assert whole.indeterminate_couplings == {1, 3}
+    assert len(whole.residuals.imbalance) == 2 * COUNT
+
+
+@pytest.mark.parametrize("name", ["x", "v", "a", "wrenches", "efforts"])
+def test_arrays_that_overflow_are_refused(name: str) -> None:
+    scene = four_bar()
+    item = solution(scene)
+    array = getattr(item, name).copy()
+    array[1, 0] = np.inf
+    with pytest.raises(cd.AccuracyError, match=f"the {name} cannot be computed, since numbers"):
+        joined([item._replace(**{name: array})], positions(scene)[:COUNT])
+
+
+def test_residuals_above_the_tolerance_are_refused() -> None:
+    scene = four_bar()
+    item = solution(scene)
+    error = np.zeros(COUNT)
+    error[2] = 1e-3
+    spoiled = item._replace(residuals=item.residuals._replace(rate_error=error))
+    with pytest.raises(cd.AccuracyError, match="the rate residual is 1") as caught:
+        joined([spoiled], positions(scene)[:COUNT])
+    assert caught.value.position == positions(scene)[2, 0]
+
+
+def test_rates_and_reactions_given_from_elsewhere_are_checked() -> None:
+    """The solution consists of what is given; its residuals show what is false in it."""
+    scene = four_bar()
+    state, item = closed(scene), dynamics(scene)
+    given = inputs(scene, state, SPEED, ACCELERATION)
+    exact = item.solve(state, given)
+    rates = item.joint_rates(state, given.speeds, given.accelerations)
+    spoiled = rates._replace(v=rates.v * 1.001)
+    assert exact.residuals.rate < 1e-12
+    links = list(given.link_loads.values())
+    case = LoadCase((rates.v, rates.a), given.loads, links, scene._problem.gravity)
+    (reactions,) = scene._solver.reactions.solve(state, [case])
+    checked = item.with_residuals(state, given, spoiled, reactions)
+    np.testing.assert_array_equal(checked.v, spoiled.v)
+    assert checked.residuals.rate > 1e-4
+
+
+def test_false_flags_of_a_solution_are_refused() -> None:
+    scene = four_bar()
+    item = solution(scene)
+    dynamics(scene).prove_flags(item)
+    with pytest.raises(cd.AccuracyError, match="flagged unique, but changes"):
+        dynamics(scene).prove_flags(item._replace(influence=np.zeros_like(item.influence)))
+    nothing = four_bar(outputs=[])
+    alone = solution(nothing)
+    dynamics(nothing).prove_flags(alone._replace(influence=np.ones_like(alone.influence)))

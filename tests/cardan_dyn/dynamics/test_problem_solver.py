@@ -1,0 +1,220 @@
+"""The problem solver: blocks of samples, what it shares and refuses, copies of it."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from testkit.claims import coupled_wheels, four_bar, positions, universal
+from testkit.planar_linkages import three_cranks
+
+import cardan_dyn as cd
+from cardan_dyn.dynamics import problem_solver
+from cardan_dyn.dynamics.indeterminate import LeastEnergy, LeastNorm
+from cardan_dyn.dynamics.inverse_dynamics import Solution
+from cardan_dyn.dynamics.problem_solver import COMPONENTS, ProblemSolver
+
+
+def solver(scene: cd.Scene) -> ProblemSolver:
+    """Return a solver of the scene's problem that shares nothing with it."""
+    return ProblemSolver(scene._problem)
+
+
+def rates(where: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return np.full_like(where, 3.0), np.full_like(where, -1.0)
+
+
+def test_a_solution_in_blocks_is_that_in_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = four_bar()
+    where = positions(scene)
+    item = solver(scene)
+    whole = item.solve(item.assemble(where), *rates(where))
+    monkeypatch.setattr(problem_solver, "_BLOCK_SIZE", 8)
+    assembled = item.assemble(where)
+    # Blocks of equal size: 30 samples in four blocks of seven or eight.
+    sizes = [span.stop - span.start for span in assembled.spans]
+    assert sizes == [7, 8, 7, 8]
+    assert [len(block.x) for block in assembled.blocks] == sizes
+    assert assembled.spans[0].start == 0
+    assert [span.start for span in assembled.spans[1:]] == [
+        span.stop for span in assembled.spans[:-1]
+    ]
+    blocked = item.solve(assembled, *rates(where))
+    for name in ("x", "v", "a", "wrenches", "efforts"):
+        expected = getattr(whole, name)
+        scale = np.max(np.abs(expected))
+        np.testing.assert_allclose(getattr(blocked, name), expected, rtol=0.0, atol=1e-11 * scale)
+
+
+def test_loads_that_vary_are_divided_among_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The torque of a crank without mass is its varying load, at every sample."""
+    count = 30
+    load = np.linspace(-1.0, 2.0, count)
+    wrench = np.zeros((count, 6))
+    wrench[:, 5] = load**2
+    pendulum = """<robot name="arm"><link name="base"/><link name="arm"/>
+      <joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/>
+        <axis xyz="0 0 1"/></joint></robot>"""
+    scene = cd.Scene(cd.load(pendulum), drive="hinge", loads={"hinge": load, "arm": wrench})
+    monkeypatch.setattr(problem_solver, "_BLOCK_SIZE", 8)
+    item, where = solver(scene), np.linspace(0.0, 1.0, count)[:, None]
+    solution = item.solve(item.assemble(where), 0.0 * where, 0.0 * where)
+    np.testing.assert_allclose(solution.efforts[:, 0], -load - load**2, atol=1e-14)
+    other = item.assemble(where[:7])
+    with pytest.raises(cd.ArgumentError, match="has 30 values, the sweep 7 positions"):
+        item.solve(other, 0.0 * where[:7], 0.0 * where[:7])
+
+
+def test_positions_that_are_closed_in_turn_are_read_once() -> None:
+    scene = four_bar()
+    item, where = solver(scene), positions(scene)
+    in_turn = item.assembled_in_turn(where)
+    kept = item.assemble(where)
+    assert len(in_turn) == len(kept) == len(where)
+    states = list(in_turn.blocks)
+    assert list(in_turn.blocks) == []
+    assert len(list(kept.blocks)) == len(list(kept.blocks)) == len(states)
+    for state, other in zip(states, kept.blocks, strict=True):
+        np.testing.assert_array_equal(state.x, other.x)
+
+
+def test_assembled_positions_cannot_be_written_and_are_named() -> None:
+    assembled = solver(four_bar()).assemble(np.array([[0.5], [0.6]]))
+    assert repr(assembled) == "<2 assembled positions of 'four_bar'>"
+    for array in (assembled.positions, assembled.turns):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 1.0
+
+
+def test_copies_of_assembled_positions_are_closed_anew() -> None:
+    assembled = solver(four_bar()).assemble(np.array([[0.5], [0.6]]))
+    restored = pickle.loads(pickle.dumps(assembled))
+    assert restored.solver is not assembled.solver
+    np.testing.assert_array_equal(restored.positions, assembled.positions)
+    for state, other in zip(assembled.blocks, restored.blocks, strict=True):
+        np.testing.assert_allclose(other.x, state.x, atol=1e-13)
+
+
+def test_copies_of_a_solver_solve_the_same_problem() -> None:
+    item = solver(four_bar())
+    for restored in (copy.copy(item), copy.deepcopy(item), pickle.loads(pickle.dumps(item))):
+        assert restored is not item
+        assert restored.problem.drives == item.problem.drives
+        assert restored.problem.mechanism.name == "four_bar"
+    with pytest.raises(cd.ImmutableError):
+        item.problem = None  # type: ignore[assignment]
+
+
+def test_positions_of_another_solver_are_refused() -> None:
+    first, second = solver(four_bar()), solver(four_bar())
+    assembled = first.assemble(np.array([[0.5]]))
+    assert first.current(assembled) is assembled
+    with pytest.raises(cd.ArgumentError, match="assembled by another scene; assemble them again"):
+        second.current(assembled)
+
+
+def test_positions_are_closed_again_when_other_rows_turn_out_to_be_redundant() -> None:
+    item = solver(four_bar())
+    assembled = item.assemble(np.array([[0.5], [0.6]]))
+    open_rows = assembled.kinematics.with_reductions(
+        [group.equations.full() for group in assembled.kinematics.solvers]
+    )
+    outdated = replace(assembled, kinematics=open_rows)
+    renewed = item.current(outdated)
+    assert renewed is not outdated
+    assert renewed.kinematics.reductions == item.assembly.kinematics.reductions
+
+
+def test_positions_remain_usable_after_the_motion_is_known_better() -> None:
+    """Of linkages that only their lengths let move, every sweep elsewhere adds to what is known."""
+    scene = cd.Scene(three_cranks(), drive="A", loads={"D": -1.0})
+    assembled = scene.assemble([0.05, 0.1])
+    expected = scene.sweep(assembled).drive_effort
+    known = scene._solver.assembly.kinematics.reductions
+    scene.sweep(np.linspace(-0.5, 0.9, 40))
+    assert scene._solver.assembly.kinematics.reductions is not known
+    np.testing.assert_allclose(scene.sweep(assembled).drive_effort, expected, rtol=1e-9)
+    np.testing.assert_allclose(expected, 1.0, rtol=1e-9)
+
+
+def test_similar_problems_share_the_assembly() -> None:
+    scene = four_bar()
+    first = solver(scene)
+    same_motion = scene.replace(gravity=(0.0, 0.0, 0.0), loads={"rocker_bearing": 7.0})
+    assert ProblemSolver(same_motion._problem, like=first).assembly is first.assembly
+    assert ProblemSolver(same_motion._problem).assembly is not first.assembly
+    fewer_outputs = scene.replace(outputs=["crank_bearing"])
+    assert ProblemSolver(fewer_outputs._problem, like=first).assembly is not first.assembly
+
+
+def test_compliances_choose_the_rule() -> None:
+    assert isinstance(solver(universal()).reactions._rule, LeastNorm)
+    elastic = universal(compliance={"pin_in": np.ones(6), "bearing_in": np.ones(6)})
+    rule = solver(elastic).reactions._rule
+    assert isinstance(rule, LeastEnergy)
+    expected = {elastic.mechanism[name].id - 1 for name in ("pin_in", "bearing_in")}
+    assert rule.oriented == expected
+
+
+def test_solved_couplings_and_known_efforts() -> None:
+    wheels = solver(coupled_wheels())
+    assert wheels.couplings == {0: "mesh"}
+    assert wheels.has_mass
+    assert all(wheels.knows_effort(name) for name in ("in", "swing"))
+    alone = solver(universal(outputs=[]))
+    assert alone.couplings == {}
+    # Virtual work gives the efforts of drives, not of held joints.
+    assert alone.knows_effort("bearing_in")
+    assert not alone.knows_effort("joint_angle")
+
+
+UNIQUE = np.array([[True] * 6, [True, False, True, True, True, False]])
+
+
+def test_indeterminate_outputs_of_strict_problems_are_refused() -> None:
+    options = {"outputs": ["crank_bearing", "rocker_bearing"]}
+    strict = solver(four_bar(strict=True, **options))
+    strict.refuse_indeterminate(np.ones((2, 6), dtype=bool))
+    message = "four_bar: the laws of motion leave open: rocker_bearing: force y, moment z. Give"
+    with pytest.raises(cd.IndeterminateError, match=message) as caught:
+        strict.refuse_indeterminate(UNIQUE)
+    assert caught.value.components == {"rocker_bearing": ["force y", "moment z"]}
+    with pytest.raises(cd.IndeterminateError, match="crank_bearing: moment z; rocker_bearing: f"):
+        strict.refuse_indeterminate(UNIQUE & np.array([True] * 5 + [False]))
+    assert COMPONENTS == ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"strict": True, "compliance": {"crank_bearing": np.ones(6)}}]
+)
+def test_problems_with_a_rule_accept_indeterminate_outputs(options: dict[str, object]) -> None:
+    item = solver(four_bar(outputs=["crank_bearing", "rocker_bearing"], **options))
+    item.refuse_indeterminate(UNIQUE)
+
+
+def test_what_is_solved_is_proven() -> None:
+    """Without closure forces, loads and weights are not in balance."""
+    scene = four_bar()
+    item, where = solver(scene), positions(scene)
+    assembled = item.assemble(where)
+    item.reactions._active.clear()
+    with pytest.raises(cd.AccuracyError, match="please report"):
+        item.solve(assembled, *rates(where))
+
+
+def test_flags_of_what_is_solved_are_proven(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A planar four-bar does not determine its forces out of the plane."""
+    scene = four_bar()
+    item, where = solver(scene), positions(scene)
+    assembled, join = item.assemble(where), problem_solver.joined
+
+    def joined(blocks: list[Solution], at: np.ndarray) -> Solution:
+        solution = join(blocks, at)
+        return solution._replace(influence=np.zeros_like(solution.influence))
+
+    monkeypatch.setattr(problem_solver, "joined", joined)
+    with pytest.raises(cd.AccuracyError, match="flagged unique, but changes"):
+        item.solve(assembled, *rates(where))
