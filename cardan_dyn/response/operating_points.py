@@ -50,11 +50,11 @@ class OperatingPoints:
 
     @cached_property
     def position(self) -> Array:
-        """Drive positions."""
+        """Drive positions; they broadcast to `shape`."""
         if self.positions is not None:
             return self.positions
-        domain = self.data.series.domain
-        return np.asarray(domain.origin + domain.length * np.arange(self.shape[0]) / self.shape[0])
+        domain, count = self.data.series.domain, self.step_count or 0
+        return np.asarray(domain.origin + domain.length * np.arange(count) / count)
 
     @cached_property
     def location(self) -> Location:
