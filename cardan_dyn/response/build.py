@@ -231,7 +231,9 @@ def _domain(solver: ProblemSolver, interval: object) -> Domain:
 
 
 def _pair(interval: object) -> tuple[float, float]:
-    if not isinstance(interval, (tuple, list, np.ndarray)) or len(interval) != 2:
+    # An array without a dimension has no length.
+    has_length = not isinstance(interval, np.ndarray) or interval.ndim > 0
+    if not (isinstance(interval, (tuple, list, np.ndarray)) and has_length and len(interval) == 2):
         raise ArgumentError(f"interval is {described(interval)}, expected (low, high)")
     return _number("interval[0]", interval[0]), _number("interval[1]", interval[1])
 
