@@ -64,9 +64,9 @@ class Domain(NamedTuple):
         """Return the phases `(N,)`, 0 … 1, of positions; those beyond a range are clipped."""
         if self.periodic:
             return _phase_in_period(positions, self.origin, self.length)
-        # Near the ends of a range the arc cosine alone would lose half of the digits.
-        x = np.clip((positions - self.origin) / self.length, -1.0, 1.0)
-        return np.asarray(np.arctan2(np.sqrt((1.0 - x) * (1.0 + x)), x) / (2.0 * np.pi))
+        return np.arccos(np.clip((positions - self.origin) / self.length, -1.0, 1.0)) / (
+            2.0 * np.pi
+        )
 
 
 def _phase_in_period(positions: Array, origin: float, period: float) -> Array:
