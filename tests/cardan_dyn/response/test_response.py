@@ -169,14 +169,19 @@ def test_ratios_are_known_where_the_scene_has_a_load_per_sample(joint: cd.Mechan
         response.ratio("nothing", 0.0)
 
 
-def test_joints_that_no_output_needs_have_no_ratio_and_no_motion() -> None:
-    scene = drive_line(["bearing_in"])
+@pytest.mark.parametrize("mechanism", ["drive line", "wheels"])
+def test_joints_that_no_output_needs_have_no_ratio_and_no_motion(mechanism: str) -> None:
+    train = gears(coupling("ab", "a", "b", -2.0), coupling("ac", "a", "c", -3.0), third=True)
+    wheels = cd.Scene(cd.load(train), drive="a", outputs=["b"])
+    scene = wheels if mechanism == "wheels" else drive_line(["bearing_in"])
     unsolved = scene.sweep(POSITIONS).motion
     response = scene.response()
     evaluated = response.sweep(POSITIONS).motion
     for name in scene.mechanism.coordinates.columns:
         np.testing.assert_allclose(response.ratio(name, POSITIONS), unsolved.ratio(name))
         np.testing.assert_allclose(evaluated.velocity(name), unsolved.velocity(name), atol=1e-12)
+    # Of the wheels one is not solved; of the drive line everything is.
+    assert np.isnan(evaluated.q).any() == (mechanism == "wheels")
 
 
 @pytest.mark.parametrize("wrong", NOT_NUMBERS, ids=lambda item: type(item).__name__)
