@@ -137,6 +137,12 @@ def rewritten(path: Path, change: Callable[[dict[str, np.ndarray]], object], tar
     return target
 
 
+def sign(arrays: dict[str, np.ndarray]) -> None:
+    """Put the checksum of the content among the arrays of a file."""
+    content = {key: arrays[key] for key in response_file._ARRAYS}
+    arrays["checksum"] = np.array(response_file._checksum(str(arrays["header"]), content))
+
+
 @pytest.mark.parametrize("name", ["header", "values", "place", "periodic", "zero", "unique"])
 def test_a_missing_array_is_noticed(
     joint: cd.Mechanism, saved: Path, tmp_path: Path, name: str
@@ -200,11 +206,53 @@ def test_shapes_that_do_not_suit_the_scene_are_refused_even_where_the_checksum_i
     def change(arrays: dict[str, np.ndarray]) -> None:
         with np.errstate(invalid="ignore"):
             arrays[name] = new(arrays[name])
-        content = {key: arrays[key] for key in response_file._ARRAYS}
-        arrays["checksum"] = np.array(response_file._checksum(str(arrays["header"]), content))
+        sign(arrays)
 
     path = rewritten(saved, change, tmp_path / "x.npz")
     with pytest.raises(cd.CardanError, match="is not a saved response"):
+        scene(joint).load_response(path)
+
+
+@pytest.mark.parametrize(
+    ("key", "new", "message"),
+    [
+        ("format", 1, "is of format 1, this version reads 2; save it again"),
+        ("format", "x", "is of format 'x', this version reads 2; save it again"),
+        ("columns", [["ACCELERATION", ""]], "is not a saved response .columns: "),
+        ("columns", [["NOTHING", ""]], "is not a saved response .'NOTHING'"),
+        ("outputs", ["bearing_in"], "is not a saved response .outputs: "),
+        ("efforts", ["bearing_in"], "is not a saved response .efforts: "),
+        ("couplings", ["mesh"], "is not a saved response .couplings: "),
+        ("proof", {"error": 1e-9}, "is not a saved response .'unproven'"),
+        ("proof", {"unproven": [], "error": 1e-9}, "is not a saved response .*missing"),
+        ("identity", {}, "is the response of another scene; different: version of the package, "),
+        ("identity", 3, "is not a saved response"),
+    ],
+)
+def test_headers_that_do_not_suit_the_scene_are_refused_even_where_the_checksum_is_right(
+    joint: cd.Mechanism, saved: Path, tmp_path: Path, key: str, new: object, message: str
+) -> None:
+    def change(arrays: dict[str, np.ndarray]) -> None:
+        header = json.loads(str(arrays["header"]))
+        header[key] = new
+        arrays["header"] = np.array(json.dumps(header))
+        sign(arrays)
+
+    path = rewritten(saved, change, tmp_path / "x.npz")
+    with pytest.raises(cd.CardanError, match=message):
+        scene(joint).load_response(path)
+
+
+@pytest.mark.parametrize("count", [6, 9])
+def test_too_few_samples_and_odd_numbers_of_them_are_refused(
+    joint: cd.Mechanism, saved: Path, tmp_path: Path, count: int
+) -> None:
+    def change(arrays: dict[str, np.ndarray]) -> None:
+        arrays["values"] = arrays["values"][:, :count]
+        sign(arrays)
+
+    path = rewritten(saved, change, tmp_path / "x.npz")
+    with pytest.raises(cd.CardanError, match=r"is not a saved response \(samples: False"):
         scene(joint).load_response(path)
 
 

@@ -50,6 +50,9 @@ def test_hashes_are_equal_exactly_where_values_are(first: object, second: object
     ("first", "second"),
     [
         (["a", "bc"], ["ab", "c"]),
+        # Sizes come before contents, so that no text can pass for two.
+        (["a", "sb"], ["as", "b"]),
+        (["a", "b"], ["as1;b"]),
         (["a", ["b"]], [["a"], "b"]),
         ([[], []], [[[]]]),
         (1, 1.0),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from testkit.linkages import coupling, gears
+from testkit.linkages import LINK, coupling, four_bar, gears, loop
 
 import cardan_dyn as cd
 from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
@@ -106,6 +106,27 @@ def test_moments_of_couplings_and_efforts_of_two_wheels() -> None:
                 row = samples.values[sampler.layout.coupling(column, 0)]
                 np.testing.assert_allclose(row, moment, atol=1e-14)
         assert samples.indeterminate_couplings == frozenset()
+
+
+def test_moments_of_couplings_beside_a_loop() -> None:
+    """The crank of a four-bar drives a wheel of 0.025 kg·m² at -2 times its own speed."""
+    wheel = LINK.format(name="wheel", com="0 0 0", mass="1")
+    urdf = four_bar(loop("continuous")).replace(
+        "</robot>",
+        f"""{wheel}<joint name="w" type="continuous"><parent link="ground"/><child link="wheel"/>
+        <origin xyz="-1 0 0"/><axis xyz="0 0 1"/></joint><coupling name="mesh">
+        <predecessor link="crank"/><successor link="wheel"/><ratio value="-2"/></coupling>
+        </robot>""",
+    )
+    sampler = FunctionSampler(cd.Scene(cd.load(urdf), drive="a", loads={"w": 7.0})._solver)
+    values = sampler.solve(POSITIONS).values
+    for column, moment in (
+        (SPEED_SQUARED, 0.0),
+        (ACCELERATION, -2.0 * 0.025),
+        (Column(Kind.JOINT_LOAD, "w"), -1.0),
+    ):
+        row = values[sampler.layout.coupling(column, 0)]
+        np.testing.assert_allclose(row, moment, atol=1e-13)
 
 
 def test_proven_samples_are_those_that_are_solved(joint: cd.Mechanism) -> None:
