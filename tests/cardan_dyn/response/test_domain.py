@@ -5,11 +5,13 @@ from __future__ import annotations
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import chebyshev
 
 from cardan_dyn.response.domain import Domain
+
+modest = settings(max_examples=60, deadline=None, derandomize=True)
 
 TURN = 2.0 * np.pi
 PERIOD = Domain(0.3, TURN, True)
@@ -65,6 +67,7 @@ def test_phases_of_nodes_are_equal_steps_of_the_circle(domain: Domain) -> None:
     np.testing.assert_allclose(domain.phase(nodes), np.arange(len(nodes)) / circle, atol=1e-15)
 
 
+@modest
 @given(share=st.floats(1e-12, 1.0))
 def test_phases_near_the_ends_of_a_range_keep_their_digits(share: float) -> None:
     """At 1 - x of half the range the phase is the arc cosine, of about √(2x)."""
@@ -80,6 +83,7 @@ def test_positions_beyond_a_range_are_taken_for_its_ends() -> None:
     np.testing.assert_array_equal(RANGE.phase(np.array([-1.5001, -99.0])), [0.5, 0.5])
 
 
+@modest
 @given(
     position=st.floats(-1e9, 1e9),
     turns=st.integers(1, 7),
@@ -97,6 +101,7 @@ def test_phases_of_whole_turns_are_exact_at_any_size(
         assert abs(difference - mpmath.nint(difference)) < 4e-15
 
 
+@modest
 @given(position=st.floats(-1e3, 1e3))
 def test_phases_of_other_periods_repeat(position: float) -> None:
     """A period of less than half a turn is no multiple of turns."""

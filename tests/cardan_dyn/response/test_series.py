@@ -6,13 +6,15 @@ import pickle
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import chebyshev
 
 from cardan_dyn.response import series as series_module
 from cardan_dyn.response.domain import Domain
 from cardan_dyn.response.series import Series
+
+modest = settings(max_examples=60, deadline=None, derandomize=True)
 
 TURN = Domain(0.3, 2.0 * np.pi, True)
 RANGE = Domain(0.5, 1.5, False)
@@ -137,6 +139,7 @@ def test_a_range_is_summed_like_numpys_chebyshev_interpolant(steps: int) -> None
     np.testing.assert_allclose(series.summed(x)[0], expected, atol=1e-12)
 
 
+@modest
 @given(
     positions=st.lists(st.floats(-1e4, 1e4), min_size=1, max_size=20),
     decay=st.floats(0.0, 0.9),
@@ -150,6 +153,7 @@ def test_functions_of_a_period_hold_at_any_position(positions: list[float], deca
     np.testing.assert_allclose(series.summed(x)[0], exact, atol=2e-10)
 
 
+@modest
 @given(positions=st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=20), at=st.floats(1.1, 9.0))
 def test_functions_on_a_range_hold_at_any_position(positions: list[float], at: float) -> None:
     t = np.array(positions)
