@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import takewhile
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ from ..checks import described, numbers
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import AccuracyError, ArgumentError, CardanError
 from ..frozen import FrozenDict, frozen
+from ..problem.problem import Problem
 from .convergence import Convergence
 from .data import Proof, ResponseData
 from .domain import Domain
@@ -32,8 +32,9 @@ _SAMPLE_ROUNDING = 1e-12
 """Rounding of samples, and so of what they deviate by, per condition number. Measured: 2e-15 in a
 Cardan joint, 2e-14 in a double shaft, 4e-14 in a line of three joints."""
 _VANISHING = 2e-15
-"""Functions, or their changes, below this part of their scale are rounding, and are left out."""
-_EMPTY_INTERVAL = 1e3
+"""Functions, or their changes, below this part of their scale are rounding, and are left out. It is
+the least that samples were measured to deviate by, see `_SAMPLE_ROUNDING`."""
+_SHORTEST_INTERVAL = 1e3
 """Half the length of an interval has to exceed the rounding of its middle by this factor: closer
 positions could not be told apart to three digits."""
 _EPS = float(np.finfo(float).eps)
@@ -55,14 +56,16 @@ class Checks(NamedTuple):
 
 def build(solver: ProblemSolver, tolerance: object, interval: object) -> ResponseData:
     """Return the functions of a response; see `Scene.response`."""
-    checked_tolerance = _checked(solver, tolerance)
+    checked_tolerance = _checked_tolerance(tolerance)
+    _refuse_unsuitable(solver.problem)
     domain = _domain(solver, interval)
     sampler = FunctionSampler(solver)
     scales = Scales(solver.problem.mechanism, sampler.layout)
     nodes, between = domain.nodes(_FIRST_COUNT), _check_positions(domain)
     # One call costs less than two, and the positions in between prove the result.
     samples, proven = sampler.prove(np.concatenate([nodes, between]))
-    # A component that is open at a few positions is so at all: no need to solve more of them.
+    # A component that is indeterminate at a few positions is so at all of them: if the scene is
+    # strict, no more need to be solved.
     solver.refuse_indeterminate(samples.unique)
     values = samples.values[:, len(nodes) :]
     checks = Checks(between, values, scales.cancellation(values, proven))
@@ -183,26 +186,33 @@ def _unique_couplings(solver: ProblemSolver, samples: Samples) -> FrozenDict[str
     )
 
 
-def _checked(solver: ProblemSolver, tolerance: object) -> float:
+def _checked_tolerance(tolerance: object) -> float:
     """Return the tolerance as a number.
 
     Raises:
-        ArgumentError: it is out of range, or the problem has several drives or a wrench on a link
-            that changes from sample to sample.
+        ArgumentError: it is no number or out of range.
     """
-    problem = solver.problem
     value = _number("tolerance", tolerance)
+    if not _LEAST_TOLERANCE <= value < 1.0:
+        raise ArgumentError(f"tolerance is {value:g}, expected {_LEAST_TOLERANCE:g} … 1")
+    return value
+
+
+def _refuse_unsuitable(problem: Problem) -> None:
+    """Refuse a problem whose wrenches are no functions of one drive's position.
+
+    Raises:
+        ArgumentError: it has several drives, or a wrench on a link that changes from sample to
+            sample.
+    """
     if len(problem.drives) != 1:
         raise ArgumentError(f"a response needs one drive, not {list(problem.drives)}")
-    if not _LEAST_TOLERANCE <= value < 1.0:
-        raise ArgumentError(f"tolerance is {value:g}, expected 1e-15 … 1")
     for name, load in problem.link_loads.items():
         if max(len(load.force), len(load.moment)) > 1:
             raise ArgumentError(
                 f"the wrench on {name!r} changes from sample to sample; a response needs one that "
                 "stays the same"
             )
-    return value
 
 
 def _domain(solver: ProblemSolver, interval: object) -> Domain:
@@ -216,7 +226,7 @@ def _domain(solver: ProblemSolver, interval: object) -> Domain:
     if interval is not None:
         low, high = _pair(interval)
         origin, length = 0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low
-        if not length > _EMPTY_INTERVAL * _EPS * abs(origin):
+        if not length > _SHORTEST_INTERVAL * _EPS * abs(origin):
             raise ArgumentError(f"the interval from {low:.9g} to {high:.9g} is empty")
         return Domain(origin, length, False)
     period = solver.assembly.period()
@@ -231,7 +241,9 @@ def _domain(solver: ProblemSolver, interval: object) -> Domain:
 
 
 def _pair(interval: object) -> tuple[float, float]:
-    if not isinstance(interval, (tuple, list, np.ndarray)) or len(interval) != 2:
+    # An array without a dimension has no length.
+    has_length = not isinstance(interval, np.ndarray) or interval.ndim > 0
+    if not (isinstance(interval, (tuple, list, np.ndarray)) and has_length and len(interval) == 2):
         raise ArgumentError(f"interval is {described(interval)}, expected (low, high)")
     return _number("interval[0]", interval[0]), _number("interval[1]", interval[1])
 
@@ -253,9 +265,7 @@ def _check_positions(domain: Domain) -> Array:
     share = (np.arange(1.0, _CHECK_COUNT + 1.0) * (0.5 * np.sqrt(5.0) - 0.5)) % 1.0
     if domain.periodic:
         return domain.at_share(share)
-    counts = takewhile(
-        lambda count: count <= _GREATEST_COUNT, (_FIRST_COUNT << k for k in range(64))
-    )
-    ends = 0.5 / np.array(list(counts))
+    round_count = (_GREATEST_COUNT // _FIRST_COUNT).bit_length()
+    ends = 0.5 / (_FIRST_COUNT * 2.0 ** np.arange(round_count))
     share = np.concatenate([share, ends, 1.0 - ends])
     return domain.at_share(share)

@@ -92,7 +92,7 @@ class Convergence(NamedTuple):
 
     @property
     def may_end(self) -> bool:
-        """Whether the remainder lets the refinement end; deviations have the last word."""
+        """Whether the remainder lets the refinement end, if the deviations do not object."""
         return self.is_below_tolerance or self.is_rounded
 
     @property
@@ -106,7 +106,7 @@ class Convergence(NamedTuple):
     def deviation_has_stalled(self) -> bool:
         """Whether the last doubling no longer lowered the measured deviation.
 
-        Deviations that do not come from too few samples remain whatever their number is.
+        More samples do not lower a deviation that has another cause than too few of them.
         """
         return (
             self.deviation is not None and self.greatest_deviation > GAIN * self.previous_deviation

@@ -12,8 +12,9 @@ from ..arrays import Array
 class Domain(NamedTuple):
     """A period, sampled at equal steps, or a range, sampled at Chebyshev points.
 
-    Samples lie on a circle: a period is walked once round it, a range forth and back. The phase
-    of a position, 0 … 1, is where it lies on the circle.
+    Samples lie on a circle: a period goes round it once, a range covers one half of it from its
+    upper to its lower end and the other half on the way back. The phase of a position, 0 … 1, is
+    where it lies on the circle.
 
     Attributes:
         origin: where a period starts; the middle of a range [rad or m].
@@ -55,7 +56,7 @@ class Domain(NamedTuple):
         return self.origin + self.length * np.sin(0.5 * np.pi * (1.0 - 2.0 * share))
 
     def on_circle(self, values: Array) -> Array:
-        """Return samples `(C, M)` over a whole circle: those of a range forth and back."""
+        """Return samples `(C, M)` over a whole circle: those of a range there and back."""
         if self.periodic:
             return values
         return np.concatenate([values, values[:, -2:0:-1]], axis=1)
@@ -64,9 +65,9 @@ class Domain(NamedTuple):
         """Return the phases `(N,)`, 0 … 1, of positions; those beyond a range are clipped."""
         if self.periodic:
             return _phase_in_period(positions, self.origin, self.length)
-        # Near the ends of a range the arc cosine alone would lose half of the digits.
-        x = np.clip((positions - self.origin) / self.length, -1.0, 1.0)
-        return np.asarray(np.arctan2(np.sqrt((1.0 - x) * (1.0 + x)), x) / (2.0 * np.pi))
+        return np.arccos(np.clip((positions - self.origin) / self.length, -1.0, 1.0)) / (
+            2.0 * np.pi
+        )
 
 
 def _phase_in_period(positions: Array, origin: float, period: float) -> Array:
@@ -84,5 +85,5 @@ def _phase_in_period(positions: Array, origin: float, period: float) -> Array:
         offset = angle + 2.0 * np.pi * turns_left - origin
     phase = offset / period
     phase -= np.floor(phase)
-    # A phase of minus half an eps is rounded to 1, which is 0.
+    # A phase just below zero is rounded to 1, which is the same as 0.
     return np.where(phase < 1.0, phase, 0.0)

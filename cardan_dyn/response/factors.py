@@ -57,10 +57,10 @@ def checked_operation(
     speeds = numbers_given("speed", speed)
     accelerations = numbers_given("acceleration", acceleration)
     efforts = {**problem.joint_loads, **_efforts(problem, loads)}
-    pull = problem.gravity if gravity is None else numbers_given("gravity", gravity)
-    if pull.shape[-1:] != (3,):
-        raise ArgumentError(f"gravity has shape {pull.shape}, expected (..., 3)")
-    return Operation(speeds, accelerations, efforts, pull)
+    gravities = problem.gravity if gravity is None else numbers_given("gravity", gravity)
+    if gravities.shape[-1:] != (3,):
+        raise ArgumentError(f"gravity has shape {gravities.shape}, expected (..., 3)")
+    return Operation(speeds, accelerations, efforts, gravities)
 
 
 def _efforts(problem: Problem, loads: object) -> dict[str, Array]:

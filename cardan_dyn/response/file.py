@@ -28,7 +28,7 @@ from .series import Series
 _ARRAYS = ("values", "place", "periodic", "zero", "constant", "unique")
 """Arrays of a file; `place` holds origin and length of the domain."""
 _LEAST_SAMPLES = 8
-"""Fewer samples are refused: interpolation reads eight steps, and decay is measured in eighths."""
+"""Fewer samples are refused: no response has them, and decay is measured by eighths."""
 
 
 def write(path: str | os.PathLike[str], problem: Problem, data: ResponseData) -> None:

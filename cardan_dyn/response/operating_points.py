@@ -50,11 +50,11 @@ class OperatingPoints:
 
     @cached_property
     def position(self) -> Array:
-        """Drive positions."""
+        """Drive positions; they broadcast to `shape`."""
         if self.positions is not None:
             return self.positions
-        domain = self.data.series.domain
-        return np.asarray(domain.origin + domain.length * np.arange(self.shape[0]) / self.shape[0])
+        domain, count = self.data.series.domain, self.step_count or 0
+        return np.asarray(domain.origin + domain.length * np.arange(count) / count)
 
     @cached_property
     def location(self) -> Location:
@@ -210,6 +210,8 @@ def solved_motion(
     """
     with np.errstate(over="ignore", invalid="ignore"):  # What overflows is refused below.
         motion = motion_at(solver, positions[:, None], speeds[:, None], accelerations[:, None])
-    if any(np.any(np.isinf(values)) for values in (motion.v, motion.a)):
+    # Overflow may also leave NaN; of joints that are not solved, velocities are NaN as well.
+    is_undefined = np.isnan(motion.a) & ~np.isnan(motion.v)
+    if np.any(np.isinf(motion.v) | np.isinf(motion.a) | is_undefined):
         raise ArgumentError("position, speed or acceleration is so great that numbers overflow")
     return motion

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Array
 from ..checks import described, numbers
 from ..dynamics.problem_solver import ProblemSolver
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ModelError, choices
 from ..frozen import Frozen, read_only
 from ..proof.residuals import CHECK_ROUNDING
 from ..results.sweep import Sweep
@@ -112,11 +112,7 @@ class Response(Frozen):
                 built for, or a position out of range.
         """
         positions = np.atleast_1d(numbers_given("position", position))
-        low, high = self.interval
-        domain = self._data.series.domain
-        slack = _LENGTH_SLACK * domain.length + _ORIGIN_SLACK * abs(domain.origin)
-        if np.any(positions < low - slack) or np.any(positions > high + slack):
-            raise ArgumentError(f"the response holds for positions from {low:.9g} to {high:.9g}")
+        self._refuse_outside(positions)
         operation = checked_operation(self._problem, speed, acceleration, loads, gravity)
         return self._sweep(positions, None, operation)
 
@@ -153,7 +149,8 @@ class Response(Frozen):
         """Return the inertia [kg·m² or kg] that the drive accelerates, at positions of any shape.
 
         Raises:
-            ArgumentError: a position is not finite.
+            ArgumentError: a position is not finite or out of range.
+            ModelError: the outputs of the scene leave the drive's effort out.
         """
         return self._effort(ACCELERATION, position)
 
@@ -163,7 +160,8 @@ class Response(Frozen):
         At constant speed the drive exerts half of it times the square of the speed.
 
         Raises:
-            ArgumentError: a position is not finite.
+            ArgumentError: a position is not finite or out of range.
+            ModelError: the outputs of the scene leave the drive's effort out.
         """
         return read_only(2.0 * self._effort(SPEED_SQUARED, position))
 
@@ -227,14 +225,37 @@ class Response(Frozen):
             unproven=self.proof.unproven,
         )
 
+    def _refuse_outside(self, positions: Array) -> None:
+        """Refuse positions beyond the ends of a range by more than rounding.
+
+        Raises:
+            ArgumentError: there are such positions.
+        """
+        low, high = self.interval
+        domain = self._data.series.domain
+        slack = _LENGTH_SLACK * domain.length + _ORIGIN_SLACK * abs(domain.origin)
+        if np.any(positions < low - slack) or np.any(positions > high + slack):
+            raise ArgumentError(f"the response holds for positions from {low:.9g} to {high:.9g}")
+
     @cached_property
     def _greatest(self) -> float:
         """The greatest value of all functions, 1 at least."""
         return max(1.0, float(np.max(np.abs(self._data.series.values), initial=0.0)))
 
     def _effort(self, column: Column, position: ArrayLike) -> Array:
-        """Return what the drive exerts for a column, at positions of any shape."""
+        """Return what the drive exerts for a column, at positions of any shape.
+
+        Raises:
+            ArgumentError: a position is not finite or out of range.
+            ModelError: the outputs of the scene leave the drive's effort out.
+        """
         positions = numbers("position", position)
+        self._refuse_outside(positions)
+        if not self._solver.knows_effort(self._problem.drives[0]):
+            raise ModelError(
+                "the inertia at the drive is not known; add the driven joint to the outputs, which "
+                f"are: {choices(self._problem.outputs)}"
+            )
         if column not in self._data.layout.columns:
             return read_only(np.zeros(positions.shape))
         row = self._data.layout.effort(column, 0)

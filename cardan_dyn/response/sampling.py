@@ -29,7 +29,7 @@ def layout_of(solver: ProblemSolver) -> Layout:
 
 
 class Samples(NamedTuple):
-    """The functions of a response at some drive positions, and what was met there.
+    """The functions of a response at some drive positions, with their condition and uniqueness.
 
     Attributes:
         values: `(C, M)` all functions.
@@ -50,7 +50,7 @@ class Samples(NamedTuple):
         return self.influence < UNIQUE_TOLERANCE
 
     def first(self, count: int) -> Samples:
-        """Return the values of the first positions, with all that was met."""
+        """Return the values of the first positions; the other attributes stay those of all."""
         return self._replace(values=self.values[:, :count])
 
     def interleaved(self, between: Samples) -> Samples:
@@ -173,7 +173,7 @@ class FunctionSampler:
         rates: JointRates,
         reactions: list[Reactions],
     ) -> Samples:
-        """Return the functions at closed positions, with what was met there."""
+        """Return the functions at closed positions, with their condition and uniqueness."""
         condition = self._inverse_dynamics.condition(state, rates.velocity_ratios)
         # All columns are solved with the same closure equations, and so have the same influence.
         influence = reactions[0].influence[self._problem.output_indices]

@@ -55,8 +55,8 @@ class Scales:
             proven: the scene at unit rates, with its inertial terms.
         """
         greatest = dict(zip(self._layout.columns, self._greatest(values).tolist(), strict=True))
-        left = greatest.get(SPEED_SQUARED, 0.0)
-        return 1.0 + (float(np.max(proven.residuals.inertia)) / left if left else 0.0)
+        remaining = greatest.get(SPEED_SQUARED, 0.0)
+        return 1.0 + (float(np.max(proven.residuals.inertia)) / remaining if remaining else 0.0)
 
     def rounding(self, cancellation: float, condition: float) -> Array:
         """Return `(C,)` what the rounding of inertial terms adds to each function, by its scale.

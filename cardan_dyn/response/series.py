@@ -20,7 +20,7 @@ _DEGREE = 7
 """Degree of the interpolation in a table."""
 _FINENESS = 32
 """Table steps per sample: the interpolation misses the highest order by (π/32)⁸ · 43 / 8! = 1e-11
-of its coefficient, which is next to nothing itself, and lower ones by less than rounding."""
+of its coefficient, which is itself near rounding, and lower ones by less than rounding."""
 _CHUNK = 8192
 """Positions looked up at a time, so that their weights stay in the cache."""
 _LONGEST_TRANSFORM = 16384
@@ -29,11 +29,12 @@ _ODD_ROUNDING = 4e-15
 """Sum of the odd orders, relative to the greatest one, up to which they are rounding: eps times
 18, where a transform of M samples makes some eps log₂ M."""
 _NO_DECAY = 0.25
-"""From eighth to eighth of the orders noise falls off by less, its greatest coefficients being
-what they are. What has fallen to rounding from where it began falls off by ten and more."""
+"""Coefficients no longer fall off where the greatest one of an eighth of the orders exceeds this
+part of those in the eighths before. Noise is like this, since its coefficients are all of one size;
+those of a function that falls to rounding decrease by a factor of ten and more."""
 _ERROR_PER_COEFFICIENT = 4.0
-"""Error per missing coefficient: an order stands for two waves, the positive and the negative one,
-and each is missing where it belongs as much as the samples wrongly add it to a lower one."""
+"""Error per missing coefficient: an order stands for two waves, the positive and the negative one.
+Each of them is missing from the sum, and the samples wrongly add it to a lower order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +94,11 @@ class Series:
         eighths = np.maximum.reduceat(spectrum, starts, axis=1)
         second, third, last = np.maximum(eighths[:, 2::2], eighths[:, 3::2]).T
         with np.errstate(divide="ignore", invalid="ignore"):
-            # Of two ways to measure the decay the slower one: a dip must not pass for a fast one.
+            # The slower of two measures: from a bump in the spectrum alone it would seem fast.
             decay = np.fmax(last / third, np.sqrt(last / second))
         decay = np.clip(np.nan_to_num(decay, nan=0.0), 0.0, 1.0)
-        # From one order to the next; if they hardly fall off, those that are missing are taken to
-        # be as many as those that are there.
+        # From one order to the next, of which a quarter has `highest / 4`. If coefficients hardly
+        # fall off, as many are taken to be missing as there are.
         factor = np.minimum(decay ** (4.0 / highest), 1.0 - 1.0 / highest)
         is_flat = eighths[:, 7] >= _NO_DECAY * np.maximum(eighths[:, 5], eighths[:, 6])
         is_noise = is_flat & (last * np.sqrt(self.values.shape[1]) <= rounding)
@@ -142,7 +143,7 @@ class Series:
             term = np.empty(len(left))
             for table, values in zip(tables, result, strict=True):
                 total = values[chunk]
-                # All steps are in the table; clipping spares the check.
+                # All indices lie in the table; NumPy clips them faster than it checks them.
                 np.take(table, left, out=total, mode="clip")
                 total *= weights[0]
                 for offset in range(1, _DEGREE + 1):
@@ -217,7 +218,7 @@ def _padded(spectrum: Array, size: int, count: int) -> Array:
 
 
 def _interleaved(spectrum: Array, size: int, count: int) -> Array:
-    """Return a grid by transforms that fit the cache, each of every so many positions.
+    """Return a grid by several transforms that fit the cache, whose positions alternate.
 
     Args:
         spectrum: from `_padded`, `(C, K)`.

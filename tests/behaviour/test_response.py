@@ -1,4 +1,4 @@
-"""The response against direct sweeps and closed forms; its limits and its file."""
+"""Responses against direct sweeps and closed forms: wrenches, couplings, loads, outputs, ranges."""
 
 from __future__ import annotations
 
@@ -6,16 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from testkit.linkages import four_bar, loop
-from testkit.scenes import double, relative, universal
+from testkit.linkages import coupling, four_bar, gears, loop
+from testkit.scenes import double, relative, text, universal
 
 import cardan_dyn as cd
 from analytic import grossmann
-from cardan_dyn.response import build as response_build
-from cardan_dyn.response.domain import Domain
-from cardan_dyn.response.series import Series
 
 POSITIONS = np.random.default_rng(11).uniform(-30.0, 30.0, 200)
+FEW_POSITIONS = np.linspace(-3.0, 9.0, 40)
 
 
 @pytest.mark.parametrize(
@@ -71,19 +69,19 @@ def test_every_wrench_equals_the_direct_sweep(shaft: cd.Mechanism) -> None:
     response = scene.response()
     for speed, acceleration in ((0.0, 0.0), (80.0, 0.0), (0.0, 30.0), (-60.0, 500.0)):
         direct = scene.sweep(POSITIONS, speed=speed, acceleration=acceleration)
-        found = response.sweep(POSITIONS, speed, acceleration)
+        evaluated = response.sweep(POSITIONS, speed, acceleration)
         size = max(np.max(np.abs(direct[name].moment)) for name in shaft.joint_names)
         for name in shaft.joint_names:
-            assert np.max(np.abs(found[name].moment - direct[name].moment)) < 1e-12 * size
-            assert np.max(np.abs(found[name].force - direct[name].force)) < 1e-12 * size
-            np.testing.assert_array_equal(found[name].unique, direct[name].unique)
-        assert np.max(np.abs(found.drive_effort - direct.drive_effort)) < 1e-12 * size
+            assert np.max(np.abs(evaluated[name].moment - direct[name].moment)) < 1e-12 * size
+            assert np.max(np.abs(evaluated[name].force - direct[name].force)) < 1e-12 * size
+            np.testing.assert_array_equal(evaluated[name].unique, direct[name].unique)
+        assert np.max(np.abs(evaluated.drive_effort - direct.drive_effort)) < 1e-12 * size
         for name, effort in direct.holding_effort.items():
-            assert np.max(np.abs(found.holding_effort[name] - effort)) < 1e-12 * size
-    world = found.wrench("pin_2_out", "world").moment
+            assert np.max(np.abs(evaluated.holding_effort[name] - effort)) < 1e-12 * size
+    world = evaluated.wrench("pin_2_out", "world").moment
     assert np.max(np.abs(world - direct.wrench("pin_2_out", "world").moment)) < 1e-12 * size
-    np.testing.assert_allclose(found.motion.v, direct.motion.v, atol=1e-11)
-    np.testing.assert_allclose(found.motion.a, direct.motion.a, atol=1e-8)
+    np.testing.assert_allclose(evaluated.motion.v, direct.motion.v, atol=1e-11)
+    np.testing.assert_allclose(evaluated.motion.a, direct.motion.a, atol=1e-8)
 
 
 def test_operating_points_broadcast(shaft: cd.Mechanism) -> None:
@@ -113,42 +111,17 @@ def test_gravity_and_link_loads_are_columns(joint: cd.Mechanism) -> None:
     scene = cd.Scene(joint, drive="bearing_in", held=held, gravity=(0.0, 0.0, -9.81), loads=push)
     response = scene.response()
     pull = np.array([1.0, 2.0, -3.0])
-    other = cd.Scene(joint, drive="bearing_in", held=held, gravity=pull, loads=push)
-    direct = other.sweep(POSITIONS, speed=4.0)
-    found = response.sweep(POSITIONS, 4.0, gravity=pull)
+    pulled = cd.Scene(joint, drive="bearing_in", held=held, gravity=pull, loads=push)
+    direct = pulled.sweep(POSITIONS, speed=4.0)
+    evaluated = response.sweep(POSITIONS, 4.0, gravity=pull)
     for name in joint.joint_names:
         scale = np.max(np.abs(direct[name].moment)) + np.max(np.abs(direct[name].force))
-        assert np.max(np.abs(found[name].moment - direct[name].moment)) < 1e-12 * scale
-        assert np.max(np.abs(found[name].force - direct[name].force)) < 1e-12 * scale
+        assert np.max(np.abs(evaluated[name].moment - direct[name].moment)) < 1e-12 * scale
+        assert np.max(np.abs(evaluated[name].force - direct[name].force)) < 1e-12 * scale
     with pytest.raises(cd.ArgumentError, match="no columns for bearing_out, only for"):
         response.sweep(POSITIONS, loads={"bearing_out": 1.0})
     with pytest.raises(cd.ArgumentError, match="no columns for gravity z"):
         universal(joint, 0.4).response().sweep(0.0, gravity=(0.0, 0.0, 1.0))
-
-
-def test_inertia_and_its_slope(joint: cd.Mechanism) -> None:
-    """Kinetic energy of the joint at unit speed is half the inertia."""
-    scene = universal(joint, 0.8, load=0.0)
-    response = scene.response()
-    positions = np.linspace(0.0, 3.0, 7)
-    turn = scene.sweep(positions, speed=1.0)
-    import pinocchio as pin
-
-    data = joint.model.createData()
-    energy = [
-        pin.computeKineticEnergy(joint.model, data, q, v)
-        for q, v in zip(turn.motion.q, turn.motion.v, strict=True)
-    ]
-    np.testing.assert_allclose(response.inertia(positions), 2.0 * np.array(energy), rtol=1e-12)
-    step = 1e-3
-    slope = (response.inertia(positions + step) - response.inertia(positions - step)) / (2 * step)
-    np.testing.assert_allclose(response.inertia_derivative(positions), slope, atol=1e-6)
-    np.testing.assert_allclose(
-        turn.drive_effort, 0.5 * response.inertia_derivative(positions), atol=1e-13
-    )
-    np.testing.assert_allclose(
-        response.ratio("bearing_out", positions), turn.motion.ratio("bearing_out"), rtol=1e-13
-    )
 
 
 def test_a_rocker_on_its_range() -> None:
@@ -160,10 +133,10 @@ def test_a_rocker_on_its_range() -> None:
     response = scene.response(1e-12, interval=(inside[0], inside[1]))
     assert response.interval == pytest.approx(inside)
     positions = np.linspace(*inside, 50)
-    direct, found = scene.sweep(positions, speed=3.0), response.sweep(positions, 3.0)
+    direct, evaluated = scene.sweep(positions, speed=3.0), response.sweep(positions, 3.0)
     for name in "abcd":
         scale = np.max(np.abs(direct[name].force))
-        assert np.max(np.abs(found[name].force - direct[name].force)) < 1e-10 * scale
+        assert np.max(np.abs(evaluated[name].force - direct[name].force)) < 1e-10 * scale
     with pytest.raises(cd.ArgumentError, match="the response holds for positions from"):
         response.sweep(inside[1] + 0.01)
     with pytest.raises(cd.ArgumentError, match="does not turn through"):
@@ -174,72 +147,64 @@ def test_a_rocker_on_its_range() -> None:
         scene.response(interval=(1.0,))
 
 
-def test_a_tolerance_out_of_reach_is_refused(
-    joint: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Towards a dead point forces grow without bound, and no polynomial follows them."""
-    rocker = cd.Scene(cd.load(four_bar(loop("continuous"))), drive="d", loads={"a": -2.0})
-    low, high = rocker.motion_range()
-    monkeypatch.setattr(response_build, "_GREATEST_COUNT", 1024)
-    with pytest.raises(cd.AccuracyError, match=r"the response reaches .* not 1e-12") as caught:
-        rocker.response(1e-12, interval=(low + 1e-7, high - 1e-7))
-    assert caught.value.residual > 1e-12
-    scene = universal(joint, 0.5)
-    with pytest.raises(cd.ArgumentError, match="tolerance is 0"):
-        scene.response(0.0)
-    with pytest.raises(cd.ArgumentError, match="a response needs one drive"):
-        cd.Scene(joint, drive=["bearing_in", "joint_angle"]).response()
-
-
-def test_a_response_survives_its_file(joint: cd.Mechanism, tmp_path: Path) -> None:
-    scene = universal(joint, 0.5)
-    response = scene.response()
-    response.save(tmp_path / "response.npz")
-    again = universal(joint, 0.5).load_response(tmp_path / "response.npz")
-    first, second = response.sweep(POSITIONS, 3.0), again.sweep(POSITIONS, 3.0)
-    np.testing.assert_array_equal(first["pin_out"].moment, second["pin_out"].moment)
-    assert again.proof == response.proof
-    with pytest.raises(cd.CardanError, match="response of another scene; different: held"):
-        universal(joint, 0.6).load_response(tmp_path / "response.npz")
-    (tmp_path / "other.npz").write_bytes(b"nothing")
-    with pytest.raises(cd.CardanError, match="is not a saved response"):
-        scene.load_response(tmp_path / "other.npz")
-
-
 def test_outputs_prune_responses_as_well(shaft: cd.Mechanism) -> None:
     held = {"joint_angle_1": 0.5, "joint_angle_2": 0.4}
     options = {"drive": "bearing_in", "held": held, "loads": {"bearing_out": -5.0}}
     alone = cd.Scene(shaft, **options, outputs=[]).response()
-    whole = cd.Scene(shaft, **options).sweep(POSITIONS, speed=9.0)
-    found = alone.sweep(POSITIONS, 9.0).drive_effort
-    assert relative(found, whole.drive_effort) < 1e-12
+    complete = cd.Scene(shaft, **options).sweep(POSITIONS, speed=9.0)
+    evaluated = alone.sweep(POSITIONS, 9.0).drive_effort
+    assert relative(evaluated, complete.drive_effort) < 1e-12
 
 
-@pytest.mark.parametrize("count", [8, 64])
-def test_series_of_known_functions(count: int) -> None:
-    """A trigonometric polynomial is exact with as many samples as it needs, on any grid."""
+def test_moments_of_couplings_are_functions_like_the_others() -> None:
+    mechanism = cd.load(gears(coupling("mesh", "a", "b", -2.5)))
+    scene = cd.Scene(mechanism, drive="a", loads={"b": 7.0})
+    response = scene.response()
+    direct = scene.sweep(FEW_POSITIONS, speed=3.0, acceleration=2.0)
+    evaluated = response.sweep(FEW_POSITIONS, 3.0, 2.0)
+    assert list(evaluated.coupling_moment) == ["mesh"]
+    np.testing.assert_allclose(
+        evaluated.coupling_moment["mesh"], direct.coupling_moment["mesh"], rtol=1e-13
+    )
+    assert evaluated.coupling_unique == direct.coupling_unique == {"mesh": True}
+    grid = response.sweep(FEW_POSITIONS[:, None], loads={"b": np.array([0.0, 7.0, -1.0])})
+    np.testing.assert_allclose(grid.coupling_moment["mesh"][5], [0.0, -7.0, 1.0], atol=1e-13)
+    with pytest.raises(KeyError):
+        grid.coupling_moment["b"]
 
-    def functions(x: np.ndarray) -> np.ndarray:
-        return np.stack([np.ones_like(x), np.cos(3.0 * x) - 2.0 * np.sin(x), np.sin(2.0 * x + 1.0)])
 
-    origin, period = 0.3, 2.0 * np.pi
-    nodes = Domain(origin, period, True).nodes(count)
-    series = Series(functions(nodes), Domain(origin, period, True))
-    rows = np.arange(3)
-    x = np.linspace(-50.0, 1e6, 99)
-    np.testing.assert_allclose(series.at(rows, series.locate(x)), functions(x), atol=5e-14)
-    np.testing.assert_allclose(series.summed(x), functions(x), atol=5e-14)
-    for points in (3, 7, 8, 100):
-        grid = origin + period * np.arange(points) / points
-        np.testing.assert_allclose(series.uniform(rows, points), functions(grid), atol=5e-14)
-    low, high = -0.4, 1.1
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    nodes = Domain(middle, half, False).nodes(count)
-    assert len(nodes) == count + 1
-    cubic = np.stack([nodes**3 - nodes, 1.0 / (2.0 + nodes)])
-    series = Series(cubic, Domain(middle, half, False))
-    x = np.concatenate([np.linspace(low, high, 33), [high - 1e-13]])
-    found = series.at(np.arange(2), series.locate(x))
-    np.testing.assert_allclose(found[0], x**3 - x, atol=1e-14)
-    np.testing.assert_allclose(series.summed(x)[0], x**3 - x, atol=1e-14)
-    assert np.max(np.abs(found[1] - 1.0 / (2.0 + x))) < (1e-5 if count == 8 else 1e-14)
+def test_open_moments_of_couplings_are_marked_and_survive_a_file(tmp_path: Path) -> None:
+    train = [("ab", "a", "b", -2.0), ("bc", "b", "c", -3.0), ("ca", "c", "a", 1.0 / 6.0)]
+    closed = cd.load(gears(*(coupling(*item) for item in train), third=True))
+    scene = cd.Scene(closed, drive="a", loads={"c": -4.0})
+    response = scene.response()
+    response.save(f"{tmp_path}/train")
+    direct = scene.sweep(FEW_POSITIONS, speed=1.0)
+    for each in (response, scene.load_response(f"{tmp_path}/train")):
+        evaluated = each.sweep(FEW_POSITIONS, 1.0)
+        assert evaluated.coupling_unique == {"ab": False, "bc": False, "ca": False}
+        for name, moment in direct.coupling_moment.items():
+            np.testing.assert_allclose(evaluated.coupling_moment[name], moment, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["acceleration", "speed²", "gravity x"])
+def test_a_loaded_joint_may_be_called_like_a_column(name: str) -> None:
+    urdf = text("universal_joint").replace('"bearing_out"', f'"{name}"')
+    scene = cd.Scene(
+        cd.load(urdf),
+        drive="bearing_in",
+        held={"joint_angle": 0.5},
+        loads={name: -2.0},
+        gravity=(1.0, 0.0, -9.81),
+    )
+    response = scene.response()
+    direct = scene.sweep(FEW_POSITIONS, speed=4.0, acceleration=5.0)
+    evaluated = response.sweep(FEW_POSITIONS, 4.0, 5.0)
+    assert response.columns.count(name) == 2
+    for joint in scene.outputs:
+        scale = np.max(np.abs(direct[joint].moment)) + np.max(np.abs(direct[joint].force))
+        assert np.max(np.abs(evaluated[joint].moment - direct[joint].moment)) < 1e-12 * scale
+    tenfold = response.sweep(FEW_POSITIONS, loads={name: -20.0}).drive_effort
+    unloaded = response.sweep(FEW_POSITIONS, loads={name: 0.0}).drive_effort
+    loaded = response.sweep(FEW_POSITIONS).drive_effort
+    np.testing.assert_allclose(tenfold - unloaded, 10.0 * (loaded - unloaded), atol=1e-11)

@@ -1,4 +1,4 @@
-"""The error that a response reports against its true one, between all of its samples."""
+"""The error that a response reports, against deviations from direct sweeps between its samples."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ def true_error(
     """Greatest deviation from direct sweeps, column by column, as `Proof.error` is defined."""
     worst = 0.0
     for load, speed, acceleration in ((-2.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)):
-        own = scene(load)
-        length = own.mechanism.characteristic_length
-        loads = dict.fromkeys(own.loads, load)
-        direct = own.sweep(positions, speed, acceleration)
-        found = response.sweep(positions, speed, acceleration, loads=loads)
-        pairs = [(direct.drive_effort[:, None], found.drive_effort[:, None])]
-        for name in own.outputs:
-            exact, given = (
-                np.concatenate([length * part[name].force, part[name].moment], axis=1)
-                for part in (direct, found)
+        loaded = scene(load)
+        length = loaded.mechanism.characteristic_length
+        loads = dict.fromkeys(loaded.loads, load)
+        direct = loaded.sweep(positions, speed, acceleration)
+        evaluated = response.sweep(positions, speed, acceleration, loads=loads)
+        pairs = [(direct.drive_effort[:, None], evaluated.drive_effort[:, None])]
+        for name in loaded.outputs:
+            exact, approximate = (
+                np.concatenate([length * sweep[name].force, sweep[name].moment], axis=1)
+                for sweep in (direct, evaluated)
             )
-            pairs += [(exact, given)]
+            pairs += [(exact, approximate)]
         sizes = [float(np.max(np.abs(exact))) for exact, _ in pairs]
-        for (exact, given), size in zip(pairs, sizes, strict=True):
+        for (exact, approximate), size in zip(pairs, sizes, strict=True):
             scale = max(size, 0.1 * max(sizes))
-            worst = max(worst, float(np.max(np.abs(given - exact))) / scale)
+            worst = max(worst, float(np.max(np.abs(approximate - exact))) / scale)
     return worst
 
 
@@ -59,7 +59,7 @@ RANGES: dict[str, dict[str, object]] = {
 
 @pytest.mark.parametrize("name", RANGES)
 @pytest.mark.parametrize("left", [(1e-2, 1e-2), (1e-3, 1e-3), (0.3, 1e-4)], ids=str)
-def test_the_error_near_dead_points_is_not_smaller_than_it_is_said_to_be(
+def test_the_error_near_dead_points_is_reported_within_a_factor_of_30(
     name: str, left: tuple[float, float]
 ) -> None:
     mechanism = cd.load(name)
@@ -82,7 +82,7 @@ def test_the_error_near_dead_points_is_not_smaller_than_it_is_said_to_be(
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-8, 1e-13])
 @pytest.mark.parametrize("beta_deg", [8.5, 50.0, 80.0, 89.0])
-def test_the_error_of_a_cardan_joint_is_what_it_is_said_to_be(
+def test_the_error_of_a_cardan_joint_is_reported_within_a_factor_of_100(
     joint: cd.Mechanism, beta_deg: float, tolerance: float
 ) -> None:
     beta = np.deg2rad(beta_deg)
@@ -95,7 +95,7 @@ def test_the_error_of_a_cardan_joint_is_what_it_is_said_to_be(
 
 
 @pytest.mark.parametrize("betas", [(0.7, 0.5), (0.1, 0.1), (1.2, 0.9)], ids=str)
-def test_the_error_of_a_double_shaft_is_what_it_is_said_to_be(
+def test_the_error_of_a_double_shaft_is_reported_within_a_factor_of_100(
     shaft: cd.Mechanism, betas: tuple[float, float]
 ) -> None:
     for tolerance in (1e-4, 1e-8, 1e-13):
@@ -103,8 +103,3 @@ def test_the_error_of_a_double_shaft_is_what_it_is_said_to_be(
         positions = np.linspace(0.0, 6.3, 400)
         true = true_error(lambda load: double(shaft, *betas, load), response, positions)
         assert 0.3 * true <= response.error <= 100.0 * true
-
-
-def test_a_cardan_joint_takes_no_more_samples_than_it_needs(joint: cd.Mechanism) -> None:
-    assert universal(joint, np.deg2rad(50.0)).response().sample_count == 128
-    assert universal(joint, np.deg2rad(80.0)).response().sample_count == 512
