@@ -102,41 +102,6 @@ def test_gepetto_changes_joint_types(tmp_path: Path) -> None:
     assert caught.value.mobility == 2
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("closed_loop: [['end_1', 'nowhere']]\ntype: ['3d']", "frame 'nowhere' does not exist"),
-        ("closed_loop: [['end_1']]\ntype: ['3d']", "is not a pair of frames"),
-        ("closed_loop: [['end_1', 'end_2']]\ntype: ['5d']", "type '5d' is unknown; types: 3d, 6d"),
-        ("closed_loop: [['end_1', 'end_2']]\ntype: []", "1 closed_loop but 0 type entries"),
-        ("closed_loop: end_1", "is not a list of pairs"),
-        ("closed_loop: [", "cannot be read as YAML"),
-        ("closed_loop: [['end_1', 'end_2']]\nname_mot: ['z']", "joint 'z' does not exist"),
-        (
-            "closed_loop: [['end_1', 'end_2']]\njoint_name: ['b']\njoint_type: ['x']",
-            "joint_type 'x' is unknown",
-        ),
-        (
-            "closed_loop: [['end_1', 'end_2']]\njoint_name: ['b']\njoint_type: []",
-            "1 joint_name but 0 joint_type",
-        ),
-    ],
-)
-def test_bad_gepetto_files(tmp_path: Path, content: str, message: str) -> None:
-    path = tmp_path / "robot.urdf"
-    path.write_text(TREE.replace("</robot>", ENDS + "</robot>"), encoding="utf-8")
-    (tmp_path / "robot.yaml").write_text(content, encoding="utf-8")
-    with pytest.raises(cd.ModelError, match=message):
-        cd.load(path)
-
-
-def test_a_yaml_file_about_something_else_is_left_alone(tmp_path: Path) -> None:
-    path = tmp_path / "robot.urdf"
-    path.write_text(PLUS, encoding="utf-8")
-    (tmp_path / "robot.yaml").write_text("controllers: [1, 2]", encoding="utf-8")
-    assert cd.load(path).notation == "URDF+ <loop>"
-
-
 def test_independent_joints_are_the_drives() -> None:
     urdf = text("universal_joint").replace(
         '<joint name="bearing_in" ', '<joint name="bearing_in" independent="true" '
