@@ -153,3 +153,34 @@ def test_axes_of_any_other_length(size: str) -> None:
     np.testing.assert_allclose(
         mechanism.joint("pin_in").axis, [0.5**0.5, 0.5**0.5, 0.0], atol=1e-16
     )
+
+
+@pytest.mark.parametrize(
+    "prolog",
+    [
+        '<!DOCTYPE robot SYSTEM "file:///nowhere">',
+        '<!DOCTYPE robot PUBLIC "-//x//y" "file:///nowhere">',
+        '<!-- <robot> --><!DOCTYPE robot SYSTEM "file:///nowhere">',
+        '<?tool <robot ?><!DOCTYPE robot SYSTEM "file:///nowhere">',
+        '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///nowhere">]>',
+        '<!DOCTYPE robot [<!ENTITY % x PUBLIC "-//x//y" "file:///nowhere"> %x;]>',
+    ],
+)
+def test_documents_that_are_not_read(prolog: str) -> None:
+    """Their entities would be read as nothing, whatever stands before the DOCTYPE."""
+    with pytest.raises(cd.ModelError, match="x: its DOCTYPE refers to another document, which is"):
+        elements.check_doctype(f"{prolog}<robot/>", "x")
+
+
+@pytest.mark.parametrize(
+    "prolog",
+    [
+        "",
+        "<!DOCTYPE robot>",
+        '<!DOCTYPE robot [<!ENTITY x "0 0">]>',
+        '<!DOCTYPE robot [<!ENTITY x "the SYSTEM is PUBLIC">]>',
+        '<!-- <!DOCTYPE robot SYSTEM "file:///nowhere"> -->',
+    ],
+)
+def test_texts_that_refer_to_no_other_document(prolog: str) -> None:
+    elements.check_doctype(f'{prolog}<robot name="SYSTEM"/>', "x")

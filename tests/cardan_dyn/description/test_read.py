@@ -226,3 +226,10 @@ def test_entities() -> None:
     elsewhere = '<!DOCTYPE robot SYSTEM "file:///nowhere">' + robot.replace("0 1 0", "0 1&x; 0")
     with pytest.raises(cd.ModelError, match="DOCTYPE refers to another document"):
         cd.load(elsewhere)
+
+
+def test_a_comment_hides_no_reference_to_another_document() -> None:
+    robot = JOINT[JOINT.index("<robot") :].replace('mass value="', 'mass value="&x;1', 1)
+    for comment in ("", "<!-- <robot> -->"):
+        with pytest.raises(cd.ModelError, match="text: its DOCTYPE refers to another document"):
+            cd.load(f'{comment}<!DOCTYPE robot SYSTEM "file:///nowhere">{robot}')
