@@ -39,7 +39,7 @@ def placed(mechanism: cd.Mechanism, coordinates: dict[str, float]) -> dict[str, 
         step[model.idx_vs[mechanism.joints[name].id]] = value
     data = model.createData()
     pin.forwardKinematics(model, data, pin.integrate(model, pin.neutral(model), step))
-    return {name: data.oMi[body] * place for name, (body, place) in mechanism.links.items()}
+    return {name: data.oMi[body] * placement for name, (body, placement) in mechanism.links.items()}
 
 
 def same_as_urdf(mechanism: cd.Mechanism, sign: float = 1.0, kind: str = "spherical") -> None:

@@ -40,11 +40,11 @@ TWO = """<mujoco><worldbody>
 def ends(equality: str) -> tuple[LoopDescription, np.ndarray, np.ndarray]:
     """Return a loop, and both placements of its frame in the world, initially."""
     (found,) = read(TWO.format(equality)).loops
-    places = placed(cd.load(TWO.format("")), {})
+    placements = placed(cd.load(TWO.format("")), {})
     return (
         found,
-        places[found.predecessor].homogeneous @ found.predecessor_origin,
-        places[found.successor].homogeneous @ found.successor_origin,
+        placements[found.predecessor].homogeneous @ found.predecessor_origin,
+        placements[found.successor].homogeneous @ found.successor_origin,
     )
 
 
@@ -96,7 +96,7 @@ def test_equalities_are_named_apart_from_joints() -> None:
     ]
 
 
-def test_gears() -> None:
+def test_couplings_of_two_joints() -> None:
     gear = '<joint name="g" joint1="e" joint2="f" polycoef="0 -2.5 0 0 0"/>'
     wheels = TWO.replace("<joint/>", '<joint name="f"/>').replace('euler="40 0 0"', "")
     mass = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
@@ -111,7 +111,9 @@ def test_gears() -> None:
         gear.replace('joint2="f"', ""),
         gear.replace('joint2="f"', 'joint2="e"'),
     ):
-        with pytest.raises(cd.ModelError, match="<equality> <joint> is not supported but for gear"):
+        with pytest.raises(
+            cd.ModelError, match="<equality> <joint> is not supported except as a coupling"
+        ):
             read(wheels.format(other))
     slide = wheels.replace('name="f"', 'name="f" type="slide"')
     with pytest.raises(cd.ModelError, match="needs two hinges on the same body"):

@@ -65,16 +65,16 @@ def test_against_pinocchios_reader(tmp_path: Path, changes: dict[str, str]) -> N
     theirs = pin.buildModelAndLegacyConstraintsFromMJCF(str(path))[0]
     ours = cd.load(path).model
     assert list(ours.names) == list(theirs.names)
-    found = []
+    results = []
     for model in (theirs, ours):
         q = pin.integrate(model, pin.neutral(model), np.array([0.3, 0.2, 0.4]))
         data = model.createData()
         mass = np.triu(pin.crba(model, data, q))
         pin.framesForwardKinematics(model, data, q)
         frames = [model.getFrameId(name, pin.FrameType.BODY) for name in ("one", "two", "three")]
-        found.append((mass, *(data.oMf[frame].homogeneous for frame in frames)))
-    for expected, own in zip(*found, strict=True):
-        np.testing.assert_allclose(own, expected, atol=1e-14 * np.max(np.abs(expected)))
+        results.append((mass, *(data.oMf[frame].homogeneous for frame in frames)))
+    for expected, found in zip(*results, strict=True):
+        np.testing.assert_allclose(found, expected, atol=1e-14 * np.max(np.abs(expected)))
 
 
 RICH = """<mujoco><compiler eulerseq="xYz" inertiagrouprange="0 2"/>
@@ -128,13 +128,13 @@ MUJOCO = {
 
 
 def test_against_mujoco() -> None:
-    places = placed(cd.load(RICH), COORDINATES)
+    placements = placed(cd.load(RICH), COORDINATES)
     description = read(RICH)
     links = {link.name: link for link in description.links}
     for name, (position, quaternion, mass, centre, inertia) in MUJOCO.items():
         turn = pin.Quaternion(np.array([*quaternion[1:], quaternion[0]])).matrix()
-        np.testing.assert_allclose(places[name].translation, position, atol=1e-11)
-        np.testing.assert_allclose(places[name].rotation, turn, atol=1e-11)
+        np.testing.assert_allclose(placements[name].translation, position, atol=1e-11)
+        np.testing.assert_allclose(placements[name].rotation, turn, atol=1e-11)
         tensor = links[name].inertia
         entries = [*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]
         assert links[name].mass == pytest.approx(mass, rel=1e-11)
