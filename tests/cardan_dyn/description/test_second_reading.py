@@ -1,4 +1,4 @@
-"""The second reading finds the numbers of a text by itself, whatever the first reader found."""
+"""The second reading takes all numbers from the text, whatever numbers the first reader found."""
 
 from __future__ import annotations
 
