@@ -49,7 +49,7 @@ def described(value: object) -> str:
     if value is None or isinstance(value, (bool, int, float, complex, str, bytes)):
         try:
             return shortened(repr(value))
-        except Exception:  # A number of too many digits, a class with a repr of its own.
+        except Exception:  # A number of too many digits, a class that overrides repr.
             return f"of type {type(value).__name__}"
     if isinstance(value, np.ndarray):
         return f"an array of type {value.dtype}"

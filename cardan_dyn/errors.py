@@ -76,7 +76,7 @@ class MobilityError(CardanError):
 
 
 class IndeterminateError(CardanError):
-    """Wanted components are statically indeterminate, and the scene is strict.
+    """Requested components are statically indeterminate, and the scene is strict.
 
     Attributes:
         components: joint to the names of its statically indeterminate components.

@@ -50,6 +50,37 @@ def check_size(links: int, where: str) -> None:
         )
 
 
+def check_doctype(text: str, where: str) -> None:
+    """Refuse a well-formed XML text whose DOCTYPE refers to another document.
+
+    Entities that the other document defines would silently be read as nothing.
+
+    Raises:
+        ModelError: the DOCTYPE, or an entity that it defines, is in another document.
+    """
+    if "<!DOCTYPE" not in text:
+        return
+    from xml.parsers import expat
+
+    is_external = False
+
+    def doctype(_name: str, system: str | None, public: str | None, _internal: bool) -> None:
+        nonlocal is_external
+        is_external |= system is not None or public is not None
+
+    def entity(*definition: object) -> None:
+        nonlocal is_external
+        value = definition[2]  # None where another document contains the entity.
+        is_external |= value is None
+
+    parser = expat.ParserCreate()
+    parser.StartDoctypeDeclHandler = doctype
+    parser.EntityDeclHandler = entity
+    parser.Parse(text, True)
+    if is_external:
+        raise ModelError(f"{where}: its DOCTYPE refers to another document, which is not read")
+
+
 def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element | None:
     """Return the child element of a kind, None without one.
 

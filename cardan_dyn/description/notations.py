@@ -95,8 +95,8 @@ def gepetto(path: Path, robot: ElementTree.Element, joints: set[str]) -> Gepetto
     Raises:
         ModelError: the file is malformed, or names a frame or joint that does not exist.
     """
-    beside = [path.with_suffix(suffix) for suffix in (".yaml", ".yml")]
-    existing = [candidate for candidate in beside if candidate.is_file()]
+    candidates = [path.with_suffix(suffix) for suffix in (".yaml", ".yml")]
+    existing = [candidate for candidate in candidates if candidate.is_file()]
     if not existing:
         return None
     where = str(existing[0])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,8 +15,6 @@ if TYPE_CHECKING:
 
 _BLANK = "\ufeff \t\r\n"
 """What may stand before a text's first element."""
-_EXTERNAL = re.compile(r"\b(SYSTEM|PUBLIC)\b")
-"""Words with which a DOCTYPE refers to another document."""
 
 
 def bundled_directory() -> Path:
@@ -74,16 +71,13 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
 
     from . import urdf
     from .description import SourceText
-    from .elements import check_size
+    from .elements import check_doctype, check_size
 
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
         raise ModelError(f"{where}: malformed XML: {error}") from error
-    prolog = text[: text.find(f"<{root.tag}")]
-    if "<!DOCTYPE" in prolog and _EXTERNAL.search(prolog):
-        # Entities that the other document defines would silently be read as nothing.
-        raise ModelError(f"{where}: its DOCTYPE refers to another document, which is not read")
+    check_doctype(text, where)
     if root.tag == "mujoco":
         from .mjcf import reader as mjcf
 

@@ -60,9 +60,9 @@ def _link(name: str, element: Element) -> LinkDescription:
     if inertial is None or float(_child(inertial, "mass").attrib["value"]) == 0.0:
         return LinkDescription(name)
     frame = _origin(inertial)
-    words = _child(inertial, "inertia")
+    inertia = _child(inertial, "inertia")
     rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
-    tensor = np.array([[float(words.get(name, "0")) for name in row] for row in rows])
+    tensor = np.array([[float(inertia.get(key, "0")) for key in row] for row in rows])
     return LinkDescription(
         name,
         float(_child(inertial, "mass").attrib["value"]),

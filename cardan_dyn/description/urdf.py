@@ -298,7 +298,7 @@ def _left_out(element: ElementTree.Element, at: str) -> list[str]:
     """Return warnings about what a joint says and no wrench considers: couplings, friction."""
     warnings = []
     if element.find("mimic") is not None:
-        warnings.append(f"{at}: <mimic> left out: write the gear as <coupling>")
+        warnings.append(f"{at}: <mimic> left out: write it as <coupling>")
     dynamics = only(element, "dynamics", at)
     if dynamics is not None:
         coefficients = {

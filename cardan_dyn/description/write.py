@@ -223,8 +223,8 @@ def angles_of(turn: Array) -> tuple[float, float, float]:
     """Return roll, pitch and yaw [rad] of a rotation `(3, 3)`, accurate in every position.
 
     Where pitch is a right angle, only the sum or difference of roll and yaw is determined. There
-    yaw comes out as it happens, and roll, computed from the matrix turned back by that yaw, makes
-    up for it.
+    `atan2` returns an arbitrary yaw; roll is computed from the matrix turned back by that yaw, so
+    that both together are the rotation.
     """
     yaw = math.atan2(turn[1, 0], turn[0, 0])
     cosine, sine = math.cos(yaw), math.sin(yaw)

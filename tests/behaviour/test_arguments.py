@@ -4,42 +4,16 @@ from __future__ import annotations
 
 import copy
 import decimal
-import itertools
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from types import MappingProxyType
 
 import numpy as np
 import pytest
+from testkit.exploding import Exploding, ExplodingMapping
 
 import cardan_dyn as cd
 from cardan_dyn.problem import arguments
-
-
-class Exploding:
-    """Raises whenever it is looked at, but for its name in a test's report."""
-
-    def __repr__(self) -> str:
-        return "Exploding()"
-
-    def __getattr__(self, name: str) -> object:
-        raise ZeroDivisionError(name)
-
-    def __iter__(self) -> Iterator[str]:
-        raise ZeroDivisionError("not to be iterated")
-
-    def __array__(self, *_: object, **__: object) -> np.ndarray:
-        raise ZeroDivisionError("no array")
-
-    def __eq__(self, other: object) -> bool:
-        raise ZeroDivisionError("not to be compared")
-
-    __hash__ = None  # type: ignore[assignment]
-
-
-class ExplodingMapping(dict[str, float]):
-    def items(self) -> object:  # type: ignore[override]
-        raise ZeroDivisionError("no items")
 
 
 def scene(**options: object) -> cd.Scene:
@@ -144,32 +118,6 @@ def test_numbers_of_every_kind() -> None:
     kept = arguments.numbers("x", given)
     given[0] = 3.0
     assert kept[0] == 1.0
-
-
-NO_NAMES = {
-    "number": 3,
-    "nothing in a list": [None],
-    "nothing among names": ["bearing_in", None],
-    "numbers": np.array([1.0, 2.0]),
-    "table": np.array([["bearing_in"]]),
-    "objects": np.array(["bearing_in", None], object),
-    "set": {"bearing_in"},
-    "frozen set": frozenset({"bearing_in"}),
-    "mapping": {"bearing_in": 1.0},
-    "bytes": b"bearing_in",
-    "list in a list": [["bearing_in"]],
-    "exploding": Exploding(),
-    "exploding in a list": [Exploding()],
-    "function": len,
-    "endless": itertools.repeat("bearing_in"),
-    "generator that fails": (str(1 // number) for number in (1, 0)),
-}
-
-
-@pytest.mark.parametrize("value", NO_NAMES.values(), ids=NO_NAMES.keys())
-def test_no_names(value: object) -> None:
-    with pytest.raises(cd.ArgumentError, match=r"^roles(\[\d+\])? (is|has) "):
-        arguments.names("roles", value)
 
 
 @pytest.mark.parametrize("role", ["drive", "outputs"])

@@ -9,15 +9,15 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from ...arrays import Array
 from ...errors import ModelError, choices
 from ..elements import numbers
 from .schema import DEFAULTS, ORIENTATIONS, check_attributes, check_children, keyword
 
-Array = np.ndarray
 Attributes = Mapping[str, str]
-_TINY = 1e-10
-"""Sine of an angle below which two directions do not span a plane: with about 16 digits, the normal
-of their plane would have six certain ones."""
+_LEAST_SINE = 1e-10
+"""Sine of an angle below which two directions count as parallel. Entries of unit vectors are
+rounded by about 1e-16: the normal of closer directions would have fewer than six correct digits."""
 
 
 def number(attributes: Attributes, name: str, default: str, at: str) -> float:
@@ -261,7 +261,7 @@ def _from_axes(x: Array, y: Array, at: str) -> Array:
     """Return the `(3, 3)` rotation to an x axis and a y axis, made normal to each other."""
     x, y = unit(x, at), unit(y, at)
     y = y - x * (x @ y)
-    if np.linalg.norm(y) < _TINY:
+    if np.linalg.norm(y) < _LEAST_SINE:
         raise ModelError(f"{at}: both axes have the same direction")
     y = y / np.linalg.norm(y)
     return np.stack([x, y, np.cross(x, y)], axis=1)
@@ -289,9 +289,9 @@ def _turn(axis: Array, angle: float) -> Array:
 def _from_z(direction: Array) -> Array:
     """Return the shortest `(3, 3)` rotation from the z axis to a unit vector.
 
-    To the vector -z every axis across is as short; it is half a turn about x, as in MuJoCo.
+    To the vector -z, half a turn about any axis normal to z is as short; x is taken, as in MuJoCo.
     """
     across = np.array([-direction[1], direction[0], 0.0])
     sine = float(np.linalg.norm(across))
-    axis = across / sine if sine > _TINY else np.array([1.0, 0.0, 0.0])
+    axis = across / sine if sine > _LEAST_SINE else np.array([1.0, 0.0, 0.0])
     return _turn(axis, math.atan2(sine, direction[2]))

@@ -68,7 +68,7 @@ def equalities(
         if element.tag not in (*LOOPS, "joint"):
             raise ModelError(
                 f"{where}: <equality> <{element.tag}> is not supported; kinds: {choices(LOOPS)}, "
-                "and joint for gears"
+                "and joint for couplings"
             )
         is_coupling = element.tag == "joint"
         check_attributes(element, at, "equality joint" if is_coupling else None)
@@ -181,8 +181,8 @@ def _coupling(
 ) -> CouplingDescription:
     """Return the coupling that an equality of two joints is, where its polynomial is a ratio.
 
-    A coupling sums up rotations from the nearest common ancestor of its links. So it says the
-    same only of hinges that stand on one body.
+    A coupling adds up rotations from the nearest common ancestor of its links. So it means the
+    same only of hinges on the same body.
     """
     driven = _named(attributes, "joint1", frames.joints, at)
     driving = None
@@ -198,8 +198,8 @@ def _coupling(
         or np.any(factors[[0, 2, 3, 4]])
     ):
         raise ModelError(
-            f"{where}: <equality> <joint> is not supported but for gears: {name!r} needs two "
-            'hinges on the same body and polycoef="0 ratio 0 0 0"'
+            f"{where}: <equality> <joint> is not supported except as a coupling: {name!r} needs "
+            'two hinges on the same body and polycoef="0 ratio 0 0 0"'
         )
     return CouplingDescription(name, driving.child, driven.child, float(factors[1]))
 

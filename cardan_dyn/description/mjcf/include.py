@@ -7,6 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ...errors import ModelError
+from ..elements import check_doctype
 from .schema import check_attributes
 
 DEPTH = 300
@@ -74,9 +75,11 @@ def _included(
         existing = [file for file in (main / name, beside / name) if file.is_file()]
         if not existing:
             raise ModelError(f"{at}: there is no file {str(main / name)!r}")
-        content = existing[0].read_text(encoding="utf-8-sig")
-        return ElementTree.fromstring(content.lstrip(" \t\r\n")), existing[0]
+        content = existing[0].read_text(encoding="utf-8-sig").lstrip(" \t\r\n")
+        included = ElementTree.fromstring(content)
     except ElementTree.ParseError as error:
         raise ModelError(f"{at}: malformed XML: {error}") from error
     except (OSError, ValueError) as error:
         raise ModelError(f"{at}: cannot be read as text ({error})") from error
+    check_doctype(content, at)
+    return included, existing[0]

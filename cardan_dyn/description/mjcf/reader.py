@@ -113,7 +113,7 @@ class _Reader:
                 origin = frame @ pose(attributes, self.compiler, at)
                 self._joints(content, name, parent, origin, at)
                 self._mass(content, name, at)
-                self._about(attributes, name, at)
+                self._note_attributes(attributes, name, at)
             elif any(child.tag in ("inertial", "joint", "freejoint") for child, *_ in content):
                 raise ModelError(
                     f"{at}: the world has no joints and no mass; write them in a <body>"
@@ -134,7 +134,7 @@ class _Reader:
         return name, at
 
     def _contents(self, element: ElementTree.Element, childclass: str, at: str) -> _Content:
-        """Return the elements of a body; those in a `<frame>` stand for themselves, placed."""
+        """Return the elements of a body; those in a `<frame>` with their placement in the body."""
         self._check_contents(element, at)
         content: _Content = []
         waiting = [(child, np.eye(4), childclass) for child in reversed(element)]
@@ -230,7 +230,7 @@ class _Reader:
     def _mass(self, content: _Content, name: str, at: str) -> None:
         """Add the link of a body.
 
-        The geoms of a body that cannot move are passed over, for its mass plays no part: they may
+        The geoms of a body that cannot move are not read, since its mass has no effect: they may
         be meshes, whose inertia is not computed here. Where a total mass is stated, they count.
         """
         is_immovable = self.frames.rigid[name] == self.frames.root
@@ -254,8 +254,8 @@ class _Reader:
         self.links.append(described)
         self.warnings.extend(warnings)
 
-    def _about(self, attributes: Attributes, name: str, at: str) -> None:
-        """Note what else a body's attributes say."""
+    def _note_attributes(self, attributes: Attributes, name: str, at: str) -> None:
+        """Note a force that compensates the weight of a body, and a `mocap` body."""
         self.forces.of_body(attributes, name)
         if flag(attributes, "mocap", "false", at):
             if self.frames.rigid[name] != self.frames.root:

@@ -9,6 +9,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from testkit import scenes
 
 import cardan_dyn as cd
 from cardan_dyn.description import elements
@@ -122,3 +123,64 @@ def test_loop() -> None:
     element.set("type", "floating")
     with pytest.raises(cd.ModelError, match="x: loop 'l': type 'floating' is not supported"):
         elements.loop(element, ("predecessor", "successor"), LINKS, "x")
+
+
+def with_axis(axis: str) -> str:
+    """Return the universal joint with another axis of its first pin."""
+    joint = scenes.text("universal_joint")
+    assert '<axis xyz="0 1 0"/>' in joint
+    return joint.replace('<axis xyz="0 1 0"/>', f'<axis xyz="{axis}"/>', 1)
+
+
+@pytest.mark.parametrize(
+    ("axis", "message"),
+    [
+        ("1e200 1e200 0", "beyond 1e[+]50"),
+        ("1e-320 1e-320 0", "has no direction; its length is to be 1"),
+        ("1e-320 2e-320 0", "has no direction"),
+        ("0 1e-200 0", "has no direction"),
+        ("0 0 1e-400", "has no direction"),
+    ],
+)
+def test_axes_without_a_direction(axis: str, message: str) -> None:
+    with pytest.raises(cd.ModelError, match=message):
+        cd.load(with_axis(axis))
+
+
+@pytest.mark.parametrize("size", ["1e-49", "1e49", "3"])
+def test_axes_of_any_other_length(size: str) -> None:
+    mechanism = cd.load(with_axis(f"{size} {size} 0"))
+    np.testing.assert_allclose(
+        mechanism.joint("pin_in").axis, [0.5**0.5, 0.5**0.5, 0.0], atol=1e-16
+    )
+
+
+@pytest.mark.parametrize(
+    "prolog",
+    [
+        '<!DOCTYPE robot SYSTEM "file:///nowhere">',
+        '<!DOCTYPE robot PUBLIC "-//x//y" "file:///nowhere">',
+        '<!-- <robot> --><!DOCTYPE robot SYSTEM "file:///nowhere">',
+        '<?tool <robot ?><!DOCTYPE robot SYSTEM "file:///nowhere">',
+        '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///nowhere">]>',
+        '<!DOCTYPE robot [<!ENTITY % x PUBLIC "-//x//y" "file:///nowhere"> %x;]>',
+    ],
+)
+def test_documents_that_are_not_read(prolog: str) -> None:
+    """Their entities would be read as nothing, whatever stands before the DOCTYPE."""
+    with pytest.raises(cd.ModelError, match="x: its DOCTYPE refers to another document, which is"):
+        elements.check_doctype(f"{prolog}<robot/>", "x")
+
+
+@pytest.mark.parametrize(
+    "prolog",
+    [
+        "",
+        "<!DOCTYPE robot>",
+        '<!DOCTYPE robot [<!ENTITY x "0 0">]>',
+        '<!DOCTYPE robot [<!ENTITY x "the SYSTEM is PUBLIC">]>',
+        '<!-- <!DOCTYPE robot SYSTEM "file:///nowhere"> -->',
+    ],
+)
+def test_texts_that_refer_to_no_other_document(prolog: str) -> None:
+    elements.check_doctype(f'{prolog}<robot name="SYSTEM"/>', "x")

@@ -1,12 +1,14 @@
-"""A URDF's links, joints and couplings; what is refused is in `test_description` above."""
+"""A URDF's links, joints and couplings are read; namespaces and impossible inertias refused."""
 
 from __future__ import annotations
 
+import re
 from xml.etree.ElementTree import fromstring
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from testkit import scenes
 
 import cardan_dyn as cd
 from cardan_dyn.description.description import Description, Limits
@@ -104,7 +106,7 @@ def test_a_universal_joint_of_the_tree_is_two_hinges() -> None:
 def test_what_is_left_out_is_said() -> None:
     description = read(more='<mimic joint="k"/><dynamics damping="2" friction="0"/>')
     assert description.warnings == (
-        "here: joint 'j': <mimic> left out: write the gear as <coupling>",
+        "here: joint 'j': <mimic> left out: write it as <coupling>",
         "here: joint 'j': damping 2 of <dynamics> left out: wrenches are without friction",
     )
     assert read(more="<dynamics/>").warnings == ()
@@ -164,3 +166,54 @@ def test_inertias(moments: tuple[float, ...], message: str) -> None:
     if message:
         with pytest.raises(cd.ModelError, match=r"strict=False\) accepts it"):
             check_inertia(tensor, "x", True)
+
+
+@pytest.mark.parametrize("tensor", [np.full((3, 3), np.nan), np.diag([np.inf, 1.0, 1.0])])
+def test_inertias_beyond_all_numbers(tensor: np.ndarray) -> None:
+    with pytest.raises(cd.ModelError, match="link 'a': the inertia has no principal moments"):
+        check_inertia(tensor, "link 'a'", False)
+
+
+JOINT = scenes.text("universal_joint")
+
+
+def changed(old: str, new: str) -> str:
+    """Return the universal joint with one piece of text replaced."""
+    assert old in JOINT
+    return JOINT.replace(old, new, 1)
+
+
+@pytest.mark.parametrize(
+    ("urdf", "message"),
+    [
+        (
+            changed("<robot ", '<robot xmlns="http://a/b" '),
+            "outermost element is <{http://a/b}robot>",
+        ),
+        (
+            changed("<joint ", '<joint xmlns="http://a/b" '),
+            "<joint> stands in the namespace 'http://a/b'",
+        ),
+        (
+            changed("<inertial>", '<inertial xmlns="http://a/b">'),
+            "<inertial> stands in the namespace 'http://a/b'",
+        ),
+        (
+            changed(
+                "</robot>", '<x:macro xmlns:x="http://www.ros.org/wiki/xacro" name="m"/></robot>'
+            ),
+            "<xacro:macro> is to be processed first",
+        ),
+    ],
+)
+def test_namespaces(urdf: str, message: str) -> None:
+    with pytest.raises(cd.ModelError, match=re.escape(message)):
+        cd.load(urdf)
+
+
+def test_extensions_of_others_are_left_alone() -> None:
+    extra = '<g:joint_states xmlns:g="http://a/b"><g:joint name="x"/></g:joint_states>'
+    extra += '<velocity_ratios><joint name="x"/><joint name="y"/></velocity_ratios>'
+    assert (
+        cd.load(changed("</robot>", f"{extra}</robot>")).joint_names == cd.load(JOINT).joint_names
+    )

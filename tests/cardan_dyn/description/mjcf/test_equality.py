@@ -1,0 +1,207 @@
+"""Equalities of MJCF become loops and couplings, placed as MuJoCo places them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from testkit.mjcf import CONNECTS, HALVES, ROCKER, placed
+
+import cardan_dyn as cd
+from cardan_dyn.description.description import LoopDescription
+from cardan_dyn.description.mjcf.equality import unique
+from cardan_dyn.description.read import read
+
+
+def test_inactive_equalities_are_left_out() -> None:
+    off = '<default><equality active="false"/></default>'
+    both = f"<equality>{CONNECTS['sites']}<connect body1='crank' anchor='0 0 0' /></equality>"
+    text = HALVES.format(rocker=ROCKER, more=off + both)
+    assert read(text).loops == ()
+    assert read(text).notation == "no loops"
+    assert [remark.split(": ", 1)[1] for remark in read(text).warnings] == [
+        "<equality> <connect> 'c': left out, as it is not active",
+        "<equality> <connect> 2: left out, as it is not active",
+    ]
+    (found,) = read(text.replace("anchor='0 0 0'", "anchor='0 0 0' active='true'")).loops
+    assert (found.name, found.predecessor, found.successor) == ("equality_2", "crank", "world")
+    flagged = text.replace(off, '<option><flag equality="disable"/></option>')
+    assert read(flagged).loops == ()
+
+
+TWO = """<mujoco><worldbody>
+<body name="b1" pos="0 0 1" euler="0 0 30"><joint name="e"/>
+  <site name="s1" pos=".1 .2 .3" euler="10 20 30"/></body>
+<body name="b2" pos="1 0 0" euler="40 0 0"><joint/>
+  <site name="s2" pos=".4 .2 .3" euler="10 20 70"/></body>
+</worldbody><equality>{}</equality></mujoco>"""
+
+
+def ends(equality: str) -> tuple[LoopDescription, np.ndarray, np.ndarray]:
+    """Return a loop, and both placements of its frame in the world, initially."""
+    (found,) = read(TWO.format(equality)).loops
+    placements = placed(cd.load(TWO.format("")), {})
+    return (
+        found,
+        placements[found.predecessor].homogeneous @ found.predecessor_origin,
+        placements[found.successor].homogeneous @ found.successor_origin,
+    )
+
+
+@pytest.mark.parametrize(
+    ("equality", "first", "second"),
+    [
+        # eq_data of MuJoCo 4.0: points in the bodies that coincide.
+        ('<connect body1="b1" body2="b2" anchor="1 2 3"/>', (1, 2, 3), (-1.13397, 4.281, 1.62944)),
+        ('<connect body1="b1" anchor="1 2 3"/>', (1, 2, 3), (-0.13397, 2.23205, 4)),
+        ('<connect body1="world" body2="b1" anchor="1 2 3"/>', (1, 2, 3), (1.86603, 1.23205, 2)),
+        ('<connect site1="s1" site2="s2"/>', (0.1, 0.2, 0.3), (0.4, 0.2, 0.3)),
+        ('<weld body1="b1" body2="b2"/>', (0.86603, -0.5, -1), (0, 0, 0)),
+        (
+            '<weld body1="b1" body2="b2" anchor=".1 .2 .3" relpose="5 6 7 0 0 0 0"/>',
+            (0.93281, -0.58432, -0.64163),
+            (0.1, 0.2, 0.3),
+        ),
+        ('<weld body1="b1" body2="b2" relpose=".5 .6 .7 1 .1 0 0"/>', (0.5, 0.6, 0.7), (0, 0, 0)),
+        (
+            '<weld body1="b1" body2="b2" anchor=".1 .2 .3" relpose=".5 .6 .7 1 .1 0 0"/>',
+            (0.5, 0.6, 0.7),
+            (0.1, 0.2, 0.3),
+        ),
+        ('<weld body1="b1"/>', (0, 0, -1), (0, 0, 0)),
+        ('<weld site1="s1" site2="s2"/>', (0.1, 0.2, 0.3), (0.4, 0.2, 0.3)),
+    ],
+)
+def test_where_equalities_hold(
+    equality: str, first: tuple[float, ...], second: tuple[float, ...]
+) -> None:
+    found, predecessor, successor = ends(equality)
+    assert found.type == ("spherical" if "connect" in equality else "fixed")
+    np.testing.assert_allclose(found.predecessor_origin[:3, 3], first, atol=1e-5)
+    np.testing.assert_allclose(found.successor_origin[:3, 3], second, atol=1e-5)
+    if "connect" in equality or not ("relpose" in equality or "site" in equality):
+        np.testing.assert_allclose(predecessor[:3, :3], successor[:3, :3], atol=1e-14)
+    if "relpose" in equality and "0 0 0 0" not in equality:
+        turn = pin.Quaternion(np.array([0.1, 0.0, 0.0, 1.0])).normalized().matrix()
+        np.testing.assert_allclose(found.predecessor_origin[:3, :3], turn, atol=1e-14)
+        np.testing.assert_array_equal(found.successor_origin[:3, :3], np.eye(3))
+
+
+def test_equalities_are_named_apart_from_joints() -> None:
+    connect = '<connect {} body1="b1" body2="b2" anchor="0 0 0"/>'
+    named = [connect.format(f'name="{name}"') if name else connect.format("") for name in "eef"]
+    text = TWO.format("".join([*named, connect.format(""), connect.format('name="equality_4"')]))
+    assert [found.name for found in read(text).loops] == [
+        *("e_2", "e_3", "f", "equality_4_2", "equality_4"),
+    ]
+
+
+def test_couplings_of_two_joints() -> None:
+    gear = '<joint name="g" joint1="e" joint2="f" polycoef="0 -2.5 0 0 0"/>'
+    wheels = TWO.replace("<joint/>", '<joint name="f"/>').replace('euler="40 0 0"', "")
+    mass = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+    mechanism = cd.load(wheels.format(gear).replace("<site", mass + "<site"))
+    turn = cd.Scene(mechanism, drive="f").sweep([0.1, 0.2], acceleration=1.0)
+    np.testing.assert_allclose(turn.motion.position("e"), [-0.25, -0.5], rtol=1e-13)
+    np.testing.assert_allclose(turn.drive_effort, 1.0 + 2.5**2, rtol=1e-13)
+    for other in (
+        gear.replace("0 -2.5 0", "0.1 -2.5 0"),
+        gear.replace("0 -2.5 0", "0 -2.5 1"),
+        gear.replace("-2.5", "0"),
+        gear.replace('joint2="f"', ""),
+        gear.replace('joint2="f"', 'joint2="e"'),
+    ):
+        with pytest.raises(
+            cd.ModelError, match="<equality> <joint> is not supported except as a coupling"
+        ):
+            read(wheels.format(other))
+    slide = wheels.replace('name="f"', 'name="f" type="slide"')
+    with pytest.raises(cd.ModelError, match="needs two hinges on the same body"):
+        read(slide.format(gear))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (TWO.format('<tendon tendon1="t"/>'), "<tendon> is not supported; kinds: connect, weld"),
+        (TWO.format("<flex/>"), "<equality> <flex> is not supported"),
+        (TWO.format('<connect body1="b1"/>'), 'anchor="..." is missing'),
+        (TWO.format('<connect body2="b1" anchor="0 0 0"/>'), 'body1="..." is missing'),
+        (TWO.format('<connect site1="s1"/>'), 'site2="..." is missing'),
+        (TWO.format('<connect site1="s1" body1="b1"/>'), "site1 and body1 exclude each other"),
+        (TWO.format('<connect body1="x" anchor="0 0 0"/>'), "'x' does not exist; names: b1, b2"),
+        (TWO.format('<weld site1="s1" site2="s3"/>'), "'s3' does not exist; names: s1, s2"),
+        (TWO.format('<weld body1="b1" body2="b1"/>'), "both ends are on the body 'b1'"),
+        (TWO.format('<weld body1="b1" torquescale="0"/>'), "is a ball; write <connect>"),
+        (TWO.format('<weld body1="b1" active="yes"/>'), "active is 'yes', expected one of true"),
+        (TWO.format('<joint joint1="x"/>'), "joint1 'x' does not exist; names: e"),
+    ],
+)
+def test_refused(text: str, message: str) -> None:
+    with pytest.raises(cd.ModelError, match=message):
+        read(text)
+
+
+def test_unique_names() -> None:
+    assert unique("a", set()) == "a"
+    assert unique("a", {"b"}) == "a"
+    assert unique("a", {"a"}) == "a_2"
+    assert unique("a", {"a", "a_2", "a_4"}) == "a_3"
+
+
+FREE = """<mujoco><worldbody><body name="b1"><joint name="e"/>
+<body name="fixed"><body name="b2"><joint name="f"/></body></body>
+<body name="b3"><joint name="g"/></body></body></worldbody><equality>{}</equality></mujoco>"""
+
+
+def test_couplings_of_hinges_on_bodies_that_are_fixed_to_each_other() -> None:
+    gear = '<joint name="c" joint1="g" joint2="f" polycoef="0 3 0 0 0"/>'
+    (found,) = read(FREE.format(gear)).couplings
+    assert (found.name, found.predecessor, found.successor, found.ratio) == ("c", "b2", "b3", 3.0)
+    with pytest.raises(cd.ModelError, match="needs two hinges on the same body"):
+        read(FREE.format(gear.replace('"g"', '"e"')))
+
+
+def test_a_coupling_without_coefficients_has_the_ratio_1() -> None:
+    (found,) = read(FREE.format('<joint joint1="g" joint2="f"/>')).couplings
+    assert (found.name, found.ratio) == ("equality_1", 1.0)
+
+
+def test_equalities_keep_the_order_of_the_file() -> None:
+    description = read(
+        FREE.format(
+            '<weld body1="b2"/><joint joint1="g" joint2="f"/><connect body1="b3" anchor="0 0 0"/>'
+        )
+    )
+    assert [(item.name, item.type) for item in description.loops] == [
+        ("equality_1", "fixed"),
+        ("equality_3", "spherical"),
+    ]
+    assert description.notation == "MJCF <equality>"
+
+
+def test_flags_of_the_equalities() -> None:
+    text = FREE.format('<weld body1="b2"/>')
+    for flag, count in (("enable", 1), ("disable", 0)):
+        option = f'<option><flag equality="{flag}"/></option><worldbody>'
+        assert len(read(text.replace("<worldbody>", option)).loops) == count
+    with pytest.raises(
+        cd.ModelError, match="flag equality is 'off', expected one of enable, disable"
+    ):
+        read(text.replace("<worldbody>", '<option><flag equality="off"/></option><worldbody>'))
+
+
+@pytest.mark.parametrize(
+    ("equality", "message"),
+    [
+        ('<weld body1="b1" relpose="0 0 0 1 0 0"/>', "relpose: .* is not 7 finite"),
+        ('<connect body1="b1" anchor="1 2"/>', "anchor: '1 2' is not 3 finite"),
+        ('<weld body1="b1" relpos="0"/>', "<weld> has no attribute relpos; attributes: active"),
+        ('<joint joint1="e" body1="b1"/>', "<joint> has no attribute body1; attributes: active"),
+        ('<weld site1="s1" site2="s2" relpose="0 0 0 1 0 0 0"/>', "site1 and relpose exclude"),
+        ('<weld class="k" body1="b1"/>', "default class 'k' does not exist"),
+    ],
+)
+def test_equalities_that_are_refused(equality: str, message: str) -> None:
+    with pytest.raises(cd.ModelError, match=f"MJCF text: <equality> <\\w+> 1: {message}"):
+        read(TWO.format(equality))

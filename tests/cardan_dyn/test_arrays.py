@@ -1,0 +1,74 @@
+"""Operations on arrays: against Pinocchio's quaternions, and written out component by component."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cardan_dyn.arrays import cross, generic, quaternion_product
+
+INTEGERS = st.integers(-1000, 1000)
+
+
+def levi_civita() -> np.ndarray:
+    """Return the tensor whose contraction with two vectors is their cross product."""
+    tensor = np.zeros((3, 3, 3))
+    for order in itertools.permutations(range(3)):
+        tensor[order] = np.linalg.det(np.eye(3)[list(order)])
+    return tensor
+
+
+@given(st.lists(INTEGERS, min_size=6, max_size=6))
+def test_cross_products_of_integers_are_exact(components: list[int]) -> None:
+    a, b = np.reshape(components, (2, 3)).astype(float)
+    expected = np.einsum("ijk,j,k->i", levi_civita(), a, b)
+    np.testing.assert_array_equal(cross(a, b), expected)
+
+
+@pytest.mark.parametrize("shape", [(3, 4), (3, 2, 5), (3, 0)])
+def test_cross_products_are_taken_along_the_first_axis(shape: tuple[int, ...]) -> None:
+    a, b = generic(2, int(np.prod(shape))).reshape(2, *shape)
+    expected = np.einsum("ijk,j...,k...->i...", levi_civita(), a, b)
+    found = cross(a, b)
+    assert found.shape == shape
+    np.testing.assert_allclose(found, expected, atol=1e-15)
+
+
+def test_quaternion_products_turn_by_the_second_factor_first() -> None:
+    """Against products of rotation matrices, and Pinocchio's products."""
+    a, b = generic(2, 20).reshape(2, 5, 4)
+    a, b = (item / np.linalg.norm(item, axis=1, keepdims=True) for item in (a, b))
+    products = quaternion_product(a, b)
+    for first, second, product in zip(b, a, products, strict=True):
+        turns = [pin.Quaternion(item).matrix() for item in (second, first, product)]
+        np.testing.assert_allclose(turns[0] @ turns[1], turns[2], atol=1e-15)
+        expected = (pin.Quaternion(second) * pin.Quaternion(first)).coeffs()
+        np.testing.assert_allclose(product, expected, atol=1e-15)
+
+
+def test_quaternion_products_of_the_imaginary_units() -> None:
+    """Hamilton's rules: i j = k, j k = i, k i = j, and i i = -1."""
+    i, j, k, one = np.eye(4)[:, None, :]
+    for first, second, expected in ((i, j, k), (j, k, i), (k, i, j), (i, i, -one), (one, j, j)):
+        np.testing.assert_array_equal(quaternion_product(first, second), expected)
+    np.testing.assert_array_equal(quaternion_product(j, i), -k)
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (3, 40), (40, 3), (12, 12), (0, 3)])
+def test_generic_numbers_have_full_rank_and_are_always_the_same(rows: int, columns: int) -> None:
+    numbers = generic(rows, columns)
+    assert numbers.shape == (rows, columns)
+    assert np.all(np.abs(numbers) < 1.0)
+    assert np.linalg.matrix_rank(numbers) == min(rows, columns)
+    np.testing.assert_array_equal(numbers, generic(rows, columns))
+
+
+def test_generic_numbers_do_not_repeat() -> None:
+    """The least distance of 1000 numbers drawn at random between -1 and 1 is about 2e-6."""
+    ordered = np.sort(generic(1, 1000)[0])
+    assert np.min(np.diff(ordered)) > 1e-8

@@ -1,0 +1,296 @@
+"""Checks of single arguments return plain values of the expected type, or say what they expect."""
+
+from __future__ import annotations
+
+import itertools
+from collections import OrderedDict, UserDict
+from collections.abc import Callable
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+from testkit.exploding import Exploding, ExplodingMapping
+
+import cardan_dyn as cd
+from cardan_dyn import checks
+
+
+class ExplodingError(Exception):
+    """An error whose message cannot be read."""
+
+    def __str__(self) -> str:
+        raise ZeroDivisionError("no message")
+
+
+class Raising:
+    """Raises a given error when it is iterated or made an array."""
+
+    def __init__(self, error: Exception) -> None:
+        self.error = error
+
+    def __iter__(self) -> object:
+        raise self.error
+
+    def __array__(self, *_: object, **__: object) -> np.ndarray:
+        raise self.error
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "None"),
+        (True, "True"),
+        (-3, "-3"),
+        (2.5, "2.5"),
+        (1j, "1j"),
+        ("it's", '"it\'s"'),
+        (b"a", "b'a'"),
+        (10**5000, "of type int"),
+        (np.zeros(2), "an array of type float64"),
+        (np.array(["ab"]), "an array of type <U2"),
+        ([], "of type list"),
+        (Exploding(), "of type Exploding"),
+        (int, "of type type"),
+    ],
+    ids=lambda item: type(item).__name__,
+)
+def test_described_shows_plain_values_and_the_type_of_others(value: object, text: str) -> None:
+    assert checks.described(value) == text
+
+
+def test_described_is_shorter_than_a_line() -> None:
+    found = checks.described("x" * 1000)
+    assert len(found) == 80
+    assert found.startswith("'xxx")
+    assert found.endswith("x...")
+
+
+@pytest.mark.parametrize(("text", "expected"), [("abcdef", "abcdef"), ("abcdefg", "abc...")])
+def test_shortened(text: str, expected: str) -> None:
+    assert checks.shortened(text, 6) == expected
+
+
+@pytest.mark.parametrize("value", [True, False, np.True_, np.False_])
+def test_flags_are_pythons(value: object) -> None:
+    found = checks.flag("strict", value)
+    assert type(found) is bool
+    assert found == value
+
+
+@pytest.mark.parametrize("value", [None, 0, 1.0, "True", np.array(True), Exploding()], ids=repr)
+def test_no_flags(value: object) -> None:
+    with pytest.raises(cd.ArgumentError, match=r"^strict is .*, expected True or False$"):
+        checks.flag("strict", value)
+
+
+@pytest.mark.parametrize("value", ["", "name", np.str_("name")])
+def test_texts_are_pythons(value: str) -> None:
+    found = checks.text("branch", value)
+    assert type(found) is str
+    assert found == value
+
+
+@pytest.mark.parametrize("value", [None, 3, b"name", np.array("name"), Exploding()], ids=repr)
+def test_no_texts(value: object) -> None:
+    with pytest.raises(cd.ArgumentError, match=r"^branch is .*, expected a string$"):
+        checks.text("branch", value)
+
+
+NO_NAMES = {
+    "number": 3,
+    "nothing in a list": [None],
+    "nothing among names": ["bearing_in", None],
+    "numbers": np.array([1.0, 2.0]),
+    "table": np.array([["bearing_in"]]),
+    "objects": np.array(["bearing_in", None], object),
+    "set": {"bearing_in"},
+    "frozen set": frozenset({"bearing_in"}),
+    "mapping": {"bearing_in": 1.0},
+    "bytes": b"bearing_in",
+    "list in a list": [["bearing_in"]],
+    "exploding": Exploding(),
+    "exploding in a list": [Exploding()],
+    "function": len,
+    "endless": itertools.repeat("bearing_in"),
+    "generator that fails": (str(1 // number) for number in (1, 0)),
+}
+
+
+@pytest.mark.parametrize("value", NO_NAMES.values(), ids=NO_NAMES.keys())
+def test_no_names(value: object) -> None:
+    with pytest.raises(cd.ArgumentError, match=r"^roles(\[\d+\])? (is|has) "):
+        checks.names("roles", value)
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ("a", ("a",)),
+        (["a", "b"], ("a", "b")),
+        (("b", "a", "b"), ("b", "a", "b")),
+        ((name for name in "ab"), ("a", "b")),
+        (np.array("a"), ("a",)),
+        (np.array(["a", "b"]), ("a", "b")),
+        ({"a": 1, "b": 2}.keys(), ("a", "b")),
+        ([], ()),
+    ],
+    ids=str,
+)
+def test_names_keep_their_order(value: object, expected: tuple[str, ...]) -> None:
+    found = checks.names("outputs", value)
+    assert found == expected
+    assert all(type(name) is str for name in found)
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (3, "is 3, expected a name or a sequence of names"),
+        ({"a"}, "is of type set, which has no order; expected a name or a sequence of names"),
+        ({"a": 1}, "is of type dict; expected a name or a sequence of names"),
+        (b"a", "is b'a'; expected a name or a sequence of names"),
+        (Exploding(), r"is not a name or a sequence of names \(not to be iterated\)"),
+        (Raising(ExplodingError()), r"is not a name or a sequence of names \(ExplodingError\)"),
+        (Raising(KeyError()), r"is not a name or a sequence of names \(KeyError\)"),
+        (Raising(ValueError("a\n b")), r"is not a name or a sequence of names \(a b\)"),
+        (Raising(cd.ArgumentError("mine")), "mine"),
+        (itertools.repeat("a"), "has more than 100000 names"),
+    ],
+    ids=lambda item: type(item).__name__,
+)
+def test_messages_say_why_something_is_no_name(value: object, message: str) -> None:
+    with pytest.raises(cd.ArgumentError, match=rf"^(outputs )?{message}$"):
+        checks.names("outputs", value)
+
+
+def test_reasons_of_any_length_are_cut() -> None:
+    with pytest.raises(cd.ArgumentError) as caught:
+        checks.names("outputs", Raising(ValueError("x" * 10_000)))
+    reason = str(caught.value).split("(")[1]
+    assert reason == "x" * 200 + ")"
+
+
+@pytest.mark.parametrize(
+    "kind", [dict, OrderedDict, UserDict, MappingProxyType], ids=lambda kind: kind.__name__
+)
+def test_mappings_become_new_dictionaries(kind: Callable[[object], object]) -> None:
+    given = kind({np.str_("b"): 1, "a": [2]})
+    found = checks.mapping("held", given)
+    assert found == {"b": 1, "a": [2]}
+    assert list(found) == ["b", "a"]
+    assert type(found) is dict and found is not given
+    assert all(type(key) is str for key in found)
+
+
+def test_no_mapping_at_all_is_an_empty_one() -> None:
+    assert checks.mapping("held", None) == {}
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ([("a", 1)], "held is of type list, expected a mapping of names to values"),
+        (3, "held is 3, expected a mapping of names to values"),
+        ({1: 2}, "a key of held is 1, expected a string"),
+        (ExplodingMapping(a=1), r"held is not a mapping of names to values \(no items\)"),
+    ],
+    ids=lambda item: type(item).__name__,
+)
+def test_no_mappings(value: object, message: str) -> None:
+    with pytest.raises(cd.ArgumentError, match=f"^{message}$"):
+        checks.mapping("held", value)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [[1, 2], (1.0, 2.0), np.array([1, 2], np.uint8), np.array([1, 2], np.float16)],
+    ids=lambda item: type(item).__name__,
+)
+def test_numbers_are_doubles_in_memory_of_their_own(value: object) -> None:
+    found = checks.numbers("speed", value)
+    assert found.dtype == float
+    assert found.tolist() == [1.0, 2.0]
+    double = np.array([1.0, 2.0])
+    assert not np.shares_memory(checks.numbers("speed", double), double)
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (None, r"is not an array of real numbers \(it is None\)"),
+        (True, r"is not an array of real numbers \(it is True\)"),
+        ("1", r"is not an array of real numbers \(it is '1'\)"),
+        (b"1", r"is not an array of real numbers \(it is b'1'\)"),
+        (bytearray(b"1"), r"is not an array of real numbers \(it is of type bytearray\)"),
+        ([1j], r"is not an array of real numbers \(its elements are of type complex128\)"),
+        ([True], r"is not an array of real numbers \(its elements are of type bool\)"),
+        ([[1.0], [1.0, 2.0]], r"is not an array of real numbers \(.*inhomogeneous.*\)"),
+        (Raising(ValueError("no array")), r"is not an array of real numbers \(no array\)"),
+        (
+            np.ma.masked_array([1.0, 2.0], [False, True]),
+            r"is not an array of real numbers \(some are masked\)",
+        ),
+        (np.nan, "is not finite"),
+        ([[1.0, 2.0], [np.inf, np.nan]], r"is not finite at index \[1, 0\]"),
+        (np.array(["1", "1e4000"], np.longdouble), r"is not finite at index \[1\]"),
+    ],
+    ids=lambda item: type(item).__name__,
+)
+def test_messages_say_why_something_is_no_array_of_numbers(value: object, message: str) -> None:
+    with pytest.raises(cd.ArgumentError, match=f"^speed {message}$"):
+        checks.numbers("speed", value)
+
+
+def test_masked_arrays_without_masked_numbers_are_arrays() -> None:
+    masked = np.ma.masked_array([1.0, 2.0], [False, False])
+    assert checks.numbers("speed", masked).tolist() == [1.0, 2.0]
+
+
+def test_vectors() -> None:
+    assert checks.vector("gravity", (0, 0, -1), 3).tolist() == [0.0, 0.0, -1.0]
+    for value, shape in ((1.0, r"\(\)"), ([1.0, 2.0], r"\(2,\)"), ([[1, 2, 3]], r"\(1, 3\)")):
+        with pytest.raises(
+            cd.ArgumentError, match=rf"^gravity has shape {shape}, expected \(3,\)$"
+        ):
+            checks.vector("gravity", value, 3)
+
+
+@pytest.mark.parametrize(
+    ("value", "drives", "count", "expected"),
+    [
+        (2.0, 1, None, [[2.0]]),
+        (2.0, 2, None, [[2.0, 2.0]]),
+        (2.0, 2, 3, [[2.0, 2.0]] * 3),
+        ([1.0, 2.0], 1, None, [[1.0], [2.0]]),
+        ([1.0, 2.0], 1, 2, [[1.0], [2.0]]),
+        ([1.0, 2.0], 2, None, [[1.0, 2.0]]),
+        ([1.0, 2.0], 2, 2, [[1.0, 2.0], [1.0, 2.0]]),
+        ([[1.0, 2.0], [3.0, 4.0]], 2, None, [[1.0, 2.0], [3.0, 4.0]]),
+        ([[1.0], [2.0]], 1, None, [[1.0], [2.0]]),
+        ([1.0], 1, 3, [[1.0]] * 3),
+    ],
+)
+def test_samples_of_every_shape(
+    value: object, drives: int, count: int | None, expected: list[list[float]]
+) -> None:
+    assert checks.samples("speed", value, drives, count).tolist() == expected
+
+
+@pytest.mark.parametrize(
+    ("value", "drives", "count", "message"),
+    [
+        ([], 1, None, "is empty"),
+        (np.zeros((0, 2)), 2, None, "is empty"),
+        ([[1.0, 2.0]], 1, None, r"has shape \(1, 2\), expected a number or \(N,\)"),
+        ([1.0, 2.0, 3.0], 2, None, r"has shape \(3,\), expected a number or \(N, 2\)"),
+        (np.zeros((1, 1, 2)), 2, None, r"has shape \(1, 1, 2\), expected a number or \(N, 2\)"),
+        ([1.0, 2.0], 1, 3, "has 2 samples, position has 3"),
+        ([1.0, 2.0], 1, 1, "has 2 samples, position has 1"),
+        (["a"], 1, None, r"is not an array of real numbers \(.*\)"),
+    ],
+)
+def test_samples_of_other_shapes(
+    value: object, drives: int, count: int | None, message: str
+) -> None:
+    with pytest.raises(cd.ArgumentError, match=f"^speed {message}$"):
+        checks.samples("speed", value, drives, count)
