@@ -75,11 +75,16 @@ def test_shapes_of_a_fixed_link_belong_to_the_body_that_carries_it() -> None:
     np.testing.assert_allclose(shape.placement[:3, 3], (0.0, 0.0, 5.0))
 
 
-def test_collision_shapes_are_not_drawn() -> None:
+def test_collision_shapes_are_not_drawn(capfd: pytest.CaptureFixture[str]) -> None:
     collision = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
     assert shapes(described(collision)) == []
     (shape,) = shapes(described(collision + visual('<sphere radius="1"/>')))
     assert shape.kind == "sphere"
+    # Nor are they read: Pinocchio's reader would print what is malformed.
+    malformed = collision.replace("1 1 1", "1")
+    (shape,) = shapes(described(malformed + visual('<sphere radius="1"/>')))
+    assert shape.kind == "sphere"
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("name", sorted(cd.bundled_names()))
