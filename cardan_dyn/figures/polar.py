@@ -44,6 +44,9 @@ _ROOM = 1.9
 """Width of the axes in widths of the curve: matplotlib does not make room for labels."""
 _SCALE_FORCE = 0.5
 """Greatest force that the scale bar shows, as a fraction of the greatest force drawn."""
+_MARGIN, _BAR_BELOW = 0.08, 0.06
+"""Margin around the drawing of a mechanism, and distance of the scale bar below that margin, as
+fractions of the extent of the axes."""
 
 
 def force_polar(
@@ -150,9 +153,9 @@ def _scale_bar(axes: Axes, length: float, greatest: float) -> None:
     limit = _SCALE_FORCE * greatest
     decade = 10.0 ** np.floor(np.log10(limit))
     force = decade * max(step for step in (1, 2, 5) if step * decade <= max(limit, decade))
-    axes.margins(0.08)
+    axes.margins(_MARGIN)
     (left, _), (low, high) = axes.get_xlim(), axes.get_ylim()
-    height = low - 0.06 * (high - low)
+    height = low - _BAR_BELOW * (high - low)
     bar = [left, left + force * length]
     axes.plot(bar, [height, height], color="black", marker="|", markersize=9)
     axes.annotate(f"{force:g} N", (bar[1], height), (6, 0), textcoords="offset points", va="center")

@@ -74,7 +74,9 @@ def test_orders_need_whole_turns(angle: Any) -> None:
         (np.linspace(0.0, 1e-12, 5), 5, r"whole turns, the angles cover 1\.98944e-13$"),
     ],
 )
-def test_what_is_wrong_with_the_angles_is_told(angle: Any, count: int, message: str) -> None:
+def test_the_message_names_what_is_wrong_with_the_angles(
+    angle: Any, count: int, message: str
+) -> None:
     with pytest.raises(cd.ArgumentError, match="^orders need " + message):
         figures.order_amplitudes(angle, np.zeros(count))
 
