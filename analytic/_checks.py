@@ -23,9 +23,9 @@ def real(name: str, value: ArrayLike) -> FloatArray:
 def refuse(name: str, array: FloatArray, bad: NDArray[np.bool_], valid: str) -> None:
     """Raise a ValueError that names the first value that is bad."""
     if np.any(bad):
-        place = tuple(int(i) for i in np.argwhere(bad)[0])
-        index = f"[{', '.join(map(str, place))}]" if place else ""
-        raise ValueError(f"{name}{index} = {array[place]} is not in the valid range {valid}")
+        where = tuple(int(i) for i in np.argwhere(bad)[0])
+        index = f"[{', '.join(map(str, where))}]" if where else ""
+        raise ValueError(f"{name}{index} = {array[where]} is not in the valid range {valid}")
 
 
 def joint_angle(name: str, value: ArrayLike) -> FloatArray:

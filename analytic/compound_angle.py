@@ -156,5 +156,5 @@ def _tangents(**angles: ArrayLike) -> list[FloatArray]:
 def _half_turn(sine: FloatArray, cosine: FloatArray) -> FloatArray:
     """Angle of (cosine, sine) reduced to -pi/2 < angle <= pi/2."""
     angle = np.arctan2(np.where(cosine < 0.0, -sine, sine), np.abs(cosine))
-    # Adding zero makes one zero of two.
+    # Adding zero turns -0.0 into 0.0.
     return np.where(angle <= -np.pi / 2, np.pi / 2, angle)[()] + 0.0

@@ -304,11 +304,11 @@ def errata(source: str | None = None) -> tuple[Erratum, ...]:
     """
     if source is None:
         return ERRATA
-    found = tuple(erratum for erratum in ERRATA if erratum.source == source)
-    if not found:
+    matching = tuple(erratum for erratum in ERRATA if erratum.source == source)
+    if not matching:
         names = ", ".join(repr(name) for name in dict.fromkeys(e.source for e in ERRATA))
         raise ValueError(f"source = {source!r} is not one of {names}")
-    return found
+    return matching
 
 
 def as_markdown() -> str:
@@ -343,7 +343,7 @@ def as_markdown() -> str:
                 lines += ["", "| number | printed | right |", "|---|---|---|"]
             for number in erratum.numbers:
                 printed = "none" if number.printed is None else f"{number.printed:g}"
-                # A bar inside a cell would end it.
+                # A vertical bar within a cell would end this cell of the table.
                 what = number.what.replace("|", "\\|")
                 lines.append(f"| {what} | {printed} | {number.right:.6g} |")
     return "\n".join(lines) + "\n"

@@ -31,6 +31,10 @@ __all__ = [
     "speed_is_permissible",
 ]
 
+_SUM_TOLERANCE = 1e-9
+"""By how much the sum of shares of time may differ from 1: far more than the rounding of many
+shares, and less than the digits with which shares are known."""
+
 
 def critical_speed(
     outer_diameter: ArrayLike,
@@ -188,7 +192,9 @@ def duty_cycle_life(shares: ArrayLike, lives: ArrayLike) -> FloatArray:
     refuse("lives", lives, lives <= 0.0, "(0, inf]")
     same_shape(shares=shares, lives=lives)
     total = np.sum(shares, axis=-1)
-    refuse("sum of shares", total, np.abs(total - 1.0) > 1e-9, "1 within 1e-9")
+    refuse(
+        "sum of shares", total, np.abs(total - 1.0) > _SUM_TOLERANCE, f"1 within {_SUM_TOLERANCE:g}"
+    )
     with np.errstate(divide="ignore"):
         return 1.0 / np.sum(shares / lives, axis=-1)
 

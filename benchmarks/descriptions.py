@@ -16,7 +16,7 @@ def text(name: str) -> str:
 
 
 def mechanics(name: str) -> str:
-    """Return a bundled description without what is only seen."""
+    """Return a bundled description without its visuals, materials and comments."""
     urdf = re.sub(r"<!--.*?-->", "", text(name), flags=re.DOTALL)
     urdf = re.sub(r"\s*<visual.*?</visual>", "", urdf, flags=re.DOTALL)
     return re.sub(r"\s*<material name=.*?</material>", "", urdf, flags=re.DOTALL)
@@ -37,10 +37,10 @@ def with_mass(urdf: str, link: str, factor: float) -> str:
     """Return a description with one link's mass and inertia times a factor."""
     start = urdf.index(f'<link name="{link}">')
     end = urdf.index("</link>", start)
-    part = re.sub(
+    element = re.sub(
         r'(<mass value=")([^"]*)(")', lambda m: m[1] + _times(m[2], factor) + m[3], urdf[start:end]
     )
-    return urdf[:start] + _with_inertia(part, factor) + urdf[end:]
+    return urdf[:start] + _with_inertia(element, factor) + urdf[end:]
 
 
 def with_miss(urdf: str, joint: str, miss: float) -> str:

@@ -3,7 +3,7 @@
 Z arrangement at 0.4 and 0.3 rad with its masses, 30 rad/s and 5 rad/s², unit torque at the output;
 all wrenches of all joints. Exact is the 50-digit evaluation at a few of the samples; errors are
 relative to the greatest wrench of the sample. Pinocchio by hand is given the closed positions and
-rates, which the sweep finds itself; "positions closed before" are those of `Scene.assemble`.
+rates, which the sweep determines; "positions closed before" are those of `Scene.assemble`.
 """
 
 from __future__ import annotations

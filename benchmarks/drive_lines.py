@@ -1,7 +1,7 @@
 """Do cost and memory of a drive line grow linearly with its number of joints?
 
 Lines of 1 to 64 universal joints with masses at 100 rad/s, a unit torque at the end, all wrenches,
-721 samples. Each length runs in a process of its own; its peak memory is counted beyond that of
+721 samples. Each length runs in a separate process; its peak memory is counted beyond that of
 the import.
 """
 

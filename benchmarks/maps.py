@@ -76,8 +76,8 @@ def picture(points: Sequence[Point], path: Path, label: str) -> None:
     with mpl.rc_context({"font.size": 8}):
         figure = Figure(figsize=(8.8, 2.5 * lines + 0.6), layout="constrained")
         axes = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
-        for number, (case, method) in enumerate(keys):
-            axis = axes[number // columns][number % columns]
+        for index, (case, method) in enumerate(keys):
+            axis = axes[index // columns][index % columns]
             solved = [p for p in points if (p.case, p.method) == (case, method) and not p.refused]
             refused = [p for p in points if (p.case, p.method) == (case, method) and p.refused]
             at = [p.parameter for p in solved]

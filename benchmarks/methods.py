@@ -1,4 +1,4 @@
-"""The library's ways of computing reactions: the sweep, and the response where it exists."""
+"""The library's methods of computing reactions: the sweep, and the response where it exists."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Run all benchmarks and stress maps: `python -m benchmarks [--fast] [names …]`.
 
 Writes one JSON file per task, pictures, and the Markdown tables `benchmarks.md` and `stress.md` to
-`benchmarks/results`. `--fast` looks at a part of each task with few repeats. Names are those of
+`benchmarks/results`. `--fast` measures a part of each task with few repeats. Names are those of
 the tasks, and `stress`.
 """
 
@@ -49,9 +49,9 @@ def main(arguments: list[str] | None = None) -> None:
         (RESULTS / f"{name}.md").write_text(body, encoding="utf-8")
         print(f"{body}\n({time.perf_counter() - start:.0f} s)\n", flush=True)
     for name in TASKS:
-        part = RESULTS / f"{name}.md"
-        if name != "stress" and part.exists():
-            sections.append(part.read_text(encoding="utf-8"))
+        section = RESULTS / f"{name}.md"
+        if name != "stress" and section.exists():
+            sections.append(section.read_text(encoding="utf-8"))
     facts = ", ".join(f"{key} {value}" for key, value in machine().items() if value)
     head = f"# Run time and error\n\nLast run on: {facts}. Ratios are those of one run.\n\n"
     (RESULTS / "benchmarks.md").write_text(head + "\n".join(sections), encoding="utf-8")

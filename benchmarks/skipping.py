@@ -1,4 +1,4 @@
-"""What does it save to ask for less?
+"""How much time is saved if fewer outputs are computed?
 
 Quasi-static instead of at speed, the drive effort alone instead of all wrenches, and one of two
 drive lines on a common input shaft instead of both. 721 samples, times relative to asking for all.
@@ -87,4 +87,4 @@ def run(fast: bool = False) -> str:
         [r.parameters["mechanism"], r.method, f"{r.microseconds:.3g}", f"{r.ratio:.2f}"]
         for r in records
     ]
-    return f"{markdown(['mechanism', 'asked for', 'µs/sample', 'ratio'], rows)}\n\n{text}"
+    return f"{markdown(['mechanism', 'computed', 'µs/sample', 'ratio'], rows)}\n\n{text}"

@@ -1,9 +1,9 @@
-"""How long from a fresh interpreter to the first result?
+"""How long does the first result take in a fresh interpreter?
 
-Fresh processes that take turns; the least of each counts. Imports include everything that they
-import themselves. A response is built three times in every process: the first one with all that
-is imported for it, one of a new scene, whose motion is still to be followed, and another one of
-that scene.
+Fresh processes that take turns; the least of each counts. Times of imports include what the
+imported modules import in turn. A response is built three times in every process: the first one
+with all that is imported for it, one of a new scene, whose motion is still to be followed, and
+another one of that scene.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def measure(fast: bool = False) -> list[Record]:
 
 
 def answer(records: list[Record]) -> str:
-    """Return what takes how long."""
+    """Return the times in words."""
     return " ".join(
         f"{r.method}: {r.parameters['milliseconds']:.3g} ms ({r.ratio:.2f} of import pinocchio)."
         for r in records

@@ -1,4 +1,4 @@
-"""Where are digits lost, is it stated, and are the proofs honest? All stress maps."""
+"""Where are digits lost, is it stated, and are the reported residuals true? All stress maps."""
 
 from __future__ import annotations
 

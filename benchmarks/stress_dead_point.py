@@ -42,17 +42,17 @@ def points(grid: tuple[float, ...] = GRID) -> list[Point]:
     for method in methods():
         for end, (fold, inwards) in ENDS.items():
             for distance in grid:
-                place = float(dead_point(fold) + inwards * mpf(distance))
+                position = float(dead_point(fold) + inwards * mpf(distance))
                 for speed, kind in ((0.0, "quasi-static"), (3.0, "at speed")):
                     case = Case(
                         mechanics("four_bar"),
                         "rocker_bearing",
-                        (place,),
+                        (position,),
                         {},
                         {"crank_bearing": -1.0},
                         speed,
                         method=method,
-                        span=tuple(sorted((place, place + inwards * 0.1))),
+                        span=tuple(sorted((position, position + inwards * 0.1))),
                     )
                     measured.append(measure(NAME, f"{end}, {kind}", distance, case))
     return sorted(measured, key=lambda point: (point.method, point.case))

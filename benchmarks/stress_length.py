@@ -18,7 +18,7 @@ POSITIONS = (0.1, 0.9, 2.0)
 
 
 def distant(urdf: str, distance: float) -> str:
-    """Return a double shaft some way from the world's origin."""
+    """Return a double shaft at a distance from the world's origin."""
     first = '<child link="shaft_in"/>'
     second = '<child link="carrier"/>'
     for child in (first, second):

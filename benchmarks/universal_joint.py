@@ -1,4 +1,4 @@
-"""Who computes the reactions of a universal joint how exactly, and how fast?
+"""How exactly and how fast do engines compute the reactions of a universal joint?
 
 Unit torque at the output, quasi-static, over one revolution at β = 8.5, 30, 50, 80, 89 and 89.99°.
 The error is the greatest |x − exact| / max |exact| over the revolution, the worst of D₁, B₁, D₂
@@ -27,6 +27,8 @@ from .timing import least_seconds, quick
 NAME = "universal_joint"
 BETAS_DEG = (8.5, 30.0, 50.0, 80.0, 89.0, 89.99)
 COUNTS = (721, 10_000)
+_LEAST_DRAWN = 1e-16
+"""Where errors of zero are drawn on a logarithmic scale: below the rounding of doubles."""
 MANY = 100_000  # For what evaluates whole arrays.
 REFERENCE = "cardan_dyn sweep, N = 721"
 
@@ -87,11 +89,11 @@ def _analytic(count: int) -> Method:
 
 
 def _all() -> list[Method]:
-    own = [_library(count, "sweep") for count in COUNTS]
+    library = [_library(count, "sweep") for count in COUNTS]
     if "response" in methods():
-        ways = ("response", "response, FFT")
-        own += [_library(count, way) for way in ways for count in (*COUNTS, MANY)]
-    return own + [_analytic(count) for count in (*COUNTS, MANY)] + list(engines())
+        responses = ("response", "response, FFT")
+        library += [_library(count, method) for method in responses for count in (*COUNTS, MANY)]
+    return library + [_analytic(count) for count in (*COUNTS, MANY)] + list(engines())
 
 
 def _checked(values: np.ndarray) -> np.ndarray:
@@ -158,14 +160,14 @@ def table(records: list[Record]) -> str:
     head = ["method", *(f"β = {beta:g}°" for beta in betas), "µs/sample", "ratio", "settings"]
     rows = []
     for name in names:
-        own = [record for record in records if record.method == name]
-        cells = ["fails" if record.error is None else f"{record.error:.1e}" for record in own]
-        times = [record.microseconds for record in own if record.microseconds is not None]
-        ratios = [record.ratio for record in own if record.ratio is not None]
+        of_method = [record for record in records if record.method == name]
+        cells = ["fails" if record.error is None else f"{record.error:.1e}" for record in of_method]
+        times = [record.microseconds for record in of_method if record.microseconds is not None]
+        ratios = [record.ratio for record in of_method if record.ratio is not None]
         middle = sorted(range(len(times)), key=times.__getitem__)[len(times) // 2]
-        label = f"{name} ({own[0].version})" if own[0].version else name
+        label = f"{name} ({of_method[0].version})" if of_method[0].version else name
         rows.append(
-            [label, *cells, f"{times[middle]:.3g}", f"{ratios[middle]:.3g}", own[0].settings]
+            [label, *cells, f"{times[middle]:.3g}", f"{ratios[middle]:.3g}", of_method[0].settings]
         )
     return markdown(head, rows)
 
@@ -181,13 +183,13 @@ def picture(records: list[Record], path: Path) -> None:
         axis = figure.subplots()
         markers = "os^vD<>XhPp*x+1dHs^o"
         lines = ("-", "--", ":", "-.")
-        for number, name in enumerate(names):
-            own = [r for r in records if r.method == name and r.error is not None]
+        for index, name in enumerate(names):
+            of_method = [r for r in records if r.method == name and r.error is not None]
             axis.loglog(
-                [r.microseconds for r in own],
-                [max(r.error or 0.0, 1e-16) for r in own],
-                marker=markers[number % len(markers)],
-                ls=lines[number % len(lines)],
+                [r.microseconds for r in of_method],
+                [max(r.error or 0.0, _LEAST_DRAWN) for r in of_method],
+                marker=markers[index % len(markers)],
+                ls=lines[index % len(lines)],
                 color="k" if name.startswith(("cardan", "analytic")) else "0.45",
                 mfc="k" if name.startswith("cardan") else "white",
                 mew=1.2,
@@ -204,7 +206,7 @@ def picture(records: list[Record], path: Path) -> None:
 
 
 def answer(records: list[Record]) -> str:
-    """Return who is how exact and how fast."""
+    """Return errors and times of the methods in words."""
     lines = []
     shared = [r for r in records if r.parameters["beta_deg"] == 50.0] or records
     sweep = next(r for r in shared if r.method == REFERENCE)

@@ -9,7 +9,7 @@ Matrix = list[list[mpf]]
 
 
 def identity() -> Matrix:
-    """Return the rotation by nothing."""
+    """Return the identity."""
     return [[mpf(i == k) for k in range(3)] for i in range(3)]
 
 
@@ -25,7 +25,7 @@ def about(axis: Vector, angle: mpf) -> Matrix:
 
 
 def product(a: Matrix, b: Matrix) -> Matrix:
-    """Return a b."""
+    """Return the product a b."""
     return [[sum(a[i][j] * b[j][k] for j in range(3)) for k in range(3)] for i in range(3)]
 
 

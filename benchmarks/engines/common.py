@@ -13,7 +13,7 @@ ENGINES = ("pinocchio_by_hand", "sympy_lagrange", "mujoco_engine", "drake_engine
 
 @dataclass(frozen=True)
 class Method:
-    """A way to compute D₁, B₁, D₂, B₂ of a universal joint with unit output torque.
+    """A method to compute D₁, B₁, D₂, B₂ of a universal joint with unit output torque.
 
     Attributes:
         name: of the engine.

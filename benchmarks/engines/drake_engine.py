@@ -99,7 +99,7 @@ def _least_squares(beta: float, phi: np.ndarray) -> Callable[[], np.ndarray]:
 
 def _sap(beta: float, phi: np.ndarray) -> Callable[[], np.ndarray]:
     plant = _chain(1e-3)
-    # A ball on the world itself is not safe; on a body welded to it, it is.
+    # A ball on the world is not safe; on a body that is welded to the world, it is.
     stub = plant.AddRigidBody(
         "stub", SpatialInertia(1.0, [0.0, 0.0, 0.0], UnitInertia(1.0, 1.0, 1.0))
     )
@@ -130,7 +130,7 @@ def _sap(beta: float, phi: np.ndarray) -> Callable[[], np.ndarray]:
 
 
 def methods() -> list[Method]:
-    """Return both ways."""
+    """Return both methods."""
     installed = version("drake")
     return [
         Method(

@@ -1,7 +1,7 @@
 """MuJoCo: the open chain with its output axis in a `connect` constraint.
 
-The input is held by an armature too heavy to be moved, as a soft equality on its joint would add
-its own error; where the mechanism settles, by that equality.
+The input is held by an armature with so much inertia that nothing moves it: a soft equality on its
+joint would add an error of its own. Where the mechanism settles, that equality holds it.
 """
 
 from __future__ import annotations

@@ -171,7 +171,7 @@ def compared(
 def _draw(
     axes: Axes, index: int, label: str, turn: Sweep, computed: Array, angle: Array, closed: Array
 ) -> None:
-    """Draw a closed form over `angle` [rad], and values of a sweep over its own input angles."""
+    """Draw a closed form over `angle` [rad], and values of a sweep over its input angles."""
     axes.plot(np.rad2deg(angle), closed, **line_style(index), label=f"{label}, closed form")
     shown = thinned(len(computed))
     axes.plot(
@@ -210,10 +210,10 @@ def _axes(title: str, beta: float, label: str, *turns: Sweep) -> tuple[Figure, A
 
 
 def _ratio(moment: Array, torque: Array) -> Array:
-    """Return a moment per torque; not a number at samples where none passes through.
+    """Return a moment per torque; NaN at samples where no torque passes through.
 
     Raises:
-        ArgumentError: none does at any sample.
+        ArgumentError: no torque passes through at any sample.
     """
     if not np.any(torque):
         raise ArgumentError(

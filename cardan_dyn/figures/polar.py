@@ -44,6 +44,9 @@ _ROOM = 1.9
 """Width of the axes in widths of the curve: matplotlib does not make room for labels."""
 _SCALE_FORCE = 0.5
 """Greatest force that the scale bar shows, as a fraction of the greatest force drawn."""
+_MARGIN, _BAR_BELOW = 0.08, 0.06
+"""Margin around the drawing of a mechanism, and distance of the scale bar below that margin, as
+fractions of the extent of the axes."""
 
 
 def force_polar(
@@ -120,7 +123,11 @@ def forces_in_place(
     """
     columns = _columns(plane)
     forces = {name: turn.wrench(name, "world").force[:, columns] for name in joints}
-    greatest = max(float(np.max(np.linalg.norm(force, axis=1))) for force in forces.values())
+    greatest = max(
+        (float(np.max(np.linalg.norm(force, axis=1))) for force in forces.values()), default=0.0
+    )
+    # Without any force the diagrams shrink to their origins, and there is no scale to be shown.
+    length = size / greatest if greatest > 0.0 else 0.0
     figure, axes = axes_grid(size=(7.2, 7.0))
     for link in links:
         points = np.array(
@@ -129,12 +136,13 @@ def forces_in_place(
         axes.plot(*1e3 * points[:, columns].T, color="0.82", linewidth=7, solid_capstyle="round")
     for index, (name, force) in enumerate(forces.items()):
         origin = turn.origin(name)[sample, columns]
-        axes.plot(*1e3 * (origin + size * force / greatest).T, **line_style(index), label=name)
+        axes.plot(*1e3 * (origin + length * force).T, **line_style(index), label=name)
         axes.plot(*1e3 * origin, "o", color="black", markersize=5, markerfacecolor="white")
     axes.set_aspect("equal")
     axes.set_xlabel(f"{plane[0]} [mm]")
     axes.set_ylabel(f"{plane[1]} [mm]")
-    _scale_bar(axes, 1e3 * size / greatest, greatest)
+    if greatest > 0.0:
+        _scale_bar(axes, 1e3 * length, greatest)
     axes.set_title(title)
     legend(figure, min(len(joints), 3))
     return figure
@@ -143,11 +151,11 @@ def forces_in_place(
 def _scale_bar(axes: Axes, length: float, greatest: float) -> None:
     """Draw a round force as a bar; `length` is that of 1 N in the axes' unit."""
     limit = _SCALE_FORCE * greatest
-    decade = 10.0 ** np.floor(np.log10(limit)) if greatest > 0.0 else 1.0
+    decade = 10.0 ** np.floor(np.log10(limit))
     force = decade * max(step for step in (1, 2, 5) if step * decade <= max(limit, decade))
-    axes.margins(0.08)
+    axes.margins(_MARGIN)
     (left, _), (low, high) = axes.get_xlim(), axes.get_ylim()
-    height = low - 0.06 * (high - low)
+    height = low - _BAR_BELOW * (high - low)
     bar = [left, left + force * length]
     axes.plot(bar, [height, height], color="black", marker="|", markersize=9)
     axes.annotate(f"{force:g} N", (bar[1], height), (6, 0), textcoords="offset points", va="center")
@@ -209,8 +217,8 @@ def _labels(ends: Array, quarters: dict[int, int]) -> list[tuple[Array, str]]:
     labelled: list[tuple[Array, list[str]]] = []
     for index, degrees in quarters.items():
         point, label = ends[index], f"{degrees}°"
-        for other, labels in labelled:
-            if np.max(np.abs(other - point)) < _SAME_POINT * extent:
+        for earlier, labels in labelled:
+            if np.max(np.abs(earlier - point)) < _SAME_POINT * extent:
                 labels.append(label)
                 break
         else:

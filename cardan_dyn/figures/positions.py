@@ -18,6 +18,8 @@ _SHAFT_END, _AXIS_END, _NAME = 2.1, 2.35, 2.6
 """Distances of the ends of a shaft and of its axis, and of its name, from the centre."""
 _ARROW, _LETTER_GAP = 1.9, 0.32
 """Length of the arrow of the moment, and distance of its letter from it."""
+_LETTER_AT = 0.97
+"""Position of the letter along the arrow, as a fraction of its length: beside the head."""
 _HALF_WIDTH, _ZOOM = 2.2, 1.35
 """Half the width of the drawn space, and the magnification with which it fills its panel."""
 
@@ -98,7 +100,7 @@ def _shaft(axes: Axes, centre: Array, ahead: Array, arm: Array, index: int, name
     )
     _line(axes, centre + fork, style["color"], 2.4, "-")
     _line(axes, centre + np.outer([_HEEL, _SHAFT_END], ahead), style["color"], 5.0, "-")
-    # Each shaft's axis has a line style of its own, so that they differ in black and white.
+    # The axes of both shafts have different line styles, so that they differ in black and white.
     _line(axes, centre + np.outer([0.0, _AXIS_END], ahead), style["color"], 0.9, style["linestyle"])
     axes.text(*(centre + _NAME * ahead), name, ha="center", va="center", weight="bold")
 
@@ -112,7 +114,7 @@ def _moment(axes: Axes, centre: Array, moment: Array) -> None:
     axes.quiver(*centre, *tip, color="black", arrow_length_ratio=0.16, lw=1.2)
     across = np.array([tip[1], -tip[0], 0.0])
     beside = _LETTER_GAP * across / (np.linalg.norm(across) or 1.0)
-    axes.text(*(centre + 0.97 * tip + beside), "M", ha="center", va="center")
+    axes.text(*(centre + _LETTER_AT * tip + beside), "M", ha="center", va="center")
 
 
 def _line(axes: Axes, points: Array, color: str, width: float, style: str) -> None:

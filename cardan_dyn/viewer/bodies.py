@@ -102,7 +102,7 @@ class Bodies:
 
     def _swept_corners(self, shape: Shape) -> Array:
         """Return the points `(n, 3)` through which the corners of a shape move [m]."""
-        rotation, position = (part[::_CORNER_STRIDE] for part in self._placement(shape.body))
+        rotation, position = (array[::_CORNER_STRIDE] for array in self._placement(shape.body))
         turned = np.einsum("nij,kj->nki", rotation, shape.corners())
         return np.asarray((turned + position[:, None]).reshape(-1, 3))
 
@@ -122,7 +122,7 @@ class Bodies:
         for body, joints in self._joints_of_bodies().items():
             if not self._known(body) or len(joints) < 2:
                 continue
-            rotation, position = (part[0] for part in self._placement(body))
+            rotation, position = (array[0] for array in self._placement(body))
             ends = np.array(
                 [
                     rotation.T @ (self._sweep.origin(name)[self._samples][0] - position)

@@ -32,7 +32,7 @@ _TURNING = 1e-6
 
 @dataclass(frozen=True)
 class Vectors:
-    """A joint's wrench and place over the shown samples, in world axes unless said otherwise.
+    """A joint's wrench and position over the shown samples, in world axes unless said otherwise.
 
     Attributes:
         name: the joint.

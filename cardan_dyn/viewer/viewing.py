@@ -63,7 +63,7 @@ def view(
         ModelError: a joint is unknown or not among the outputs.
         ArgumentError: the sweep has no or several dimensions, or a number is out of range.
     """
-    meshcat()  # A missing extra is reported before anything is computed.
+    meshcat()  # Reports a missing extra before anything is computed.
     shown = _checked_joints(sweep, joints)
     _check_numbers(duration, frames)
     count = min(len(sweep), frames)
@@ -74,15 +74,13 @@ def view(
 
 
 def _checked_joints(sweep: Sweep, joints: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the joints to be drawn, once sure that the sweep can be."""
+    """Return the joints to be drawn; raise an error if the sweep cannot be drawn."""
     if not isinstance(sweep, Sweep):
         raise ArgumentError(f"view() takes the result of a sweep, not {type(sweep).__name__}")
     shown = tuple(sweep.outputs if joints is None else joints)
     for name in shown:
         if sweep[name].force.ndim != 2:
             raise ArgumentError("view() takes a sweep over one dimension")
-    if len(sweep) == 0:
-        raise ArgumentError("view() needs at least one sample")
     return shown
 
 
@@ -108,7 +106,7 @@ class View:
     def url(self) -> str:
         """Address at which a browser on this machine finds the page.
 
-        A server on 127.0.0.1 starts when this is first asked for, and ends with the process.
+        A server on 127.0.0.1 starts when this is first read, and ends with the process.
         """
         if self._server is None:
             self._server = Server(self.html)

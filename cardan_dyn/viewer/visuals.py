@@ -68,7 +68,7 @@ def shapes(mechanism: Mechanism) -> list[Shape]:
     An MJCF model is shown without visuals.
 
     Raises:
-        ModelError: a visual is malformed.
+        ModelError: a visual is malformed, or a mesh cannot be read from its file.
     """
     source = mechanism.description.source
     if source is None:
@@ -83,6 +83,9 @@ def shapes(mechanism: Mechanism) -> list[Shape]:
         geometries = pinocchio.buildGeomFromUrdfString(mechanism.model, text, pinocchio.VISUAL)
     except (ValueError, RuntimeError) as error:
         raise ModelError(f"{mechanism.name}: the visuals cannot be read: {error}") from error
+    if not geometries.geometryObjects:
+        # One malformed visual makes Pinocchio's reader drop the visuals of all links.
+        raise ModelError(f"{mechanism.name}: the visuals cannot be read: one is malformed")
     frames = mechanism.model.frames
     return [
         shape

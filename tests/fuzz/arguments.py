@@ -33,21 +33,21 @@ NAMES: dict[str, tuple[str, ...]] = {
 LINKS = ("crank", "coupler", "rocker", "shaft_out", "cross", "one", "two", "base", "house")
 
 
-def _name(rng: Random, own: str, wrong: float = 0.35) -> str:
+def _name(rng: Random, scene_name: str, wrong: float = 0.35) -> str:
     if rng.random() < wrong:
         return odd(rng)
-    return repr(rng.choice(NAMES[own]))
+    return repr(rng.choice(NAMES[scene_name]))
 
 
 def _value(rng: Random, *good: str, wrong: float = 0.45) -> str:
     return odd(rng) if rng.random() < wrong else rng.choice(good)
 
 
-def _mapping(rng: Random, own: str, values: Callable[[], str]) -> str:
+def _mapping(rng: Random, scene_name: str, values: Callable[[], str]) -> str:
     """Return code for a mapping of names to values, or for none at all."""
     if rng.random() < 0.2:
         return odd(rng)
-    keys = [_name(rng, own, 0.1) for _ in range(rng.choice([0, 1, 1, 1, 2]))]
+    keys = [_name(rng, scene_name, 0.1) for _ in range(rng.choice([0, 1, 1, 1, 2]))]
     if rng.random() < 0.25:
         keys.append(repr(rng.choice(LINKS)))
     code = "{" + ", ".join(f"{key}: {values()}" for key in keys if _hashable(key)) + "}"
@@ -71,21 +71,21 @@ def _wrench(rng: Random) -> str:
     return f"cd.Wrench({parts[0]}, {parts[1]}, {frame})"
 
 
-def _loads(rng: Random, own: str) -> str:
+def _loads(rng: Random, scene_name: str) -> str:
     def value() -> str:
         if rng.random() < 0.3:
             return _wrench(rng)
         return _value(rng, "1.0", "-2", "[1.0, 2.0, 3.0]", "[0.0] * 6", "np.ones((4, 6))", "1e150")
 
-    return _mapping(rng, own, value)
+    return _mapping(rng, scene_name, value)
 
 
 def _scene(rng: Random) -> str:
-    own = rng.choice(SCENES)
-    if own == "thoma_rig":
-        own = "four_bar"
+    scene_name = rng.choice(SCENES)
+    if scene_name == "thoma_rig":
+        scene_name = "four_bar"
     options = {}
-    text = OPTIONS[own]
+    text = OPTIONS[scene_name]
     for part in ("drive", "held"):
         if f"{part}=" in text:
             # What the scene needs, so that other arguments are reached.
@@ -93,28 +93,36 @@ def _scene(rng: Random) -> str:
     makers: dict[str, Callable[[], str]] = {
         "drive": lambda: _value(
             rng,
-            f"[{_name(rng, own)}]",
-            f"({_name(rng, own)}, {_name(rng, own)})",
-            f"np.array([{_name(rng, own, 0.0)}])",
-            f"{{{_name(rng, own, 0.0)}}}",
-            _name(rng, own),
+            f"[{_name(rng, scene_name)}]",
+            f"({_name(rng, scene_name)}, {_name(rng, scene_name)})",
+            f"np.array([{_name(rng, scene_name, 0.0)}])",
+            f"{{{_name(rng, scene_name, 0.0)}}}",
+            _name(rng, scene_name),
         ),
-        "held": lambda: _mapping(rng, own, lambda: _value(rng, "0.1", "0", "-0.2", "3.0", "1e9")),
-        "loads": lambda: _loads(rng, own),
+        "held": lambda: _mapping(
+            rng, scene_name, lambda: _value(rng, "0.1", "0", "-0.2", "3.0", "1e9")
+        ),
+        "loads": lambda: _loads(rng, scene_name),
         "gravity": lambda: _value(rng, "[0, 0, -9.81]", "(0.0, 1e200, 0.0)", "[[0, 0, 1]]"),
         "outputs": lambda: _value(
-            rng, f"[{_name(rng, own)}]", "[]", _name(rng, own), f"{{{_name(rng, own, 0.0)}}}"
+            rng,
+            f"[{_name(rng, scene_name)}]",
+            "[]",
+            _name(rng, scene_name),
+            f"{{{_name(rng, scene_name, 0.0)}}}",
         ),
         "compliance": lambda: _mapping(
-            rng, own, lambda: _value(rng, "[1e-9] * 6", "np.eye(6)", "[0.0] * 6", "[1e-300] * 6")
+            rng,
+            scene_name,
+            lambda: _value(rng, "[1e-9] * 6", "np.eye(6)", "[0.0] * 6", "[1e-300] * 6"),
         ),
         "strict": lambda: _value(rng, "True", "False"),
-        "start": lambda: _mapping(rng, own, lambda: _value(rng, "0.1", "0", "-0.2", "1e9")),
+        "start": lambda: _mapping(rng, scene_name, lambda: _value(rng, "0.1", "0", "-0.2", "1e9")),
         "branch": lambda: _value(rng, "'A'", "'B'", "'Z9'"),
     }
     names = rng.choices(list(makers), k=rng.choice([1, 1, 2, 3]))
     options |= {name: makers[name]() for name in dict.fromkeys(names)}
-    first = odd(rng) if rng.random() < 0.03 else f"mechanism({own!r})"
+    first = odd(rng) if rng.random() < 0.03 else f"mechanism({scene_name!r})"
     return f"cd.Scene({first}, {', '.join(f'{key}={code}' for key, code in options.items())})"
 
 
@@ -131,10 +139,10 @@ def _rates(rng: Random) -> str:
 
 
 def _sweep(rng: Random) -> str:
-    own = rng.choice(SCENES)
-    closed = f"scene({own!r}).assemble([0.0, 0.1])", "scene('gear').assemble([0.1])"
+    scene_name = rng.choice(SCENES)
+    closed = f"scene({scene_name!r}).assemble([0.0, 0.1])", "scene('gear').assemble([0.1])"
     place = _value(rng, *PLACES, *closed)
-    return f"scene({own!r}).sweep({place}, {_rates(rng)})"
+    return f"scene({scene_name!r}).sweep({place}, {_rates(rng)})"
 
 
 def _close(rng: Random) -> str:
@@ -142,54 +150,54 @@ def _close(rng: Random) -> str:
 
 
 def _build(rng: Random) -> str:
-    own = rng.choice(["four_bar", "slider_crank", "universal_joint", "gear", "arm"])
+    scene_name = rng.choice(["four_bar", "slider_crank", "universal_joint", "gear", "arm"])
     options = []
     if rng.random() < 0.6:
         options.append(_value(rng, "1e-9", "1e-13", "1e-6", "0.5", "1e-300", wrong=0.6))
     if rng.random() < 0.5:
         ends = [_value(rng, "0.0", "0.3", "-0.2", "1.0", "1e-12", "1e9") for _ in range(2)]
         options.append(f"interval=({ends[0]}, {ends[1]})" if rng.random() < 0.9 else "interval=3")
-    return f"scene({own!r}).response({', '.join(options)})"
+    return f"scene({scene_name!r}).response({', '.join(options)})"
 
 
 def _answered(rng: Random) -> str:
-    own = rng.choice(["four_bar", "slider_crank", "universal_joint", "gear"])
+    scene_name = rng.choice(["four_bar", "slider_crank", "universal_joint", "gear"])
     options = _rates(rng)
     if rng.random() < 0.3:
-        options += f", loads={_loads(rng, own)}"
+        options += f", loads={_loads(rng, scene_name)}"
     if rng.random() < 0.3:
         options += f", gravity={_value(rng, '[0, 0, -1.0]', 'np.ones((4, 3))', '[0, 0, 1e300]')}"
     options = options.strip(", ")
     method = rng.choice(
         ["sweep", "sweep", "turn", "inertia", "inertia_derivative", "ratio", "save", "load"]
     )
-    made = f"response({own!r})"
+    made = f"response({scene_name!r})"
     if method == "sweep":
         return f"{made}.sweep({_value(rng, *PLACES)}, {options})"
     if method == "turn":
         counts = ("1", "7", "720", "np.int32(5)", "True", "0", "-3", "10**5", "10**400", "2**63")
         return f"{made}.uniform({_value(rng, *counts)}, {options})"
     if method == "ratio":
-        return f"{made}.ratio({_name(rng, own)}, {_value(rng, *PLACES)})"
+        return f"{made}.ratio({_name(rng, scene_name)}, {_value(rng, *PLACES)})"
     if method == "save":
         paths = ("directory / 'saved'", "str(directory / 'saved.npz')", "directory", "'/nowhere/a'")
         return f"{made}.save({_value(rng, *paths)})"
     if method == "load":
-        return _loaded(rng, own)
+        return _loaded(rng, scene_name)
     return f"{made}.{method}({_value(rng, *PLACES)})"
 
 
-def _loaded(rng: Random, own: str) -> str:
+def _loaded(rng: Random, scene_name: str) -> str:
     """Return code that reads a saved response that was damaged."""
-    way = rng.randrange(8)
-    if way == 0:
+    kind = rng.randrange(8)
+    if kind == 0:
         damage = f"cut={rng.randrange(6000)}"
-    elif way == 1:
+    elif kind == 1:
         damage = f"flip={rng.randrange(6000)}"
-    elif way == 2:
+    elif kind == 2:
         names = ("header", "values", "place", "periodic", "zero", "constant", "unique")
         damage = f"drop={rng.choice(names)!r}"
-    elif way in (3, 4):
+    elif kind in (3, 4):
         names = ("values", "place", "periodic", "zero", "constant", "unique")
         new = rng.choice(
             [
@@ -210,7 +218,7 @@ def _loaded(rng: Random, own: str) -> str:
             ]
         )
         damage = f"change=({rng.choice(names)!r}, lambda old: {new})"
-    elif way in (5, 6):
+    elif kind in (5, 6):
         keys = ["columns", "proof", "mechanism", "identity", "format", "outputs", "efforts"]
         keys += ["couplings", "coupling_unique"]
         new = rng.choice(
@@ -235,23 +243,27 @@ def _loaded(rng: Random, own: str) -> str:
         damage = ""
     if rng.random() < 0.6 and damage.startswith(("drop", "change", "head")):
         damage += ", sealed=True"
-    path = f"saved({own!r}, {damage})" if rng.random() < 0.9 else odd(rng)
-    other = f"scene({own!r})" if rng.random() < 0.9 else rng.choice(["scene('arm')", odd(rng)])
+    path = f"saved({scene_name!r}, {damage})" if rng.random() < 0.9 else odd(rng)
+    other = (
+        f"scene({scene_name!r})" if rng.random() < 0.9 else rng.choice(["scene('arm')", odd(rng)])
+    )
     return f"{other}.load_response({path})"
 
 
 def _asked(rng: Random) -> str:
     """Return code that asks a mechanism, scene or sweep for something by name."""
-    own = rng.choice(SCENES)
-    name = _name(rng, own, 0.6)
+    scene_name = rng.choice(SCENES)
+    name = _name(rng, scene_name, 0.6)
     frame = _value(rng, "'joint'", "'parent'", "'world'")
     source = rng.choice(["swept({!r})", "swept({!r})", "response({!r}).sweep([0.0, 0.1])"])
-    source = source.format("four_bar" if "response" in source and own in ("arm",) else own)
+    source = source.format(
+        "four_bar" if "response" in source and scene_name in ("arm",) else scene_name
+    )
     return rng.choice(
         [
-            f"mechanism({own!r}).joint({name})",
-            f"mechanism({own!r}).link({_value(rng, *map(repr, LINKS))})",
-            f"cd.describe(mechanism({own!r}))",
+            f"mechanism({scene_name!r}).joint({name})",
+            f"mechanism({scene_name!r}).link({_value(rng, *map(repr, LINKS))})",
+            f"cd.describe(mechanism({scene_name!r}))",
             f"{source}[{name}]",
             f"{source}.wrench({name}, {frame})",
             f"{source}.wrench({name}, frame={frame})",
@@ -262,9 +274,11 @@ def _asked(rng: Random) -> str:
             f"{source}.motion.acceleration({name})",
             f"{source}.motion.ratio({name}, {_value(rng, '0', '1', '-1', '-2', '7')})",
             f"{source}.drive_effort",
-            f"scene({own!r}).plan()",
-            f"scene({own!r}).motion_range()",
-            f"scene({own!r}).branches()" if own != "thoma_rig" else "scene('gear').branches()",
+            f"scene({scene_name!r}).plan()",
+            f"scene({scene_name!r}).motion_range()",
+            f"scene({scene_name!r}).branches()"
+            if scene_name != "thoma_rig"
+            else "scene('gear').branches()",
         ]
     )
 

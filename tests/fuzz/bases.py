@@ -26,7 +26,7 @@ BUNDLED: dict[str, tuple[tuple[str, ...], dict[str, float]]] = {
     "four_bar": (("crank_bearing",), {}),
     "slider_crank": (("crank_bearing",), {}),
     "needle_drive": (("main_shaft",), {}),
-    "stewart_platform": (tuple(f"leg_{number}" for number in range(1, 7)), {}),
+    "stewart_platform": (tuple(f"leg_{index}" for index in range(1, 7)), {}),
 }
 SLOW = ("stewart_platform", "double_shaft_w", "double_shaft_z", "needle_drive")
 
@@ -160,25 +160,25 @@ def arm(rng: Random) -> Base:
     count = rng.randint(1, 5)
     parts = ['<robot name="arm"><link name="link_0"/>']
     drives = []
-    for number in range(1, count + 1):
+    for index in range(1, count + 1):
         kind = rng.choice(
             ["revolute", "continuous", "prismatic", "fixed", "continuous"]
             + ["planar", "floating"] * (rng.random() < 0.2)
         )
         parts += [
-            LINK.format(name=f"link_{number}", com="0.1 0.2 0", mass=f"{number}.5"),
+            LINK.format(name=f"link_{index}", com="0.1 0.2 0", mass=f"{index}.5"),
             JOINT.format(
-                name=f"joint_{number}",
+                name=f"joint_{index}",
                 kind=kind,
-                parent=f"link_{rng.randrange(number) if rng.random() < 0.3 else number - 1}",
-                child=f"link_{number}",
+                parent=f"link_{rng.randrange(index) if rng.random() < 0.3 else index - 1}",
+                child=f"link_{index}",
                 xyz="0.3 0 0.1",
                 rpy=rng.choice(["0 0 0", "0.1 0.2 0.3", "1.5707963267948966 0 0"]),
                 axis=rng.choice(["0 0 1", "0 1 0", "1 0 0", "0 -1 0", "1 1 0"]),
             ),
         ]
         if kind in ("revolute", "continuous", "prismatic"):
-            drives.append(f"joint_{number}")
+            drives.append(f"joint_{index}")
     return Base("".join([*parts, "</robot>"]), tuple(drives))
 
 
@@ -316,18 +316,18 @@ def deep(rng: Random) -> Base:
     if rng.random() < 0.4:
         body = '<body name="n_{0}" pos="0 0 .1"><inertial pos="0 0 0" mass="1" '
         body += 'diaginertia="1 1 1"/><joint name="j_{0}" axis="0 1 0"/>'
-        nested = "".join(body.format(number) for number in range(count)) + "</body>" * count
+        nested = "".join(body.format(index) for index in range(count)) + "</body>" * count
         return Base(f"<mujoco><worldbody>{nested}</worldbody></mujoco>", ("j_0",))
     parts = ['<robot name="chain"><link name="link_0"/>']
-    for number in range(1, count + 1):
-        kind = "continuous" if number == 1 or rng.random() < 0.3 else "fixed"
+    for index in range(1, count + 1):
+        kind = "continuous" if index == 1 or rng.random() < 0.3 else "fixed"
         parts += [
-            LINK.format(name=f"link_{number}", com="0 0 0", mass="1"),
+            LINK.format(name=f"link_{index}", com="0 0 0", mass="1"),
             JOINT.format(
-                name=f"joint_{number}",
+                name=f"joint_{index}",
                 kind=kind,
-                parent=f"link_{number - 1}",
-                child=f"link_{number}",
+                parent=f"link_{index - 1}",
+                child=f"link_{index}",
                 xyz="0 0 0.1",
                 rpy="0 0 0",
                 axis="0 1 0",

@@ -102,9 +102,11 @@ def _numeric(value: str) -> bool:
 
 def number(rng: Random, root: Element) -> None:
     """Put an odd number in the place of one."""
-    places = [(item, key) for item in _all(root) for key, value in item.items() if _numeric(value)]
-    if places:
-        item, key = rng.choice(places)
+    attributes = [
+        (item, key) for item in _all(root) for key, value in item.items() if _numeric(value)
+    ]
+    if attributes:
+        item, key = rng.choice(attributes)
         words = item.attrib[key].split()
         words[rng.randrange(len(words))] = rng.choice(NUMBERS)
         item.set(key, " ".join(words) if rng.random() < 0.9 else rng.choice(NUMBERS))
@@ -226,10 +228,10 @@ def rewire(rng: Random, root: Element) -> None:
 
 def inertia(rng: Random, root: Element) -> None:
     """Break an inertia."""
-    found = [item for item in _all(root) if item.tag in ("inertia", "mass", "inertial")]
-    if not found:
+    elements = [item for item in _all(root) if item.tag in ("inertia", "mass", "inertial")]
+    if not elements:
         return
-    item = rng.choice(found)
+    item = rng.choice(elements)
     odd = ["-1", "0", "1e9", "1e-320", "1e300", "1e-30", "0.05500000001", "1e154"]
     key = rng.choice(["ixx", "iyy", "izz", "ixy", "ixz", "iyz"])
     if item.tag == "mass":
@@ -258,9 +260,9 @@ ELEMENTS: tuple[tuple[float, Callable[[Random, Element], None]], ...] = (
 
 def break_elements(rng: Random, root: Element) -> str:
     """Break a tree of elements in one way; return which."""
-    (way,) = rng.choices([way for _, way in ELEMENTS], [weight for weight, _ in ELEMENTS])
-    way(rng, root)
-    return way.__name__
+    (damage,) = rng.choices([damage for _, damage in ELEMENTS], [weight for weight, _ in ELEMENTS])
+    damage(rng, root)
+    return damage.__name__
 
 
 def _entities(text: str, depth: int) -> str:
@@ -273,13 +275,13 @@ def _entities(text: str, depth: int) -> str:
 
 def break_text(rng: Random, text: str) -> str:
     """Damage XML as text; some of it stays well-formed and has to be read as it is meant."""
-    place = rng.randrange(len(text) + 1)
-    gap = text.find(">", place) + 1 or len(text)
-    value = text.find('value="', place)
+    cut = rng.randrange(len(text) + 1)
+    gap = text.find(">", cut) + 1 or len(text)
+    value = text.find('value="', cut)
     start = text.find("<", 1)
-    ways: list[Callable[[], str]] = [
-        lambda: text[:place],
-        lambda: text[:place] + rng.choice("<>&\"'\x00 \x0bé=/") + text[place + 1 :],
+    damages: list[Callable[[], str]] = [
+        lambda: text[:cut],
+        lambda: text[:cut] + rng.choice("<>&\"'\x00 \x0bé=/") + text[cut + 1 :],
         lambda: text[:gap] + "<!-- a -- b -->" + text[gap:],
         lambda: text[:gap] + "<!-- <link name='x'/> -->" + text[gap:],
         lambda: text[:gap] + "<![CDATA[<link name='x'/>]]>" + text[gap:],
@@ -309,7 +311,7 @@ def break_text(rng: Random, text: str) -> str:
         lambda: "",
         lambda: "<",
     ]
-    return rng.choice(ways)()
+    return rng.choice(damages)()
 
 
 VALUES: tuple[object, ...] = (

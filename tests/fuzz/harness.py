@@ -78,17 +78,17 @@ class Outcome:
 class Worker:
     """A worker process, started again whenever it died or had to be ended."""
 
-    def __init__(self, directory: Path, number: int) -> None:
-        self._noise = directory / f"noise_{number}"
+    def __init__(self, directory: Path, index: int) -> None:
+        self._noise = directory / f"noise_{index}"
         self._process: subprocess.Popen[bytes] | None = None
         self._rest = b""
         self._size = 0
 
     def _start(self) -> subprocess.Popen[bytes]:
-        found = importlib.util.find_spec("cardan_dyn")
-        if found is None or found.origin is None:
+        spec = importlib.util.find_spec("cardan_dyn")
+        if spec is None or spec.origin is None:
             raise SystemExit("cardan_dyn cannot be imported")
-        paths = [str(Path(found.origin).parents[1]), os.environ.get("PYTHONPATH", "")]
+        paths = [str(Path(spec.origin).parents[1]), os.environ.get("PYTHONPATH", "")]
         # One thread: the small matrices here gain nothing from more, and they would count twice.
         threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
         process = subprocess.Popen(
@@ -172,8 +172,8 @@ class Worker:
         noise = self._heard()
         self.stop()
         frames = re.findall(r'File "([^"]+)", line (\d+)', noise)
-        own = [frame for frame in frames if "/cardan_dyn/" in frame[0] or "/fuzz/" in frame[0]]
-        path, line = (own or frames or [("", "")])[0]
+        inside = [frame for frame in frames if "/cardan_dyn/" in frame[0] or "/fuzz/" in frame[0]]
+        path, line = (inside or frames or [("", "")])[0]
         place = f"{Path(path).name}:{line}" if path else ""
         finding = {"kind": why, "place": place, "message": (code + noise)[:400]}
         return {"seed": seed, "outcome": why, "finding": finding, "seconds": 0.0, "noise": noise}
@@ -199,8 +199,8 @@ def run(family: str, start: int, count: int, workers: int = 1) -> Outcome:
 
     with tempfile.TemporaryDirectory() as directory:
         threads = [
-            threading.Thread(target=work, args=(Worker(Path(directory), number),))
-            for number in range(workers)
+            threading.Thread(target=work, args=(Worker(Path(directory), index),))
+            for index in range(workers)
         ]
         for thread in threads:
             thread.start()

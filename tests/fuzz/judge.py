@@ -130,10 +130,10 @@ def location(error: BaseException) -> str:
     """Return the innermost place in the package and the innermost place of all."""
     package = str(Path(cd.__file__).parent)
     frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if frame.filename.startswith(package)]
+    inside = [frame for frame in frames if frame.filename.startswith(package)]
     last = frames[-1] if frames else None
-    parts = [f"{Path(own[-1].filename).name}:{own[-1].lineno}"] if own else []
-    if last is not None and (not own or last is not own[-1]):
+    parts = [f"{Path(inside[-1].filename).name}:{inside[-1].lineno}"] if inside else []
+    if last is not None and (not inside or last is not inside[-1]):
         path = Path(last.filename)
         parts.append(f"{path.parent.name}/{path.name}:{last.lineno}")
     return " > ".join(parts)
@@ -228,9 +228,9 @@ def _accepted_numbers(case: descriptions.Case, mechanism: cd.Mechanism) -> None:
     try:
         if mechanism.notation.startswith("MJCF"):
             said = weight.mjcf(case.text, case.beside)
-            found = len(mechanism.loops)
-            if found != said.closures:
-                text = f"{said.closures} active equalities, {found} loops"
+            computed = len(mechanism.loops)
+            if computed != said.closures:
+                text = f"{said.closures} active equalities, {computed} loops"
                 raise Wrong("equality lost or invented", "loops", text)
         else:
             weight.urdf(case.text, case.beside)
@@ -266,19 +266,19 @@ def _weigh(case: descriptions.Case, mechanism: cd.Mechanism, sweep: cd.Sweep) ->
     placed = _placements(bodies, sweep)
     if mechanism.couplings or placed is None:
         return
-    wanted, reach = np.zeros_like(moment), 0.0
+    expected, reach = np.zeros_like(moment), 0.0
     for name, body in bodies.items():
         rotation, position = placed[name]
         centre = position + rotation @ body.centre
         arm = np.cross(centre, body.mass * UP)
-        wanted = wanted + arm
+        expected = expected + arm
         reach += float(np.max(np.abs(centre), initial=0.0)) * body.mass * FALL
     slack = (
         RESIDUAL * (float(np.max(np.abs(moment))) + reach + scale * mechanism.characteristic_length)
         + 1e-12
     )
-    if not np.all(np.abs(moment - wanted) <= slack):
-        text = f"about the origin {moment[0].tolist()} N·m, expected {wanted[0].tolist()}"
+    if not np.all(np.abs(moment - expected) <= slack):
+        text = f"about the origin {moment[0].tolist()} N·m, expected {expected[0].tolist()}"
         raise Wrong("weight misplaced", "moment", text)
 
 
@@ -290,14 +290,16 @@ def _compare_moments(bodies: dict[str, weight.Body], mechanism: cd.Mechanism, st
     if not strict or any(body.kind == "fixed" for body in bodies.values()):
         return
     model, left_out = mechanism.model, {0, *mechanism.auxiliary_bodies}
-    found = sum(
+    computed = sum(
         float(np.trace(inertia.inertia))
         for index, inertia in enumerate(model.inertias)
         if index not in left_out
     )
-    wanted = sum(body.moments for body in bodies.values())
-    if not abs(found - wanted) <= RESIDUAL * abs(wanted) + 1e-300:
-        text = f"principal moments of all bodies sum up to {found}, in the text to {wanted} kg·m²"
+    expected = sum(body.moments for body in bodies.values())
+    if not abs(computed - expected) <= RESIDUAL * abs(expected) + 1e-300:
+        text = (
+            f"principal moments of all bodies sum up to {computed}, in the text to {expected} kg·m²"
+        )
         raise Wrong("inertia lost", "inertia", text)
 
 
@@ -332,14 +334,14 @@ def _placements(
     """Return where links are, from their joints; check joint origins and axes on the way."""
     placed: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     for name in bodies:
-        way = [name]
-        while way[-1] in bodies and bodies[way[-1]].kind == "fixed":
-            way.append(bodies[way[-1]].parent)
-        carrier = bodies.get(way[-1])
+        path = [name]
+        while path[-1] in bodies and bodies[path[-1]].kind == "fixed":
+            path.append(bodies[path[-1]].parent)
+        carrier = bodies.get(path[-1])
         if carrier is None:
             return None
         rotation, position = sweep.rotation(carrier.joint), sweep.origin(carrier.joint)
-        for step in reversed(way[:-1]):
+        for step in reversed(path[:-1]):
             position = position + rotation @ bodies[step].xyz
             rotation = rotation @ bodies[step].rotation
         placed[name] = rotation, position
@@ -347,17 +349,17 @@ def _placements(
         if body.kind not in ("revolute", "continuous") or body.parent not in placed:
             continue
         rotation, position = placed[body.parent]
-        wanted = position + rotation @ body.xyz
-        found = sweep.origin(body.joint)
-        reach = 1.0 + float(np.max(np.abs(wanted)))
-        if not np.all(np.abs(found - wanted) <= 1e-9 * reach):
-            text = f"{body.joint} at {found[0].tolist()}, expected {wanted[0].tolist()}"
+        expected = position + rotation @ body.xyz
+        computed = sweep.origin(body.joint)
+        reach = 1.0 + float(np.max(np.abs(expected)))
+        if not np.all(np.abs(computed - expected) <= 1e-9 * reach):
+            text = f"{body.joint} at {computed[0].tolist()}, expected {expected[0].tolist()}"
             raise Wrong("joint misplaced", "origin", text)
         axis = body.axis / np.linalg.norm(body.axis)
-        wanted = rotation @ (body.rotation @ axis)
-        found = sweep.rotation(body.joint) @ axis
-        if not np.all(np.abs(found - wanted) <= 1e-9):
-            text = f"{body.joint} about {found[0].tolist()}, expected {wanted[0].tolist()}"
+        expected = rotation @ (body.rotation @ axis)
+        computed = sweep.rotation(body.joint) @ axis
+        if not np.all(np.abs(computed - expected) <= 1e-9):
+            text = f"{body.joint} about {computed[0].tolist()}, expected {expected[0].tolist()}"
             raise Wrong("joint misplaced", "axis", text)
     return placed
 

@@ -100,8 +100,8 @@ def saved(
     if cut is not None:
         path.write_bytes(content[: cut % len(content)])
     if flip is not None:
-        place = flip % len(content)
-        path.write_bytes(content[:place] + bytes([content[place] ^ 16]) + content[place + 1 :])
+        index = flip % len(content)
+        path.write_bytes(content[:index] + bytes([content[index] ^ 16]) + content[index + 1 :])
     if drop or change or head:
         with np.load(path) as file:
             arrays = {key: file[key] for key in file.files if key != drop}

@@ -152,13 +152,13 @@ def moving(bodies: Mapping[str, Body]) -> dict[str, Body]:
     """Return the links that are not fixed to the root."""
     still = {name for name, body in bodies.items() if not body.joint}
     order = list(bodies.items())
-    found = True
-    while found:
-        found = False
+    grown = True
+    while grown:
+        grown = False
         for name, body in order:
             if name not in still and body.kind == "fixed" and body.parent in still:
                 still.add(name)
-                found = True
+                grown = True
     return {name: body for name, body in bodies.items() if name not in still}
 
 
@@ -185,10 +185,10 @@ def mjcf(text: str, beside: Mapping[str, str]) -> Mjcf:
     try:
         root = ElementTree.fromstring(text.lstrip("\ufeff" + SPACE))
         for parent in list(root.iter()):
-            for place, child in reversed(list(enumerate(parent))):
+            for index, child in reversed(list(enumerate(parent))):
                 if child.tag == "include":
                     parts = ElementTree.fromstring(beside[child.get("file", "")])
-                    parent[place : place + 1] = list(parts)
+                    parent[index : index + 1] = list(parts)
     except (ElementTree.ParseError, KeyError) as error:
         raise Unclear(str(error)) from error
     if root.tag != "mujoco":
@@ -214,10 +214,10 @@ def _mass(body: Element, moves: bool) -> float:
     while waiting:
         item, moved = waiting.pop()
         moved = moved or any(child.tag in ("joint", "freejoint") for child in item)
-        found = item.findall("inertial")
-        if len(found) > 1:
+        inertials = item.findall("inertial")
+        if len(inertials) > 1:
             raise Unclear("several inertials")
-        if found and moved:
-            total += float(_vector(found[0], "mass", "0")[0])
+        if inertials and moved:
+            total += float(_vector(inertials[0], "mass", "0")[0])
         waiting += [(child, moved) for child in item.findall("body")]
     return total

@@ -50,7 +50,7 @@ def _peak(reset: bool = False) -> int:
 def main(noise: Path) -> None:
     """Judge what the parent asks for until it hangs up."""
     # Copies: a number handed over as a path opens, and then closes, one of the first three.
-    asked = os.fdopen(os.dup(0), encoding="utf-8")
+    requests = os.fdopen(os.dup(0), encoding="utf-8")
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     capture = os.open(noise, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND)
     os.dup2(capture, 1)
@@ -68,7 +68,7 @@ def main(noise: Path) -> None:
     _limit()
     with tempfile.TemporaryDirectory() as directory:
         answer({"ready": status("VmRSS")})
-        for line in asked:
+        for line in requests:
             family, first, last = line.split()
             for seed in range(int(first), int(last)):
                 os.ftruncate(capture, 0)

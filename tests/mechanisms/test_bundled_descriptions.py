@@ -93,8 +93,8 @@ def test_library_reads_the_same_bodies(name: str) -> None:
     moving = sum(
         body.mass for link in reader.links() if link != root and (body := reader.body(link))
     )
-    found = sum(inertia.mass for inertia in list(mechanism.model.inertias)[1:])
-    assert found == pytest.approx(moving, rel=1e-12)
+    computed = sum(inertia.mass for inertia in list(mechanism.model.inertias)[1:])
+    assert computed == pytest.approx(moving, rel=1e-12)
 
 
 def _child(joint: object) -> str:

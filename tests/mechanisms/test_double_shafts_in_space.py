@@ -66,7 +66,7 @@ def offset(v_1: float, h_1: float, v_2: float, h_2: float) -> float:
 def matching(v_1: float, h_1: float, v_2: float, h_2: float) -> tuple[float, float]:
     """The second joint's projections in the same plane, with the angle of the first joint."""
     tan_1, tan_2 = (np.hypot(np.tan(v), np.tan(h)) for v, h in ((v_1, h_1), (v_2, h_2)))
-    return tuple(float(np.arctan(np.tan(part) * tan_1 / tan_2)) for part in (v_2, h_2))
+    return tuple(float(np.arctan(np.tan(angle) * tan_1 / tan_2)) for angle in (v_2, h_2))
 
 
 def spatial_frames(angles: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -217,8 +217,8 @@ def test_moments_of_both_crosses(loaded: tuple[cd.Sweep, ShaftLine]) -> None:
         ("pin_2_out", moment_2),
         ("bearing_out", -moment_2),
     ):
-        found = turn.wrench(name, "world").moment
-        assert np.max(np.abs(found - expected)) < 1e-13 * scale, name
+        computed = turn.wrench(name, "world").moment
+        assert np.max(np.abs(computed - expected)) < 1e-13 * scale, name
     assert np.max(np.abs(turn["bearing_out"].torsion + 50.0)) < 1e-13 * scale
 
 
@@ -238,8 +238,8 @@ def test_force_of_the_intermediate_shaft(loaded: tuple[cd.Sweep, ShaftLine]) -> 
         ("pin_2_out", 1.0),
         ("bearing_out", -1.0),
     ):
-        found = turn.wrench(name, "world").force
-        assert np.max(np.abs(found - sign * force)) < 1e-13 * scale, name
+        computed = turn.wrench(name, "world").force
+        assert np.max(np.abs(computed - sign * force)) < 1e-13 * scale, name
     assert np.max(np.abs(turn["slip"].axial)) < 1e-13 * scale
 
 
@@ -253,9 +253,9 @@ def test_closed_forms_of_the_spatial_shaft() -> None:
     closed = support_forces.double_shaft_wrenches(axes, rotation, turn.drive_effort, LENGTH)
     scale = np.max(np.abs(closed.moment_1))
     for name, moment in (("pin_1_out", closed.moment_1), ("pin_2_out", closed.moment_2)):
-        found = turn.wrench(name, "world")
-        assert np.max(np.abs(found.moment - moment)) < 1e-13 * scale, name
-        assert np.max(np.abs(found.force - closed.force)) < 1e-13 * scale / LENGTH, name
+        computed = turn.wrench(name, "world")
+        assert np.max(np.abs(computed.moment - moment)) < 1e-13 * scale, name
+        assert np.max(np.abs(computed.force - closed.force)) < 1e-13 * scale / LENGTH, name
 
 
 @pytest.mark.parametrize(("beta_1_deg", "beta_2_deg"), [(25.0, 25.0), (10.0, 30.0), (20.0, 5.0)])
@@ -277,8 +277,8 @@ def test_support_forces_of_the_catalogues(beta_1_deg: float, beta_2_deg: float) 
     input_ = torque[1] * np.tan(beta_1) / a
     output = torque[1] * np.sin(beta_2) / (f * np.cos(beta_1))
     normal = {"A": input_, "B": input_, "F": output, "E": output}
-    for name, found in (("A", A), ("B", B), ("E", E), ("F", F)):
-        sizes = np.linalg.norm(found, axis=1)
+    for name, computed in (("A", A), ("B", B), ("E", E), ("F", F)):
+        sizes = np.linalg.norm(computed, axis=1)
         np.testing.assert_allclose(sizes, [in_plane[name], normal[name]], rtol=1e-13)
 
 

@@ -61,14 +61,14 @@ def test_motion_composes_single_joints(degrees: tuple[float, ...], turn: cd.Swee
     """tan φ' = tan φ / cos β joint by joint, and the closed form of the whole line."""
     angle, ratio = POSITIONS, np.ones_like(POSITIONS)
     betas = np.abs(np.radians(degrees))
-    for number, beta in enumerate(betas):
-        ratio = ratio * single_ratio(beta, angle, normal=number == 1)
-        angle = single_joint(beta, angle, normal=number == 1)
-    found = turn.motion.position("bearing_out")
-    assert np.max(np.abs(found - angle)) < 1e-13
+    for index, beta in enumerate(betas):
+        ratio = ratio * single_ratio(beta, angle, normal=index == 1)
+        angle = single_joint(beta, angle, normal=index == 1)
+    computed = turn.motion.position("bearing_out")
+    assert np.max(np.abs(computed - angle)) < 1e-13
     np.testing.assert_allclose(turn.motion.ratio("bearing_out"), ratio, rtol=1e-13)
     closed = drive_line.output_angle(betas, PHASES, POSITIONS)
-    assert np.max(np.abs(found - closed)) < 1e-13
+    assert np.max(np.abs(computed - closed)) < 1e-13
     closed = drive_line.speed_ratio(betas, PHASES, POSITIONS)
     np.testing.assert_allclose(turn.motion.ratio("bearing_out"), closed, rtol=1e-13)
     np.testing.assert_allclose(turn.drive_effort, 200.0 * ratio, rtol=1e-12)
@@ -83,10 +83,10 @@ def test_nothing_slides_and_everything_is_unique(turn: cd.Sweep) -> None:
 def test_moments_along_the_line(degrees: tuple[float, ...], turn: cd.Sweep) -> None:
     moments = shaft_line(degrees).moments(200.0)
     scale = np.max(np.abs(moments))
-    for number, moment in enumerate(moments, 1):
-        for name in (f"pin_{number}_in", f"pin_{number}_out"):
-            found = turn.wrench(name, "world").moment
-            assert np.max(np.abs(found - moment)) < 1e-12 * scale, name
+    for index, moment in enumerate(moments, 1):
+        for name in (f"pin_{index}_in", f"pin_{index}_out"):
+            computed = turn.wrench(name, "world").moment
+            assert np.max(np.abs(computed - moment)) < 1e-12 * scale, name
     for name, moment in (("bearing_in", moments[0]), ("bearing_out", -moments[-1])):
         assert np.max(np.abs(turn.wrench(name, "world").moment - moment)) < 1e-12 * scale
     # The spline slides on the rear shaft and sees the moment of joint 3, where its origin is.
@@ -114,8 +114,8 @@ def test_forces_along_the_line(degrees: tuple[float, ...], turn: cd.Sweep) -> No
         "bearing_in": rear - bearing,
     }
     for name, force in expected.items():
-        found = turn.wrench(name, "world").force
-        assert np.max(np.abs(found - force)) < 1e-12 * scale, name
+        computed = turn.wrench(name, "world").force
+        assert np.max(np.abs(computed - force)) < 1e-12 * scale, name
     assert np.max(np.abs(bearing)) > 0.02 * scale
     for name in ("slip", "bearing_float"):
         assert np.max(np.abs(turn[name].axial)) < 1e-12 * scale, name
@@ -148,14 +148,14 @@ def test_centre_bearing_balances_the_front_shaft() -> None:
     turn = scene(degrees, gravity=(0.0, 0.0, -gravity)).sweep(
         POSITIONS, speed=speed, acceleration=acceleration
     )
-    front = Reader(text("drive_line")).body("tube_1")
-    assert front is not None and not np.any(front.centre[1:])
+    front_shaft = Reader(text("drive_line")).body("tube_1")
+    assert front_shaft is not None and not np.any(front_shaft.centre[1:])
     axis = shaft_line(degrees).shafts[1]
     wrenches = {
         name: turn.wrench(name, "world") for name in ("pin_1_out", "centre_bearing", "pin_2_in")
     }
     inwards, bearing, outwards = wrenches.values()
-    weight = front.mass * gravity * np.array([0.0, 0.0, -1.0])
+    weight = front_shaft.mass * gravity * np.array([0.0, 0.0, -1.0])
     forces = inwards.force + bearing.force - outwards.force + weight
     scale = np.max(np.abs(outwards.force))
     assert np.max(np.abs(forces)) < 1e-12 * scale
@@ -164,19 +164,19 @@ def test_centre_bearing_balances_the_front_shaft() -> None:
         - outwards.moment
         + np.cross(BEARING * axis, bearing.force)
         - np.cross(FRONT * axis, outwards.force)
-        + np.cross(front.centre[0] * axis, weight)
+        + np.cross(front_shaft.centre[0] * axis, weight)
     )
     # Rotation of the front shaft: one joint in the plane, with exact derivatives.
     beta = np.deg2rad(degrees[0])
     ratio = single_ratio(beta, POSITIONS)
     slope = -(ratio**2) * np.sin(beta) ** 2 * np.sin(2.0 * POSITIONS) / np.cos(beta)
-    spin = front.inertia[0, 0] * (ratio * acceleration + slope * speed**2)
+    spin = front_shaft.inertia[0, 0] * (ratio * acceleration + slope * speed**2)
     expected = spin[:, None] * axis
     assert np.max(np.abs(moments - expected)) < 1e-12 * np.max(np.abs(outwards.moment))
     assert np.max(np.abs(expected)) > 0.05 * np.max(np.abs(outwards.moment))
     # The bearing carries weight and slides on its seat without friction.
     assert np.max(np.abs(dot(bearing.force, axis))) < 1e-12 * scale
-    assert np.mean(bearing.force[:, 2]) > 0.4 * front.mass * gravity
+    assert np.mean(bearing.force[:, 2]) > 0.4 * front_shaft.mass * gravity
 
 
 def test_bearing_cage_hangs_on_the_frame() -> None:

@@ -109,15 +109,15 @@ def test_bending_becomes_a_pair_of_forces(
     force = np.cross(moment, shafts[1]) / SPAN
     scale = np.max(np.abs(moment))
     for name in ("bearing_in", "pin_in", "pin_out"):
-        found = turn.wrench(name, "world")
-        assert np.max(np.abs(found.moment - moment)) < 1e-13 * scale, name
-        assert np.max(np.abs(found.force - force)) < 1e-13 * scale / SPAN, name
-    found = turn.wrench("bearing_out", "world")
-    assert np.max(np.abs(found.force + force)) < 1e-13 * scale / SPAN
-    assert np.max(np.abs(found.moment)) < 1e-13 * scale
+        computed = turn.wrench(name, "world")
+        assert np.max(np.abs(computed.moment - moment)) < 1e-13 * scale, name
+        assert np.max(np.abs(computed.force - force)) < 1e-13 * scale / SPAN, name
+    computed = turn.wrench("bearing_out", "world")
+    assert np.max(np.abs(computed.force + force)) < 1e-13 * scale / SPAN
+    assert np.max(np.abs(computed.moment)) < 1e-13 * scale
     # Both bearings of the fixed shaft make the same couple as joint and far bearing here.
     fixed = sweep(form).wrench("bearing_out", "world").moment
-    couple = SPAN * np.cross(shafts[1], found.force)
+    couple = SPAN * np.cross(shafts[1], computed.force)
     assert np.max(np.abs(across(fixed, shafts[1]) - couple)) < 1e-13 * scale
 
 

@@ -57,13 +57,13 @@ def ball_as_three_hinges(robot: ElementTree.Element) -> None:
     robot.find("loop[@name='rocker_pin']").set("type", "cylindrical")
     pin = robot.find("joint[@name='crank_pin']")
     pin.find("child").set("link", "gimbal_1")
-    for number, (parent, child, axis) in enumerate(
+    for index, (parent, child, axis) in enumerate(
         (("gimbal_1", "gimbal_2", "1 0 0"), ("gimbal_2", "coupler", "0 1 0")), 1
     ):
-        add(robot, f'<link name="gimbal_{number}"/>')
+        add(robot, f'<link name="gimbal_{index}"/>')
         add(
             robot,
-            f'<joint name="gimbal_hinge_{number}" type="continuous"><parent link="{parent}"/>'
+            f'<joint name="gimbal_hinge_{index}" type="continuous"><parent link="{parent}"/>'
             f'<child link="{child}"/><origin xyz="0 0 0"/><axis xyz="{axis}"/></joint>',
         )
 
@@ -116,16 +116,16 @@ def test_ball_and_cylinder_make_it_determinate(variant: str, plane: cd.Sweep) ->
     difference = turn.motion.position("rocker_bearing") - plane.motion.position("rocker_bearing")
     assert np.max(np.abs(difference)) < 1e-13
     for name in HINGES:
-        found, expected = turn.wrench(name, "world"), plane.wrench(name, "world")
+        computed, expected = turn.wrench(name, "world"), plane.wrench(name, "world")
         scale = np.max(np.abs(expected.force[:, :2]))
-        assert np.max(np.abs(found.force[:, :2] - expected.force[:, :2])) < 1e-12 * scale, name
+        assert np.max(np.abs(computed.force[:, :2] - expected.force[:, :2])) < 1e-12 * scale, name
     scale = np.max(np.abs(plane.drive_effort))
     assert np.max(np.abs(turn.drive_effort - plane.drive_effort)) < 1e-12 * scale
     assert turn.balance_residual < 1e-12
 
 
 def test_forces_out_of_the_plane_are_those_of_statics(plane: cd.Sweep) -> None:
-    """A cylinder carries no axial force, a ball no moment: weight along z finds one way only."""
+    """A cylinder carries no axial force, a ball no moment: one bearing alone carries weight."""
     ball = sweep(edited(text("four_bar"), cylinder_as_slide_and_hinge))
     reader = Reader(text("four_bar"))
     crank, coupler, rocker = (reader.body(name) for name in ("crank", "coupler", "rocker"))
@@ -138,8 +138,10 @@ def test_forces_out_of_the_plane_are_those_of_statics(plane: cd.Sweep) -> None:
         "crank_bearing": weight * (rocker.mass + coupler.mass + crank.mass),
     }
     for name, force in expected.items():
-        found = ball.wrench(name, "world").force[:, 2]
-        np.testing.assert_allclose(found, force, rtol=1e-12, atol=1e-12 * expected["crank_bearing"])
+        computed = ball.wrench(name, "world").force[:, 2]
+        np.testing.assert_allclose(
+            computed, force, rtol=1e-12, atol=1e-12 * expected["crank_bearing"]
+        )
     assert np.max(np.abs(ball["rocker_pin"].moment)) < 1e-12 * np.max(ball["rocker_pin"].shear)
     # Least norm lets both bearings carry weight.
     assert np.max(np.abs(plane.wrench("rocker_bearing", "world").force[:, 2])) > 1.0

@@ -244,11 +244,11 @@ def turn(name: str) -> cd.Sweep:
 
 def test_positions(name: str, solution: Solution, turn: cd.Sweep) -> None:
     for joint, expected in solution.coordinates.items():
-        found = turn.motion.position(joint)
+        computed = turn.motion.position(joint)
         # The branch of the reference is the one of the file: both start at zero.
         assert abs(expected[0]) < 1e-15
         wrapped = np.unwrap(expected) if joint not in dict(SLIDERS.values()) else expected
-        assert np.max(np.abs(found - wrapped)) < 1e-12 * np.max(np.abs(wrapped)), joint
+        assert np.max(np.abs(computed - wrapped)) < 1e-12 * np.max(np.abs(wrapped)), joint
 
 
 def test_joint_forces(name: str, solution: Solution, turn: cd.Sweep) -> None:
@@ -258,8 +258,8 @@ def test_joint_forces(name: str, solution: Solution, turn: cd.Sweep) -> None:
     assert len(hinges) == count - len({name} & set(SLIDERS))
     for joint in hinges:
         expected = solution.force(joint)
-        found = turn.wrench(joint, "world").force[:, :2]
-        assert np.max(np.abs(found - expected)) < 1e-12 * np.max(np.abs(expected)), joint
+        computed = turn.wrench(joint, "world").force[:, :2]
+        assert np.max(np.abs(computed - expected)) < 1e-12 * np.max(np.abs(expected)), joint
 
 
 def test_drive_torque(name: str, solution: Solution, turn: cd.Sweep) -> None:

@@ -32,8 +32,8 @@ def scene(form: str, beta: float, load: float = -70.0, **options: object) -> cd.
 def test_motion_is_that_of_the_cross(beta: float) -> None:
     """Thoma (4), and the cross form at the same positions."""
     ring, cross = (scene(form, beta).sweep(POSITIONS) for form in ("ring_joint", "universal_joint"))
-    found = ring.motion.position("bearing_out")
-    assert np.max(np.abs(found - single_joint(beta, POSITIONS))) < 1e-13
+    computed = ring.motion.position("bearing_out")
+    assert np.max(np.abs(computed - single_joint(beta, POSITIONS))) < 1e-13
     np.testing.assert_allclose(
         ring.motion.ratio("bearing_out"), single_ratio(beta, POSITIONS), rtol=1e-13
     )
@@ -56,10 +56,10 @@ def test_moments_are_those_of_the_cross(beta: float) -> None:
         ("pin_out", 1.0),
         ("bearing_out", -1.0),
     ):
-        found = ring.wrench(name, "world").moment
-        assert np.max(np.abs(found - sign * moment)) < tolerance * scale, name
-        other = cross.wrench(name, "world").moment
-        assert np.max(np.abs(found - other)) < tolerance * scale, name
+        ring_moment = ring.wrench(name, "world").moment
+        assert np.max(np.abs(ring_moment - sign * moment)) < tolerance * scale, name
+        cross_moment = cross.wrench(name, "world").moment
+        assert np.max(np.abs(ring_moment - cross_moment)) < tolerance * scale, name
 
 
 def test_ring_has_almost_the_inertia_of_a_thin_ring() -> None:

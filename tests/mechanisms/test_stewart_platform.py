@@ -44,7 +44,7 @@ class Poses:
     """Poses of the platform with twists and accelerations, all in world axes."""
 
     axes: np.ndarray
-    place: np.ndarray
+    position: np.ndarray
     omega: np.ndarray
     velocity: np.ndarray
     alpha: np.ndarray
@@ -52,15 +52,15 @@ class Poses:
 
     def moving(self, twist: np.ndarray) -> Poses:
         """Return the same poses with a twist (velocity, ω) and no acceleration."""
-        still = np.zeros_like(self.place)
-        return Poses(self.axes, self.place, still + twist[3:], still + twist[:3], still, still)
+        still = np.zeros_like(self.position)
+        return Poses(self.axes, self.position, still + twist[3:], still + twist[:3], still, still)
 
     def carried(self, arm: np.ndarray) -> Jet:
         """Vectors fixed in the platform."""
         return Jet.carried(self.axes @ arm, self.omega, self.alpha)
 
     def point(self, local: np.ndarray) -> Jet:
-        return Jet(self.place, self.velocity, self.acceleration) + self.carried(local)
+        return Jet(self.position, self.velocity, self.acceleration) + self.carried(local)
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,8 @@ class MovingBody:
     @property
     def centre(self) -> Jet:
         result = self.origin
-        for part, axis in zip(self.body.centre, self.axes, strict=True):
-            result = result + axis * part
+        for component, axis in zip(self.body.centre, self.axes, strict=True):
+            result = result + axis * component
         return result
 
     def inertia_wrench(self) -> tuple[np.ndarray, np.ndarray]:
@@ -89,28 +89,28 @@ class MovingBody:
 
 
 def body(link: str) -> Body:
-    found = READER.body(link)
-    assert found is not None
-    return found
+    read = READER.body(link)
+    assert read is not None
+    return read
 
 
 def legs(poses: Poses) -> list[Jet]:
     """Vectors from the universal joints to the balls."""
-    feet = [Jet.constant(np.broadcast_to(foot, poses.place.shape)) for foot in FEET]
+    feet = [Jet.constant(np.broadcast_to(foot, poses.position.shape)) for foot in FEET]
     return [poses.point(ball) - foot for ball, foot in zip(BALLS, feet, strict=True)]
 
 
 def lengths(poses: Poses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Lengths of the legs `(N, 6)` with first and second derivatives."""
-    found = [leg.length() for leg in legs(poses)]
-    return tuple(np.concatenate([jet[order] for jet in found], axis=1) for order in range(3))
+    jets = [leg.length() for leg in legs(poses)]
+    return tuple(np.concatenate([jet[order] for jet in jets], axis=1) for order in range(3))
 
 
 def bodies(poses: Poses) -> list[MovingBody]:
     """All moving bodies with their axes, from the geometry of their joints."""
-    shape = poses.place.shape
+    shape = poses.position.shape
     result = []
-    for number, (leg, foot, foot_axes) in enumerate(
+    for index, (leg, foot, foot_axes) in enumerate(
         zip(legs(poses), FEET, FOOT_AXES, strict=True), 1
     ):
         # Hinge 1 stays with the base; hinge 2 is normal to it and to the leg.
@@ -122,14 +122,14 @@ def bodies(poses: Poses) -> list[MovingBody]:
         ball = ground + leg
         yoke = (hinge_1, hinge_2, hinge_1.cross(hinge_2))
         result += [
-            MovingBody(body(f"yoke_{number}"), ground, yoke),
-            MovingBody(body(f"cylinder_{number}"), ground, leg_axes),
-            MovingBody(body(f"rod_{number}"), ball, leg_axes),
+            MovingBody(body(f"yoke_{index}"), ground, yoke),
+            MovingBody(body(f"cylinder_{index}"), ground, leg_axes),
+            MovingBody(body(f"rod_{index}"), ball, leg_axes),
         ]
-        if number == 1:
+        if index == 1:
             result += wrist(poses, ball, leg_axes)
     platform = tuple(poses.carried(axis) for axis in np.eye(3))
-    middle = Jet(poses.place, poses.velocity, poses.acceleration)
+    middle = Jet(poses.position, poses.velocity, poses.acceleration)
     return [
         *result,
         MovingBody(body("seat"), poses.point(SEAT), platform),
@@ -152,8 +152,8 @@ def wrist(poses: Poses, ball: Jet, leg_axes: tuple[Jet, Jet, Jet]) -> list[Movin
 
 def drive_forces(poses: Poses) -> np.ndarray:
     """Forces of the drives `(N, 6)` by virtual work: Jᵀ f = Σ (force · δx + moment · δφ)."""
-    rates = np.zeros((len(poses.place), 6, 6))
-    work = np.zeros((len(poses.place), 6))
+    rates = np.zeros((len(poses.position), 6, 6))
+    work = np.zeros((len(poses.position), 6))
     wrenches = [item.inertia_wrench() for item in bodies(poses)]
     for column, twist in enumerate(np.eye(6)):
         virtual = poses.moving(twist)
@@ -178,11 +178,11 @@ def poses() -> Poses:
     """The middle position and poses all over the work space, with large rates."""
     random = np.random.default_rng(20)
     scale = np.r_[0.0, np.ones(SAMPLES - 1)][:, None]
-    place = HEIGHT + scale * random.uniform(-0.08, 0.08, (SAMPLES, 3))
+    position = HEIGHT + scale * random.uniform(-0.08, 0.08, (SAMPLES, 3))
     angles = scale * random.uniform(-0.2, 0.2, (SAMPLES, 3))
     return Poses(
         np.array([rotation(rpy) for rpy in angles]),
-        place,
+        position,
         random.uniform(-1.5, 1.5, (SAMPLES, 3)),
         random.uniform(-0.8, 0.8, (SAMPLES, 3)),
         random.uniform(-8.0, 8.0, (SAMPLES, 3)),
@@ -212,9 +212,9 @@ def moving(mechanism: cd.Mechanism, poses: Poses) -> cd.Sweep:
 
 def test_poses_follow_from_the_legs(moving: cd.Sweep, poses: Poses) -> None:
     """Six leg lengths give back the chosen pose, at every ball."""
-    for number, ball in enumerate(BALLS[1:], 2):
+    for index, ball in enumerate(BALLS[1:], 2):
         expected = poses.point(ball).value
-        assert np.max(np.abs(moving.origin(f"ball_{number}") - expected)) < 1e-12
+        assert np.max(np.abs(moving.origin(f"ball_{index}") - expected)) < 1e-12
     assert np.max(np.abs(moving.origin("ball_1_z") - poses.point(SEAT).value)) < 1e-12
     assert np.max(np.abs(moving.rotation("ball_1_z") - poses.axes)) < 1e-12
     assert np.ptp(moving.motion.position("leg_3")) > 0.02
@@ -231,13 +231,13 @@ def test_platform_wrench_at_rest(mechanism: cd.Mechanism, poses: Poses) -> None:
     scale = np.max(np.abs(expected))
     assert turn.drive_effort.shape == (SAMPLES, 6)
     assert np.max(np.abs(turn.drive_effort - expected)) < 1e-12 * scale
-    for number, leg in enumerate(legs(poses), 1):
-        along = expected[:, [number - 1]] * leg.unit().value
-        balls = ["ball_1_x", "ball_1_y", "ball_1_z"] if number == 1 else [f"ball_{number}"]
-        for name in (f"base_{number}_x", f"base_{number}_y", f"leg_{number}", *balls):
-            found = turn.wrench(name, "world")
-            assert np.max(np.abs(found.force - along)) < 1e-12 * scale, name
-            assert np.max(np.abs(found.moment)) < 1e-12 * scale, name
+    for index, leg in enumerate(legs(poses), 1):
+        along = expected[:, [index - 1]] * leg.unit().value
+        balls = ["ball_1_x", "ball_1_y", "ball_1_z"] if index == 1 else [f"ball_{index}"]
+        for name in (f"base_{index}_x", f"base_{index}_y", f"leg_{index}", *balls):
+            wrench = turn.wrench(name, "world")
+            assert np.max(np.abs(wrench.force - along)) < 1e-12 * scale, name
+            assert np.max(np.abs(wrench.moment)) < 1e-12 * scale, name
 
 
 def test_weight_at_rest(mechanism: cd.Mechanism, poses: Poses) -> None:
@@ -267,19 +267,19 @@ def test_balls_carry_the_platform_at_speed(moving: cd.Sweep, poses: Poses) -> No
     """Newton and Euler of the platform with its seat: six ball forces, no ball moments."""
     force, moment = np.zeros((SAMPLES, 3)), np.zeros((SAMPLES, 3))
     for item in bodies(poses)[-2:]:
-        own_force, own_moment = item.inertia_wrench()
-        force += own_force
-        moment += own_moment + np.cross(item.centre.value - poses.place, own_force)
-    found_force, found_moment = np.zeros_like(force), np.zeros_like(moment)
-    for number, ball in enumerate(BALLS, 1):
-        wrench = moving.wrench("ball_1_z" if number == 1 else f"ball_{number}", "world")
-        found_force += wrench.force
-        found_moment += wrench.moment + np.cross(poses.axes @ ball, wrench.force)
-        if number > 1:
+        body_force, body_moment = item.inertia_wrench()
+        force += body_force
+        moment += body_moment + np.cross(item.centre.value - poses.position, body_force)
+    ball_force, ball_moment = np.zeros_like(force), np.zeros_like(moment)
+    for index, ball in enumerate(BALLS, 1):
+        wrench = moving.wrench("ball_1_z" if index == 1 else f"ball_{index}", "world")
+        ball_force += wrench.force
+        ball_moment += wrench.moment + np.cross(poses.axes @ ball, wrench.force)
+        if index > 1:
             assert np.max(np.abs(wrench.moment)) < 1e-12 * np.max(np.abs(wrench.force))
     scale = np.max(np.abs(moving.drive_effort))
-    assert np.max(np.abs(found_force - force)) < 1e-12 * scale
-    assert np.max(np.abs(found_moment - moment)) < 1e-12 * scale
+    assert np.max(np.abs(ball_force - force)) < 1e-12 * scale
+    assert np.max(np.abs(ball_moment - moment)) < 1e-12 * scale
 
 
 def test_everything_is_unique(moving: cd.Sweep) -> None:
@@ -290,7 +290,7 @@ def test_a_path_of_six_drives_is_followed_many_samples_at_a_time(
     mechanism: cd.Mechanism, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The loops are closed for whole arrays, however the drives move together."""
-    legs = [f"leg_{number}" for number in range(1, 7)]
+    legs = [f"leg_{index}" for index in range(1, 7)]
     phase = np.linspace(0.0, 2.0 * np.pi, 600)[:, None] + np.arange(6)
     path = 0.05 * (np.sin(phase) - np.sin(phase[0]))
     rates = {"speed": 0.1 * np.cos(phase), "acceleration": -0.1 * np.sin(phase)}
@@ -307,8 +307,10 @@ def test_a_path_of_six_drives_is_followed_many_samples_at_a_time(
     assert sum(sizes) < 8 * len(path)
     # One sample reached on its own, from the start by smaller steps, is the same.
     for sample in (140, 333, 599):
-        own = {name: value[[sample]] for name, value in rates.items()}
-        alone = cd.Scene(mechanism, drive=legs, gravity=GRAVITY).sweep(path[[sample]], **own)
+        rates_there = {name: value[[sample]] for name, value in rates.items()}
+        alone = cd.Scene(mechanism, drive=legs, gravity=GRAVITY).sweep(
+            path[[sample]], **rates_there
+        )
         for name in mechanism.joint_names:
             size = np.max(np.abs(whole[name].force)) + np.max(np.abs(whole[name].moment))
             assert np.max(np.abs(alone[name].force[0] - whole[name].force[sample])) < 1e-12 * size
@@ -318,7 +320,7 @@ def test_a_path_of_six_drives_is_followed_many_samples_at_a_time(
 def test_what_six_drives_cannot_reach_is_refused_with_what_they_reached(
     mechanism: cd.Mechanism,
 ) -> None:
-    legs = [f"leg_{number}" for number in range(1, 7)]
+    legs = [f"leg_{index}" for index in range(1, 7)]
     path = np.outer(np.linspace(0.0, 1.0, 40), [0.0, 0.0, 0.0, 0.0, 0.0, 5.0])
     with pytest.raises(cd.AssemblyError, match="cannot be closed at drive positions") as caught:
         cd.Scene(mechanism, drive=legs).sweep(path)

@@ -41,8 +41,8 @@ def test_moments_of_the_flywheel(beta: float) -> None:
     """Thoma (8), (6) and (7) with the inertia in the file."""
     torque, bending_x, bending_z = on_shaft_2(sweep(beta), beta)
     expected = thoma.rig_moments(beta, POSITIONS, flywheel(), SPEED)
-    for found, reference in zip((torque, bending_x, bending_z), expected, strict=True):
-        assert np.max(np.abs(found - reference)) < 1e-12 * np.max(np.abs(reference))
+    for computed, reference in zip((torque, bending_x, bending_z), expected, strict=True):
+        assert np.max(np.abs(computed - reference)) < 1e-12 * np.max(np.abs(reference))
     second = single_joint.acceleration_ratio(beta, POSITIONS)
     reference = flywheel() * SPEED**2 * second
     assert np.max(np.abs(torque - reference)) < 1e-12 * np.max(np.abs(reference))
@@ -93,10 +93,10 @@ def test_pulley_is_large_and_takes_no_part() -> None:
 
     beta = float(ANGLES[1])
     lighter = edited(text("thoma_rig"), halved)
-    found, other = (sweep(beta, urdf) for urdf in ("thoma_rig", lighter))
-    scale = np.max(np.abs(found.drive_effort))
-    assert np.max(np.abs(found.drive_effort - other.drive_effort)) < 1e-13 * scale
-    # It does take part as soon as the speed changes.
+    bundled, halved_inertia = (sweep(beta, urdf) for urdf in ("thoma_rig", lighter))
+    scale = np.max(np.abs(bundled.drive_effort))
+    assert np.max(np.abs(bundled.drive_effort - halved_inertia.drive_effort)) < 1e-13 * scale
+    # The inertia matters as soon as the speed changes.
     scene = cd.Scene(cd.load("thoma_rig"), drive="bearing_in", held={"joint_angle": beta})
     faster = scene.sweep(POSITIONS, speed=SPEED, acceleration=100.0)
     assert np.mean(faster.drive_effort) > 0.99 * inertia * 100.0
@@ -107,10 +107,10 @@ def springs(rates: tuple[float, float]) -> tuple[np.ndarray, float]:
 
     Two springs across the shaft at x₁ and x₂, as the description's header puts them together.
     """
-    places = np.array([0.1, 0.54])
+    distances = np.array([0.1, 0.54])
     k = np.array(rates)
-    moment = float(k @ places)
-    stiffness = np.array([[k.sum(), moment], [moment, float(k @ places**2)]])
+    moment = float(k @ distances)
+    stiffness = np.array([[k.sum(), moment], [moment, float(k @ distances**2)]])
     return np.linalg.inv(stiffness), moment / stiffness[1, 1]
 
 
@@ -119,7 +119,7 @@ def test_bearings_on_springs() -> None:
 
     By hand: the rigid bearing of shaft 1 keeps the joint's centre in place, so shaft 2 tilts about
     it, and both springs push back in proportion to rate and distance. They exert
-    F = M Σ k x / Σ k x² against which the cross holds, in both directions by itself.
+    F = M Σ k x / Σ k x², which the cross balances, in each of both directions separately.
     """
     beta = float(ANGLES[2])
     (upright, ratio_y), (level, ratio_z) = springs((4e6, 7e6)), springs((9e6, 2e6))
@@ -136,14 +136,14 @@ def test_bearings_on_springs() -> None:
     )
     turn = scene.sweep(POSITIONS, speed=SPEED)
     rigid = sweep(beta)
-    found = turn.wrench("bearing_out", "parent")
+    elastic = turn.wrench("bearing_out", "parent")
     moment = rigid.wrench("bearing_out", "parent").moment
     scale = np.max(np.abs(moment))
-    assert np.max(np.abs(found.moment - moment)) < 1e-12 * scale
+    assert np.max(np.abs(elastic.moment - moment)) < 1e-12 * scale
     expected = np.stack(
         [0.0 * moment[:, 0], ratio_y * moment[:, 2], -ratio_z * moment[:, 1]], axis=1
     )
-    assert np.max(np.abs(found.force - expected)) < 1e-12 * np.max(np.abs(expected))
+    assert np.max(np.abs(elastic.force - expected)) < 1e-12 * np.max(np.abs(expected))
     assert np.max(np.abs(expected)) > scale
     for name in ("pin_out", "pin_in", "bearing_in"):
         difference = turn.wrench(name, "world").force + turn.wrench("bearing_out", "world").force

@@ -2,7 +2,7 @@
 
 The geometry is drawn in the world with every joint at zero, so that all loops are closed there:
 a point and an axis in the world are expressed in the frames of the two links that they connect.
-Nothing of the package under test takes part.
+Nothing of the package under test is used.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Coupling:
-    """A gear: ratio × coordinates on the predecessor's way = those on the successor's way."""
+    """Ratio × coordinates from the world to the predecessor = those to the successor."""
 
     name: str
     predecessor: str
@@ -80,14 +80,14 @@ class Chain:
     @property
     def text(self) -> str:
         """The description in URDF+ notation."""
-        gears = [
-            f'<coupling name="{gear.name}"><predecessor link="{gear.predecessor}"/>'
-            f'<successor link="{gear.successor}"/><ratio value="{gear.ratio!r}"/></coupling>'
-            for gear in self.couplings
+        couplings = [
+            f'<coupling name="{item.name}"><predecessor link="{item.predecessor}"/>'
+            f'<successor link="{item.successor}"/><ratio value="{item.ratio!r}"/></coupling>'
+            for item in self.couplings
         ]
         parts = [link.text for link in self.links.values()]
         parts += [joint.text for joint in self.joints.values()]
-        return "\n".join(['<robot name="chain">', *parts, *gears, "</robot>"])
+        return "\n".join(['<robot name="chain">', *parts, *couplings, "</robot>"])
 
 
 def rotation(rpy: Sequence[float] | Array) -> Array:
@@ -194,9 +194,9 @@ class Builder:
         axis: Array | None = None,
     ) -> None:
         """Add a tree joint whose frame in the world is `frame`, `axis` in that frame."""
-        here, origin = self._seen_from(parent, frame)
+        seen, origin = self._seen_from(parent, frame)
         axis = np.array([0.0, 0.0, 1.0]) if axis is None else axis
-        self.at[child] = self.at[parent] @ here
+        self.at[child] = self.at[parent] @ seen
         text = (
             f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
             f'{origin}<axis xyz="{words(axis)}"/>'
@@ -204,7 +204,7 @@ class Builder:
         )
         axis = unit(np.asarray(axis, float))
         self.joints[name] = Joint(
-            name, kind, parent, child, here, np.eye(4), axis, axis, False, text
+            name, kind, parent, child, seen, np.eye(4), axis, axis, False, text
         )
 
     def loop(
@@ -234,7 +234,7 @@ class Builder:
             name, kind, predecessor, successor, first, second, axis, axis_2, True, text
         )
 
-    def gear(self, name: str, predecessor: str, successor: str, ratio: float) -> None:
+    def coupling(self, name: str, predecessor: str, successor: str, ratio: float) -> None:
         """Add a coupling."""
         self.couplings.append(Coupling(name, predecessor, successor, ratio))
         self.features.add("coupling")
@@ -296,11 +296,11 @@ class RandomBuilder(Builder):
     def frame(self, axis: Array, point: Array) -> tuple[Array, Array]:
         """Return a random frame at a point, and the axis in it, aligned now and then."""
         if self.chance(0.4):
-            number = int(self.rng.integers(3))
+            column = int(self.rng.integers(3))
             first = self.across(axis)
             columns = [axis, first, np.cross(axis, first)]
-            axes = np.stack([columns[(k - number) % 3] for k in range(3)], axis=1)
-            return placed(axes, point), np.eye(3)[number]
+            axes = np.stack([columns[(k - column) % 3] for k in range(3)], axis=1)
+            return placed(axes, point), np.eye(3)[column]
         axes = rotation(self.rng.uniform(-1.5, 1.5, size=3))
         return placed(axes, point), axes.T @ axis
 
@@ -369,7 +369,7 @@ class RandomBuilder(Builder):
         else:
             (frame, seen), seen_2 = self.frame(axis, point), None
         count = sum(joint.closes for joint in self.joints.values())
-        shared = set(self.way(one)) & set(self.way(other))
+        shared = set(self.tree_path(one)) & set(self.tree_path(other))
         if any(self.joints[name].type != "fixed" for name in shared):
             self.features.add("moving base")
         self.loop(f"l{count}", kind, *ends, frame, seen, seen_2)
@@ -386,7 +386,7 @@ class RandomBuilder(Builder):
         room = self.MOST_BODIES - self.bodies
         count = int(self.rng.integers(1, max(2, min(4, room + 1))))
         inside = {"planar": 3, "fixed": 0}
-        wanted = 3 if self.chance(0.1) else 4 if self.chance(0.75) else 5
+        freedom = 3 if self.chance(0.1) else 4 if self.chance(0.75) else 5
         for _ in range(200):
             kinds = [
                 self.pick(*TURNS, "prismatic", "planar", weights=[0.4, 0.25, 0.22, 0.13])
@@ -395,7 +395,7 @@ class RandomBuilder(Builder):
             closing = self.pick(
                 *(*TURNS, "prismatic", "planar", "cylindrical", "spherical", "universal", "fixed")
             )
-            if sum(inside.get(kind, 1) for kind in (*kinds, closing)) == wanted:
+            if sum(inside.get(kind, 1) for kind in (*kinds, closing)) == freedom:
                 break
         else:
             raise Redraw("no planar ring of these bodies")
@@ -405,12 +405,12 @@ class RandomBuilder(Builder):
             flat -= normal * (normal @ flat)
             return centre + flat + 0.3 * self.size * self.rng.normal() * normal
 
-        here = base
+        carrier = base
         for kind in kinds:
             axis = self.across(normal) if kind == "prismatic" else normal
-            here = self.body(self.maybe_fixed(here), kind, axis, spot())
+            carrier = self.body(self.maybe_fixed(carrier), kind, axis, spot())
         axis = self.across(normal) if closing == "prismatic" else normal
-        self.close(closing, self.maybe_fixed(here), self.maybe_fixed(end), axis, spot())
+        self.close(closing, self.maybe_fixed(carrier), self.maybe_fixed(end), axis, spot())
 
     def spherical(self, base: str, end: str) -> None:
         """A ring whose axes meet in a point."""
@@ -421,27 +421,27 @@ class RandomBuilder(Builder):
         count = (3 if self.chance(0.1) else 4 if self.chance(0.75) else 5) - rows
         if not 1 <= count <= room:
             raise Redraw("no spherical ring of these bodies")
-        here = base
+        carrier = base
         for _ in range(count):
             axis = self.direction()
             # Only turns may have their origin anywhere on their axis.
-            place = centre + self.size * self.rng.uniform(-0.5, 0.5) * axis
-            here = self.body(self.maybe_fixed(here), self.pick(*TURNS), axis, place)
+            spot = centre + self.size * self.rng.uniform(-0.5, 0.5) * axis
+            carrier = self.body(self.maybe_fixed(carrier), self.pick(*TURNS), axis, spot)
         axis = self.direction()
-        place = centre + (0.4 * self.size * axis if closing in TURNS else 0.0)
-        self.close(closing, self.maybe_fixed(here), self.maybe_fixed(end), axis, place)
+        spot = centre + (0.4 * self.size * axis if closing in TURNS else 0.0)
+        self.close(closing, self.maybe_fixed(carrier), self.maybe_fixed(end), axis, spot)
 
     def coaxial(self, base: str, end: str) -> None:
         """Supports along one line."""
         axis, centre = self.direction(), self.point()
-        here = base
+        carrier = base
         for _ in range(int(self.rng.integers(1, 3))):
             kind = self.pick(*TURNS, "prismatic", "planar", weights=[0.4, 0.25, 0.25, 0.1])
-            place = centre + self.size * self.rng.uniform(-1.0, 1.0) * axis
-            here = self.body(self.maybe_fixed(here), kind, axis, place)
+            spot = centre + self.size * self.rng.uniform(-1.0, 1.0) * axis
+            carrier = self.body(self.maybe_fixed(carrier), kind, axis, spot)
         closing = self.pick(*TURNS, "prismatic", "planar", "cylindrical", "spherical")
-        place = centre + self.size * self.rng.uniform(-1.0, 1.0) * axis
-        self.close(closing, self.maybe_fixed(here), self.maybe_fixed(end), axis, place)
+        spot = centre + self.size * self.rng.uniform(-1.0, 1.0) * axis
+        self.close(closing, self.maybe_fixed(carrier), self.maybe_fixed(end), axis, spot)
 
     def support(self) -> None:
         """A second joint on the axis of a tree joint that turns."""
@@ -451,15 +451,15 @@ class RandomBuilder(Builder):
         joint = turning[int(self.rng.integers(len(turning)))]
         frame = self.at[joint.child]
         axis = frame[:3, :3] @ joint.axis
-        place = frame[:3, 3] + self.size * self.rng.uniform(0.2, 1.0) * axis
+        spot = frame[:3, 3] + self.size * self.rng.uniform(0.2, 1.0) * axis
         kind = self.pick(*TURNS, "cylindrical", "spherical", "planar")
-        self.close(kind, joint.child, joint.parent, axis, place)
+        self.close(kind, joint.child, joint.parent, axis, spot)
 
     def spatial(self, base: str, end: str) -> None:
         """A ring without any common plane or point."""
         room = self.MOST_BODIES - self.bodies
         freedoms = {"planar": 3, "cylindrical": 2, "universal": 2, "spherical": 3, "fixed": 0}
-        wanted = 6 if self.chance(0.12) else 7 if self.chance(0.7) else 8
+        freedom = 6 if self.chance(0.12) else 7 if self.chance(0.7) else 8
         for _ in range(300):
             count = int(self.rng.integers(1, max(2, room + 1)))
             kinds = [
@@ -469,16 +469,16 @@ class RandomBuilder(Builder):
             closing = self.pick(
                 *(*TURNS, "prismatic", "planar", "cylindrical", "spherical", "universal", "fixed")
             )
-            if sum(freedoms.get(kind, 1) for kind in (*kinds, closing)) == wanted:
+            if sum(freedoms.get(kind, 1) for kind in (*kinds, closing)) == freedom:
                 break
         else:
             raise Redraw("no spatial ring of these bodies")
-        here = base
+        carrier = base
         for kind in kinds:
-            here = self.body(self.maybe_fixed(here), kind, self.direction(), self.point())
+            carrier = self.body(self.maybe_fixed(carrier), kind, self.direction(), self.point())
         self.close(
             closing,
-            self.maybe_fixed(here),
+            self.maybe_fixed(carrier),
             self.maybe_fixed(end),
             self.direction(),
             self.point(),
@@ -541,13 +541,13 @@ class RandomBuilder(Builder):
         self.close("universal", rod, rocker, *self._any())
 
     def couple(self) -> None:
-        """Gear two links to each other, one of them a wheel of its own now and then."""
+        """Couple two links, one of them sometimes a wheel that is added for it."""
         if self.chance(0.6):
             self.body(self.pick(*self.links), self.pick(*TURNS, "prismatic"), *self._any())
         names = [name for name in self.links if self.pole[name] != "world"]
         for _ in range(30):
             one, other = self.rng.choice(["world", *names], size=2, replace=False)
-            apart = set(self.way(str(one))) ^ set(self.way(str(other)))
+            apart = set(self.tree_path(str(one))) ^ set(self.tree_path(str(other)))
             counted = [
                 self.joints[name] for name in sorted(apart) if self.joints[name].type != "fixed"
             ]
@@ -558,31 +558,31 @@ class RandomBuilder(Builder):
                 {
                     joint.type == "prismatic"
                     for joint in counted
-                    if joint.name in self.way(str(link))
+                    if joint.name in self.tree_path(str(link))
                 }
                 for link in (one, other)
             ]
             if any(len(side) > 1 for side in sides):
                 continue
-            # Geared to nothing, a joint is locked: legal, but one such case is like another.
+            # Coupled to nothing, a joint is locked: legal, but all such cases are alike.
             if not all(sides) and self.chance(0.95):
                 continue
             ratio = float(self.rng.choice([-1.0, 1.0]) * self.rng.uniform(0.4, 2.5))
             # Between a turn and a slide it has a unit, and goes with the size.
             ratio *= self.size ** float(sides[1] == {True}) / self.size ** float(sides[0] == {True})
-            self.gear(f"c{len(self.couplings)}", str(one), str(other), ratio)
+            self.coupling(f"c{len(self.couplings)}", str(one), str(other), ratio)
             if not all(sides):
                 self.features.add("coupling to nothing")
             return
 
-    def way(self, link: str) -> list[str]:
+    def tree_path(self, link: str) -> list[str]:
         """Return the tree joints between the world and a link."""
         above = {joint.child: joint for joint in self.joints.values() if not joint.closes}
-        found = []
+        names = []
         while link in above:
-            found.append(above[link].name)
+            names.append(above[link].name)
             link = above[link].parent
-        return found
+        return names
 
 
 class Redraw(Exception):  # noqa: N818, no error but a wish

@@ -69,18 +69,18 @@ def differences(case: Case, sweep: cd.Sweep) -> list[Difference]:
     """Return everything in which a sweep differs from the free bodies."""
     oracle = Oracle(case.chain)
     length = float(sweep.mechanism.characteristic_length)
-    found: list[Difference] = []
+    differing: list[Difference] = []
     closest = followed(case, oracle)
     statics = []
     for sample, near in enumerate(closest):
         x = position_of(sweep, oracle, sample)
         allowed = TOLERANCE * max(1.0, float(sweep.condition[sample]) / 1e3)
-        found += _position(case, oracle, x, near, sample, allowed)
-        found += _rates(case, oracle, sweep, x, sample, length, allowed)
+        differing += _position(case, oracle, x, near, sample, allowed)
+        differing += _rates(case, oracle, sweep, x, sample, length, allowed)
         statics.append(solved(case, oracle, x, sample, length))
         scale = max(statics[-1].scale, 1e-3 * _acting(case, oracle, sample))
-        found += _wrenches(case, sweep, oracle, statics[-1], sample, scale, allowed)
-    return found + _flags(oracle, sweep, statics)
+        differing += _wrenches(case, sweep, oracle, statics[-1], sample, scale, allowed)
+    return differing + _flags(oracle, sweep, statics)
 
 
 def _position(
@@ -90,26 +90,26 @@ def _position(
     gaps = oracle.gaps(geometry).reshape(-1, 6)
     distance = np.linalg.norm(gaps[:, :3], axis=1).max(initial=0.0) / size
     angle = np.linalg.norm(gaps[:, 3:], axis=1).max(initial=0.0)
-    rows = np.abs(oracle.gears) * np.where(oracle.slides, size, 1.0)
-    gears = np.abs(oracle.gear_gaps(x)) / rows.max(axis=1, initial=1e-300)
+    rows = np.abs(oracle.coupling_rows) * np.where(oracle.slides, size, 1.0)
+    couplings = np.abs(oracle.coupling_gaps(x)) / rows.max(axis=1, initial=1e-300)
     errors = {
         "loops are open": max(distance, angle),
-        "couplings are not met": float(gears.max(initial=0.0)),
+        "couplings are not met": float(couplings.max(initial=0.0)),
     }
     targets = {**case.held, **dict(zip(case.drives, case.positions[sample], strict=True))}
     for name, value in targets.items():
-        scale = size if oracle.slides[oracle.places([name])[0]] else 1.0
-        errors[f"{name} is not where it was asked for"] = abs(x[name][0] - value) / scale
-    # Two ways of assembly near zero differ by much more than this.
+        scale = size if oracle.slides[oracle.rate_columns([name])[0]] else 1.0
+        errors[f"{name} is not where it was prescribed"] = abs(x[name][0] - value) / scale
+    # Two assembly modes differ by much more than this.
     apart = 0.0
-    for name, own in oracle.geometry(near).frames.items():
-        other = geometry.frames[name]
-        apart = max(apart, float(np.abs(own[:3, :3] - other[:3, :3]).max()))
-        apart = max(apart, float(np.abs(own[:3, 3] - other[:3, 3]).max()) / size)
-    found = _over(errors, allowed)
+    for name, expected in oracle.geometry(near).frames.items():
+        computed = geometry.frames[name]
+        apart = max(apart, float(np.abs(expected[:3, :3] - computed[:3, :3]).max()))
+        apart = max(apart, float(np.abs(expected[:3, 3] - computed[:3, 3]).max()) / size)
+    differing = _over(errors, allowed)
     if apart > 1e-6:
-        found.append(Difference(f"another way of assembly, {apart:.1e} away"))
-    return found
+        differing.append(Difference(f"another assembly mode, {apart:.1e} away"))
+    return differing
 
 
 def _rates(
@@ -136,11 +136,11 @@ def _rates(
     for name, span in oracle.columns.items():
         if span.stop == span.start:
             continue
-        for what, own, theirs, scale in (
+        for what, expected, computed, scale in (
             ("velocity", v, sweep.motion.velocity(name), fastest),
             ("acceleration", a, sweep.motion.acceleration(name), greatest),
         ):
-            error = np.abs(np.atleast_1d(theirs[sample]) - own[span]) * per_rate[span]
+            error = np.abs(np.atleast_1d(computed[sample]) - expected[span]) * per_rate[span]
             errors[f"{what} of {name}"] = float(error.max()) / scale
     return _over(errors, allowed)
 
@@ -149,7 +149,7 @@ def _wrenches(
     case: Case,
     sweep: cd.Sweep,
     oracle: Oracle,
-    own: Statics,
+    statics: Statics,
     sample: int,
     scale: float,
     allowed: float,
@@ -157,29 +157,29 @@ def _wrenches(
     length = float(sweep.mechanism.characteristic_length)
     lengths = np.repeat([length, 1.0], 3)
     # How far from equal stiffness in all directions: rounding of the choice grows with it.
-    stiff = own.stiffness[own.stiffness > OPEN]
+    stiff = statics.stiffness[statics.stiffness > OPEN]
     contrast = float(stiff.max() / stiff.min()) ** 2 if stiff.size else 1.0
     errors: dict[str, float] = {}
     open_errors: dict[str, float] = {}
     for joint in oracle.wrenched:
-        theirs = sweep[joint.name]
-        wrench = np.concatenate([theirs.force[sample], theirs.moment[sample]])
-        error = np.abs(wrench - own.wrench[joint.name]) * lengths / scale
-        is_open = own.influence[joint.name] > OPEN
+        computed = sweep[joint.name]
+        wrench = np.concatenate([computed.force[sample], computed.moment[sample]])
+        error = np.abs(wrench - statics.wrench[joint.name]) * lengths / scale
+        is_open = statics.influence[joint.name] > OPEN
         errors[f"wrench of {joint.name}"] = float(error[~is_open].max(initial=0.0))
         open_errors[f"open wrench of {joint.name}"] = float(error[is_open].max(initial=0.0))
     exerted = np.atleast_2d(sweep.drive_effort.T).T[sample]
     efforts = {f"effort of {name}": (name, exerted[k]) for k, name in enumerate(case.drives)}
     for name in case.held:
         efforts[f"holding effort of {name}"] = (name, sweep.holding_effort[name][sample])
-    for label, (name, theirs) in efforts.items():
-        if np.isnan(own.effort[name]):
+    for label, (name, computed) in efforts.items():
+        if np.isnan(statics.effort[name]):
             continue
-        per_effort = length if oracle.slides[oracle.places([name])[0]] else 1.0
+        per_effort = length if oracle.slides[oracle.rate_columns([name])[0]] else 1.0
         # An effort that hangs on an open component is as exact as this one.
-        hangs = float(own.influence[name].max()) > OPEN if name in own.influence else False
+        hangs = float(statics.influence[name].max()) > OPEN if name in statics.influence else False
         table = open_errors if hangs else errors
-        table[label] = abs(theirs - own.effort[name]) * per_effort / scale
+        table[label] = abs(computed - statics.effort[name]) * per_effort / scale
     return [*_over(errors, allowed), *_over(open_errors, 10.0 * allowed * contrast)]
 
 
@@ -187,27 +187,29 @@ def _acting(case: Case, oracle: Oracle, sample: int) -> float:
     """Return the size of what could act, where wrenches are nothing but rounding of it [N·m]."""
     size = case.chain.size
     mass = sum(link.mass for link in case.chain.links.values())
-    per_rate = np.where(oracle.slides[oracle.places(case.drives)], 1.0 / size, 1.0)
+    per_rate = np.where(oracle.slides[oracle.rate_columns(case.drives)], 1.0 / size, 1.0)
     rates = [case.speeds[sample] ** 2 * per_rate**2, np.abs(case.accelerations[sample]) * per_rate]
-    sizes = [mass * size**2 * float(np.max(part)) for part in rates]
+    sizes = [mass * size**2 * float(np.max(terms)) for terms in rates]
     sizes.append(mass * size * float(np.linalg.norm(case.gravity)))
     for name, load in case.joint_loads.items():
-        sizes.append(abs(load) * (size if oracle.slides[oracle.places([name])[0]] else 1.0))
+        sizes.append(abs(load) * (size if oracle.slides[oracle.rate_columns([name])[0]] else 1.0))
     for force, moment, _ in case.link_loads.values():
         sizes += [size * float(np.linalg.norm(force)), float(np.linalg.norm(moment))]
     return max(sizes)
 
 
 def _flags(oracle: Oracle, sweep: cd.Sweep, statics: list[Statics]) -> list[Difference]:
-    found = []
+    differing = []
     for joint in oracle.wrenched:
-        influence = np.max([own.influence[joint.name] for own in statics], axis=0)
+        influence = np.max([item.influence[joint.name] for item in statics], axis=0)
         expected, given = influence < OPEN, np.asarray(sweep[joint.name].unique)
         if np.any(expected != given):
             shown = "".join("U" if flag else "o" for flag in given)
             right = "".join("U" if flag else "o" for flag in expected)
-            found.append(Difference(f"flags of {joint.name} ({joint.type}) {shown} not {right}"))
-    return found
+            differing.append(
+                Difference(f"flags of {joint.name} ({joint.type}) {shown} not {right}")
+            )
+    return differing
 
 
 def _over(errors: Mapping[str, float], allowed: float) -> list[Difference]:

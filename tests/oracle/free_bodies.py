@@ -151,10 +151,10 @@ class Oracle:
             self.count += size
         self.slides = np.zeros(self.count, dtype=bool)
         for name, parts in self.parts.items():
-            place = self.columns[name].start
+            column = self.columns[name].start
             for kind, _ in parts:
-                self.slides[place] = kind == "slide"
-                place += 3 if kind == "ball" else 1
+                self.slides[column] = kind == "slide"
+                column += 3 if kind == "ball" else 1
         self.tree = [joint for joint in chain.joints.values() if not joint.closes]
         self.loops = [joint for joint in chain.joints.values() if joint.closes]
         self.wrenched = [
@@ -168,28 +168,28 @@ class Oracle:
             self.body_of[joint.child] = parent if joint.type == "fixed" else joint.child
             self.above[joint.child] = self.above[joint.parent].copy()
             self.above[joint.child][self.columns[joint.name]] = True
-        self.gears = self._gears()
+        self.coupling_rows = self._coupling_rows()
 
     def zero(self) -> Position:
         """Return the position in which every joint is at zero."""
         result = {}
         for name, parts in self.parts.items():
             values = [[0.0, 0.0, 0.0, 1.0] if kind == "ball" else [0.0] for kind, _ in parts]
-            result[name] = np.array([value for part in values for value in part])
+            result[name] = np.array([value for group in values for value in group])
         return result
 
     def single(self) -> list[str]:
         """Return the joints with one coordinate."""
         return [name for name, span in self.columns.items() if span.stop - span.start == 1]
 
-    def places(self, names: Iterable[str]) -> list[int]:
+    def rate_columns(self, names: Iterable[str]) -> list[int]:
         """Return the velocity coordinates of joints."""
         return [k for name in names for k in range(*self.columns[name].indices(self.count))]
 
     def passive(self, prescribed: Iterable[str]) -> list[int]:
         """Return the velocity coordinates of all other joints."""
         rest = set(prescribed)
-        return self.places(name for name in self.columns if name not in rest)
+        return self.rate_columns(name for name in self.columns if name not in rest)
 
     def geometry(self, x: Position) -> Geometry:
         """Return where everything is."""
@@ -198,37 +198,37 @@ class Oracle:
         before: dict[str, Array] = {}
         columns = np.zeros((6, self.count))
         for joint in [*self.tree, *self.loops]:
-            here = links[joint.parent] @ joint.parent_side
-            before[joint.name] = here.copy()
-            place, at = self.columns[joint.name].start, 0
+            frame = links[joint.parent] @ joint.parent_side
+            before[joint.name] = frame.copy()
+            column, at = self.columns[joint.name].start, 0
             for kind, axis in self.parts[joint.name]:
-                rotated, point = here[:3, :3], here[:3, 3]
+                rotated, point = frame[:3, :3], frame[:3, 3]
                 if kind == "ball":
                     rotated = rotated @ quaternion_rotation(x[joint.name][at : at + 4])
-                    columns[:, place : place + 3] = _turning(rotated, point)
-                    here = _moved(here, rotated, point)
-                    place, at = place + 3, at + 4
+                    columns[:, column : column + 3] = _turning(rotated, point)
+                    frame = _moved(frame, rotated, point)
+                    column, at = column + 3, at + 4
                     continue
                 value, direction = float(x[joint.name][at]), rotated @ axis
                 if kind == "slide":
-                    columns[:3, place] = direction
-                    here = _moved(here, rotated, point + direction * value)
+                    columns[:3, column] = direction
+                    frame = _moved(frame, rotated, point + direction * value)
                 else:
-                    columns[:, place] = _turning(direction[:, None], point)[:, 0]
-                    here = _moved(here, rotated @ turn(axis, value), point)
-                place, at = place + 1, at + 1
-            frames[joint.name] = here
+                    columns[:, column] = _turning(direction[:, None], point)[:, 0]
+                    frame = _moved(frame, rotated @ turn(axis, value), point)
+                column, at = column + 1, at + 1
+            frames[joint.name] = frame
             if not joint.closes:
-                links[joint.child] = here
+                links[joint.child] = frame
         return Geometry(links, frames, before, columns)
 
     def gaps(self, geometry: Geometry) -> Array:
         """Return `(6 L,)` by which twists the loops are open, predecessor to successor."""
-        found = []
+        gaps = []
         for joint in self.loops:
-            here = geometry.frames[joint.name]
-            there = geometry.links[joint.child] @ joint.child_side
-            rotated = there[:3, :3] @ here[:3, :3].T
+            frame = geometry.frames[joint.name]
+            child_frame = geometry.links[joint.child] @ joint.child_side
+            rotated = child_frame[:3, :3] @ frame[:3, :3].T
             vector = 0.5 * np.array(
                 [
                     rotated[2, 1] - rotated[1, 2],
@@ -239,16 +239,18 @@ class Oracle:
             sine, cosine = float(np.linalg.norm(vector)), 0.5 * (np.trace(rotated) - 1.0)
             if sine > 0.0:
                 vector *= np.arctan2(sine, cosine) / sine
-            point = here[:3, 3]
-            found.append(np.concatenate([there[:3, 3] - point + np.cross(point, vector), vector]))
-        return np.concatenate(found) if found else np.zeros(0)
+            point = frame[:3, 3]
+            gaps.append(
+                np.concatenate([child_frame[:3, 3] - point + np.cross(point, vector), vector])
+            )
+        return np.concatenate(gaps) if gaps else np.zeros(0)
 
-    def gear_gaps(self, x: Position) -> Array:
+    def coupling_gaps(self, x: Position) -> Array:
         """Return by how much couplings are not met."""
         values = np.zeros(self.count)
         for name in self.single():
             values[self.columns[name]] = x[name]
-        return -self.gears @ values
+        return -self.coupling_rows @ values
 
     def jacobian(self, geometry: Geometry) -> Array:
         """Return `(6 L + G, n)` the closure equations of all coordinates."""
@@ -257,7 +259,7 @@ class Oracle:
             signs = self.above[joint.parent].astype(float) - self.above[joint.child]
             signs[self.columns[joint.name]] = 1.0
             rows.append(geometry.columns * signs)
-        return np.concatenate([*rows, self.gears]) if rows else self.gears
+        return np.concatenate([*rows, self.coupling_rows]) if rows else self.coupling_rows
 
     def scaled(self, geometry: Geometry, length: float) -> Array:
         """Return the closure equations with lengths in units of one, about a point nearby."""
@@ -291,7 +293,7 @@ class Oracle:
         total = 0.0
         for _ in range(15):
             geometry = self.geometry(x)
-            gaps = np.concatenate([self.gaps(geometry), self.gear_gaps(x)])
+            gaps = np.concatenate([self.gaps(geometry), self.coupling_gaps(x)])
             step = np.zeros(self.count)
             step[passive] = self._solved(geometry, gaps, passive, length)
             size = float(np.max(np.abs(step * per_rate), initial=0.0))
@@ -322,17 +324,17 @@ class Oracle:
         """Return velocities and accelerations `(n,)` for those of the drives."""
         passive = self.passive(prescribed)
         matrix = self.jacobian(geometry)
-        found = []
+        orders = []
         for given, drift in ((speeds, None), (accelerations, self._drift)):
             rates = np.zeros(self.count)
             for name, value in given.items():
                 rates[self.columns[name]] = value
             right = -matrix @ rates
             if drift is not None:
-                right -= drift(geometry, found[0])
+                right -= drift(geometry, orders[0])
             rates[passive] = self._solved(geometry, right, passive, length)
-            found.append(rates)
-        return found[0], found[1]
+            orders.append(rates)
+        return orders[0], orders[1]
 
     def twists(self, geometry: Geometry, v: Array) -> tuple[dict[str, Array], dict[str, Array]]:
         """Return twists, and accelerations that rates alone cause, of links and loop frames.
@@ -342,17 +344,17 @@ class Oracle:
         twist = {self.root: np.zeros(6)}
         bias = {self.root: np.zeros(6)}
         for joint in [*self.tree, *self.loops]:
-            here, drift = twist[joint.parent].copy(), bias[joint.parent].copy()
-            place = self.columns[joint.name].start
+            moving, drift = twist[joint.parent].copy(), bias[joint.parent].copy()
+            column = self.columns[joint.name].start
             for kind, _ in self.parts[joint.name]:
                 width = 3 if kind == "ball" else 1
-                own = geometry.columns[:, place : place + width] @ v[place : place + width]
-                # A ball's axes turn with the child, but what it turns by itself adds nothing.
-                drift += carried(here, own)
-                here = here + own
-                place += width
+                relative = geometry.columns[:, column : column + width] @ v[column : column + width]
+                # A ball's axes turn with the child, but its own rotation adds nothing.
+                drift += carried(moving, relative)
+                moving = moving + relative
+                column += width
             name = joint.name if joint.closes else joint.child
-            twist[name], bias[name] = here, drift
+            twist[name], bias[name] = moving, drift
         return twist, bias
 
     def statics(
@@ -378,7 +380,7 @@ class Oracle:
         wrenched = self.wrenched
         unknowns = 6 * len(wrenched) + len(self.chain.couplings)
         bodies = sorted(set(self.body_of.values()) - {self.root})
-        row_of = {body: 6 * number for number, body in enumerate(bodies)}
+        row_of = {body: 6 * index for index, body in enumerate(bodies)}
         reference = {
             self.body_of[joint.child]: geometry.frames[joint.name][:3, 3]
             for joint in self.tree
@@ -386,8 +388,8 @@ class Oracle:
         }
         balance = np.zeros((6 * len(bodies), unknowns))
         efforts = np.zeros((self.count, unknowns))
-        for number, joint in enumerate(wrenched):
-            frame, span = geometry.frames[joint.name], slice(6 * number, 6 * number + 6)
+        for index, joint in enumerate(wrenched):
+            frame, span = geometry.frames[joint.name], slice(6 * index, 6 * index + 6)
             if joint.closes:
                 frame = geometry.links[joint.child] @ joint.child_side
             for link, sign in ((joint.child, 1.0), (joint.parent, -1.0)):
@@ -402,15 +404,15 @@ class Oracle:
                 [axes @ linear, axes @ twists[3:]]
             ).T
         # ratio × predecessor − successor = 0: the moment acts on the successor's coordinates.
-        efforts[:, 6 * len(wrenched) :] = self.gears.T
-        wanted, acts = self._wanted(geometry, v, a, acting, row_of, reference)
+        efforts[:, 6 * len(wrenched) :] = self.coupling_rows.T
+        inertia, acts = self._inertia_wrenches(geometry, v, a, acting, row_of, reference)
 
         given = np.zeros(self.count)
         for name, load in acting.joint_loads.items():
             given[self.columns[name]] = load
         passive = self.passive(prescribed)
         matrix = np.concatenate([balance, efforts[passive]])
-        right = np.concatenate([wanted, given[passive]])
+        right = np.concatenate([inertia, given[passive]])
 
         # In moments: forces times the length.
         per_row = np.concatenate(
@@ -422,7 +424,7 @@ class Oracle:
         per_unknown = np.ones(unknowns)
         per_unknown[: 6 * len(wrenched)] = np.tile(np.repeat([1.0 / length, 1.0], 3), len(wrenched))
         per_unknown[6 * len(wrenched) :] = 1.0 / np.max(
-            np.abs(self.gears) * np.where(self.slides, length, 1.0), axis=1, initial=0.0
+            np.abs(self.coupling_rows) * np.where(self.slides, length, 1.0), axis=1, initial=0.0
         )
         matrix = matrix * per_row[:, None] * per_unknown
         right = right * per_row
@@ -433,23 +435,23 @@ class Oracle:
         def solved(side: Array) -> Array:
             return vectors[:rank].T @ ((left_vectors[:, :rank].T @ side) / values[:rank])
 
-        found = solved(right)
-        found = found + solved(right - matrix @ found)
+        solution = solved(right)
+        solution = solution + solved(right - matrix @ solution)
         joints = 6 * len(wrenched)
         stiffness = np.zeros(0)
         choice, loose = np.zeros(null.shape[1]), np.eye(null.shape[1])
         if compliance:
             rows = self._elastic(geometry, compliance, per_unknown)
             rows /= np.max(np.linalg.norm(rows, axis=1), initial=1e-300)
-            choice, loose, stiffness = _least(rows @ null, -rows @ found, loose)
-        rest = -(found + null @ choice)[:joints]
+            choice, loose, stiffness = _least(rows @ null, -rows @ solution, loose)
+        rest = -(solution + null @ choice)[:joints]
         more, loose, _ = _least(null[:joints] @ loose, rest, loose)
-        found = found + null @ (choice + more)
-        residual = matrix @ found - right
+        solution = solution + null @ (choice + more)
+        residual = matrix @ solution - right
 
-        sizes = [float(np.linalg.norm(part)) for part in found[:joints].reshape(-1, 6)]
+        sizes = [float(np.linalg.norm(part)) for part in solution[:joints].reshape(-1, 6)]
         scale = max([*sizes, acts, *np.abs(right[6 * len(bodies) :]), 1e-300])
-        physical = found * per_unknown
+        physical = solution * per_unknown
         total = efforts @ physical - given
         unsettled = np.abs((efforts * per_unknown) @ null @ loose).max(axis=1, initial=0.0)
         total[unsettled > OPEN * np.where(self.slides, 1.0 / length, 1.0)] = np.nan
@@ -459,8 +461,8 @@ class Oracle:
             {j.name: influence[6 * k : 6 * k + 6] for k, j in enumerate(wrenched)},
             {name: float(total[self.columns[name]][0]) for name in self.single()},
             {
-                gear.name: float(value)
-                for gear, value in zip(self.chain.couplings, physical[joints:], strict=True)
+                coupling.name: float(value)
+                for coupling, value in zip(self.chain.couplings, physical[joints:], strict=True)
             },
             float(np.max(np.abs(residual), initial=0.0)) / scale,
             scale,
@@ -476,31 +478,34 @@ class Oracle:
         virtual, _ = self.twists(geometry, rates)
         bodies = sorted(set(self.body_of.values()) - {self.root})
         reference = {body: np.zeros(3) for body in bodies}
-        rows = {body: 6 * number for number, body in enumerate(bodies)}
-        wanted, _ = self._wanted(geometry, v, a, acting, rows, reference)
-        spent = -sum(wanted[row : row + 6] @ virtual[body] for body, row in rows.items())
+        rows = {body: 6 * index for index, body in enumerate(bodies)}
+        inertia, _ = self._inertia_wrenches(geometry, v, a, acting, rows, reference)
+        spent = -sum(inertia[row : row + 6] @ virtual[body] for body, row in rows.items())
         loads = [load * rates[self.columns[name]][0] for name, load in acting.joint_loads.items()]
         return float(spent + sum(loads))
 
-    def _gears(self) -> Array:
+    def _coupling_rows(self) -> Array:
         rows = np.zeros((len(self.chain.couplings), self.count))
-        for row, gear in zip(rows, self.chain.couplings, strict=True):
-            one, other = self.above[gear.predecessor], self.above[gear.successor]
-            row[one & ~other] = gear.ratio
-            row[other & ~one] = -1.0
+        for row, coupling in zip(rows, self.chain.couplings, strict=True):
+            to_predecessor, to_successor = (
+                self.above[coupling.predecessor],
+                self.above[coupling.successor],
+            )
+            row[to_predecessor & ~to_successor] = coupling.ratio
+            row[to_successor & ~to_predecessor] = -1.0
         return rows
 
     def _move(self, x: Position, name: str, step: Array) -> None:
-        place = at = 0
+        column = at = 0
         for kind, _ in self.parts[name]:
             if kind == "ball":
                 x[name][at : at + 4] = quaternion_times(
-                    x[name][at : at + 4], step[place : place + 3]
+                    x[name][at : at + 4], step[column : column + 3]
                 )
-                place, at = place + 3, at + 4
+                column, at = column + 3, at + 4
             else:
-                x[name][at] += step[place]
-                place, at = place + 1, at + 1
+                x[name][at] += step[column]
+                column, at = column + 1, at + 1
 
     def _solved(self, geometry: Geometry, right: Array, passive: list[int], length: float) -> Array:
         """Return the passive rates that meet the closure equations best."""
@@ -509,17 +514,19 @@ class Oracle:
         for loop in range(len(self.loops)):
             rows[6 * loop : 6 * loop + 3] = 1.0 / length
         per_rate = np.where(self.slides[passive], length, 1.0)
-        gears = np.abs(self.gears) * np.where(self.slides, length, 1.0)
-        rows[6 * len(self.loops) :] = 1.0 / np.max(gears, axis=1, initial=0.0)
-        found = np.linalg.lstsq(matrix * rows[:, None] * per_rate, right * rows, rcond=1e-11)[0]
-        return found * per_rate
+        ratios = np.abs(self.coupling_rows) * np.where(self.slides, length, 1.0)
+        rows[6 * len(self.loops) :] = 1.0 / np.max(ratios, axis=1, initial=0.0)
+        scaled_rates = np.linalg.lstsq(
+            matrix * rows[:, None] * per_rate, right * rows, rcond=1e-11
+        )[0]
+        return scaled_rates * per_rate
 
     def _drift(self, geometry: Geometry, v: Array) -> Array:
         _, bias = self.twists(geometry, v)
         parts = [bias[joint.name] - bias[joint.child] for joint in self.loops]
         return np.concatenate([*parts, np.zeros(len(self.chain.couplings))])
 
-    def _wanted(
+    def _inertia_wrenches(
         self,
         geometry: Geometry,
         v: Array,
@@ -574,7 +581,7 @@ class Oracle:
     ) -> Array:
         """Return rows whose squares sum up to twice the elastic energy."""
         rows = []
-        for number, joint in enumerate(self.wrenched):
+        for index, joint in enumerate(self.wrenched):
             if joint.name not in compliance:
                 continue
             values, vectors = np.linalg.eigh(compliance[joint.name])
@@ -583,7 +590,7 @@ class Oracle:
             turned = geometry.before[joint.name][:3, :3].T @ frame[:3, :3]
             both = np.kron(np.eye(2), turned)
             row = np.zeros((6, len(per_unknown)))
-            row[:, 6 * number : 6 * number + 6] = root @ both
+            row[:, 6 * index : 6 * index + 6] = root @ both
             rows.append(row * per_unknown)
         return np.concatenate(rows)
 

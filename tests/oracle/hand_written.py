@@ -169,7 +169,7 @@ def sliding_chain(factor: float) -> Case:
 
 
 def locked_linkage(base: str) -> Case:
-    """A four-bar whose crank a gear locks to a wheel that the scene holds.
+    """A four-bar whose crank a coupling locks to a wheel that the scene holds.
 
     Args:
         base: what carries it, `world` or the `table` that is driven.
@@ -180,7 +180,7 @@ def locked_linkage(base: str) -> Case:
     massive(builder, "wheel", 1.5, (0.05, 0.02, 0.1))
     frame = mount @ placed(np.eye(3), np.array([-0.5, 0.2, 0.0]))
     builder.joint("w", "continuous", base, "wheel", frame)
-    builder.gear("mesh", "wheel", "crank", -1.5)
+    builder.coupling("mesh", "wheel", "crank", -1.5)
     return case_of(
         builder,
         ("swivel",),

@@ -27,13 +27,15 @@ def failures(case: Case | None) -> list[str]:
     if case is None:
         return ["no case could be drawn"]
     try:
-        found = compare.differences(case, compare.sweep_of(case))
+        differing = compare.differences(case, compare.sweep_of(case))
     except Exception as error:  # A long run goes on whatever happens.
-        place = traceback.extract_tb(error.__traceback__)[-1]
+        innermost = traceback.extract_tb(error.__traceback__)[-1]
         text = " ".join(str(error).split())[:150]
-        return [f"{type(error).__name__} ({Path(place.filename).stem}:{place.lineno}): {text}"]
-    found.sort(key=lambda item: -item.size if item.size == item.size else 1.0)
-    return [str(item) for item in found]
+        return [
+            f"{type(error).__name__} ({Path(innermost.filename).stem}:{innermost.lineno}): {text}"
+        ]
+    differing.sort(key=lambda item: -item.size if item.size == item.size else 1.0)
+    return [str(item) for item in differing]
 
 
 def kind_of(message: str) -> str:

@@ -1,6 +1,6 @@
 """Random scenes: drives, held joints and loads that make a random chain a regular problem.
 
-Whatever is badly conditioned or near a decision of rank is drawn again here, so that every case
+Whatever is badly conditioned or near a decision of rank is drawn again, so that every case
 that comes out has one right answer.
 """
 
@@ -80,7 +80,7 @@ def followed(case: Case, oracle: Oracle) -> list[Position]:
     """Return closed positions of all samples, each followed from zero in a straight line.
 
     Raises:
-        Redraw: the loops cannot be closed, or the problem is not regular on the way.
+        Redraw: the loops cannot be closed, or the problem is not regular in between.
     """
     zero = oracle.zero()
     check_regular(case, oracle, zero)
@@ -101,7 +101,7 @@ def followed(case: Case, oracle: Oracle) -> list[Position]:
 def _follow(
     case: Case, oracle: Oracle, x: Position, begin: dict[str, float], end: dict[str, float]
 ) -> Position:
-    """Follow the mechanism in steps so small that it cannot get into another way of assembly."""
+    """Follow the mechanism in steps so small that it cannot get into another assembly mode."""
     size = case.chain.size
     done, step = 0.0, 0.25
     change = {name: end[name] - begin[name] for name in end}
@@ -120,16 +120,16 @@ def _follow(
         targets = {name: begin[name] + (done + step) * change[name] for name in change}
         per_rate = np.where(oracle.slides, 1.0 / size, 1.0)
         try:
-            found, correction = oracle.close(guess, targets, case.prescribed, size)
+            closed, correction = oracle.close(guess, targets, case.prescribed, size)
         except Redraw:
-            found, correction = x, np.inf
+            closed, correction = x, np.inf
         ahead = float(np.max(np.abs(rates * per_rate)))
         if correction > 0.1 * ahead + 1e-9 or ahead > 0.3:
             step *= 0.5
             if step < 1e-2:
                 raise Redraw("a dead point is near")
             continue
-        x, done, step = found, done + step, 2.0 * step
+        x, done, step = closed, done + step, 2.0 * step
         check_regular(case, oracle, x)
     return x
 
@@ -138,9 +138,9 @@ def regular(case: Case, oracle: Oracle, x: Position, length: float) -> str:
     """Return why a scene is not regular at a position; nothing if it is."""
     matrix = oracle.scaled(oracle.geometry(x), length)
     passive = matrix[:, oracle.passive(case.prescribed)]
-    driven = matrix[:, oracle.places(case.drives)]
+    driven = matrix[:, oracle.rate_columns(case.drives)]
     if passive.shape[1] == 0:
-        return "nothing moves by itself"
+        return "every joint is prescribed"
     if passive.shape[0] < passive.shape[1]:
         return "passive joints are free"
     vectors, values, _ = np.linalg.svd(passive, full_matrices=False)
@@ -169,16 +169,16 @@ def decided(case: Case, oracle: Oracle, positions: Sequence[Position]) -> None:
         Redraw: the case is drawn again.
     """
     for sample, x in enumerate(positions):
-        found = solved(case, oracle, x, sample, case.chain.size)
-        smallest, rest = found.spread
+        statics = solved(case, oracle, x, sample, case.chain.size)
+        smallest, rest = statics.spread
         if smallest < CERTAIN or rest > 1e-12:
             raise Redraw("rank of the balance is not clear")
-        if found.residual > 1e-10:
-            raise Redraw(f"the balance cannot be met, {found.residual:.1e}")
-        influence = np.concatenate(list(found.influence.values()))
+        if statics.residual > 1e-10:
+            raise Redraw(f"the balance cannot be met, {statics.residual:.1e}")
+        influence = np.concatenate(list(statics.influence.values()))
         if np.any((influence > ZERO) & (influence < CERTAIN)):
             raise Redraw("flags are not clear")
-        if np.any((found.stiffness > ZERO) & (found.stiffness < 1e-3)):
+        if np.any((statics.stiffness > ZERO) & (statics.stiffness < 1e-3)):
             raise Redraw("elastic choice is not clear")
 
 
@@ -211,18 +211,20 @@ def _scene(rng: np.random.Generator, chain: Chain, oracle: Oracle) -> Case:
     features = set(chain.features)
     # Motions that are left when the held joints stay; what rests in them may be held as well.
     if held_names:
-        rows = motions[oracle.places(held_names)]
+        rows = motions[oracle.rate_columns(held_names)]
         motions = motions @ np.linalg.svd(rows)[2][len(held_names) :].T
     resting = [
         name
         for name in names
-        if name not in chosen and np.max(np.abs(motions[oracle.places([name])])) < 1e-12
+        if name not in chosen and np.max(np.abs(motions[oracle.rate_columns([name])])) < 1e-12
     ]
     extra: list[str] = []
     if resting and rng.random() < 0.5:
         extra = [str(rng.choice(resting))]
         features.add("held twice")
-    scale = {name: chain.size if oracle.slides[oracle.places([name])[0]] else 1.0 for name in names}
+    scale = {
+        name: chain.size if oracle.slides[oracle.rate_columns([name])[0]] else 1.0 for name in names
+    }
     displaced = rng.random() < 0.4 and not extra
     held = {
         name: float(scale[name] * rng.uniform(-0.15, 0.15)) if displaced else 0.0
@@ -286,7 +288,7 @@ def _independent(
         order.sort(key=lambda name: oracle.chain.joints[name].closes)
     chosen: list[str] = []
     for name in order:
-        rows = motions[oracle.places([*chosen, str(name)])]
+        rows = motions[oracle.rate_columns([*chosen, str(name)])]
         if np.linalg.svd(rows, compute_uv=False)[-1] > 0.05 and len(rows) <= motions.shape[1]:
             chosen.append(str(name))
         if len(chosen) == motions.shape[1]:

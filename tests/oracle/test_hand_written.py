@@ -18,8 +18,8 @@ SWIVELS = [0.0, 1e-6, 1e-4, 0.3, 1.0]
 def agreed(case: Case) -> cd.Sweep:
     """Return the sweep of a case, in agreement with the free bodies."""
     sweep = sweep_of(case)
-    found = differences(case, sweep)
-    assert not found, "; ".join(map(str, found))
+    differing = differences(case, sweep)
+    assert not differing, "; ".join(map(str, differing))
     return sweep
 
 

@@ -21,12 +21,12 @@ SEEDS = range(40)
 
 @pytest.fixture(scope="module")
 def cases() -> list[tuple[Case, Oracle, list[Position]]]:
-    found = []
+    drawn = []
     for seed in SEEDS:
         case = draw(seed)
         oracle = Oracle(case.chain)
-        found.append((case, oracle, followed(case, oracle)))
-    return found
+        drawn.append((case, oracle, followed(case, oracle)))
+    return drawn
 
 
 def moved(case: Case, oracle: Oracle, x: Position, shift: np.ndarray) -> Position:
@@ -42,7 +42,7 @@ def test_rates_are_those_of_the_positions(
     for case, oracle, positions in cases:
         x, speed, acceleration = positions[-1], case.speeds[-1], case.accelerations[-1]
         geometry = oracle.geometry(x)
-        rates = [dict(zip(case.drives, part, strict=True)) for part in (speed, acceleration)]
+        rates = [dict(zip(case.drives, rate, strict=True)) for rate in (speed, acceleration)]
         v, a = oracle.rates(geometry, *rates, case.prescribed, case.chain.size)
         twist, bias = oracle.twists(geometry, v)
         step = 1e-4
@@ -55,12 +55,12 @@ def test_rates_are_those_of_the_positions(
             change = bias[link] + geometry.columns[:, oracle.above[link]] @ a[oracle.above[link]]
             point, spin = placement[:3, 3], twist[link][3:]
             velocity = twist[link][:3] + np.cross(spin, point)
-            found = (after[:3, 3] - before[:3, 3]) / (2.0 * step)
+            difference = (after[:3, 3] - before[:3, 3]) / (2.0 * step)
             scale = case.chain.size * (1.0 + np.max(np.abs(v)) + np.max(np.abs(v)) ** 2)
-            assert np.max(np.abs(found - velocity)) < 1e-4 * scale, case.features
-            found = (after[:3, 3] - 2.0 * point + before[:3, 3]) / step**2
+            assert np.max(np.abs(difference - velocity)) < 1e-4 * scale, case.features
+            difference = (after[:3, 3] - 2.0 * point + before[:3, 3]) / step**2
             expected = change[:3] + np.cross(change[3:], point) + np.cross(spin, velocity)
-            assert np.max(np.abs(found - expected)) < 1e-2 * scale, case.features
+            assert np.max(np.abs(difference - expected)) < 1e-2 * scale, case.features
             turned = (after[:3, :3] - before[:3, :3]) / (2.0 * step) @ placement[:3, :3].T
             assert turned[2, 1] - turned[1, 2] == pytest.approx(2.0 * spin[0], abs=1e-3)
 
@@ -71,36 +71,38 @@ def test_bodies_are_balanced_and_no_power_is_lost(
     """Efforts of the drives by virtual power, in which no wrench of any joint occurs."""
     for case, oracle, positions in cases:
         for sample, x in enumerate(positions):
-            own = solved(case, oracle, x, sample, case.chain.size)
-            assert own.residual < 1e-11, case.features
+            statics = solved(case, oracle, x, sample, case.chain.size)
+            assert statics.residual < 1e-11, case.features
             geometry = oracle.geometry(x)
             rates = [
-                dict(zip(case.drives, part[sample], strict=True))
-                for part in (case.speeds, case.accelerations)
+                dict(zip(case.drives, rate[sample], strict=True))
+                for rate in (case.speeds, case.accelerations)
             ]
             v, a = oracle.rates(geometry, *rates, case.prescribed, case.chain.size)
             for name in case.drives:
-                unit = case.chain.size if oracle.slides[oracle.places([name])[0]] else 1.0
+                unit = case.chain.size if oracle.slides[oracle.rate_columns([name])[0]] else 1.0
                 virtual, _ = oracle.rates(
                     geometry, {name: unit}, {}, case.prescribed, case.chain.size
                 )
-                left = oracle.power(geometry, v, a, virtual, case.acting) + unit * own.effort[name]
+                left = (
+                    oracle.power(geometry, v, a, virtual, case.acting) + unit * statics.effort[name]
+                )
                 fastest = np.max(np.abs(np.where(oracle.slides, virtual / unit, virtual)))
-                assert abs(left) < 1e-10 * own.scale * (1.0 + fastest), case.features
+                assert abs(left) < 1e-10 * statics.scale * (1.0 + fastest), case.features
 
 
 def test_closed_forms() -> None:
     """Shares and weights that need no equation."""
     case = hand_written.shared_support("continuous")
     oracle = Oracle(case.chain)
-    own = solved(case, oracle, followed(case, oracle)[1], 1, 0.7)
+    statics = solved(case, oracle, followed(case, oracle)[1], 1, 0.7)
     for name in ("first", "second"):
-        np.testing.assert_allclose(own.wrench[name], [0, 0, 9.8, 0, 0, 0], atol=1e-14)
+        np.testing.assert_allclose(statics.wrench[name], [0, 0, 9.8, 0, 0, 0], atol=1e-14)
     case = hand_written.hung_from_the_world()
     oracle = Oracle(case.chain)
-    own = solved(case, oracle, followed(case, oracle)[0], 0, 2.0)
-    np.testing.assert_allclose(own.wrench["free"], 0.0, atol=1e-13)
-    np.testing.assert_allclose(own.wrench["weld"], [0, 0, -100, 0, 108, 0], atol=1e-12)
+    statics = solved(case, oracle, followed(case, oracle)[0], 0, 2.0)
+    np.testing.assert_allclose(statics.wrench["free"], 0.0, atol=1e-13)
+    np.testing.assert_allclose(statics.wrench["weld"], [0, 0, -100, 0, 108, 0], atol=1e-12)
 
 
 @dataclass
@@ -120,7 +122,7 @@ class Answer:
 
 def answer_to(case: Case, oracle: Oracle, positions: list[Position]) -> Answer:
     size = case.chain.size
-    own = [solved(case, oracle, x, sample, size) for sample, x in enumerate(positions)]
+    statics = [solved(case, oracle, x, sample, size) for sample, x in enumerate(positions)]
     rates = [
         oracle.rates(
             oracle.geometry(x),
@@ -136,9 +138,9 @@ def answer_to(case: Case, oracle: Oracle, positions: list[Position]) -> Answer:
         stacked = np.stack(values)
         return stacked[:, 0] if stacked.shape[1] == 1 else stacked
 
-    def table(number: int) -> dict[str, np.ndarray]:
+    def table(order: int) -> dict[str, np.ndarray]:
         return {
-            name: column([part[number][span] for part in rates])
+            name: column([rate[order][span] for rate in rates])
             for name, span in oracle.columns.items()
             if span.stop > span.start
         }
@@ -156,14 +158,14 @@ def answer_to(case: Case, oracle: Oracle, positions: list[Position]) -> Answer:
         ),
         {
             joint.name: SimpleNamespace(
-                force=np.stack([item.wrench[joint.name][:3] for item in own]),
-                moment=np.stack([item.wrench[joint.name][3:] for item in own]),
-                unique=np.max([item.influence[joint.name] for item in own], axis=0) < 1e-7,
+                force=np.stack([item.wrench[joint.name][:3] for item in statics]),
+                moment=np.stack([item.wrench[joint.name][3:] for item in statics]),
+                unique=np.max([item.influence[joint.name] for item in statics], axis=0) < 1e-7,
             )
             for joint in oracle.wrenched
         },
-        np.array([[item.effort[name] for name in case.drives] for item in own]),
-        {name: np.array([item.effort[name] for item in own]) for name in case.held},
+        np.array([[item.effort[name] for name in case.drives] for item in statics]),
+        {name: np.array([item.effort[name] for item in statics]) for name in case.held},
     )
 
 
@@ -218,8 +220,8 @@ def test_what_the_free_bodies_say_agrees_with_itself(
     cases: list[tuple[Case, Oracle, list[Position]]],
 ) -> None:
     for case, oracle, positions in cases:
-        found = differences(case, answer_to(case, oracle, positions))
-        assert not found, f"{sorted(case.features)}: {found}"
+        differing = differences(case, answer_to(case, oracle, positions))
+        assert not differing, f"{sorted(case.features)}: {differing}"
 
 
 def test_cases_have_everything(cases: list[tuple[Case, Oracle, list[Position]]]) -> None:
@@ -227,7 +229,7 @@ def test_cases_have_everything(cases: list[tuple[Case, Oracle, list[Position]]])
     seen = frozenset().union(*(case.features for case, _, _ in cases))
     tree = ("revolute", "continuous", "prismatic", "planar", "floating")
     loops = (*tree[:4], "fixed", "spherical", "universal", "cylindrical")
-    wanted = {*(f"tree {kind}" for kind in tree), *(f"loop {kind}" for kind in loops)}
-    wanted |= {"moving base", "coupling", "compliance", "held", "held twice", "scaled"}
-    wanted |= {"several drives", "successor world", "fixed loop to world", "quasi-static"}
-    assert not wanted - seen
+    expected = {*(f"tree {kind}" for kind in tree), *(f"loop {kind}" for kind in loops)}
+    expected |= {"moving base", "coupling", "compliance", "held", "held twice", "scaled"}
+    expected |= {"several drives", "successor world", "fixed loop to world", "quasi-static"}
+    assert not expected - seen

@@ -13,5 +13,5 @@ from scenes import draw
 @pytest.mark.parametrize("seed", range(80))
 def test_a_random_chain_agrees_with_its_free_bodies(seed: int) -> None:
     case = draw(seed)
-    found = differences(case, sweep_of(case))
-    assert not found, f"{sorted(case.features)}: " + "; ".join(map(str, found))
+    differing = differences(case, sweep_of(case))
+    assert not differing, f"{sorted(case.features)}: " + "; ".join(map(str, differing))

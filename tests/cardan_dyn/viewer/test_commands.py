@@ -23,7 +23,7 @@ def test_names_stay_one_step_of_a_path() -> None:
     assert node_name("") == "-"
 
 
-def test_a_pose_is_neither_turned_nor_scaled_unless_told() -> None:
+def test_a_pose_is_neither_turned_nor_scaled_by_default() -> None:
     pose = Pose.of(np.array([1.0, 2.0, 3.0]))
     np.testing.assert_array_equal(pose.position, [[1.0, 2.0, 3.0]])
     np.testing.assert_array_equal(pose.quaternion, [[0.0, 0.0, 0.0, 1.0]])

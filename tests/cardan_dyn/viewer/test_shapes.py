@@ -110,3 +110,24 @@ def test_rounded_numbers_are_1_2_or_5_and_not_greater(value: float) -> None:
     assert number <= value * (1.0 + 2e-9) and value < 2.5 * number * (1.0 + 1e-9)
     mantissa = number / 10.0 ** np.floor(np.log10(number) + 1e-6)
     assert min(abs(mantissa - step) for step in (1.0, 2.0, 5.0)) < 1e-6
+
+
+def test_directions_of_a_turning_vector_are_reached_by_neighbouring_quaternions() -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 400)
+    for tilt in (0.0, 0.7, np.pi / 2):
+        directions = np.stack(
+            [np.cos(turn), np.sin(turn) * np.cos(tilt), np.sin(turn) * np.sin(tilt)], axis=1
+        )
+        quaternions = shapes.towards(directions)
+        x, y, z, w = quaternions.T
+        turned_z = np.stack(
+            [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1
+        )
+        np.testing.assert_allclose(turned_z, directions, atol=1e-14)
+        neighbours = np.abs(np.sum(quaternions[1:] * quaternions[:-1], axis=1))
+        assert np.min(neighbours) > 0.99
+
+
+def test_round_scales() -> None:
+    for value, expected in ((1.0, 1.0), (1.99, 1.0), (7.0, 5.0), (0.0321, 0.02), (155.6, 100.0)):
+        assert shapes.rounded(value) == pytest.approx(expected)

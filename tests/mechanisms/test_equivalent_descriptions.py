@@ -69,20 +69,20 @@ def reference(name: str) -> cd.Sweep:
 
 
 def compare(
-    found: cd.Sweep, reference: cd.Sweep, flipped: str | None = None, tolerance: float = 1e-12
+    computed: cd.Sweep, reference: cd.Sweep, flipped: str | None = None, tolerance: float = 1e-12
 ) -> None:
     """All wrenches in world axes, and the drive efforts; one joint with the other sign."""
-    assert set(found.outputs) == set(reference.outputs)
+    assert set(computed.outputs) == set(reference.outputs)
     wrenches = {name: reference.wrench(name, "world") for name in reference.outputs}
     force = max(np.max(np.abs(wrench.force)) for wrench in wrenches.values())
     moment = max(np.max(np.abs(wrench.moment)) for wrench in wrenches.values())
     for name, expected in wrenches.items():
-        other, sign = found.wrench(name, "world"), -1.0 if name == flipped else 1.0
-        assert np.max(np.abs(sign * other.force - expected.force)) < tolerance * force, name
-        assert np.max(np.abs(sign * other.moment - expected.moment)) < tolerance * moment, name
-        np.testing.assert_array_equal(other.unique, expected.unique)
+        wrench, sign = computed.wrench(name, "world"), -1.0 if name == flipped else 1.0
+        assert np.max(np.abs(sign * wrench.force - expected.force)) < tolerance * force, name
+        assert np.max(np.abs(sign * wrench.moment - expected.moment)) < tolerance * moment, name
+        np.testing.assert_array_equal(wrench.unique, expected.unique)
     scale = np.max(np.abs(reference.drive_effort))
-    assert np.max(np.abs(found.drive_effort - reference.drive_effort)) < tolerance * scale
+    assert np.max(np.abs(computed.drive_effort - reference.drive_effort)) < tolerance * scale
 
 
 def test_swapping_the_ends_of_a_loop_flips_its_wrench_only(name: str, reference: cd.Sweep) -> None:
@@ -95,8 +95,8 @@ def test_swapping_the_ends_of_a_loop_flips_its_wrench_only(name: str, reference:
 
     for element in Reader(text(name)).robot.findall("loop"):
         loop = element.get("name", "")
-        found = sweep(name, edited(text(name), swap))
-        compare(found, reference, flipped=loop)
+        swapped = sweep(name, edited(text(name), swap))
+        compare(swapped, reference, flipped=loop)
         # The wrench that flips is not nothing.
         assert np.max(np.abs(reference[loop].force)) + np.max(np.abs(reference[loop].moment)) > 1.0
 
@@ -106,13 +106,13 @@ def test_order_in_the_file_does_not_matter(name: str, order: str, reference: cd.
     def reorder(robot: ElementTree.Element) -> None:
         for tag in ("link", "joint", "loop"):
             elements = robot.findall(tag)
-            places = [list(robot).index(element) for element in elements]
+            indices = [list(robot).index(element) for element in elements]
             if order == "backwards":
                 elements.reverse()
             else:
                 np.random.default_rng(7).shuffle(elements)
-            for place, element in zip(places, elements, strict=True):
-                robot[place] = element
+            for index, element in zip(indices, elements, strict=True):
+                robot[index] = element
 
     urdf = edited(text(name), reorder)
     assert [item.get("name") for item in Reader(urdf).robot.findall("joint")] != [

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from testkit.browser import Page, open_page, running_browser
 
 import cardan_dyn as cd
 from cardan_dyn.command_line.presets import default_sweep
@@ -15,6 +17,7 @@ from cardan_dyn.validation import comparisons
 
 # Hues of the bundled descriptions' materials: channel that leads, channel that trails.
 BLUE, ORANGE = (2, 0), (0, 2)
+Opener = Callable[..., Page]
 
 # Middle, width and height of each label in the picture [pixels].
 BOXES = """sprites.map((sprite) => {
@@ -25,6 +28,31 @@ BOXES = """sprites.map((sprite) => {
   return [at.x * window.innerWidth / 2, at.y * high / 2 + (0.5 - sprite.center.y) * height,
     width, height];
 })"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with running_browser() as browser:
+        yield browser
+
+
+@pytest.fixture
+def opened(browser: Any) -> Iterator[Opener]:
+    """What opens pages in the browser, until the test ends."""
+    pages: list[Page] = []
+
+    def opener(address: str | Path, scene: bool = True) -> Page:
+        pages.append(open_page(browser, address, scene))
+        return pages[-1]
+
+    yield opener
+    for shown in pages:
+        shown.page.close()
+
+
+@pytest.fixture(scope="module")
+def joint_turn(joint: cd.Mechanism) -> cd.Sweep:
+    return comparisons.universal_joint_turn(joint, float(np.deg2rad(50.0)))
 
 
 def share(picture: np.ndarray, hue: tuple[int, int], gap: int = 70) -> float:
@@ -42,7 +70,7 @@ def changed(first: np.ndarray, second: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("name", ["universal_joint", "double_shaft_z"])
-def test_scene_shows_both_shafts_turning(name: str, opened: Callable, tmp_path: Path) -> None:
+def test_scene_shows_both_shafts_turning(name: str, opened: Opener, tmp_path: Path) -> None:
     sweep = default_sweep(cd.load(name))
     file = cd.view(sweep).export(tmp_path / "scene.html")
     page = opened(file)
@@ -64,7 +92,7 @@ def test_scene_shows_both_shafts_turning(name: str, opened: Callable, tmp_path: 
 
 
 @pytest.mark.parametrize("name", ["double_shaft_spatial", "drive_line", "stewart_platform"])
-def test_labels_do_not_cover_each_other(name: str, opened: Callable, tmp_path: Path) -> None:
+def test_labels_do_not_cover_each_other(name: str, opened: Opener, tmp_path: Path) -> None:
     page = opened(cd.view(default_sweep(cd.load(name))).export(tmp_path / "scene.html"))
     for moment in (0.1, 0.3, 0.5):
         page.picture(moment)
@@ -77,7 +105,7 @@ def test_labels_do_not_cover_each_other(name: str, opened: Callable, tmp_path: P
 
 
 def test_arrows_end_where_the_wrench_says(
-    opened: Callable, joint_turn: cd.Sweep, tmp_path: Path
+    opened: Opener, joint_turn: cd.Sweep, tmp_path: Path
 ) -> None:
     """Length and direction of the bending arrow at a sample, as the browser places it."""
     page = opened(cd.view(joint_turn, frames=721).export(tmp_path / "scene.html"))
@@ -106,7 +134,7 @@ def test_arrows_end_where_the_wrench_says(
 
 
 def test_slider_and_parts_of_the_control_panel(
-    opened: Callable, joint_turn: cd.Sweep, tmp_path: Path
+    opened: Opener, joint_turn: cd.Sweep, tmp_path: Path
 ) -> None:
     page = opened(cd.view(joint_turn, duration=5.0).export(tmp_path / "scene.html"))
     assert page.evaluate("viewer.animator.duration") == pytest.approx(5.0)
@@ -118,7 +146,7 @@ def test_slider_and_parts_of_the_control_panel(
     assert box < 760
 
 
-def test_served_page_is_the_exported_one(opened: Callable, joint_turn: cd.Sweep) -> None:
+def test_served_page_is_the_exported_one(opened: Opener, joint_turn: cd.Sweep) -> None:
     with_url = cd.view(joint_turn)
     page = opened(with_url.url)
     assert share(page.picture(0.1), BLUE) > 0.004
@@ -129,7 +157,7 @@ def test_served_page_is_the_exported_one(opened: Callable, joint_turn: cd.Sweep)
     assert changed(page.picture(0.1), page.picture(0.3)) > 0.005
 
 
-def test_without_visuals_rods_and_axes_are_shown(opened: Callable, tmp_path: Path) -> None:
+def test_without_visuals_rods_and_axes_are_shown(opened: Opener, tmp_path: Path) -> None:
     from xml.etree import ElementTree
 
     from cardan_dyn.description.read import bundled_directory
@@ -146,14 +174,14 @@ def test_without_visuals_rods_and_axes_are_shown(opened: Callable, tmp_path: Pat
     assert page.complaints == []
 
 
-def test_report_page_shows_both_scenes_offline(opened: Callable, tmp_path: Path) -> None:
+def test_report_page_shows_both_scenes_offline(opened: Opener, tmp_path: Path) -> None:
     path = report.write(comparisons.run(), tmp_path)
     page = opened(path, scene=False)
     assert page.evaluate("document.querySelectorAll('iframe').length") == 2
-    for number in (0, 1):
-        page.evaluate(f"document.querySelectorAll('iframe')[{number}].scrollIntoView()")
+    for index in (0, 1):
+        page.evaluate(f"document.querySelectorAll('iframe')[{index}].scrollIntoView()")
         page.page.wait_for_function(
-            f"document.querySelectorAll('iframe')[{number}].contentWindow.eval("
+            f"document.querySelectorAll('iframe')[{index}].contentWindow.eval("
             "'typeof viewer === \"object\" && viewer.animator.actions.length > 0')"
         )
         page.page.wait_for_timeout(300)

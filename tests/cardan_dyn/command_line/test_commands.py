@@ -1,0 +1,291 @@
+"""The commands `report` and `view`: output, files, messages and exit codes."""
+
+from __future__ import annotations
+
+import builtins
+import dataclasses
+import json
+import re
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+pytest.importorskip("matplotlib", reason="the report has figures")
+pytest.importorskip("meshcat", reason="the viewer needs meshcat")
+
+import cardan_dyn as cd
+from cardan_dyn.command_line import commands as cli
+from cardan_dyn.command_line.presets import PRESETS
+from cardan_dyn.validation import comparisons
+from cardan_dyn.viewer.commands import meshcat
+from cardan_dyn.viewer.viewing import View
+
+
+def invoke(*arguments: str) -> Result:
+    return CliRunner().invoke(cli.main, arguments, catch_exceptions=False)
+
+
+def report(*arguments: str) -> Result:
+    return invoke("report", *arguments)
+
+
+def view(*arguments: str) -> Result:
+    return invoke("view", *arguments)
+
+
+@pytest.fixture(scope="module")
+def made() -> comparisons.Comparisons:
+    return comparisons.run()
+
+
+def test_report_writes_table_figures_and_page(tmp_path: Path) -> None:
+    result = report("--out", str(tmp_path / "new" / "report"))
+    assert result.exit_code == 0
+    assert "universal joint" in result.output
+    assert "double shaft" in result.output
+    assert "Thoma (6)" in result.output
+    assert "FAIL" not in result.output
+    directory = tmp_path / "new" / "report"
+    names = ["grossmann_abb_3", "grossmann_abb_4", "speed_ratio", "thoma_6_7"]
+    for suffix in ("png", "svg"):
+        assert sorted(path.stem for path in directory.glob(f"*.{suffix}")) == names
+        assert all(path.stat().st_size > 10_000 for path in directory.glob(f"*.{suffix}"))
+    page = (directory / "index.html").read_text(encoding="utf-8")
+    assert page.count("data:image/svg+xml;base64,") == 4
+    assert "http" not in page.replace("http-equiv", "")
+    assert page.count('<td class="pass">pass</td>') == 17
+
+
+def test_json_is_nothing_but_json(tmp_path: Path) -> None:
+    result = report("--json", "--out", str(tmp_path))
+    data = json.loads(result.stdout)
+    assert data["passed"] is True
+    assert len(data["comparisons"]) == 85
+    assert (tmp_path / "index.html").exists()
+
+
+def test_a_comparison_that_falls_short_fails_the_command(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, made: comparisons.Comparisons
+) -> None:
+    spoiled = comparisons.Comparisons([dataclasses.replace(made[0], error=2e-13), *made[1:]])
+    monkeypatch.setattr(comparisons, "run", lambda: spoiled)
+    result = report("--out", str(tmp_path))
+    assert result.exit_code == 1
+    assert "FAIL" in result.output
+    assert "A comparison falls short." in (tmp_path / "index.html").read_text(encoding="utf-8")
+    nan = dataclasses.replace(made[0], error=float("nan"))
+    broken = comparisons.Comparisons([nan, *made[1:]])
+    monkeypatch.setattr(comparisons, "run", lambda: broken)
+    assert report("--no-figures").exit_code == 1
+
+
+def test_without_matplotlib_the_install_command_is_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    real: Callable[..., object] = builtins.__import__
+
+    def without(name: str, *rest: object, **more: object) -> object:
+        if name.split(".")[0] == "matplotlib":
+            raise ImportError(name)
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    result = report("--out", str(tmp_path))
+    assert result.exit_code == 1
+    assert 'pip install "cardan-dyn[viz]"' in result.output
+    assert report("--no-figures").exit_code == 0
+
+
+def test_a_directory_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("", encoding="utf-8")
+    result = report("--out", str(tmp_path / "taken" / "report"))
+    assert result.exit_code == 1
+    assert "cannot be written" in result.output
+
+
+@pytest.mark.parametrize("name", sorted(PRESETS))
+def test_every_bundled_description_can_be_watched(name: str, tmp_path: Path) -> None:
+    file = tmp_path / f"{name}.html"
+    result = view(name, "--samples", "25", "--export", str(file))
+    assert result.exit_code == 0, result.output
+    assert name in file.read_text(encoding="utf-8")
+
+
+def test_options_of_view(tmp_path: Path) -> None:
+    file = tmp_path / "scene.html"
+    options = ("--drive", "bearing_in", "--held", "joint_angle=20", "--load", "bearing_out=-5")
+    result = view("universal_joint", *options, "--joint", "bearing_out", "--export", str(file))
+    assert result.exit_code == 0, result.output
+    page = file.read_text(encoding="utf-8")
+    assert f"greatest {5.0 / np.cos(np.deg2rad(20.0)):.4g} N·m" in page
+    assert "pin_in" not in page
+    for wrong, message in (
+        (("--held", "joint_angle"), "JOINT=VALUE"),
+        (("--held", "elbow=3"), "no joint 'elbow'"),
+        (("--joint", "elbow"), "no joint 'elbow'"),
+    ):
+        result = view("universal_joint", *wrong, "--export", str(file))
+        assert result.exit_code == 1
+        assert message in result.output
+    result = view("universal_joint", "--export", str(tmp_path / "none" / "scene.html"))
+    assert result.exit_code == 1
+    assert "cannot be written" in result.output
+
+
+def test_command_prints_its_address_and_ends_with_its_process(tmp_path: Path) -> None:
+    environment = {"PATH": "/usr/bin:/bin", "PYTHONUNBUFFERED": "1"}
+    with subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            "from cardan_dyn.command_line.commands import main; main()",
+            "view",
+            "four_bar",
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        stdin=subprocess.DEVNULL,
+        text=True,
+        env=environment,
+    ) as process:
+        line = process.stdout.readline()
+        url = re.search(r"http://127\.0\.0\.1:\d+/", line).group()
+        with urllib.request.urlopen(url, timeout=10) as answer:
+            assert "four_bar" in answer.read().decode("utf-8")
+        process.terminate()
+        process.wait(timeout=10)
+        process.stdout.close()
+        process.stderr.close()
+    with pytest.raises(OSError):
+        urllib.request.urlopen(url, timeout=2)
+
+
+def test_version_and_help() -> None:
+    assert invoke("--version").output == f"cardan-dyn, version {cd.__version__}\n"
+    shown = invoke("-h").output
+    assert "report" in shown and "view" in shown
+    assert "Joint wrenches of closed-chain mechanisms" in shown
+
+
+def test_printed_table_has_a_line_per_quantity(
+    monkeypatch: pytest.MonkeyPatch, made: comparisons.Comparisons, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(comparisons, "run", lambda: made)
+    monkeypatch.setenv("COLUMNS", "160")
+    monkeypatch.chdir(tmp_path)
+    result = report("--no-figures")
+    assert result.exit_code == 0
+    for row in made.rows():
+        (line,) = (
+            line
+            for line in result.output.splitlines()
+            if row.quantity in line and f" {row.worst:.1e} " in line and row.source in line
+        )
+        assert line.rstrip().endswith("pass")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_json_goes_to_the_output_and_paths_beside_it(
+    monkeypatch: pytest.MonkeyPatch, made: comparisons.Comparisons, tmp_path: Path
+) -> None:
+    from cardan_dyn.report import report as reporting
+
+    monkeypatch.setattr(comparisons, "run", lambda: made)
+    monkeypatch.setattr(reporting, "write", lambda compared, directory: directory / "page")
+    result = report("--json", "--out", str(tmp_path))
+    assert result.stdout == reporting.as_json(made) + "\n"
+    assert result.stderr == f"Figures and page: {tmp_path / 'page'}\n"
+
+
+def test_errors_of_the_package_are_messages() -> None:
+    for arguments, message in (
+        (("no_such_mechanism",), "no_such_mechanism"),
+        (("four_bar", "--samples", "1"), "1 is not in the range x>=2"),
+        (("four_bar", "--hide", "shadows"), "'shadows' is not one of"),
+        (("four_bar", "--load", "=3"), "--load '=3' is not JOINT=VALUE"),
+        (("four_bar", "--duration", "0"), "duration 0.0 is not a positive number"),
+    ):
+        result = view(*arguments)
+        assert result.exit_code in (1, 2)
+        assert result.output.splitlines()[-1].startswith("Error: ")
+        assert message in result.output
+
+
+def test_hidden_parts_are_not_in_the_page(tmp_path: Path) -> None:
+    kinds = ("visuals", "moments", "forces", "axes", "traces", "labels")
+    pages = {}
+    for shown in ("nothing", "visuals", "labels"):
+        file = tmp_path / f"{shown}.html"
+        hidden = [word for kind in kinds if kind != shown for word in ("--hide", kind)]
+        result = view("four_bar", "--samples", "3", *hidden, "--export", str(file))
+        assert result.exit_code == 0 and result.output == f"Scene: {file}\n"
+        pages[shown] = file.read_text(encoding="utf-8")
+    assert len(pages["visuals"]) > len(pages["nothing"]) + 1000
+    assert "crank_bearing" in pages["labels"]
+    assert "crank_bearing" not in pages["visuals"] + pages["nothing"]
+
+
+def test_inconsistent_inertias_are_shown_if_asked_for(tmp_path: Path) -> None:
+    """A link without mass, but with a moment of inertia."""
+    file = tmp_path / "odd.urdf"
+    file.write_text(
+        '<robot name="odd"><link name="a"/><link name="b"><inertial><mass value="0"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        '<joint name="j" type="continuous"><parent link="a"/><child link="b"/>'
+        '<axis xyz="0 0 1"/></joint></robot>',
+        encoding="utf-8",
+    )
+    arguments = (str(file), "--drive", "j", "--samples", "3", "--export", str(tmp_path / "o.html"))
+    refused = view(*arguments)
+    assert refused.exit_code == 1 and "inertia" in refused.output
+    assert view(*arguments, "--no-strict").exit_code == 0
+
+
+@pytest.mark.parametrize("browser", [True, False])
+def test_serving_tells_its_address_and_ends_with_ctrl_c(
+    browser: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[str] = []
+
+    def serve(shown: View) -> None:
+        calls.append("serve")
+        raise KeyboardInterrupt
+
+    def opened(shown: View) -> bool:
+        calls.append("open")
+        return browser
+
+    monkeypatch.setattr(View, "open", opened)
+    monkeypatch.setattr(View, "serve", serve)
+    result = view("four_bar", "--samples", "3")
+    assert result.exit_code == 0 and calls == ["open", "serve"]
+    assert re.fullmatch(r"Scene: http://127\.0\.0\.1:\d+/ \(Ctrl-C ends it\)\n", result.stdout)
+    assert ("No browser has opened it here" in result.stderr) is not browser
+    url = result.stdout.split()[1]
+    with pytest.raises(urllib.error.URLError):
+        urllib.request.urlopen(url, timeout=2)
+    calls.clear()
+    assert view("four_bar", "--samples", "3", "--no-open").exit_code == 0
+    assert calls == ["serve"]
+
+
+def test_without_meshcat_the_install_command_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    real: Callable[..., object] = builtins.__import__
+
+    def without(name: str, *rest: object, **more: object) -> object:
+        if name.split(".")[0] == "meshcat":
+            raise ImportError(name)
+        return real(name, *rest, **more)
+
+    meshcat.cache_clear()
+    monkeypatch.setattr(builtins, "__import__", without)
+    result = view("universal_joint")
+    assert result.exit_code == 1
+    assert 'pip install "cardan-dyn[viz]"' in result.output

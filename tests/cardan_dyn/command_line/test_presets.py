@@ -1,0 +1,135 @@
+"""Presets: how bundled and unknown mechanisms are moved when nothing is said about it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.planar_linkages import five_bar, four_bar, rocker_range
+from testkit.scenes import text
+
+import cardan_dyn as cd
+from cardan_dyn.command_line.presets import PRESETS, default_sweep
+
+TURN = np.linspace(0.0, 2.0 * np.pi, 9)
+
+
+def single_joint(kind: str, limit: str = "") -> cd.Mechanism:
+    """One body on the ground, 2 m from its first joint to its second."""
+    return cd.load(
+        f'<robot name="single"><link name="ground"/><link name="arm"/><link name="tip"/>'
+        f'<joint name="j" type="{kind}"><parent link="ground"/><child link="arm"/>'
+        f'<axis xyz="0 0 1"/>{limit}</joint>'
+        '<joint name="end" type="fixed"><parent link="arm"/><child link="tip"/>'
+        '<origin xyz="2 0 0"/></joint></robot>'
+    )
+
+
+def swing(low: float, high: float, fraction: float) -> np.ndarray:
+    return (low + high) / 2.0 + fraction * (high - low) * np.sin(TURN)
+
+
+def test_bundled_descriptions_all_have_a_preset() -> None:
+    assert set(cd.bundled_names()) <= set(PRESETS)
+
+
+@pytest.mark.parametrize("name", sorted(PRESETS))
+def test_presets_name_joints_of_their_mechanism(name: str) -> None:
+    mechanism, preset = cd.load(name), PRESETS[name]
+    named = {*preset.drive, *preset.held_deg, *preset.loads}
+    assert preset.drive and named <= set(mechanism.joints)
+    assert not set(preset.drive) & set(preset.held_deg)
+    # What is driven and held leaves nothing free: the sweep would be refused otherwise.
+    assert len(default_sweep(mechanism, samples=3)) == 3
+
+
+def test_a_shaft_turns_once_as_its_preset_says(joint: cd.Mechanism) -> None:
+    turn = default_sweep(joint, samples=9)
+    np.testing.assert_array_equal(turn.motion.position("bearing_in"), TURN)
+    assert turn.held == {"joint_angle": np.deg2rad(35.0)}
+    np.testing.assert_allclose(turn.motion.v, 0.0)
+    # 100 N·m at the output cost this much at the input when both forks are in line.
+    assert turn["bearing_in"].torsion[0] == pytest.approx(100.0 / np.cos(np.deg2rad(35.0)))
+
+
+def test_arguments_replace_the_preset(joint: cd.Mechanism) -> None:
+    turn = default_sweep(
+        joint,
+        held={"joint_angle": 0.2},
+        loads={"bearing_out": -7.0},
+        speed=3.0,
+        gravity=(0.0, 0.0, -9.81),
+        samples=9,
+    )
+    assert turn.held == {"joint_angle": 0.2}
+    scene = cd.Scene(
+        joint,
+        drive="bearing_in",
+        held={"joint_angle": 0.2},
+        loads={"bearing_out": -7.0},
+        gravity=(0.0, 0.0, -9.81),
+    )
+    expected = scene.sweep(TURN, speed=3.0)
+    for name in turn.outputs:
+        np.testing.assert_array_equal(turn[name].force, expected[name].force)
+        np.testing.assert_array_equal(turn[name].moment, expected[name].moment)
+
+
+def test_a_driven_joint_is_not_held_by_the_preset(joint: cd.Mechanism) -> None:
+    turn = default_sweep(joint, drive=("joint_angle",), held={"bearing_in": 0.1}, samples=5)
+    assert turn.drives == ("joint_angle",) and turn.held == {"bearing_in": 0.1}
+
+
+def test_a_preset_is_for_its_mechanism_alone() -> None:
+    """A mechanism of the same name has other joints."""
+    other = text("slider_crank").replace('name="slider_crank"', 'name="universal_joint"', 1)
+    mechanism = cd.load(other)
+    assert mechanism.name == "universal_joint"
+    turn = default_sweep(mechanism, drive=("crank_bearing",), samples=3)
+    assert turn.held == {}
+
+
+def test_a_rocker_swings_clear_of_its_dead_points() -> None:
+    turn = default_sweep(four_bar(), drive=("D",), samples=9, speed=5.0)
+    low, high = rocker_range()
+    np.testing.assert_allclose(
+        turn.motion.position("D"), swing(low, high, 0.45), atol=1e-6 * (high - low)
+    )
+    # A swing reverses its direction, which a constant speed does not.
+    np.testing.assert_array_equal(turn.motion.v, 0.0)
+
+
+def test_several_drives_swing_one_after_the_other() -> None:
+    turn = default_sweep(five_bar(), drive=("A", "D"), samples=9)
+    np.testing.assert_allclose(turn.motion.position("A"), 0.3 * np.sin(TURN), atol=1e-15)
+    np.testing.assert_allclose(turn.motion.position("D"), 0.3 * np.sin(TURN + np.pi), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("limit", "low", "high"),
+    [
+        ('<limit lower="-1" upper="3" effort="1" velocity="1"/>', -1.0, 3.0),
+        # Such limits stand for none: a twentieth of the length to both sides.
+        ('<limit lower="-1e9" upper="1e9" effort="1" velocity="1"/>', None, None),
+    ],
+)
+def test_a_slide_swings_within_its_limits(
+    limit: str, low: float | None, high: float | None
+) -> None:
+    mechanism = single_joint("prismatic", limit)
+    reach = 0.05 * mechanism.characteristic_length
+    turn = default_sweep(mechanism, drive=("j",), samples=9)
+    expected = swing(-reach if low is None else low, reach if high is None else high, 0.45)
+    np.testing.assert_allclose(turn.motion.position("j"), expected, rtol=1e-12, atol=1e-15)
+
+
+def test_a_joint_without_end_turns_once() -> None:
+    turn = default_sweep(single_joint("continuous"), drive=("j",), samples=9)
+    np.testing.assert_array_equal(turn.motion.position("j"), TURN)
+
+
+def test_joints_that_the_description_drives_move_what_has_no_preset() -> None:
+    described = text("four_bar").replace('name="four_bar"', 'name="mine"', 1)
+    driven = '<joint name="crank_bearing"'
+    mechanism = cd.load(described.replace(driven, f'{driven} independent="true"', 1))
+    assert mechanism.independent_joints == ("crank_bearing",)
+    assert default_sweep(mechanism, samples=3).drives == ("crank_bearing",)

@@ -1,0 +1,120 @@
+"""Lines over the angle: the sweep's own values, in degrees, with one axes per quantity."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+
+pytest.importorskip("matplotlib", reason="figures need matplotlib")
+
+from testkit.drawings import check_units_and_files
+
+from cardan_dyn import figures
+
+
+def test_figures_have_units(
+    joint_turn: cd.Sweep, shaft_turn: cd.Sweep, needle_turn: cd.Sweep, tmp_path: Path
+) -> None:
+    for figure in (
+        figures.over_angle(joint_turn, ["bearing_in", "bearing_out"]),
+        figures.over_angle(needle_turn, "needle_pin", ["shear", "axial"]),
+        figures.ratio_and_angle_error({"a": joint_turn, "b": shaft_turn}),
+    ):
+        check_units_and_files(figure, tmp_path)
+
+
+def test_each_joint_is_a_line_in_each_quantity(joint_turn: cd.Sweep) -> None:
+    joints = ["bearing_in", "bearing_out"]
+    figure = figures.over_angle(joint_turn, joints, title="wrenches")
+    for quantity, axes in zip(("torsion", "bending"), figure.axes, strict=True):
+        assert axes.get_ylabel() == f"{quantity} [N·m]"
+        for name, line in zip(joints, axes.get_lines(), strict=True):
+            assert line.get_label() == name
+            angle = np.rad2deg(joint_turn.motion.position("bearing_in"))
+            np.testing.assert_array_equal(line.get_xdata(), angle)
+            np.testing.assert_array_equal(line.get_ydata(), getattr(joint_turn[name], quantity))
+    assert figure.axes[-1].get_xlabel() == "bearing_in [°]"
+    assert figure.get_suptitle() == "wrenches"
+
+
+def test_forces_are_in_newtons_over_any_joint(needle_turn: cd.Sweep) -> None:
+    figure = figures.over_angle(needle_turn, "needle_pin", "shear", drive="rocker_bearing")
+    (axes,) = figure.axes
+    assert axes.get_ylabel() == "shear [N]" and axes.get_xlabel() == "rocker_bearing [°]"
+    (line,) = axes.get_lines()
+    rocker = np.rad2deg(needle_turn.motion.position("rocker_bearing"))
+    np.testing.assert_array_equal(line.get_xdata(), rocker)
+    force = needle_turn["needle_pin"].force
+    axis = needle_turn.mechanism.joint("needle_pin").axis
+    across = np.linalg.norm(np.cross(force, axis), axis=1)
+    np.testing.assert_allclose(line.get_ydata(), across, rtol=1e-12)
+
+
+def test_unknown_quantities_and_joints_are_refused(joint_turn: cd.Sweep) -> None:
+    with pytest.raises(cd.ArgumentError, match="quantity 'twist' is unknown"):
+        figures.over_angle(joint_turn, "bearing_in", "twist")
+    with pytest.raises(cd.ModelError, match="bearing_on"):
+        figures.over_angle(joint_turn, "bearing_on")
+    with pytest.raises(cd.ArgumentError, match="there is no sweep to be drawn"):
+        figures.ratio_and_angle_error({})
+
+
+def test_speed_ratio_and_lead_of_a_universal_joint(joint_turn: cd.Sweep) -> None:
+    """The speed ratio lies between cos β and 1/cos β, the sine of the lead between
+    ±(1 - cos β)/(1 + cos β).
+    """
+    ratio, lead = figures.ratio_and_angle_error({"joint": joint_turn}).axes
+    cosine = np.cos(joint_turn.held["joint_angle"])
+    speeds = ratio.get_lines()[0].get_ydata()
+    assert np.min(speeds) == pytest.approx(cosine)
+    assert np.max(speeds) == pytest.approx(1.0 / cosine)
+    leads = lead.get_lines()[0].get_ydata()
+    greatest = np.rad2deg(np.arcsin((1.0 - cosine) / (1.0 + cosine)))
+    # A position every half degree misses the extreme by some 1e-5 of it.
+    assert np.max(leads) == pytest.approx(greatest, rel=1e-4)
+    assert np.min(leads) == pytest.approx(-greatest, rel=1e-4)
+    assert ratio.get_ylabel() == "speed ratio ω₂/ω₁ [–]"
+    assert lead.get_ylabel() == "angle error φ₂ − φ₁ [°]"
+
+
+def test_a_constant_lead_is_left_out(shaft_turn: cd.Sweep) -> None:
+    """The mean over a whole turn is zero; its last position repeats the first."""
+    _, lead = figures.ratio_and_angle_error({"shaft": shaft_turn}, output="slip").axes
+    slip = np.rad2deg(shaft_turn.motion.position("slip"))
+    angle = np.rad2deg(shaft_turn.motion.position("bearing_in"))
+    drawn = lead.get_lines()[0].get_ydata()
+    np.testing.assert_allclose(np.diff(drawn), np.diff(slip - angle), atol=1e-10)
+    assert np.mean(drawn[:-1]) == pytest.approx(0.0, abs=1e-10)
+
+
+def test_one_sample_is_drawn(one_position: cd.Sweep, tmp_path: Path) -> None:
+    """A line of one point would not be seen."""
+    for figure in (
+        figures.over_angle(one_position, "bearing_out"),
+        figures.ratio_and_angle_error({"a": one_position}),
+    ):
+        figures.save(figure, tmp_path / "one")
+        assert all(axes.get_lines()[0].get_marker() == "o" for axes in figure.axes)
+
+
+def test_all_sweeps_of_a_figure_are_within_its_range(joint_turn: cd.Sweep) -> None:
+    scene = cd.Scene(
+        joint_turn.mechanism,
+        drive="bearing_in",
+        held=joint_turn.held,
+        loads={"bearing_out": 1.0},
+    )
+    figure = figures.ratio_and_angle_error({"long": joint_turn, "short": scene.sweep([1.0, 2.0])})
+    low, high = figure.axes[1].get_xlim()
+    assert low <= 0.0 and high >= 360.0 - 1e-9
+
+
+def test_lines_differ_without_colours(joint_turn: cd.Sweep, shaft_turn: cd.Sweep) -> None:
+    figure = figures.ratio_and_angle_error({"a": joint_turn, "b": shaft_turn})
+    for axes in figure.axes:
+        shown = {line.get_linestyle() for line in axes.get_lines()}
+        assert len(shown) == 2

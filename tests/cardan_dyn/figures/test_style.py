@@ -1,0 +1,167 @@
+"""The common look: styles that differ without colours, axes, ticks, legends and files."""
+
+from __future__ import annotations
+
+import builtins
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+
+pytest.importorskip("matplotlib", reason="figures need matplotlib")
+
+import matplotlib
+
+from cardan_dyn import figures
+from cardan_dyn.figures import style
+
+
+def test_importing_figures_does_not_import_matplotlib() -> None:
+    text = "import sys, cardan_dyn.figures; print('matplotlib' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+def test_without_matplotlib_the_install_command_is_named(
+    monkeypatch: pytest.MonkeyPatch, joint_turn: cd.Sweep
+) -> None:
+    real: Callable[..., object] = builtins.__import__
+
+    def without(name: str, *rest: object, **more: object) -> object:
+        if name.split(".")[0] == "matplotlib":
+            raise ImportError(name)
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    for draw in (
+        style.require_matplotlib,
+        style.axes_grid,
+        lambda: figures.over_angle(joint_turn, "bearing_in"),
+    ):
+        with pytest.raises(cd.MissingExtraError, match=re.escape('pip install "cardan-dyn[viz]"')):
+            draw()
+
+
+def test_eight_lines_differ_without_colours() -> None:
+    styles = [str(style.line_style(index)["linestyle"]) for index in range(8)]
+    markers = [style.point_style(index)["marker"] for index in range(8)]
+    assert len(set(styles)) == len(set(markers)) == 8
+    assert style.line_style(8) == style.line_style(0)
+
+
+def test_sixteen_points_differ_without_colours() -> None:
+    points = [style.point_style(index) for index in range(16)]
+    assert len({(point["marker"], point["markerfacecolor"]) for point in points}) == 16
+    assert all(point["linestyle"] == "none" for point in points)
+    # Points have the colour of the line with the same index.
+    for index, point in enumerate(points):
+        assert point["color"] == style.line_style(index)["color"]
+
+
+def test_a_line_of_one_point_has_a_marker() -> None:
+    assert style.curve_style(3, 2) == style.line_style(3)
+    single = style.curve_style(3, 1)
+    assert single == {**style.line_style(3), "marker": style.point_style(3)["marker"]}
+
+
+def test_axes_are_drawn_in_the_look_and_leave_the_users_look_alone() -> None:
+    before = dict(matplotlib.rcParams)
+    figure, axes = style.axes_grid()
+    assert tuple(figure.get_size_inches()) == (7.2, 4.8)
+    assert axes.spines["top"].get_visible() is False
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_axes_are_listed_row_by_row() -> None:
+    figure, axes = style.axes_grid(2, 3, size=(5.0, 4.0), share_x=True)
+    assert axes.shape == (6,) and figure.axes == list(axes)
+    assert tuple(figure.get_size_inches()) == (5.0, 4.0)
+    shared = axes[0].get_shared_x_axes()
+    assert shared.joined(axes[0], axes[3]) and not shared.joined(axes[0], axes[1])
+    _, polar = style.axes_grid(projection="polar")
+    assert polar.name == "polar"
+
+
+def test_legend_has_each_label_once() -> None:
+    figure, (first, second) = style.axes_grid(2)
+    first.plot([0.0, 1.0], label="a")
+    second.plot([0.0, 1.0], label="b")
+    second.plot([1.0, 0.0], label="a")
+    style.legend(figure)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["a", "b"]
+
+
+def test_same_figure_is_the_same_file(joint_turn: cd.Sweep, tmp_path: Path) -> None:
+    contents = [
+        [
+            file.read_bytes()
+            for file in figures.save(figures.over_angle(joint_turn, "bearing_in"), path)
+        ]
+        for path in (tmp_path / "first", tmp_path / "second")
+    ]
+    assert contents[0] == contents[1]
+
+
+def test_any_suffix_is_replaced(tmp_path: Path) -> None:
+    figure, axes = style.axes_grid(size=(2.0, 1.0))
+    axes.plot([0.0, 1.0])
+    paths = figures.save(figure, tmp_path / "new" / "name.pdf", dpi=100)
+    assert paths == [tmp_path / "new" / "name.svg", tmp_path / "new" / "name.png"]
+    width, height = (int.from_bytes(paths[1].read_bytes()[k : k + 4], "big") for k in (16, 20))
+    assert (width, height) == (200, 100)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "ticks"),
+    [
+        (0.0, 360.0, [0, 45, 90, 135, 180, 225, 270, 315, 360]),
+        (-90.0, 90.0, [-90, -45, 0, 45, 90]),
+        (10.0, 191.0, [45, 90, 135, 180]),
+    ],
+)
+def test_ticks_of_a_turn_are_multiples_of_45(low: float, high: float, ticks: list[int]) -> None:
+    _, axes = style.axes_grid()
+    style.angle_axis(axes, "angle [°]", np.deg2rad([high, low]))
+    np.testing.assert_allclose(axes.get_xticks(), ticks, atol=1e-9)
+    np.testing.assert_allclose(axes.get_xlim(), (low, high))
+    assert axes.get_xlabel() == "angle [°]"
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 20.0), (0.0, 3600.0)])
+def test_other_ranges_keep_matplotlibs_ticks(low: float, high: float) -> None:
+    _, axes = style.axes_grid()
+    style.angle_axis(axes, "angle [°]", np.deg2rad([low, high]))
+    assert not np.all(axes.get_xticks() % 45.0 == 0.0)
+    assert len(axes.get_xticks()) < 20
+
+
+def test_a_single_angle_has_room_on_both_sides() -> None:
+    _, axes = style.axes_grid()
+    axes.plot([30.0], [1.0], "o")
+    style.angle_axis(axes, "angle [°]", np.deg2rad([30.0]))
+    low, high = axes.get_xlim()
+    assert low < 30.0 < high
+
+
+@pytest.mark.parametrize(("count", "points", "shown"), [(721, 36, 37), (10, 36, 10), (5, 0, 2)])
+def test_points_are_thinned_evenly(count: int, points: int, shown: int) -> None:
+    chosen = np.arange(count)[style.thinned(count, points)]
+    assert len(chosen) == shown
+    assert chosen[0] == 0 and len(set(np.diff(chosen))) == 1
+
+
+def test_one_name_is_a_list_of_one() -> None:
+    assert style.names("pin") == ["pin"]
+    assert style.names(("a", "b")) == ["a", "b"]
+
+
+def test_the_first_drive_is_the_default(joint_turn: cd.Sweep) -> None:
+    assert style.drive_of(joint_turn, None) == "bearing_in"
+    assert style.drive_of(joint_turn, "bearing_out") == "bearing_out"

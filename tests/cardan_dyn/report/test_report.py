@@ -1,0 +1,119 @@
+"""The report: its JSON, the files it writes, and what stands on its page."""
+
+from __future__ import annotations
+
+import base64
+import builtins
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import cardan_dyn as cd
+
+pytest.importorskip("matplotlib", reason="the report has figures")
+pytest.importorskip("meshcat", reason="the report has scenes")
+pytest.importorskip("jinja2", reason="the report is a page made by Jinja")
+
+from cardan_dyn.report import report
+from cardan_dyn.validation.result import Comparison, Comparisons
+
+PASSED = Comparison("shaft", "torque <T>", "theory (1)", 10.0, 1.25e-15, 1e-13)
+FAILED = Comparison("shaft", "speed & angle", "theory (2)", 10.0, 2e-13, 1e-13)
+BOTH = Comparisons([PASSED, FAILED])
+FIGURES = ["grossmann_abb_3", "grossmann_abb_4", "speed_ratio", "thoma_6_7"]
+
+
+@pytest.fixture(scope="module")
+def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A report of two comparisons, in a directory below one that did not exist."""
+    directory = tmp_path_factory.mktemp("parent") / "new" / "report"
+    assert report.write(BOTH, directory) == directory / "index.html"
+    return directory
+
+
+@pytest.fixture(scope="module")
+def page(directory: Path) -> str:
+    return (directory / "index.html").read_text(encoding="utf-8")
+
+
+def test_json_holds_every_comparison() -> None:
+    data = json.loads(report.as_json(BOTH))
+    assert data["version"] == cd.__version__ and data["passed"] is False
+    first, second = data["comparisons"]
+    assert first == {
+        "scene": "shaft",
+        "quantity": "torque <T>",
+        "source": "theory (1)",
+        "beta_deg": 10.0,
+        "error": 1.25e-15,
+        "tolerance": 1e-13,
+        "passed": True,
+    }
+    assert second["passed"] is False
+    assert json.loads(report.as_json(Comparisons([PASSED])))["passed"] is True
+    # Symbols stay legible.
+    symbol = Comparisons([Comparison("s", "β", "t", 1.0, 0.0, 1.0)])
+    assert "β" in report.as_json(symbol)
+
+
+def test_figures_and_scenes_are_files(directory: Path) -> None:
+    scenes = ["index.html", "scene_double_shaft.html", "scene_universal_joint.html"]
+    files = sorted(path.name for path in directory.iterdir())
+    assert files == sorted(
+        [*scenes, *(f"{name}.{end}" for name in FIGURES for end in ("png", "svg"))]
+    )
+
+
+def test_page_shows_the_figures_that_were_written(directory: Path, page: str) -> None:
+    shown = [
+        base64.b64decode(text)
+        for text in re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', page)
+    ]
+    written = [(directory / f"{name}.svg").read_bytes() for name in FIGURES]
+    assert len(shown) == 4 and sorted(shown) == sorted(written)
+    assert "Grossmann 1939, Abb. 3" in page and "Thoma 1920, eqs 6 and 7" in page
+
+
+def test_page_tells_which_comparison_fails(page: str) -> None:
+    rows = re.findall(r"<tr><td>(.*?)</tr>", page, re.DOTALL)
+    assert len(rows) == 2
+    assert "torque &lt;T&gt;" in rows[0] and '<td class="pass">pass</td>' in rows[0]
+    assert "1.2e-15" in rows[0] and "1e-13" in rows[0]
+    assert "speed &amp; angle" in rows[1] and '<td class="fail">FAIL</td>' in rows[1]
+    assert '<strong class="fail">A comparison falls short.</strong>' in page
+
+
+def test_page_holds_both_scenes_and_needs_no_network(page: str) -> None:
+    assert page.count("<iframe srcdoc=") == 2
+    assert "Universal joint, β = 50°, load 100 N·m" in page
+    assert "Double shaft, β = 50°, load 100 N·m" in page
+    assert "http" not in page
+
+
+@pytest.mark.parametrize("missing", ["matplotlib", "jinja2", "meshcat"])
+def test_without_an_extra_no_page_is_written(
+    missing: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    from cardan_dyn.viewer.commands import meshcat
+
+    real: Callable[..., object] = builtins.__import__
+
+    def without(name: str, *rest: object, **more: object) -> object:
+        if name.split(".")[0] == missing:
+            raise ImportError(name)
+        return real(name, *rest, **more)
+
+    meshcat.cache_clear()
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(cd.MissingExtraError, match=re.escape('pip install "cardan-dyn[viz]"')):
+        report.write(BOTH, tmp_path / "out")
+    assert not (tmp_path / "out" / "index.html").exists()
+
+
+def test_a_file_in_the_place_of_the_directory_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("", encoding="utf-8")
+    with pytest.raises(OSError):
+        report.write(BOTH, tmp_path / "taken")
