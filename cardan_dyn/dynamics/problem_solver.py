@@ -188,6 +188,7 @@ class ProblemSolver(Frozen):
         Raises:
             ArgumentError: a load has another number of samples.
             AccuracyError: a residual exceeds its tolerance, or flags of uniqueness are wrong.
+            IndeterminateError: a component of an output is not unique, and the problem is strict.
         """
         problem, count = self.problem, len(assembled)
         loads, link_loads = problem.joint_loads_at(count), problem.link_loads_at(count)
@@ -206,6 +207,7 @@ class ProblemSolver(Frozen):
             blocks.append(self.inverse_dynamics.solve(state, inputs))
         solution = joined(blocks, assembled.positions)
         self.inverse_dynamics.prove_flags(solution)
+        self.refuse_indeterminate(solution.unique[problem.output_indices])
         return solution
 
     def refuse_indeterminate(self, unique: Array) -> None:

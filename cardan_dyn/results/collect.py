@@ -18,29 +18,22 @@ def sweep_of(
     assembled: AssembledPositions,
     speeds: Array,
     accelerations: Array,
+    solution: Solution,
 ) -> Sweep:
-    """Solve assembled positions, and return them as a sweep.
+    """Return a solution as a sweep.
 
     Args:
         solver: of the scene.
         assembled: its positions.
         speeds: of the drives `(N, d)`.
         accelerations: of the drives `(N, d)`.
-
-    Raises:
-        ArgumentError: a load has another number of samples.
-        AccuracyError: a residual misses its tolerance.
-        IndeterminateError: a component of an output is not unique, and the problem is strict.
+        solution: what the solver found there.
     """
-    solution = solver.solve(assembled, speeds, accelerations)
-    problem = solver.problem
-    unique = read_only(solution.unique[problem.output_indices])
-    solver.refuse_indeterminate(unique)
-    couplings = solver.couplings
+    problem, couplings = solver.problem, solver.couplings
     return Sweep(
         problem=problem,
         source=_source(solver, assembled, speeds, accelerations, solution),
-        unique=unique,
+        unique=read_only(solution.unique[problem.output_indices]),
         coupling_moment=frozen(
             {name: solution.coupling_moments[:, index] for index, name in couplings.items()}
         ),

@@ -160,7 +160,8 @@ class Scene(SceneArguments):
                 assembled = solver.assembled_in_turn(samples("position", position, count, None))
             speeds = samples("speed", speed, count, len(assembled))
             accelerations = samples("acceleration", acceleration, count, len(assembled))
-            return sweep_of(solver, assembled, speeds, accelerations)
+            solution = solver.solve(assembled, speeds, accelerations)
+        return sweep_of(solver, assembled, speeds, accelerations, solution)
 
     def assemble(self, position: ArrayLike) -> AssembledPositions:
         """Close the loops at given drive positions, for several sweeps over them.
@@ -242,8 +243,8 @@ class Scene(SceneArguments):
         `<limit>` elements of the description are not regarded: a sweep may go beyond them.
 
         Returns:
-            The limits; they are dead points of the drive, or positions where assembly modes meet,
-            which are found to some 1e-6. ±inf where it turns through.
+            The limits, dead points of the drive or positions where assembly modes meet; ±inf where
+            it turns through.
 
         Raises:
             MobilityError: the scene has several drives.
@@ -263,17 +264,25 @@ class Scene(SceneArguments):
             their distance from it, whichever of them the scene is in. They are searched from many
             starts, so one that few starts lead to may be missing.
         """
-        columns = self.mechanism.coordinates.columns
+        joints = self.mechanism.joints
+        columns = {
+            name: span.start
+            for name, span in self.mechanism.coordinates.columns.items()
+            if joints[name].nv == 1
+        }
+        turns = {
+            name: 0.0 if name in self.drives or joints[name].type == "prismatic" else 2.0 * np.pi
+            for name in columns
+        }
         return {
-            name: {
-                joint: self._within_a_turn(joint, float(state[span][0]))
-                for joint, span in columns.items()
-                if span.stop - span.start == 1
+            mode: {
+                name: _nearest_zero(float(state[column]), turns[name])
+                for name, column in columns.items()
             }
-            for name, state in self._solver.assembly.modes().items()
+            for mode, state in self._solver.assembly.modes().items()
         }
 
-    def _within_a_turn(self, joint: str, value: float) -> float:
-        if joint in self.drives or self.mechanism.joints[joint].type == "prismatic":
-            return value
-        return value - 2.0 * np.pi * float(np.rint(value / (2.0 * np.pi)))
+
+def _nearest_zero(value: float, turn: float) -> float:
+    """Return a value less as many whole turns as bring it nearest to zero; itself if none count."""
+    return value - turn * float(np.rint(value / turn)) if turn else value

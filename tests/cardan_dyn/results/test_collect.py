@@ -25,7 +25,8 @@ def solver_of(mechanism: cd.Mechanism, **options: object) -> ProblemSolver:
 
 def sweep(solver: ProblemSolver, *rates: np.ndarray, positions: np.ndarray = POSITIONS) -> cd.Sweep:
     speeds, accelerations = rates or (np.zeros_like(positions),) * 2
-    return sweep_of(solver, solver.assembled_in_turn(positions), speeds, accelerations)
+    solution = solver.solve(solver.assemble(positions), speeds, accelerations)
+    return sweep_of(solver, solver.assemble(positions), speeds, accelerations, solution)
 
 
 def test_one_drive_has_no_dimension_of_its_own(joint: cd.Mechanism) -> None:
@@ -56,7 +57,7 @@ def test_residuals_are_those_of_the_solution(joint: cd.Mechanism) -> None:
     )
     assembled = solver.assemble(POSITIONS)
     solution = solver.solve(assembled, SPEEDS, ACCELERATIONS)
-    turn = sweep_of(solver, assembled, SPEEDS, ACCELERATIONS)
+    turn = sweep_of(solver, assembled, SPEEDS, ACCELERATIONS, solution)
     assert turn.loop_residual == np.max(solution.loop_error)
     assert turn.balance_residual == solution.residuals.balance
     assert turn.power_residual == solution.residuals.power
