@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 import pytest
-from testkit.linkages import LIMIT, LINK, coupling, gears
+from testkit.linkages import LIMIT, LINK, carriage, coupling, gears
 from testkit.mixed_chain import MIXED, moved, rows
 from testkit.planar_linkages import four_bar, solver
 
@@ -265,15 +265,7 @@ def test_a_planar_loop_on_a_turning_body_stays_planar_in_the_axes_of_that_body()
 @pytest.mark.parametrize("length", [1e-12, 1.0, 1e12])
 def test_reachable_rows_do_not_depend_on_the_unit_of_length(length: float) -> None:
     """A slide and a hinge on it: of both, only the slide counts in lengths."""
-    mechanism = cd.load(
-        '<robot name="carriage"><link name="ground"/><link name="carriage"/><link name="arm"/>'
-        '<joint name="s" type="prismatic"><parent link="ground"/><child link="carriage"/>'
-        f'<axis xyz="1 0 0"/>{LIMIT}</joint>'
-        '<joint name="h" type="continuous"><parent link="carriage"/><child link="arm"/>'
-        f'<origin xyz="0 {length!r} 0"/><axis xyz="0 1 0"/></joint>'
-        '<loop name="weld" type="fixed"><predecessor link="arm"/><successor link="ground">'
-        f'<origin xyz="0 {length!r} 0"/></successor></loop></robot>'
-    )
+    mechanism = cd.load(carriage(length))
     equations = equations_of(mechanism, np.zeros(3))
     actions, twists = geometry(equations, mechanism.coordinates.neutral()[None])
     rows_of_loop = equations.reduction(twists, actions).rows[0]

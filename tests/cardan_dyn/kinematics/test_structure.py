@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from testkit.linkages import LINK, coupling, four_bar, gears, loop, tilted_slider_crank
+from testkit.linkages import LINK, carriage, coupling, four_bar, gears, loop, tilted_slider_crank
 from testkit.mixed_chain import MIXED
 
 import cardan_dyn as cd
@@ -74,6 +74,15 @@ def test_ranks_do_not_depend_on_the_unit_of_length(length: float, planar: bool) 
     mechanism = cd.load(tilted_slider_crank(length, planar))
     ranks = dict(zip((item.joint for item in mechanism.loops), ranks_of(mechanism), strict=True))
     assert ranks == expected
+
+
+@pytest.mark.parametrize("length", [1e-12, 1.0, 1e12])
+def test_a_slide_counts_in_lengths(length: float) -> None:
+    mechanism = cd.load(carriage(length))
+    assert ranks_of(mechanism, "s") == [1]
+    assert ranks_of(mechanism, "h") == [1]
+    # Of the arm's turn about y, only the linear motion at the displaced carriage is new.
+    assert ranks_of(mechanism) == [3]
 
 
 def test_loops_far_from_the_body_that_carries_them_keep_their_rank() -> None:
