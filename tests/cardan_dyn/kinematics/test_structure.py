@@ -81,7 +81,7 @@ def test_a_slide_counts_in_lengths(length: float) -> None:
     mechanism = cd.load(carriage(length))
     assert ranks_of(mechanism, "s") == [1]
     assert ranks_of(mechanism, "h") == [1]
-    # Of the arm's turn about y, only the linear motion at the displaced carriage is new.
+    # At different positions of the carriage, turns of the arm differ by a motion along z.
     assert ranks_of(mechanism) == [3]
 
 
