@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 import pytest
-from testkit.linkages import LIMIT, LINK, carriage, coupling, gears
+from testkit.linkages import LINK, carriage, coupling, gears, rack
 from testkit.mixed_chain import MIXED, moved, rows
 from testkit.planar_linkages import four_bar, solver
 
@@ -333,20 +333,6 @@ def test_a_coupling_adds_the_row_of_its_ratio() -> None:
     assert not np.any(worst)
 
 
-def rack(first: str, second: str) -> cd.Mechanism:
-    """A wheel and a rack that it moves, or the rack the wheel, with the ratio 0.3."""
-    return cd.load(
-        '<robot name="rack"><link name="ground"/>'
-        + LINK.format(name="wheel", com="0 0 0", mass="1")
-        + LINK.format(name="rack", com="0 5 0", mass="1")
-        + '<joint name="a" type="continuous"><parent link="ground"/><child link="wheel"/>'
-        '<axis xyz="0 0 1"/></joint><joint name="b" type="prismatic"><parent link="ground"/>'
-        f'<child link="rack"/><origin xyz="0 4 0"/><axis xyz="1 0 0"/>{LIMIT}</joint>'
-        f'<coupling name="mesh"><predecessor link="{first}"/><successor link="{second}"/>'
-        '<ratio value="-0.3"/></coupling></robot>'
-    )
-
-
 @pytest.mark.parametrize(
     ("first", "second", "power_of_length", "factor"),
     [
@@ -359,7 +345,7 @@ def rack(first: str, second: str) -> cd.Mechanism:
 def test_slips_are_compared_with_a_radian_or_the_length(
     first: str, second: str, power_of_length: int, factor: float
 ) -> None:
-    mechanism = rack(first, second)
+    mechanism = cd.load(rack(first, second))
     length = mechanism.characteristic_length
     assert length != 1.0
     expected = factor * length**power_of_length

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from testkit.linkages import LIMIT
+from testkit.linkages import LIMIT, carriage, rack
 from testkit.planar_linkages import (
     COUPLER,
     described,
@@ -176,6 +176,23 @@ def test_rates_follow_from_closed_positions_by_differences() -> None:
     np.testing.assert_allclose(found, 3.0 * slope, rtol=1e-7, atol=1e-8)
 
 
+def test_accelerations_follow_from_rates_by_differences() -> None:
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    step, speed, acceleration = 1e-5, 3.0, -2.0
+    rates = []
+    for time in (-step, 0.0, step):
+        x = guesses(mechanism, "A", ANGLES + speed * time + 0.5 * acceleration * time**2)
+        state = item.newton(x, reduction, exact(item))
+        drive_rates = np.full((len(ANGLES), 1), speed + acceleration * time)
+        rates.append(state.rates(drive_rates))
+        if time == 0.0:
+            v = np.zeros((len(ANGLES), mechanism.model.nv))
+            v[:, item.group.known], v[:, item.group.passives] = drive_rates, rates[-1]
+            found = state.accelerations(v, np.full((len(ANGLES), 1), acceleration))
+    np.testing.assert_allclose(found, (rates[2] - rates[0]) / (2.0 * step), rtol=1e-6, atol=1e-6)
+
+
 def test_equations_are_solved_like_numpy_solves_them() -> None:
     state = state_of(four_bar(), "A", ANGLES)
     generator = np.random.default_rng(5)
@@ -339,16 +356,26 @@ def test_couplings_are_closed_with_whole_turns() -> None:
     x = np.repeat(start[None], 2, axis=0)
     x[:, a] = 0.2
     turns = np.zeros_like(x)
-    turns[1, [a, b]] = [2.0, -5.0]
-    x[1, b] = 0.3
+    turns[1, [a, b]] = [2.0, -4.0]
+    x[1, b] = -6.5
     state = item.newton(x, reduction, exact(item), turns)
-    np.testing.assert_allclose(x[:, b], [-0.5, -0.5], rtol=1e-13)
+    np.testing.assert_allclose(x[:, b], [-0.5, -0.5 - 2.0 * np.pi], rtol=1e-13)
     assert np.max(state.residual) < 1e-14
     np.testing.assert_allclose(state.rates(np.ones((2, 1))), -2.5, rtol=1e-15)
     x[:, b] += [0.1, -0.3]
     slipped, error = item.evaluate(x, reduction, turns)
     np.testing.assert_allclose(slipped.residual, [0.1, 0.3], rtol=1e-12)
     np.testing.assert_allclose(error[:, 0], [-0.1, 0.3], rtol=1e-12)
+
+
+def test_slips_of_a_slide_count_in_lengths() -> None:
+    mechanism = cd.load(rack("wheel", "rack"))
+    item, reduction, x = only_group(mechanism, "a")
+    x[mechanism.coordinates.columns["b"].start] = 0.5
+    state, error = item.evaluate(x[None], reduction)
+    assert error.tolist() == [[-0.5]]
+    assert mechanism.characteristic_length != 1.0
+    assert state.residual[0] == pytest.approx(0.5 / mechanism.characteristic_length)
 
 
 def test_accelerations_of_a_coupling_follow_its_ratio() -> None:
@@ -382,6 +409,12 @@ def test_open_reductions_hold_for_the_resting_joints_where_they_are() -> None:
     x[mechanism.coordinates.columns["T"]] = 0.4
     # The tilted axis adds one motion to the three of the plane.
     assert item.open_reduction(x).rows[0].shape == (6, 4)
+
+
+@pytest.mark.parametrize("length", [1e-12, 1.0, 1e12])
+def test_open_reductions_move_slides_by_lengths(length: float) -> None:
+    item, _, start = only_group(cd.load(carriage(length)), "s")
+    assert item.open_reduction(start).rows[0].shape == (6, 3)
 
 
 def test_sides_of_a_dead_point_differ() -> None:

@@ -133,3 +133,16 @@ def coupling(name: str, first: str, second: str, ratio: float) -> str:
         f'<coupling name="{name}"><predecessor link="wheel_{first}"/>'
         f'<successor link="wheel_{second}"/><ratio value="{ratio!r}"/></coupling>'
     )
+
+
+def rack(first: str, second: str) -> str:
+    """A wheel (joint a) and a rack (joint b); two of the links are coupled with the ratio -0.3."""
+    return f"""<robot name="rack"><link name="ground"/>
+      {LINK.format(name="wheel", com="0 0 0", mass="1")}
+      {LINK.format(name="rack", com="0 5 0", mass="1")}
+      <joint name="a" type="continuous"><parent link="ground"/><child link="wheel"/>
+        <axis xyz="0 0 1"/></joint>
+      <joint name="b" type="prismatic"><parent link="ground"/><child link="rack"/>
+        <origin xyz="0 4 0"/><axis xyz="1 0 0"/>{LIMIT}</joint>
+      <coupling name="mesh"><predecessor link="{first}"/><successor link="{second}"/>
+        <ratio value="-0.3"/></coupling></robot>"""
