@@ -127,7 +127,7 @@ def test_the_worst_group_counts() -> None:
     problem = checked(mechanism, **SCENES["needle_drive"])
     kinematics = Assembly(problem).kinematics
     assert len(kinematics.solvers) > 1
-    x = np.repeat(Assembly(problem).start[None], 4, axis=0)
+    x = np.repeat(Assembly(problem).start[None], 40, axis=0)
     x += np.random.default_rng(2).uniform(-0.1, 0.1, x.shape)
     state = kinematics.evaluate(x)
     for name, least in (("residual", 0.0), ("condition", 1.0), ("correction", 0.0)):
