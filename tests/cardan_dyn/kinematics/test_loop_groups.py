@@ -156,6 +156,26 @@ def test_couplings_are_groups_of_their_own_where_they_suffice() -> None:
     check_complete(closed, groups, "a")
 
 
+def test_couplings_are_counted_after_the_loops() -> None:
+    wheel = (
+        '<coupling name="mesh"><predecessor link="d"/><successor link="w"/><ratio value="2"/>'
+        "</coupling>"
+    )
+    mechanism = described(
+        *(link(name) for name in "abdw"),
+        joint("A", "ground", "a"),
+        joint("B", "a", "b", (0.0, 1.0)),
+        joint("D", "ground", "d", (2.0, 0.0)),
+        joint("W", "ground", "w", (3.0, 0.0)),
+        loop("L", "b", "d", "2 0 0", "0 0.5 0"),
+        wheel,
+    )
+    groups = groups_of(mechanism, "A")
+    assert [(group.loops, group.couplings) for group in groups] == [((0,), ()), ((), (0,))]
+    assert names_of(mechanism, groups[1].known) == {"D"}
+    check_complete(mechanism, groups, "A")
+
+
 def test_loose_bodies_join_the_only_group_of_a_small_mechanism() -> None:
     arm = link("s"), joint("S", "ground", "s", (5.0, 0.0))
     mechanism = described(
