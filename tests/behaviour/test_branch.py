@@ -83,13 +83,3 @@ def test_following_quickly_equals_following_carefully(
         for name in one.outputs:
             size = max(np.max(np.abs(other[joint].moment)) for joint in other.outputs)
             assert np.max(np.abs(one[name].moment - other[name].moment)) < allowed * size
-
-
-def test_known_periods_are_used_for_any_positions(joint: cd.Mechanism) -> None:
-    scene = universal(joint, 0.7)
-    scene.response()
-    branch = scene._solver.assembly._cache._branch
-    assert branch is not None
-    known = branch.span
-    scene.sweep([6.2, -6.2])
-    assert branch.span == known

@@ -112,7 +112,7 @@ def test_two_dead_points_are_studied_with_positions_between_them() -> None:
     assert redundancy.kinematics.reductions[0].rows[0].shape == (6, 3)
 
 
-def three_rockers() -> cd.Mechanism:
+def three_rockers(*more: str) -> cd.Mechanism:
     """A parallelogram with a third rocker, whose loop adds an equation too many."""
     return four_bar(
         1.0,
@@ -123,6 +123,7 @@ def three_rockers() -> cd.Mechanism:
         '<loop name="F" type="continuous"><predecessor link="b"><origin xyz="1 0 0"/>'
         '</predecessor><successor link="e"><origin xyz="0 1 0"/></successor>'
         '<axis xyz="0 0 1"/></loop>',
+        *more,
     )
 
 
@@ -198,6 +199,9 @@ def test_groups_that_no_output_needs_may_stay_undecided() -> None:
     assert len(wrenches.kinematics.solvers) == 1
     redundancy = wrenches.study.of_states(wrenches.start[None])
     assert redundancy.settled
+    # The same where the rows have to be studied.
+    redundant = subject(three_rockers(*beside), ["A"], outputs=["D"])
+    assert not redundant.study.of_states(redundant.start[None]).settled
     everything = subject(mechanism, ["A"])
     with pytest.raises(cd.MobilityError, match="leave mobility 3"):
         everything.study.of_states(everything.start[None])
