@@ -66,11 +66,11 @@ def test_the_error_at_the_end_of_a_branch_is_kept(index: int) -> None:
     branch = branch_of(four_bar(), "D")
     end = rocker_range()[index]
     errors = []
-    for beyond in (1.1, 1.5):
+    for beyond in (1.1, 1.5, 1.2):
         with pytest.raises(cd.AssemblyError) as caught:
             branch.cover(*sorted((0.0, beyond * end)))
         errors.append(caught.value)
-    assert errors[0] is not errors[1]
+    assert len(set(map(id, errors))) == 3
     assert str(errors[0]) == str(errors[1])
     assert errors[0].nearest == pytest.approx(end, abs=1e-9)
     # What was reached before the error is kept, and the other side can still be covered.
