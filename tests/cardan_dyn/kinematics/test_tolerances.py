@@ -45,6 +45,10 @@ def test_singular_values_are_clearly_zero_or_not(state: ClosedState) -> None:
             assert np.max(relative[is_zero], initial=0.0) < RANK_TOLERANCE / MARGIN
 
 
+def test_rounding_is_far_below_the_tolerances() -> None:
+    assert min(RANK_TOLERANCE, CLOSURE_TOLERANCE) > MARGIN * np.finfo(float).eps
+
+
 def test_closed_loops_are_far_closer_than_the_tolerance(state: ClosedState) -> None:
     assert np.max(state.residual) < CLOSURE_TOLERANCE / MARGIN
 
@@ -66,9 +70,9 @@ def test_an_open_loop_is_refused_even_by_little() -> None:
     guess = assembly.guesses(positions)
     moved = guess.x.copy()
     column = cd.load("universal_joint").coordinates.columns["bearing_out"].start
-    moved[:, column] += 2.0 * SAFE_CORRECTION
+    moved[:, column] += 0.02
     with pytest.raises(cd.AssemblyError, match="away from where the branch leads"):
         assembly.close(guess._replace(x=moved), positions)
     nearer = guess.x.copy()
-    nearer[:, column] += 0.1 * SAFE_CORRECTION
+    nearer[:, column] += 0.002
     assert assembly.close(guess._replace(x=nearer), positions).residual[0] < CLOSURE_TOLERANCE
