@@ -58,8 +58,8 @@ def test_rates_are_differences_of_closed_positions(motion: Motion) -> None:
     _, state, v = motion.at(0.0)
     (_, later, _), (_, earlier, _) = motion.at(STEP), motion.at(-STEP)
     slope = (later.x - earlier.x) / (2.0 * STEP)
-    found = motion.mechanism.coordinates.derivative(state.x, v)
-    np.testing.assert_allclose(found, slope, rtol=1e-5, atol=1e-6)
+    computed = motion.mechanism.coordinates.derivative(state.x, v)
+    np.testing.assert_allclose(computed, slope, rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(slope[0, motion.columns], motion.rates, rtol=1e-9)
 
 
@@ -67,8 +67,8 @@ def test_accelerations_are_differences_of_rates(motion: Motion) -> None:
     kinematics, state, v = motion.at(0.0)
     (_, _, later), (_, _, earlier) = motion.at(STEP), motion.at(-STEP)
     slope = (later - earlier) / (2.0 * STEP)
-    found = kinematics.accelerations(state, v, motion.accelerations[None])
-    np.testing.assert_allclose(found, slope, rtol=1e-5, atol=1e-6 * np.max(np.abs(slope)))
+    computed = kinematics.accelerations(state, v, motion.accelerations[None])
+    np.testing.assert_allclose(computed, slope, rtol=1e-5, atol=1e-6 * np.max(np.abs(slope)))
 
 
 def test_held_joints_rest(motion: Motion) -> None:

@@ -80,7 +80,7 @@ def test_rows_are_pinocchios_twists_of_the_ends_in_the_axes_of_the_carrier(
     actions, twists = geometry(equations, x)
     matrix = equations.rows(twists, actions, equations.full())
     assert matrix.shape == (COUNT, mixed.model.nv, 18)
-    found = np.einsum("nmr,nm->nr", matrix, v)[:, 6 * index : 6 * index + 6]
+    computed = np.einsum("nmr,nm->nr", matrix, v)[:, 6 * index : 6 * index + 6]
     expected = difference_of_spatial_motions(mixed, x, v, "v")[:, index]
     loop = mixed.loops[index]
     carrier = CARRIERS[loop.joint]
@@ -95,7 +95,7 @@ def test_rows_are_pinocchios_twists_of_the_ends_in_the_axes_of_the_carrier(
             axes = seen_from(data.oMi[body]) * pinocchio.SE3(np.eye(3), point)
             expected[sample] = axes.actInv(pinocchio.Motion(expected[sample])).vector
     expected[:, :3] /= mixed.characteristic_length
-    np.testing.assert_allclose(found, expected, atol=1e-12)
+    np.testing.assert_allclose(computed, expected, atol=1e-12)
 
 
 def test_drift_is_pinocchios_acceleration_relative_to_the_carrier(mixed: cd.Mechanism) -> None:
@@ -135,12 +135,12 @@ def test_rows_are_the_slope_of_the_error_at_closed_positions(name: str) -> None:
     )
     slope = (later - earlier) / (2.0 * STEP)
     full = equations.full()
-    found = np.einsum("nmr,nm->nr", equations.rows(twists, actions, full), v)
+    computed = np.einsum("nmr,nm->nr", equations.rows(twists, actions, full), v)
     count = 6 * len(mechanism.loops)
     expected = equations.project(slope, None, actions, full)[:, :count]
     scale = np.max(np.abs(expected))
     assert scale > 0.1
-    np.testing.assert_allclose(found[:, :count], expected, atol=1e-6 * scale)
+    np.testing.assert_allclose(computed[:, :count], expected, atol=1e-6 * scale)
     np.testing.assert_allclose(error, 0.0, atol=1e-9)
 
 
@@ -163,9 +163,9 @@ def test_drift_is_the_curvature_of_the_error_along_a_closed_motion(
     ]
     curvature = (errors[0] - 2.0 * errors[1] + errors[2]) / STEP**2
     _, twists = geometry(equations, state.x)
-    found = equations.drift(twists, v)
-    assert np.max(np.abs(found)) > 0.01 * mechanism.characteristic_length
-    np.testing.assert_allclose(found, curvature, atol=1e-5 * np.max(np.abs(found)))
+    computed = equations.drift(twists, v)
+    assert np.max(np.abs(computed)) > 0.01 * mechanism.characteristic_length
+    np.testing.assert_allclose(computed, curvature, atol=1e-5 * np.max(np.abs(computed)))
 
 
 def test_the_error_is_the_twist_from_successor_to_predecessor() -> None:
@@ -173,7 +173,7 @@ def test_the_error_is_the_twist_from_successor_to_predecessor() -> None:
     equations = equations_of(mechanism)
     x = np.repeat(mechanism.coordinates.neutral()[None], COUNT, axis=0)
     x = moved(mechanism, x, rates_of(mechanism), np.zeros((COUNT, mechanism.model.nv)), 1e-3)
-    found, worst = equations.error(geometry(equations, x)[0])
+    computed, worst = equations.error(geometry(equations, x)[0])
     model, data = mechanism.model, mechanism.model.createData()
     for sample, q in enumerate(mechanism.coordinates.configuration(x)):
         pinocchio.forwardKinematics(model, data, q)
@@ -183,7 +183,7 @@ def test_the_error_is_the_twist_from_successor_to_predecessor() -> None:
             second = seen_from(data.oMi[loop.successor]) * loop.successor_placement
             expected = pinocchio.log6(first * second.inverse()).vector
             # Both agree to second order in the error, of some 1e-3.
-            np.testing.assert_allclose(found[sample, index], expected, atol=1e-7)
+            np.testing.assert_allclose(computed[sample, index], expected, atol=1e-7)
             gap = first.translation - second.translation
             deviations.append(np.linalg.norm(gap) / mechanism.characteristic_length)
             angle = np.linalg.norm(pinocchio.log3(first.rotation @ second.rotation.T))
@@ -314,12 +314,12 @@ def test_a_coupling_adds_the_row_of_its_ratio() -> None:
     actions, twists = geometry(equations, rows(mechanism, 2))
     reduction = equations.full()
     assert reduction.rows == ()
-    found = equations.rows(twists, actions, reduction)
+    computed = equations.rows(twists, actions, reduction)
     a, b, c = (mechanism.coordinates.velocity_columns[name].start for name in "abc")
     expected = np.zeros((3, 2))
     expected[[a, b], 0] = [-2.0, -1.0]
     expected[[b, c], 1] = [0.25, -1.0]
-    np.testing.assert_array_equal(found, [expected, expected])
+    np.testing.assert_array_equal(computed, [expected, expected])
     np.testing.assert_array_equal(equations.slip_units, [1.0, 1.0])
     assert equations.coupled_columns.tolist() == [0, 1, 2]
     np.testing.assert_array_equal(equations.coupled_ratios, expected)

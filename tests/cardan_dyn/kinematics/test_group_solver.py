@@ -172,8 +172,8 @@ def test_rates_follow_from_closed_positions_by_differences() -> None:
         closed.append(x)
     columns = mechanism.coordinates.column_of(group.passives)
     slope = (closed[1] - closed[0])[:, columns] / (2.0 * step)
-    found = state.rates(np.full((len(ANGLES), 1), 3.0))
-    np.testing.assert_allclose(found, 3.0 * slope, rtol=1e-7, atol=1e-8)
+    computed = state.rates(np.full((len(ANGLES), 1), 3.0))
+    np.testing.assert_allclose(computed, 3.0 * slope, rtol=1e-7, atol=1e-8)
 
 
 def test_accelerations_follow_from_rates_by_differences() -> None:
@@ -189,8 +189,8 @@ def test_accelerations_follow_from_rates_by_differences() -> None:
         if time == 0.0:
             v = np.zeros((len(ANGLES), mechanism.model.nv))
             v[:, item.group.known], v[:, item.group.passives] = drive_rates, rates[-1]
-            found = state.accelerations(v, np.full((len(ANGLES), 1), acceleration))
-    np.testing.assert_allclose(found, (rates[2] - rates[0]) / (2.0 * step), rtol=1e-6, atol=1e-6)
+            computed = state.accelerations(v, np.full((len(ANGLES), 1), acceleration))
+    np.testing.assert_allclose(computed, (rates[2] - rates[0]) / (2.0 * step), rtol=1e-6, atol=1e-6)
 
 
 def test_equations_are_solved_like_numpy_solves_them() -> None:
@@ -324,12 +324,14 @@ def test_rounding_is_that_of_the_amplitude_of_a_motion() -> None:
     states[:, layout.columns["d"].start] = [0.1, 0.0, 0.0]
     rounding = item.rounding(states)
     passives = item.group.passives.tolist()
-    found = {name: rounding[passives.index(layout.velocity_columns[name].start)] for name in "bcd"}
-    smallest = found["c"]
+    computed = {
+        name: rounding[passives.index(layout.velocity_columns[name].start)] for name in "bcd"
+    }
+    smallest = computed["c"]
     # An angle of more than a radian counts as one radian.
     assert 0.0 < smallest < 1e-14
-    assert found["b"] == pytest.approx(1e-3 * smallest)
-    assert found["d"] == pytest.approx(0.1 / mechanism.characteristic_length * smallest)
+    assert computed["b"] == pytest.approx(1e-3 * smallest)
+    assert computed["d"] == pytest.approx(0.1 / mechanism.characteristic_length * smallest)
     # What rests shows nothing but rounding: it is allowed that of a whole radian.
     np.testing.assert_array_equal(item.rounding(start[None]), [smallest] * 3)
 
@@ -382,8 +384,8 @@ def test_accelerations_of_a_coupling_follow_its_ratio() -> None:
     mechanism = geared(-2.5)
     state = state_of(mechanism, "A", np.array([0.1, 0.2]))
     v = np.random.default_rng(1).normal(size=(2, mechanism.model.nv))
-    found = state.accelerations(v, np.array([[2.0], [-1.0]]))
-    np.testing.assert_allclose(found, [[-5.0], [2.5]], rtol=1e-15)
+    computed = state.accelerations(v, np.array([[2.0], [-1.0]]))
+    np.testing.assert_allclose(computed, [[-5.0], [2.5]], rtol=1e-15)
 
 
 def test_open_reductions_hold_for_the_resting_joints_where_they_are() -> None:

@@ -176,14 +176,34 @@ def test_blocks_of_guesses_hold_the_same_samples() -> None:
     assert block.followed is guess.followed
 
 
-def test_redundant_rows_are_learned_from_the_branch() -> None:
-    """Both dead points of a parallelogram's motion show too few rows, all of it shows enough."""
+def test_a_regular_start_is_not_studied_again() -> None:
     cache = cache_of(four_bar(), "A")
-    rows = cache.kinematics.reductions[0].rows[0]
-    assert rows.shape == (6, 3)
+    known = cache.kinematics
+    assert known.reductions[0].rows[0].shape == (6, 3)
     cache.guesses(np.array([[0.0], [1.0]]))
-    # A regular start settled the matter: it is not studied again.
-    assert cache.kinematics.reductions[0].rows[0] is rows
+    assert cache.kinematics is known
+
+
+def test_surplus_rows_are_studied_wherever_the_branch_grows() -> None:
+    """A parallelogram with a third rocker, whose loop adds an equation too many."""
+    third = (
+        link("e"),
+        planar_linkages.joint("E", "ground", "e", (1.0, 0.0)),
+        '<loop name="F" type="continuous"><predecessor link="b"><origin xyz="1 0 0"/>'
+        '</predecessor><successor link="e"><origin xyz="0 1 0"/></successor>'
+        '<axis xyz="0 0 1"/></loop>',
+    )
+    cache = cache_of(four_bar(1.0, 1.0, 2.0, *third), "A")
+    at_start = cache.kinematics
+    guess = cache.guesses(np.array([[0.0], [1.0]]))
+    learned = cache.kinematics
+    assert learned is not at_start
+    assert [rows.shape for rows in learned.reductions[0].rows] == [(6, 3), (6, 3)]
+    assert guess.kinematics.reductions is learned.reductions
+    cache.guesses(np.array([[0.1], [0.9]]))
+    assert cache.kinematics is learned
+    cache.guesses(np.array([[-0.1], [0.9]]))
+    assert cache.kinematics is not learned
 
 
 def test_threads_that_share_a_cache_get_what_each_would_get_alone() -> None:

@@ -45,18 +45,18 @@ def bodies_of(mechanism: cd.Mechanism, *names: str) -> set[int]:
 
 def test_all_wrenches_need_all_groups(line: cd.Mechanism) -> None:
     groups = groups_of(line, "R0")
-    found = needs(line, groups, None)
+    needed = needs(line, groups, None)
     every = list(range(len(groups)))
-    assert (found.motion, found.forces) == (every, set(every))
-    assert found.known_bodies == set(range(line.model.njoints - 1))
-    assert not found.efforts_alone
+    assert (needed.motion, needed.forces) == (every, set(every))
+    assert needed.known_bodies == set(range(line.model.njoints - 1))
+    assert not needed.efforts_alone
 
 
 def test_drive_efforts_need_the_motion_alone(line: cd.Mechanism) -> None:
     groups = groups_of(line, "R0")
-    found = needs(line, groups, set())
-    assert found.motion == list(range(len(groups)))
-    assert (found.forces, found.known_bodies, found.efforts_alone) == (set(), set(), True)
+    needed = needs(line, groups, set())
+    assert needed.motion == list(range(len(groups)))
+    assert (needed.forces, needed.known_bodies, needed.efforts_alone) == (set(), set(), True)
 
 
 def test_a_wrench_needs_the_forces_of_all_later_loops_that_load_it(line: cd.Mechanism) -> None:
@@ -64,29 +64,29 @@ def test_a_wrench_needs_the_forces_of_all_later_loops_that_load_it(line: cd.Mech
     groups = groups_of(line, "R0")
     assert [group.loops for group in groups[:COUNT]] == [(0,), (1,), (2,)]
     for first, name in ((0, "P0"), (1, "P1"), (2, "P2"), (2, "R3"), (1, "R2")):
-        found = needs(line, groups, bodies_of(line, name))
-        assert found.forces == set(range(first, COUNT)), name
-        assert found.motion == list(range(COUNT)), name
-        assert not found.efforts_alone
+        needed = needs(line, groups, bodies_of(line, name))
+        assert needed.forces == set(range(first, COUNT)), name
+        assert needed.motion == list(range(COUNT)), name
+        assert not needed.efforts_alone
 
 
 def test_a_swing_beside_the_line_needs_its_own_group(line: cd.Mechanism) -> None:
     groups = groups_of(line, "R0")
     (swing,) = bodies_of(line, "S")
-    found = needs(line, groups, {swing})
-    assert found.forces == {COUNT}
-    assert found.motion == [COUNT]
-    assert found.known_bodies == {swing}
+    needed = needs(line, groups, {swing})
+    assert needed.forces == {COUNT}
+    assert needed.motion == [COUNT]
+    assert needed.known_bodies == {swing}
 
 
 def test_wrenches_are_known_where_all_groups_that_load_a_body_are_solved(
     line: cd.Mechanism,
 ) -> None:
     groups = groups_of(line, "R0")
-    found = needs(line, groups, bodies_of(line, "P2"))
-    assert found.forces == {2}
+    needed = needs(line, groups, bodies_of(line, "P2"))
+    assert needed.forces == {2}
     # The rocker R2 is loaded by the loop before it as well.
-    assert found.known_bodies == bodies_of(line, "P2", "R3", "L2")
+    assert needed.known_bodies == bodies_of(line, "P2", "R3", "L2")
     all_of_them = needs(line, groups, bodies_of(line, "R0"))
     assert all_of_them.known_bodies == set(range(line.model.njoints - 1)) - bodies_of(line, "S")
 
