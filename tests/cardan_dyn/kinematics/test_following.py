@@ -84,3 +84,30 @@ def test_a_sample_out_of_reach_is_refused_with_what_was_reached() -> None:
     np.testing.assert_allclose(error.nearest, [end, -end], atol=1e-6)
     assert error.residual > 0.0
     assert f"the nearest that were reached are {error.nearest[0]:.9g}"[:45] in str(error)
+
+
+def test_every_sample_is_followed_from_the_one_before_it() -> None:
+    """A long way in small steps takes one attempt per batch, none of which is thrown away."""
+    mechanism = five_bar()
+    kinematics, start = solver(mechanism, "A", "D")
+    columns = [mechanism.coordinates.columns[name].start for name in "AD"]
+    sizes: list[int] = []
+
+    class Counted:
+        """The kinematics, with a record of how many samples each call closes."""
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(kinematics, name)
+
+        def close(self, x: np.ndarray, **options: int) -> object:
+            sizes.append(len(x))
+            return kinematics.close(x, **options)
+
+    turns = np.linspace(0.0, 4.0 * np.pi, 1200)
+    positions = np.stack([turns, turns + 0.5 * np.sin(turns)], axis=1)
+    x = follow(Counted(), start, columns, positions)
+    np.testing.assert_allclose(meeting_points(mechanism, x), tips(positions), atol=1e-13)
+    np.testing.assert_allclose(values(mechanism, x, "B")[-1], -4.0 * np.pi, atol=1e-12)
+    assert sum(sizes) < 3 * len(turns)
+    assert min(sizes[:-1]) >= 8
+    assert max(sizes) <= 512
