@@ -55,6 +55,7 @@ class Branch:
         self.unit = unit
         self.period: float | None = None
         self.windings = np.zeros(start.size)
+        self._start = float(start[drive_column])
         self._table = table_of(kinematics, kinematics.evaluate(start[None, :]), drive_column)
         self._ends = (LOWER, UPPER)
         # Number of nodes that it was last refined to; zero while guesses need not be safe.
@@ -166,11 +167,19 @@ class Branch:
         return self._table.states
 
     def limit(self, target: float) -> float:
-        """Return how far towards `target` the branch can be followed, ±inf if all the way."""
+        """Return how far towards `target` the branch can be followed from its start.
+
+        Args:
+            target: drive position, not that of the start.
+
+        Returns:
+            The drive position where the branch ends; ±inf, with the sign of the direction from the
+            start, if it leads all the way.
+        """
         try:
             self.cover(min(target, self.span[0]), max(target, self.span[1]))
         except AssemblyError as error:
             return float(error.details["nearest"])  # type: ignore[arg-type]
         except SingularConfigurationError as error:
             return float(error.details["position"])  # type: ignore[arg-type]
-        return float(np.copysign(np.inf, target - self.span[0]))
+        return float(np.copysign(np.inf, target - self._start))

@@ -95,7 +95,7 @@ class ClosureEquations:
         return signs
 
     def _indices_from_root(self, body: int) -> list[int]:
-        """Return the bodies from the root to one (index in Pinocchio's model) in the batch."""
+        """Return the batch indices of a body (index in Pinocchio's model) and its ancestors."""
         return [self.batch.index_of[index] for index in ancestors(self.mechanism.model, body)]
 
     def _ends_of(self, loop: Loop) -> tuple[LoopEnd, LoopEnd]:
@@ -171,19 +171,19 @@ class ClosureEquations:
         Its columns are the reduced rows of the loops, then those of the couplings.
         """
         count, moving = twists.shape[:2]
-        parts = []
+        blocks = []
         for signs, factors, axes, rows in zip(
             self.column_signs, self._factors, self._axes, reduction.rows, strict=True
         ):
             if axes.body >= 0:
-                parts.append((twists * signs[:, None]) @ self._weighted(axes, actions, rows))
+                blocks.append((twists * signs[:, None]) @ self._weighted(axes, actions, rows))
                 continue
             # One product of tall matrices is faster than one for every sample.
-            part = (twists * factors).reshape(-1, 6) @ rows
-            parts.append(part.reshape(count, moving, rows.shape[1]))
-        if self.couplings or not parts:
-            parts.append(np.broadcast_to(self._coupling_rows, (count, *self._coupling_rows.shape)))
-        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=2)
+            block = (twists * factors).reshape(-1, 6) @ rows
+            blocks.append(block.reshape(count, moving, rows.shape[1]))
+        if self.couplings or not blocks:
+            blocks.append(np.broadcast_to(self._coupling_rows, (count, *self._coupling_rows.shape)))
+        return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=2)
 
     def project(
         self, twist: Array, slips: Array | None, actions: Array, reduction: Reduction
@@ -197,17 +197,17 @@ class ClosureEquations:
             reduction: which rows.
         """
         weighted = twist * self.weights
-        parts = [
+        blocks = [
             weighted[:, index] @ rows
             if axes.body < 0
             else (twist[:, [index]] @ self._weighted(axes, actions, rows))[:, 0]
             for index, (axes, rows) in enumerate(zip(self._axes, reduction.rows, strict=True))
         ]
-        if self.couplings or not parts:
-            parts.append(
+        if self.couplings or not blocks:
+            blocks.append(
                 np.zeros((len(twist), self._coupling_rows.shape[1])) if slips is None else slips
             )
-        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+        return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
 
     def wrench(self, index: int, actions: Array, combinations: Array) -> Array:
         """Return wrenches of a loop in world axes about the batch model's origin.
@@ -259,11 +259,12 @@ class ClosureEquations:
         """Return loop accelerations `(N, L, 6)` that joint rates alone cause.
 
         They are accelerations of the predecessor less those of the successor, spatial ones in
-        world axes about the batch model's origin.
+        world axes about the batch model's origin. The motion of the body that carries a loop adds
+        nothing, which holds for rates that keep the loop closed only.
 
         Args:
             twists: `(N, m, 6)` unit twists of the movable coordinates.
-            rates: `(N, m)` of these coordinates.
+            rates: `(N, m)` of these coordinates, with which the loops stay closed.
         """
         result = np.empty((len(twists), len(self._paths), 6))
         for index, path in enumerate(self._paths):

@@ -63,7 +63,7 @@ def _one_step(
     """Close the loops at targets `(K, d)`, each in one step from closed coordinates `(size,)`.
 
     Returns:
-        The states found, and `(K,)` whether they are in the same assembly mode.
+        The states, and `(K,)` whether they are in the same assembly mode.
     """
     coordinates = kinematics.coordinates
     before = kinematics.evaluate(np.repeat(last[None, :], len(targets), axis=0))

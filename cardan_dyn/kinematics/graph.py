@@ -1,7 +1,7 @@
 """Graph: matching and strong components, for graphs as small as those of a mechanism.
 
-SciPy has both for graphs of any size, but importing it takes a hundred times as long as the graph
-of a mechanism takes here.
+SciPy has both for graphs of any size, but importing it takes a hundred times as long as these
+functions take for the graph of a mechanism.
 """
 
 from __future__ import annotations

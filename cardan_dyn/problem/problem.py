@@ -127,10 +127,10 @@ class Problem:
             ArgumentError: a wrench has another number of samples.
         """
         for name, load in self.link_loads.items():
-            for part in (load.force, load.moment):
-                if len(part) not in (1, count):
+            for vectors in (load.force, load.moment):
+                if len(vectors) not in (1, count):
                     raise ArgumentError(
-                        f"the wrench on {name!r} has {len(part)} samples, the sweep {count}"
+                        f"the wrench on {name!r} has {len(vectors)} samples, the sweep {count}"
                     )
         return self.link_loads
 

@@ -36,10 +36,10 @@ def crank_sweep(length: float) -> cd.Sweep:
 
 @pytest.mark.parametrize("length", [1e-6, 1e-3, 1e3, 1e6])
 def test_condition_does_not_depend_on_the_unit_of_length(length: float) -> None:
-    here, there = crank_sweep(1.0), crank_sweep(length)
-    assert there.condition == pytest.approx(here.condition, rel=1e-9)
-    assert there.drive_effort == pytest.approx(length * here.drive_effort, rel=1e-12)
-    assert there.balance_residual < 1e-14
+    in_metres, in_lengths = crank_sweep(1.0), crank_sweep(length)
+    assert in_lengths.condition == pytest.approx(in_metres.condition, rel=1e-9)
+    assert in_lengths.drive_effort == pytest.approx(length * in_metres.drive_effort, rel=1e-12)
+    assert in_lengths.balance_residual < 1e-14
 
 
 @pytest.mark.parametrize("load", [1e-250, 1e-160, 1e160, 1e250])

@@ -1,4 +1,4 @@
-"""Gears between joints: ratio, tooth moments, and closed gear trains."""
+"""Couplings between joints: velocity ratios, moments, and closed trains of wheels."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ import cardan_dyn as cd
 POSITIONS = np.linspace(-10.0, 10.0, 41)
 
 
-def test_a_gear_passes_power_on_without_loss() -> None:
+def test_a_coupling_passes_power_on_without_loss() -> None:
     scene = cd.Scene(cd.load(gears(coupling("mesh", "a", "b", -2.5))), drive="a", loads={"b": 7.0})
     turn = scene.sweep(POSITIONS, speed=3.0, acceleration=2.0)
     np.testing.assert_allclose(turn.motion.position("b"), -2.5 * POSITIONS, atol=1e-13)
     np.testing.assert_allclose(turn.motion.velocity("b"), -7.5)
-    # The moment that the teeth exert on b drives its inertia against the load.
-    tooth = 0.025 * (-2.5 * 2.0) - 7.0
-    np.testing.assert_allclose(turn.coupling_moment["mesh"], tooth, rtol=1e-13)
-    np.testing.assert_allclose(turn["b"].torsion, 7.0 + tooth, rtol=1e-13)
-    # On a the same teeth exert 2.5 times as much, so that no power is lost.
+    # The moment that the coupling exerts on b drives its inertia against the load.
+    moment = 0.025 * (-2.5 * 2.0) - 7.0
+    np.testing.assert_allclose(turn.coupling_moment["mesh"], moment, rtol=1e-13)
+    np.testing.assert_allclose(turn["b"].torsion, 7.0 + moment, rtol=1e-13)
+    # On a the same coupling exerts 2.5 times as much, so that no power is lost.
     np.testing.assert_allclose(turn["a"].torsion, 0.025 * 2.0, rtol=1e-13)
-    np.testing.assert_allclose(turn.drive_effort, 0.025 * 2.0 - 2.5 * tooth, rtol=1e-13)
+    np.testing.assert_allclose(turn.drive_effort, 0.025 * 2.0 - 2.5 * moment, rtol=1e-13)
     assert turn.power_residual < 1e-14
     assert turn.coupling_unique["mesh"]
 
 
-def test_closed_gear_trains_are_solved_or_refused() -> None:
+def test_closed_trains_of_wheels_are_solved_or_refused() -> None:
     train = (coupling("ab", "a", "b", -2.0), coupling("bc", "b", "c", -3.0))
     closed = gears(*train, coupling("ca", "c", "a", 1.0 / 6.0), third=True)
     scene = cd.Scene(cd.load(closed), drive="a", loads={"c": -4.0})

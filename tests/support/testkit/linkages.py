@@ -105,6 +105,17 @@ def tilted_slider_crank(length: float, planar: bool) -> str:
         </predecessor><successor link="piston"/><axis xyz="0 0 1"/></loop></robot>"""
 
 
+def carriage(length: float) -> str:
+    """A carriage s along x with an arm that turns about the y-axis h through its origin, welded."""
+    return f"""<robot name="carriage"><link name="ground"/><link name="carriage"/><link name="arm"/>
+      <joint name="s" type="prismatic"><parent link="ground"/><child link="carriage"/>
+        <axis xyz="1 0 0"/>{LIMIT}</joint>
+      <joint name="h" type="continuous"><parent link="carriage"/><child link="arm"/>
+        <origin xyz="0 {length!r} 0"/><axis xyz="0 1 0"/></joint>
+      <loop name="weld" type="fixed"><predecessor link="arm"/><successor link="ground">
+        <origin xyz="0 {length!r} 0"/></successor></loop></robot>"""
+
+
 def gears(*couplings: str, third: bool = False) -> str:
     """Wheels about parallel axes on the ground."""
     names = ("a", "b", "c") if third else ("a", "b")
@@ -122,3 +133,16 @@ def coupling(name: str, first: str, second: str, ratio: float) -> str:
         f'<coupling name="{name}"><predecessor link="wheel_{first}"/>'
         f'<successor link="wheel_{second}"/><ratio value="{ratio!r}"/></coupling>'
     )
+
+
+def rack(first: str, second: str) -> str:
+    """A wheel (joint a) and a rack (joint b); two of the links are coupled with the ratio -0.3."""
+    return f"""<robot name="rack"><link name="ground"/>
+      {LINK.format(name="wheel", com="0 0 0", mass="1")}
+      {LINK.format(name="rack", com="0 5 0", mass="1")}
+      <joint name="a" type="continuous"><parent link="ground"/><child link="wheel"/>
+        <axis xyz="0 0 1"/></joint>
+      <joint name="b" type="prismatic"><parent link="ground"/><child link="rack"/>
+        <origin xyz="0 4 0"/><axis xyz="1 0 0"/>{LIMIT}</joint>
+      <coupling name="mesh"><predecessor link="{first}"/><successor link="{second}"/>
+        <ratio value="-0.3"/></coupling></robot>"""

@@ -1,0 +1,199 @@
+"""Branches: covered spans, periods, limits and guesses of linkages known in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.planar_linkages import (
+    COUPLER,
+    four_bar,
+    geared,
+    pin_distance,
+    rocker_range,
+    solver,
+    values,
+)
+
+import cardan_dyn as cd
+from cardan_dyn.kinematics.branch import Branch
+
+TURN = 2.0 * np.pi
+
+
+def branch_of(mechanism: cd.Mechanism, drive: str) -> Branch:
+    kinematics, start = solver(mechanism, drive)
+    return Branch(kinematics, start, mechanism.coordinates.columns[drive].start, 1.0)
+
+
+def test_a_new_branch_is_known_where_it_starts() -> None:
+    mechanism = four_bar()
+    branch = branch_of(mechanism, "A")
+    assert branch.span == (0.0, 0.0)
+    np.testing.assert_array_equal(branch.states(), mechanism.coordinates.neutral()[None])
+    assert branch.period is None
+    assert not np.any(branch.windings)
+
+
+def test_a_branch_grows_to_both_sides_and_never_shrinks() -> None:
+    mechanism = four_bar()
+    branch = branch_of(mechanism, "A")
+    for low, high, span in (
+        (-0.5, 1.0, (-0.5, 1.0)),
+        (0.0, 0.3, (-0.5, 1.0)),
+        (-2.0, 0.0, (-2.0, 1.0)),
+        (0.5, 9.0, (-2.0, 9.0)),
+    ):
+        branch.cover(low, high)
+        assert branch.span == span
+    states = branch.states()
+    np.testing.assert_allclose(pin_distance(mechanism, states), COUPLER, rtol=1e-13)
+    assert np.all(np.diff(values(mechanism, states, "A")) > 0.0)
+    rocker = values(mechanism, states, "D")
+    assert rocker_range()[0] <= np.min(rocker) < np.max(rocker) <= rocker_range()[1]
+
+
+def test_what_is_covered_already_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    branch = branch_of(four_bar(), "A")
+    branch.cover(-1.0, 1.0)
+    monkeypatch.setattr(branch, "kinematics", None)
+    branch.cover(-1.0, 1.0)
+    branch.cover(0.0, 0.5)
+    assert branch.span == (-1.0, 1.0)
+
+
+@pytest.mark.parametrize("index", [0, 1])
+def test_the_error_at_the_end_of_a_branch_is_kept(index: int) -> None:
+    branch = branch_of(four_bar(), "D")
+    end = rocker_range()[index]
+    errors = []
+    for beyond in (1.1, 1.5, 1.2):
+        with pytest.raises(cd.AssemblyError) as caught:
+            branch.cover(*sorted((0.0, beyond * end)))
+        errors.append(caught.value)
+    assert len(set(map(id, errors))) == 3
+    assert str(errors[0]) == str(errors[1])
+    assert errors[0].nearest == pytest.approx(end, abs=1e-9)
+    # What was reached before the error is kept, and the other side can still be covered.
+    reached = branch.span[index]
+    assert 0.0 < abs(end - reached) < 1e-6
+    other = rocker_range()[1 - index]
+    branch.cover(*sorted((0.5 * end, 0.5 * other)))
+    assert branch.span[1 - index] == 0.5 * other
+
+
+@pytest.mark.parametrize(
+    ("ratio", "turns"), [(1.0, 1), (-3.0, 1), (0.5, 2), (1.0 / 3.0, 3), (-2.5, 2), (1.0 / 12.0, 12)]
+)
+def test_wheels_repeat_after_whole_turns_of_both(ratio: float, turns: int) -> None:
+    mechanism = geared(ratio)
+    branch = branch_of(mechanism, "A")
+    assert branch.find_period()
+    assert branch.period == pytest.approx(turns * TURN)
+    assert values(mechanism, branch.windings, "A") == turns
+    assert values(mechanism, branch.windings, "B") == pytest.approx(ratio * turns, abs=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [1.0 / 13.0, 0.3819660112501051, 1.0 + 1e-6])
+def test_wheels_that_do_not_repeat_within_twelve_turns(ratio: float) -> None:
+    branch = branch_of(geared(ratio), "A")
+    assert not branch.find_period()
+    assert branch.period is None
+
+
+def test_a_crank_turns_through_and_its_rocker_does_not() -> None:
+    mechanism = four_bar()
+    crank, rocker = branch_of(mechanism, "A"), branch_of(mechanism, "D")
+    assert crank.find_period()
+    windings = {name: float(values(mechanism, crank.windings, name)) for name in "ABDC"}
+    assert windings == {"A": 1.0, "B": -1.0, "D": 0.0, "C": 0.0}
+    with pytest.raises(cd.AssemblyError):
+        rocker.find_period()
+
+
+def test_a_period_is_found_within_a_span_that_is_longer() -> None:
+    branch = branch_of(four_bar(), "A")
+    branch.cover(-5.0, 6.0)
+    assert branch.find_period()
+    assert branch.period == pytest.approx(TURN)
+    assert branch.span == (-5.0, 6.0)
+
+
+def test_limits_are_dead_points_or_infinite() -> None:
+    low, high = rocker_range()
+    rocker = branch_of(four_bar(), "D")
+    assert rocker.limit(3.0) == pytest.approx(high, abs=1e-9)
+    assert rocker.limit(-3.0) == pytest.approx(low, abs=1e-9)
+    crank = branch_of(four_bar(), "A")
+    assert crank.limit(9.0) == np.inf
+    assert crank.limit(-9.0) == -np.inf
+    assert crank.span == (-9.0, 9.0)
+    # Within the known span as well, the direction from the start decides.
+    assert (crank.limit(-8.0), crank.limit(8.0)) == (-np.inf, np.inf)
+
+
+def test_a_limit_is_also_where_modes_meet() -> None:
+    """All links of the parallelogram are in line there."""
+    parallelogram = branch_of(four_bar(1.0, 1.0, 2.0), "A")
+    assert parallelogram.limit(2.0) == pytest.approx(0.5 * np.pi, abs=5e-6)
+    assert parallelogram.limit(-2.0) == pytest.approx(-0.5 * np.pi, abs=5e-6)
+    with pytest.raises(cd.SingularConfigurationError, match="not unique"):
+        parallelogram.cover(0.0, 2.0)
+
+
+def guess_error(branch: Branch, positions: np.ndarray) -> float:
+    guess = branch.guess(positions)
+    return float(np.max(branch.kinematics.close(guess).correction))
+
+
+def test_refinement_stops_at_rounding_or_at_the_limit_of_nodes() -> None:
+    mechanism = four_bar()
+    positions = np.linspace(-3.0, 3.0, 200)
+    errors, sizes = [], []
+    for node_limit in (0, 30, 2000):
+        branch = branch_of(mechanism, "A")
+        branch.cover(-3.0, 3.0)
+        coarse = len(branch.states())
+        branch.refine(branch.kinematics, node_limit)
+        errors.append(guess_error(branch, positions))
+        sizes.append(len(branch.states()))
+        assert sizes[-1] >= coarse
+    assert errors[2] < 1e-14 < errors[1] < errors[0] < 1e-2
+    assert sizes[0] < 30 <= sizes[1] < sizes[2] < 2000
+    np.testing.assert_allclose(pin_distance(mechanism, branch.states()), COUPLER, rtol=1e-13)
+
+
+def test_refinement_waits_until_the_limit_has_doubled() -> None:
+    branch = branch_of(four_bar(), "A")
+    branch.cover(-3.0, 3.0)
+    branch.refine(branch.kinematics, 30)
+    size = len(branch.states())
+    branch.refine(branch.kinematics, 59)
+    assert len(branch.states()) == size
+    branch.refine(branch.kinematics, 100)
+    assert len(branch.states()) > size
+
+
+def test_guesses_are_exact_in_the_drive() -> None:
+    mechanism = four_bar()
+    branch = branch_of(mechanism, "A")
+    branch.cover(-1.0, 2.0)
+    positions = np.linspace(-1.0, 2.0, 33)
+    np.testing.assert_array_equal(values(mechanism, branch.guess(positions), "A"), positions)
+
+
+def test_what_the_quick_way_cannot_prove_is_followed_with_care(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mechanism = four_bar()
+    positions = np.linspace(-7.0, 7.0, 50)
+    quick = branch_of(mechanism, "A")
+    quick.cover(-7.0, 7.0)
+    attempts: list[object] = []
+    monkeypatch.setattr(
+        "cardan_dyn.kinematics.branch.proven", lambda *arguments: attempts.append(arguments)
+    )
+    careful = branch_of(mechanism, "A")
+    careful.cover(-7.0, 7.0)
+    assert len(attempts) == 1
+    closed = [branch.kinematics.close(branch.guess(positions)).x for branch in (quick, careful)]
+    np.testing.assert_allclose(closed[0], closed[1], atol=1e-13)

@@ -1,0 +1,460 @@
+"""Group solver: Newton's method against closed forms, and its linear algebra against NumPy's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.linkages import LIMIT, carriage, rack
+from testkit.planar_linkages import (
+    COUPLER,
+    described,
+    four_bar,
+    geared,
+    joint,
+    link,
+    pin_distance,
+    solver,
+    values,
+)
+
+import cardan_dyn as cd
+from cardan_dyn.kinematics.batch_model import BatchModel
+from cardan_dyn.kinematics.branch import Branch
+from cardan_dyn.kinematics.group_solver import GroupSolver, GroupState
+from cardan_dyn.kinematics.long_chain import LongChain
+from cardan_dyn.kinematics.reduction import Reduction
+
+ANGLES = np.linspace(-0.6, 0.6, 7)
+EXACT = 0.0
+"""Rounding with which Newton's method goes on as far as it can."""
+
+
+def only_group(mechanism: cd.Mechanism, *drives: str) -> tuple[GroupSolver, Reduction, np.ndarray]:
+    """The only group of a mechanism, its reachable rows, and its zero position."""
+    kinematics, start = solver(mechanism, *drives)
+    (item,), (reduction,) = kinematics.solvers, kinematics.reductions
+    return item, reduction, start
+
+
+def guesses(mechanism: cd.Mechanism, drive: str, positions: np.ndarray) -> np.ndarray:
+    x = np.repeat(mechanism.coordinates.neutral()[None], len(positions), axis=0)
+    x[:, mechanism.coordinates.columns[drive].start] = positions
+    return x
+
+
+def exact(item: GroupSolver) -> np.ndarray:
+    return np.full(item.group.passives.size, EXACT)
+
+
+def state_of(mechanism: cd.Mechanism, drive: str, positions: np.ndarray) -> GroupState:
+    """Closed states at positions of the drive."""
+    item, reduction, _ = only_group(mechanism, drive)
+    x = guesses(mechanism, drive, positions)
+    return item.newton(x, reduction, exact(item))
+
+
+def test_newton_closes_a_four_bar_in_the_mode_of_the_guess() -> None:
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    x = guesses(mechanism, "A", ANGLES)
+    state = item.newton(x, reduction, exact(item))
+    np.testing.assert_allclose(pin_distance(mechanism, x), COUPLER, rtol=1e-14)
+    np.testing.assert_array_equal(values(mechanism, x, "A"), ANGLES)
+    # The loop's own angle is that of the rocker relative to the coupler.
+    a, b, c, d = (values(mechanism, x, name) for name in "ABCD")
+    np.testing.assert_allclose(a + b + c, d, atol=1e-14)
+    assert np.max(state.residual) < 1e-14
+    # The correction is the sum of all steps: at least the displacement of any passive.
+    displacement = np.max(np.abs(x - guesses(mechanism, "A", ANGLES)), axis=1)
+    assert np.all(state.correction >= displacement - 1e-15)
+    assert state.correction[3] < 1e-14
+
+
+def test_newton_squares_the_error_of_every_step() -> None:
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    x = guesses(mechanism, "A", np.array([0.02]))
+    errors = []
+    for _ in range(4):
+        state = item.newton_step(x, reduction)
+        errors.append(float(state.correction[0]))
+    assert errors[0] > 1e-3
+    assert errors[1] < errors[0] ** 2 * 10.0
+    assert errors[2] < errors[1] ** 2 * 10.0 + 1e-15
+    assert errors[3] < 1e-14
+
+
+def test_a_newton_step_returns_the_state_before_it() -> None:
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    x = guesses(mechanism, "A", ANGLES)
+    before, error = item.evaluate(x.copy(), reduction)
+    state = item.newton_step(x, reduction)
+    np.testing.assert_array_equal(state.residual, before.residual)
+    np.testing.assert_array_equal(state.passive_rows, before.passive_rows)
+    # The step solves the linearised equations: transposed rows times the step, plus the error.
+    velocities = mechanism.coordinates.velocity_columns
+    step = (x - guesses(mechanism, "A", ANGLES))[
+        :, [mechanism.coordinates.columns[n].start for n in ("B", "C", "D")]
+    ]
+    order = [item.group.passives.tolist().index(velocities[name].start) for name in "BCD"]
+    linear = np.einsum("npr,np->nr", state.passive_rows[:, order], step) + error
+    np.testing.assert_allclose(linear, 0.0, atol=1e-14)
+
+
+def test_the_number_of_newton_steps_is_limited() -> None:
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    residuals = []
+    for most in range(4):
+        x = guesses(mechanism, "A", np.array([0.3]))
+        residuals.append(float(item.newton(x, reduction, exact(item), most=most).residual[0]))
+    assert residuals[0] > residuals[1] > residuals[2] > residuals[3]
+    single = guesses(mechanism, "A", np.array([0.3]))
+    item.newton_step(single, reduction)
+    np.testing.assert_array_equal(item.evaluate(single, reduction)[0].residual, residuals[1:2])
+
+
+def test_steps_that_are_mere_rounding_are_not_taken() -> None:
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    x = guesses(mechanism, "A", ANGLES)
+    item.newton(x, reduction, exact(item))
+    nearly = x.copy()
+    nearly[:, mechanism.coordinates.columns["B"].start] += 1e-6
+    state = item.newton(nearly, reduction, np.full(3, 1e-5))
+    assert not np.any(state.correction)
+    assert np.max(state.residual) > 1e-7
+    state = item.newton(nearly, reduction, np.full(3, 1e-8))
+    assert np.max(state.residual) < 1e-14
+    np.testing.assert_allclose(nearly, x, atol=1e-14)
+
+
+def test_long_steps_are_shortened_to_half_a_radian() -> None:
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    x = guesses(mechanism, "A", np.array([2.0, 0.1]))
+    before = x.copy()
+    full = x.copy()
+    item.newton_step(full, reduction)
+    assert np.max(np.abs(full - before)[0]) > 0.5
+    state = item.newton(x, reduction, exact(item), most=1)
+    steps = np.max(np.abs(x - before), axis=1)
+    assert steps[0] == pytest.approx(0.5, rel=1e-12)
+    np.testing.assert_allclose(x[1], full[1], rtol=1e-12)
+    # In its direction the step is the full one; what counts as correction is its full size.
+    np.testing.assert_allclose(
+        (x - before)[0], (full - before)[0] * 0.5 / np.max(np.abs(full - before)[0]), rtol=1e-9
+    )
+    np.testing.assert_allclose(state.correction, np.max(np.abs(full - before), axis=1), rtol=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore:invalid value")
+def test_what_is_not_finite_ends_the_iteration() -> None:
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    x = guesses(mechanism, "A", np.array([0.1]))
+    x[0, mechanism.coordinates.columns["B"].start] = np.inf
+    state = item.newton(x, reduction, exact(item))
+    assert not state.residual[0] < 1.0
+
+
+def test_rates_follow_from_closed_positions_by_differences() -> None:
+    mechanism = four_bar()
+    state = state_of(mechanism, "A", ANGLES)
+    group = state.group
+    step = 1e-5
+    closed = []
+    item, reduction, _ = only_group(mechanism, "A")
+    for sign in (-1.0, 1.0):
+        x = guesses(mechanism, "A", ANGLES + sign * step)
+        item.newton(x, reduction, exact(item))
+        closed.append(x)
+    columns = mechanism.coordinates.column_of(group.passives)
+    slope = (closed[1] - closed[0])[:, columns] / (2.0 * step)
+    computed = state.rates(np.full((len(ANGLES), 1), 3.0))
+    np.testing.assert_allclose(computed, 3.0 * slope, rtol=1e-7, atol=1e-8)
+
+
+def test_accelerations_follow_from_rates_by_differences() -> None:
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    step, speed, acceleration = 1e-5, 3.0, -2.0
+    rates = []
+    for time in (-step, 0.0, step):
+        x = guesses(mechanism, "A", ANGLES + speed * time + 0.5 * acceleration * time**2)
+        state = item.newton(x, reduction, exact(item))
+        drive_rates = np.full((len(ANGLES), 1), speed + acceleration * time)
+        rates.append(state.rates(drive_rates))
+        if time == 0.0:
+            v = np.zeros((len(ANGLES), mechanism.model.nv))
+            v[:, item.group.known], v[:, item.group.passives] = drive_rates, rates[-1]
+            computed = state.accelerations(v, np.full((len(ANGLES), 1), acceleration))
+    np.testing.assert_allclose(computed, (rates[2] - rates[0]) / (2.0 * step), rtol=1e-6, atol=1e-6)
+
+
+def test_equations_are_solved_like_numpy_solves_them() -> None:
+    state = state_of(four_bar(), "A", ANGLES)
+    generator = np.random.default_rng(5)
+    right = generator.normal(size=(len(ANGLES), 3))
+    expected = np.array(
+        [np.linalg.solve(rows.T, b) for rows, b in zip(state.passive_rows, right, strict=True)]
+    )
+    np.testing.assert_allclose(state.solve(right), expected, rtol=1e-12)
+    efforts = generator.normal(size=(len(ANGLES), 3, 4))
+    multipliers = np.linalg.solve(state.passive_rows, efforts)
+    np.testing.assert_allclose(state.solve_transposed(efforts), multipliers, rtol=1e-12)
+
+
+def overconstrained() -> cd.Mechanism:
+    """Three equal rockers on one coupler: one of their six equations is redundant."""
+    return described(
+        *(link(name) for name in "abcd"),
+        joint("A", "ground", "a"),
+        joint("B", "a", "b", (0.0, 1.0)),
+        joint("D", "ground", "c", (2.0, 0.0)),
+        joint("E", "ground", "d", (1.0, 0.0)),
+        loop_named("C", "b", "c", (2.0, 0.0), (0.0, 1.0)),
+        loop_named("F", "b", "d", (1.0, 0.0), (0.0, 1.0)),
+    )
+
+
+def loop_named(
+    name: str,
+    first: str,
+    second: str,
+    on_first: tuple[float, float],
+    on_second: tuple[float, float],
+) -> str:
+    return (
+        f'<loop name="{name}" type="continuous"><predecessor link="{first}">'
+        f'<origin xyz="{on_first[0]!r} {on_first[1]!r} 0"/></predecessor>'
+        f'<successor link="{second}"><origin xyz="{on_second[0]!r} {on_second[1]!r} 0"/>'
+        '</successor><axis xyz="0 0 1"/></loop>'
+    )
+
+
+def test_redundant_equations_have_a_null_space_and_the_least_solution() -> None:
+    mechanism = overconstrained()
+    state = state_of(mechanism, "A", ANGLES)
+    assert np.max(state.residual) < 1e-14
+    count, p, r = state.passive_rows.shape
+    assert (p, r) == (5, 6)
+    assert state.null.shape == (count, 6, 1)
+    np.testing.assert_allclose(np.matmul(state.passive_rows, state.null), 0.0, atol=1e-14)
+    np.testing.assert_allclose(np.linalg.norm(state.null, axis=1), 1.0, rtol=1e-14)
+    pseudoinverses = np.linalg.pinv(state.passive_rows)
+    np.testing.assert_allclose(state.inverse, pseudoinverses, atol=1e-12)
+    # A parallelogram: all rockers turn alike, the coupler does not.
+    velocities = mechanism.coordinates.velocity_columns
+    rates = state.rates(np.full((count, 1), 2.0))
+    of = {name: state.group.passives.tolist().index(velocities[name].start) for name in "BDECF"}
+    for name, expected in (("B", -2.0), ("D", 2.0), ("E", 2.0), ("C", 2.0), ("F", 2.0)):
+        np.testing.assert_allclose(rates[:, of[name]], expected, rtol=1e-12)
+    values_of = np.linalg.svd(state.passive_rows, compute_uv=False)
+    np.testing.assert_allclose(state.condition, values_of[:, 0] / values_of[:, -1], rtol=1e-9)
+
+
+def test_the_inverse_of_a_position_nearby_serves_as_well() -> None:
+    mechanism = four_bar()
+    item, reduction, _ = only_group(mechanism, "A")
+    x = guesses(mechanism, "A", ANGLES)
+    item.newton(x, reduction, exact(item))
+    fresh, _ = item.evaluate(x, reduction)
+    near = fresh.inverse * (1.0 + 1e-10)
+    reused, _ = item.evaluate(x, reduction, inverse=near)
+    assert reused.inverse is near
+    assert reused.null.shape == fresh.null.shape
+    np.testing.assert_allclose(reused.condition, fresh.condition, rtol=1e-8)
+    far, _ = item.evaluate(x, reduction, inverse=fresh.inverse * 1.1)
+    np.testing.assert_array_equal(far.inverse, fresh.inverse)
+
+
+@pytest.mark.parametrize("length", [1e-6, 1.0, 1e6])
+def test_conditions_count_slides_in_lengths(length: float) -> None:
+    """Lengths of a slider-crank in another unit change nothing but the rows of the slide."""
+    mechanism = cd.load(scaled_slider_crank(length))
+    state = state_of(mechanism, "a", ANGLES)
+    expected = state_of(cd.load(scaled_slider_crank(1.0)), "a", ANGLES)
+    np.testing.assert_allclose(state.condition, expected.condition, rtol=1e-9)
+    np.testing.assert_allclose(state.scaled_rows, expected.scaled_rows, atol=1e-12)
+    np.testing.assert_allclose(state.all_scaled_rows, expected.all_scaled_rows, atol=1e-12)
+    np.testing.assert_allclose(state.correction, expected.correction, rtol=1e-9, atol=1e-14)
+    assert state.all_scaled_rows.shape == (len(ANGLES), 4, 3)
+    slide = state.group.passives.tolist().index(mechanism.coordinates.velocity_columns["d"].start)
+    scale = np.ones((3, 1))
+    scale[slide] = mechanism.characteristic_length
+    np.testing.assert_allclose(state.scaled_rows, state.passive_rows * scale, rtol=1e-15)
+
+
+def scaled_slider_crank(length: float) -> str:
+    """A slider-crank whose slide d is passive; joint a is its crank."""
+    reach = length * float(np.sqrt(1.0 - 0.09))
+    return f"""<robot name="slider_crank"><link name="ground"/><link name="crank"/>
+      <link name="rod"/><link name="slider"/>
+      <joint name="a" type="continuous"><parent link="ground"/><child link="crank"/>
+        <axis xyz="0 0 1"/></joint>
+      <joint name="b" type="continuous"><parent link="crank"/><child link="rod"/>
+        <origin xyz="0 {0.3 * length!r} 0"/><axis xyz="0 0 1"/></joint>
+      <joint name="d" type="prismatic"><parent link="ground"/><child link="slider"/>
+        <origin xyz="{reach!r} 0 0"/><axis xyz="1 0 0"/>{LIMIT}</joint>
+      <loop name="c" type="continuous"><predecessor link="rod">
+        <origin xyz="{reach!r} {-0.3 * length!r} 0"/></predecessor><successor link="slider"/>
+        <axis xyz="0 0 1"/></loop></robot>"""
+
+
+def test_a_driven_slide_is_scaled_among_what_is_known() -> None:
+    mechanism = cd.load(scaled_slider_crank(100.0))
+    state = state_of(mechanism, "d", np.array([0.0, 1.0]))
+    assert np.max(state.residual) < 1e-14
+    assert state.row_scale is None
+    length = mechanism.characteristic_length
+    np.testing.assert_allclose(state.all_scaled_rows[:, :1], length * state.known_rows, rtol=1e-15)
+    np.testing.assert_array_equal(state.all_scaled_rows[:, 1:], state.passive_rows)
+    assert state.scaled_rows is state.passive_rows
+
+
+def test_rounding_is_that_of_the_amplitude_of_a_motion() -> None:
+    mechanism = cd.load(scaled_slider_crank(100.0))
+    item, _, start = only_group(mechanism, "a")
+    layout = mechanism.coordinates
+    states = np.repeat(start[None], 3, axis=0)
+    states[:, layout.columns["b"].start] = [0.0, -1e-3, 5e-4]
+    states[:, layout.columns["c"].start] = [0.0, 7.0, 0.0]
+    states[:, layout.columns["d"].start] = [0.1, 0.0, 0.0]
+    rounding = item.rounding(states)
+    passives = item.group.passives.tolist()
+    computed = {
+        name: rounding[passives.index(layout.velocity_columns[name].start)] for name in "bcd"
+    }
+    smallest = computed["c"]
+    # An angle of more than a radian counts as one radian.
+    assert 0.0 < smallest < 1e-14
+    assert computed["b"] == pytest.approx(1e-3 * smallest)
+    assert computed["d"] == pytest.approx(0.1 / mechanism.characteristic_length * smallest)
+    # What rests shows nothing but rounding: it is allowed that of a whole radian.
+    np.testing.assert_array_equal(item.rounding(start[None]), [smallest] * 3)
+
+
+def test_balls_are_rounded_like_angles_of_a_radian() -> None:
+    mechanism = cd.load("stewart_platform")
+    kinematics, start = solver(mechanism, *(f"leg_{leg}" for leg in range(1, 7)))
+    (item,) = kinematics.solvers
+    states = np.repeat(start[None], 2, axis=0)
+    states[1, mechanism.coordinates.angle_columns] = 0.25
+    rounding = item.rounding(states)
+    velocities = mechanism.coordinates.velocity_columns["ball_3"]
+    passives = item.group.passives.tolist()
+    ball = [passives.index(column) for column in range(velocities.start, velocities.stop)]
+    angle = passives.index(mechanism.coordinates.velocity_columns["base_1_x"].start)
+    np.testing.assert_allclose(rounding[ball], rounding[angle] * 4.0, rtol=1e-12)
+
+
+def test_couplings_are_closed_with_whole_turns() -> None:
+    mechanism = geared(-2.5)
+    item, reduction, start = only_group(mechanism, "A")
+    layout = mechanism.coordinates
+    a, b = (layout.columns[name].start for name in "AB")
+    x = np.repeat(start[None], 2, axis=0)
+    x[:, a] = 0.2
+    turns = np.zeros_like(x)
+    turns[1, [a, b]] = [2.0, -4.0]
+    x[1, b] = -6.5
+    state = item.newton(x, reduction, exact(item), turns)
+    np.testing.assert_allclose(x[:, b], [-0.5, -0.5 - 2.0 * np.pi], rtol=1e-13)
+    assert np.max(state.residual) < 1e-14
+    np.testing.assert_allclose(state.rates(np.ones((2, 1))), -2.5, rtol=1e-15)
+    x[:, b] += [0.1, -0.3]
+    slipped, error = item.evaluate(x, reduction, turns)
+    np.testing.assert_allclose(slipped.residual, [0.1, 0.3], rtol=1e-12)
+    np.testing.assert_allclose(error[:, 0], [-0.1, 0.3], rtol=1e-12)
+
+
+def test_slips_of_a_slide_count_in_lengths() -> None:
+    mechanism = cd.load(rack("wheel", "rack"))
+    item, reduction, x = only_group(mechanism, "a")
+    x[mechanism.coordinates.columns["b"].start] = 0.5
+    state, error = item.evaluate(x[None], reduction)
+    assert error.tolist() == [[-0.5]]
+    assert mechanism.characteristic_length != 1.0
+    assert state.residual[0] == pytest.approx(0.5 / mechanism.characteristic_length)
+
+
+def test_accelerations_of_a_coupling_follow_its_ratio() -> None:
+    mechanism = geared(-2.5)
+    state = state_of(mechanism, "A", np.array([0.1, 0.2]))
+    v = np.random.default_rng(1).normal(size=(2, mechanism.model.nv))
+    computed = state.accelerations(v, np.array([[2.0], [-1.0]]))
+    np.testing.assert_allclose(computed, [[-5.0], [2.5]], rtol=1e-15)
+
+
+def test_open_reductions_hold_for_the_resting_joints_where_they_are() -> None:
+    """Where a held hinge tilts one half of a planar linkage, it is planar no more."""
+    tilt = (
+        '<link name="t"/><joint name="T" type="continuous"><parent link="ground"/>'
+        '<child link="t"/><origin xyz="1.0 0 0"/><axis xyz="1 0 0"/></joint>'
+    )
+    parts = [
+        joint("A", "ground", "a"),
+        joint("B", "a", "b", (0.0, 0.3)),
+        joint("D", "t", "c", (0.0, 0.0)),
+    ]
+    mechanism = described(
+        *(link(name) for name in "abc"),
+        tilt,
+        *parts,
+        loop_named("C", "b", "c", (1.0, 0.5), (0.0, 0.8)),
+    )
+    kinematics, x = solver(mechanism, "A", held=("T",))
+    (item,) = kinematics.solvers
+    assert item.open_reduction(x).rows[0].shape == (6, 3)
+    x[mechanism.coordinates.columns["T"]] = 0.4
+    # The tilted axis adds one motion to the three of the plane.
+    assert item.open_reduction(x).rows[0].shape == (6, 4)
+
+
+@pytest.mark.parametrize("length", [1e-12, 1.0, 1e12])
+def test_open_reductions_move_slides_by_lengths(length: float) -> None:
+    item, _, start = only_group(cd.load(carriage(length)), "s")
+    assert item.open_reduction(start).rows[0].shape == (6, 3)
+
+
+def test_sides_of_a_dead_point_differ() -> None:
+    """Crank and coupler of a driven rocker bend to either side of their line."""
+    mechanism = four_bar()
+    kinematics, start = solver(mechanism, "A")
+    branch = Branch(kinematics, start, mechanism.coordinates.columns["A"].start, 1.0)
+    branch.cover(-np.pi, np.pi)
+    positions = np.linspace(-np.pi, np.pi, 721)
+    x = kinematics.close(branch.guess(positions)).x
+    rocker = values(mechanism, x, "D")
+    item, reduction, _ = only_group(mechanism, "D")
+    state, _ = item.evaluate(x, reduction)
+    same = state.same_side(np.repeat(state.inverse[[360]], len(x), axis=0))
+    # On the side of position zero, the rocker moves with the crank as it does there.
+    slope = np.gradient(rocker, positions)
+    is_clear = np.abs(slope) > 0.01
+    np.testing.assert_array_equal(same[is_clear], (slope * slope[360] > 0.0)[is_clear])
+    assert 100 < np.sum(same) < 621
+
+
+def test_a_group_without_passives_stays_as_it_is() -> None:
+    mechanism = described(link("a"), joint("A", "ground", "a"))
+    item, reduction, _ = only_group(mechanism, "A")
+    x = guesses(mechanism, "A", ANGLES)
+    state = item.newton(x, reduction, exact(item))
+    np.testing.assert_array_equal(x, guesses(mechanism, "A", ANGLES))
+    assert not np.any(state.residual)
+    assert not np.any(item.newton_step(x, reduction).correction)
+
+
+@pytest.mark.parametrize(("count", "kind"), [(32, BatchModel), (33, LongChain)])
+def test_long_groups_do_without_pinocchios_data(count: int, kind: type[BatchModel]) -> None:
+    names = [f"l{index}" for index in range(count)]
+    joints = [
+        joint(f"J{index}", parent, child, (0.0, 0.1))
+        for index, (parent, child) in enumerate(zip(["ground", *names], names, strict=False))
+    ]
+    mechanism = described(*map(link, names), *joints)
+    kinematics, _ = solver(mechanism, *(f"J{index}" for index in range(count)))
+    assert type(kinematics.solvers[-1].batch) is kind

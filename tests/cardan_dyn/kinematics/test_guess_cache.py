@@ -1,0 +1,217 @@
+"""Guess cache: guesses near closed positions, periods, and what later calls learn from earlier."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from testkit import planar_linkages
+from testkit.planar_linkages import (
+    COUPLER,
+    described,
+    five_bar,
+    four_bar,
+    geared,
+    link,
+    pin_distance,
+    rocker_range,
+    values,
+)
+from testkit.scenes import universal
+
+import cardan_dyn as cd
+from cardan_dyn.kinematics.assembly import Assembly
+from cardan_dyn.kinematics.guess_cache import Guess, GuessCache
+from cardan_dyn.problem.arguments import checked
+
+TURN = 2.0 * np.pi
+
+
+def cache_of(mechanism: cd.Mechanism, *drives: str, **options: object) -> GuessCache:
+    return Assembly(checked(mechanism, drive=list(drives), **options))._cache
+
+
+def closed(guess: Guess) -> np.ndarray:
+    """Closed coordinates from a guess, whole turns included in the angles."""
+    state = guess.kinematics.close(guess.x, guess.turns)
+    assert np.max(state.residual) < 1e-10
+    return state.x + TURN * guess.turns
+
+
+def test_guesses_for_one_drive_are_nearly_closed() -> None:
+    mechanism = four_bar()
+    cache = cache_of(mechanism, "A")
+    positions = np.linspace(-2.0, 3.0, 50)[:, None]
+    guess = cache.guesses(positions)
+    assert guess.followed
+    np.testing.assert_array_equal(values(mechanism, guess.x, "A"), positions[:, 0])
+    np.testing.assert_allclose(pin_distance(mechanism, guess.x), COUPLER, rtol=1e-2)
+    x = closed(guess)
+    np.testing.assert_allclose(x, guess.x, atol=1e-2)
+    np.testing.assert_allclose(pin_distance(mechanism, x), COUPLER, rtol=1e-13)
+    low, high = rocker_range()
+    rocker = values(mechanism, x, "D")
+    assert low <= np.min(rocker) < np.max(rocker) <= high
+
+
+def test_guesses_become_exact_for_many_samples() -> None:
+    cache = cache_of(four_bar(), "A")
+    positions = np.linspace(0.1, 6.1, 6_000)[:, None]
+    few = cache.guesses(positions[::300])
+    for _ in range(4):
+        many = cache.guesses(positions)
+    errors = [float(np.max(np.abs(closed(guess) - guess.x))) for guess in (few, many)]
+    assert errors[1] < 1e-14 < errors[0]
+
+
+def test_a_motion_that_repeats_is_followed_over_one_period_only() -> None:
+    mechanism = four_bar()
+    cache = cache_of(mechanism, "A")
+    positions = np.array([[0.3], [0.3 + 10.0 * TURN], [0.3 - 4000.0 * TURN]])
+    guess = cache.guesses(positions)
+    assert cache.period() == pytest.approx(TURN)
+    branch = cache._branch
+    assert branch is not None
+    low, high = branch.span
+    assert high - low < 1.5 * TURN
+    np.testing.assert_array_equal(values(mechanism, guess.x, "A"), positions[:, 0])
+    # The crank's position is exact as it is; the coupler turns backwards relative to the crank.
+    assert not np.any(values(mechanism, guess.turns, "A"))
+    assert not np.any(values(mechanism, guess.turns, "D"))
+    relative = values(mechanism, guess.turns, "B")
+    np.testing.assert_array_equal(relative - relative[0], [0.0, -10.0, 4000.0])
+    x = closed(guess)
+    moved = values(mechanism, x, "B") + values(mechanism, x, "A")
+    np.testing.assert_allclose(moved, moved[0], atol=1e-10)
+
+
+def test_known_periods_are_used_for_any_positions(joint: cd.Mechanism) -> None:
+    scene = universal(joint, 0.7)
+    scene.response()
+    branch = scene._solver.assembly._cache._branch
+    assert branch is not None
+    known = branch.span
+    scene.sweep([6.2, -6.2])
+    assert branch.span == known
+
+
+def test_positions_within_a_turn_need_no_period() -> None:
+    cache = cache_of(four_bar(), "A")
+    cache.guesses(np.array([[-3.0], [3.0]]))
+    assert cache._branch is not None
+    assert cache._branch.period is None
+    cache.guesses(np.array([[-3.0], [3.3]]))
+    assert cache._branch.period == pytest.approx(TURN)
+
+
+def test_wheels_that_do_not_repeat_are_followed_a_thousand_turns_at_most() -> None:
+    mechanism = geared(0.3819660112501051)
+    cache = cache_of(mechanism, "A")
+    guess = cache.guesses(np.array([[0.0], [20.0 * TURN]]))
+    assert cache.period() is None
+    np.testing.assert_allclose(
+        values(mechanism, closed(guess), "B")[1], 0.3819660112501051 * 20.0 * TURN, rtol=1e-12
+    )
+    message = "does not repeat within a few turns of 'A', so 1001 turns cannot be followed; "
+    with pytest.raises(cd.AssemblyError, match=message + "sweep over at most 1000") as caught:
+        cache.guesses(np.array([[0.0], [1001.0 * TURN]]))
+    assert caught.value.position == pytest.approx(1001.0 * TURN)
+    assert caught.value.nearest >= 20.0 * TURN
+    assert caught.value.residual == 0.0
+
+
+def test_a_period_that_cannot_be_turned_through_is_refused() -> None:
+    with pytest.raises(cd.AssemblyError, match="cannot be closed"):
+        cache_of(four_bar(), "D").period()
+
+
+def test_positions_out_of_reach_are_refused_again_and_again() -> None:
+    cache = cache_of(four_bar(), "D")
+    _, high = rocker_range()
+    for _ in range(2):
+        with pytest.raises(cd.AssemblyError) as caught:
+            cache.guesses(np.array([[0.0], [high + 0.1]]))
+        assert caught.value.nearest == pytest.approx(high, abs=1e-9)
+    guess = cache.guesses(np.array([[0.0], [high - 1e-3]]))
+    assert np.max(np.abs(closed(guess) - guess.x)) < 1e-2
+
+
+def test_several_drives_are_followed_from_sample_to_sample() -> None:
+    mechanism = five_bar()
+    cache = cache_of(mechanism, "A", "D")
+    angle = np.linspace(0.0, TURN, 30)
+    positions = 0.3 * np.stack([np.sin(angle), np.cos(angle)], axis=1)
+    guess = cache.guesses(positions)
+    assert not guess.followed
+    assert not np.any(guess.turns)
+    x = closed(guess)
+    for column, name in enumerate("AD"):
+        np.testing.assert_array_equal(values(mechanism, x, name), positions[:, column])
+    np.testing.assert_allclose(x, guess.x, atol=1e-12)
+
+
+def test_without_passive_joints_nothing_is_followed() -> None:
+    mechanism = described(
+        link("a"),
+        link("b"),
+        planar_linkages.joint("A", "ground", "a"),
+        planar_linkages.joint("B", "a", "b"),
+    )
+    cache = cache_of(mechanism, "B", held={"A": 0.7})
+    guess = cache.guesses(np.array([[1.0], [5e6]]))
+    np.testing.assert_array_equal(values(mechanism, guess.x, "B"), [1.0, 5e6])
+    np.testing.assert_array_equal(values(mechanism, guess.x, "A"), [0.7, 0.7])
+    assert not guess.followed
+    assert cache._branch is None
+    np.testing.assert_array_equal(values(mechanism, cache.start, "B"), 0.0)
+
+
+def test_blocks_of_guesses_hold_the_same_samples() -> None:
+    guess = cache_of(four_bar(), "A").guesses(np.linspace(0.0, 20.0, 9)[:, None])
+    block = guess.block(slice(2, 5))
+    np.testing.assert_array_equal(block.x, guess.x[2:5])
+    np.testing.assert_array_equal(block.turns, guess.turns[2:5])
+    assert block.kinematics is guess.kinematics
+    assert block.followed is guess.followed
+
+
+def test_a_regular_start_is_not_studied_again() -> None:
+    cache = cache_of(four_bar(), "A")
+    known = cache.kinematics
+    assert known.reductions[0].rows[0].shape == (6, 3)
+    cache.guesses(np.array([[0.0], [1.0]]))
+    assert cache.kinematics is known
+
+
+def test_surplus_rows_are_studied_wherever_the_branch_grows() -> None:
+    """A parallelogram with a third rocker, whose loop adds an equation too many."""
+    third = (
+        link("e"),
+        planar_linkages.joint("E", "ground", "e", (1.0, 0.0)),
+        '<loop name="F" type="continuous"><predecessor link="b"><origin xyz="1 0 0"/>'
+        '</predecessor><successor link="e"><origin xyz="0 1 0"/></successor>'
+        '<axis xyz="0 0 1"/></loop>',
+    )
+    cache = cache_of(four_bar(1.0, 1.0, 2.0, *third), "A")
+    at_start = cache.kinematics
+    guess = cache.guesses(np.array([[0.0], [1.0]]))
+    learned = cache.kinematics
+    assert learned is not at_start
+    assert [rows.shape for rows in learned.reductions[0].rows] == [(6, 3), (6, 3)]
+    assert guess.kinematics.reductions is learned.reductions
+    cache.guesses(np.array([[0.1], [0.9]]))
+    assert cache.kinematics is learned
+    cache.guesses(np.array([[-0.1], [0.9]]))
+    assert cache.kinematics is not learned
+
+
+def test_threads_that_share_a_cache_get_what_each_would_get_alone() -> None:
+    mechanism = four_bar()
+    cache = cache_of(mechanism, "A")
+    blocks = [np.linspace(-0.4 * k, 0.9 * k, 40)[:, None] for k in range(1, 9)]
+    with ThreadPoolExecutor(8) as pool:
+        together = list(pool.map(cache.guesses, blocks))
+    for block, guess in zip(blocks, together, strict=True):
+        alone = closed(cache_of(mechanism, "A").guesses(block))
+        np.testing.assert_allclose(closed(guess), alone, atol=1e-12)
