@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
+from ..mechanism.mechanism import Mechanism
 from .all_groups import Kinematics
 from .tolerances import CLOSURE_TOLERANCE, SINGULAR_CONDITION
 
@@ -72,3 +73,22 @@ def mode_name(index: int) -> str:
     """Return the name of an assembly mode: A … Z for the indices 0 … 25, then A1 … Z1, A2 …."""
     cycle, letter = divmod(index, len(_LETTERS))
     return f"{_LETTERS[letter]}{cycle}" if cycle else _LETTERS[letter]
+
+
+def positions_of(mechanism: Mechanism, drives: tuple[str, ...], state: Array) -> dict[str, float]:
+    """Return the positions of all joints with one coordinate [m, or rad between -π and π].
+
+    Args:
+        mechanism: the mechanism.
+        drives: joints whose positions count whole turns.
+        state: `(size,)` coordinates.
+    """
+    positions = {}
+    for name, columns in mechanism.coordinates.columns.items():
+        joint = mechanism.joints[name]
+        if joint.nv == 1:
+            value = float(state[columns.start])
+            if name not in drives and joint.type != "prismatic":
+                value -= 2.0 * np.pi * float(np.rint(value / (2.0 * np.pi)))
+            positions[name] = value
+    return positions

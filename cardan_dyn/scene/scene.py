@@ -264,25 +264,9 @@ class Scene(SceneArguments):
             their distance from it, whichever of them the scene is in. They are searched from many
             starts, so one that few starts lead to may be missing.
         """
-        joints = self.mechanism.joints
-        columns = {
-            name: span.start
-            for name, span in self.mechanism.coordinates.columns.items()
-            if joints[name].nv == 1
-        }
-        turns = {
-            name: 0.0 if name in self.drives or joints[name].type == "prismatic" else 2.0 * np.pi
-            for name in columns
-        }
+        from ..kinematics.assembly_modes import positions_of  # Most scenes need no other mode.
+
+        modes = self._solver.assembly.modes()
         return {
-            mode: {
-                name: _nearest_zero(float(state[column]), turns[name])
-                for name, column in columns.items()
-            }
-            for mode, state in self._solver.assembly.modes().items()
+            name: positions_of(self.mechanism, self.drives, state) for name, state in modes.items()
         }
-
-
-def _nearest_zero(value: float, turn: float) -> float:
-    """Return a value less as many whole turns as bring it nearest to zero; itself if none count."""
-    return value - turn * float(np.rint(value / turn)) if turn else value
