@@ -21,6 +21,7 @@ from ..errors import (
 )
 from ..problem.problem import Problem
 from .all_groups import ClosedState, Kinematics
+from .first_assembly import assembled_near
 from .guess_cache import Guess, GuessCache
 from .loop_system import LoopSystem
 from .needs import columns_of, needs
@@ -184,20 +185,71 @@ class Assembly:
             raise ArgumentError(f"branch {name!r} does not exist; branches: {choices(modes)}")
         return modes[name]
 
-    def _closed_zero(self, kinematics: Kinematics) -> Array:
-        """Return closed coordinates `(size,)` near the description's zero position."""
+    def _closed_start(self, kinematics: Kinematics) -> Array:
+        """Return closed coordinates `(size,)` with the joints of `start` at their positions.
+
+        A start that closes the loops as it is given is taken as it is. Otherwise the mechanism is
+        assembled near the description's zero, and followed from there to the start, so that the
+        assembly mode stays the same. Where that is impossible, since the zero is singular, it is
+        assembled with the joints of `start` at their positions.
+
+        Args:
+            kinematics: for the scene's drives, with all rows.
+
+        Raises:
+            AssemblyError: the loops cannot be closed.
+        """
+        problem = self._problem
+        coordinates = problem.mechanism.coordinates
+        zero = coordinates.neutral()
+        wanted = zero.copy()
+        for joint, value in problem.start.items():
+            wanted[coordinates.columns[joint]] = value
+        free = np.ones(problem.mechanism.model.nv, dtype=bool)
+        if problem.start:
+            free[[coordinates.velocity_columns[name].start for name in problem.start]] = False
+            state = kinematics.evaluate(wanted[None, :])
+            if state.residual[0] < CLOSURE_TOLERANCE:
+                return wanted
+        try:
+            return self._moved_to_start(self._closed_near(kinematics, zero, np.ones_like(free)))
+        except (AssemblyError, SingularConfigurationError):
+            if not problem.start:
+                raise
+            try:
+                return self._closed_near(kinematics, wanted, free)
+            except AssemblyError:
+                pass  # The first error says more: how far the joints could be followed.
+            raise
+
+    def _closed_near(self, kinematics: Kinematics, x: Array, free: Array) -> Array:
+        """Return closed coordinates `(size,)` near some that may be far from closed.
+
+        Args:
+            kinematics: for the scene's drives, with all rows.
+            x: `(size,)` coordinates to start from.
+            free: `(nv,)` which velocity coordinates may move.
+
+        Raises:
+            AssemblyError: none were found.
+        """
         mechanism = self._problem.mechanism
-        zero = mechanism.coordinates.neutral()[None, :]
-        state = kinematics.close(zero, most=_ZERO_NEWTON_STEPS)
-        if not state.residual[0] < CLOSURE_TOLERANCE:
-            raise AssemblyError(
-                f"{mechanism.name}: the loops cannot be closed with every joint near zero "
-                f"(closure error {state.residual[0]:.1e}): check the origins of joints and loops",
-                position=None,
-                nearest=None,
-                residual=float(state.residual[0]),
-            )
-        return state.x[0]
+        state = kinematics.close(x[None, :], most=_ZERO_NEWTON_STEPS)
+        if state.residual[0] < CLOSURE_TOLERANCE:
+            return state.x[0]
+        nearby, residual = assembled_near(self._system.structure, x, np.nonzero(free)[0])
+        state = kinematics.close(nearby[None, :], most=_ZERO_NEWTON_STEPS)
+        if state.residual[0] < CLOSURE_TOLERANCE:
+            return state.x[0]
+        raise AssemblyError(
+            f"{mechanism.name}: the loops cannot be closed; the least closure error found around "
+            f"the description's zero is {residual:.1e}, an angle [rad] or a gap in units of the "
+            f"characteristic length, {mechanism.characteristic_length:.4g} m: check the origins of "
+            "joints and loops",
+            position=None,
+            nearest=None,
+            residual=residual,
+        )
 
     def _states_to_start(self, kinematics: Kinematics) -> list[Array]:
         """Return closed coordinates `(size,)` on the way to the held positions, the last one there.
@@ -208,7 +260,7 @@ class Assembly:
             kinematics: for the scene's drives, with all rows.
         """
         problem = self._problem
-        states = [self._moved_to_start(self._closed_zero(kinematics))]
+        states = [self._closed_start(kinematics)]
         try:
             for joint, value in problem.held.items():
                 states.append(self._moved(states[-1], joint, value, problem.passive_columns))

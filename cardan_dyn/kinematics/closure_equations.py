@@ -240,13 +240,10 @@ class ClosureEquations:
         """
         result = np.empty((len(actions), len(self.ends), 6))
         worst = np.zeros(len(actions))
-        for index, (predecessor, successor) in enumerate(self.ends):
-            rotation_1, position_1 = predecessor.world_placement(actions)
-            rotation_2, position_2 = successor.world_placement(actions)
-            turn = rotations_between(rotation_1, rotation_2)
-            gap = position_1 - position_2
+        for index in range(len(self.ends)):
+            gap, turn, middle = self._gap(index, actions)
             # A rotation about the origin shifts the weld as well; the twist makes up for it.
-            result[:, index, :3] = (gap - cross(turn, 0.5 * (position_1 + position_2))).T
+            result[:, index, :3] = (gap - cross(turn, middle)).T
             result[:, index, 3:] = turn.T
             gap /= self.mechanism.characteristic_length
             for deviation in (turn, gap):
@@ -254,6 +251,40 @@ class ClosureEquations:
                 np.maximum(worst, deviation.sum(axis=0), out=worst)
         np.sqrt(worst, out=worst)
         return result, worst
+
+    def at_welds(self, twists: Array, actions: Array) -> tuple[Array, Array]:
+        """Return all closure equations about the welds instead of the batch model's origin.
+
+        There, gaps and angles do not mix, so that the sum of their squares says how far the loops
+        are from closed, wherever the origin is.
+
+        Args:
+            twists: `(N, m, 6)` unit twists of the movable coordinates.
+            actions: see `BatchModel.actions`.
+
+        Returns:
+            Transposed matrices `(N, m, 6 L + G)`, and errors `(N, 6 L)`: gaps as fractions of the
+            characteristic length and angles [rad].
+        """
+        parts, errors = [], []
+        for index, signs in enumerate(self.column_signs):
+            gap, turn, middle = self._gap(index, actions)
+            rows = twists * signs[:, None]
+            rows[:, :, :3] += np.cross(rows[:, :, 3:], middle.T[:, None, :])
+            parts.append(rows * self.weights)
+            errors.append(np.concatenate([gap, turn]).T * self.weights)
+        count = len(twists)
+        parts.append(np.broadcast_to(self._coupling_rows, (count, *self._coupling_rows.shape)))
+        errors.append(np.zeros((count, 0)))
+        return np.concatenate(parts, axis=2), np.concatenate(errors, axis=1)
+
+    def _gap(self, index: int, actions: Array) -> tuple[Array, Array, Array]:
+        """Return gap, rotation and middle `(3, N)` of the two ends of a loop."""
+        predecessor, successor = self.ends[index]
+        rotation_1, position_1 = predecessor.world_placement(actions)
+        rotation_2, position_2 = successor.world_placement(actions)
+        turn = rotations_between(rotation_1, rotation_2)
+        return position_1 - position_2, turn, 0.5 * (position_1 + position_2)
 
     def drift(self, twists: Array, rates: Array) -> Array:
         """Return loop accelerations `(N, L, 6)` that joint rates alone cause.
