@@ -137,7 +137,9 @@ def _joint_types(content: _Content, joints: set[str], where: str) -> dict[str, s
     known = JOINT_TYPES | {"spherical"}
     for kind in kinds:
         if kind.lower() not in known:
-            raise ModelError(f"{where}: joint_type {kind!r} is unknown; types: {choices(known)}")
+            raise ModelError(
+                f"{where}: joint_type {kind!r} is unknown; types: {choices(known, kind)}"
+            )
     if len(names) != len(kinds):
         raise ModelError(f"{where}: {len(names)} joint_name but {len(kinds)} joint_type entries")
     return {name: kind.lower() for name, kind in zip(names, kinds, strict=True)}
@@ -146,7 +148,9 @@ def _joint_types(content: _Content, joints: set[str], where: str) -> dict[str, s
 def _check_joints(names: list[str], joints: set[str], where: str) -> None:
     for name in names:
         if name not in joints:
-            raise ModelError(f"{where}: joint {name!r} does not exist; joints: {choices(joints)}")
+            raise ModelError(
+                f"{where}: joint {name!r} does not exist; joints: {choices(joints, name)}"
+            )
 
 
 def _content(path: Path, where: str) -> _Content | None:
@@ -189,13 +193,17 @@ def _loop(
         where: how messages name the file.
     """
     if kind.lower() not in GEPETTO_TYPES:
-        raise ModelError(f"{where}: type {kind!r} is unknown; types: {choices(GEPETTO_TYPES)}")
+        raise ModelError(
+            f"{where}: type {kind!r} is unknown; types: {choices(GEPETTO_TYPES, kind)}"
+        )
     if len(pair) != 2:
         raise ModelError(f"{where}: closed_loop entry {pair} is not a pair of frames")
     links: list[str] = []
     for frame in pair:
         if frame not in frames:
-            raise ModelError(f"{where}: frame {frame!r} does not exist; frames: {choices(frames)}")
+            raise ModelError(
+                f"{where}: frame {frame!r} does not exist; frames: {choices(frames, frame)}"
+            )
         if len(frames[frame]) > 1:
             raise ModelError(
                 f"{where}: frame {frame!r} is a link and a joint, which move different links: "

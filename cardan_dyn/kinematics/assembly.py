@@ -21,7 +21,6 @@ from ..errors import (
 )
 from ..problem.problem import Problem
 from .all_groups import ClosedState, Kinematics
-from .first_assembly import assembled_near
 from .guess_cache import Guess, GuessCache
 from .loop_system import LoopSystem
 from .needs import columns_of, needs
@@ -39,6 +38,8 @@ _ZERO_NEWTON_STEPS = 50
 """Greatest number of Newton steps from the description's zero position to closed loops. The loops
 may be far from closed there, and the solver limits a step to half a radian."""
 
+_GREATEST_ANGLE = 2.0 * np.pi
+"""Position [rad] beyond which a joint that cannot be reached was probably given in degrees."""
 _FIRST_MODE = "A"
 """Name of the assembly mode that the description's zero leads to, see `mode_name`."""
 
@@ -212,7 +213,7 @@ class Assembly:
             if state.residual[0] < CLOSURE_TOLERANCE:
                 return wanted
         try:
-            return self._moved_to_start(self._closed_near(kinematics, zero, np.ones_like(free)))
+            return self._moved_to_start(self._closed_zero(kinematics, zero))
         except (AssemblyError, SingularConfigurationError):
             if not problem.start:
                 raise
@@ -221,6 +222,19 @@ class Assembly:
             except AssemblyError:
                 pass  # The first error says more: how far the joints could be followed.
             raise
+
+    def _closed_zero(self, kinematics: Kinematics, zero: Array) -> Array:
+        """Return closed coordinates `(size,)` at or near the description's zero.
+
+        The drives stay at zero if the loops can be closed there by Newton's method.
+
+        Raises:
+            AssemblyError: the loops cannot be closed.
+        """
+        state = kinematics.close(zero[None, :], most=_ZERO_NEWTON_STEPS)
+        if state.residual[0] < CLOSURE_TOLERANCE:
+            return state.x[0]
+        return self._closed_near(kinematics, zero, np.ones(self._problem.mechanism.model.nv))
 
     def _closed_near(self, kinematics: Kinematics, x: Array, free: Array) -> Array:
         """Return closed coordinates `(size,)` near some that may be far from closed.
@@ -233,13 +247,12 @@ class Assembly:
         Raises:
             AssemblyError: none were found.
         """
+        from .first_assembly import assembled_near  # Most descriptions are closed at zero.
+
         mechanism = self._problem.mechanism
-        state = kinematics.close(x[None, :], most=_ZERO_NEWTON_STEPS)
-        if state.residual[0] < CLOSURE_TOLERANCE:
-            return state.x[0]
         nearby, residual = assembled_near(self._system.structure, x, np.nonzero(free)[0])
         state = kinematics.close(nearby[None, :], most=_ZERO_NEWTON_STEPS)
-        if state.residual[0] < CLOSURE_TOLERANCE:
+        if residual < SAFE_CORRECTION and state.residual[0] < CLOSURE_TOLERANCE:
             return state.x[0]
         raise AssemblyError(
             f"{mechanism.name}: the loops cannot be closed; the least closure error found around "
@@ -292,6 +305,13 @@ class Assembly:
         try:
             return self._system.moved(state, joint, value, passives, left_out)
         except CardanError as error:
+            slides = self._problem.mechanism.joints[joint].type == "prismatic"
+            hint = ""
+            if not slides and abs(value) > _GREATEST_ANGLE:
+                hint = (
+                    f". Positions are in rad; if {value:g} degrees were meant, give "
+                    f"{np.deg2rad(value):.6g}"
+                )
             raise type(error)(
-                f"joint {joint!r} cannot be brought to {value:g}: {error}", **error.details
+                f"joint {joint!r} cannot be brought to {value:g}: {error}{hint}", **error.details
             ) from error
