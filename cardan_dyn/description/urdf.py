@@ -34,6 +34,7 @@ from .elements import (
     only,
     placement,
 )
+from .urdf_schema import check_words
 
 _INERTIA_TOLERANCE = 1e-9
 """Violation of the triangle inequality, relative to the greatest principal moment, that rounding in
@@ -66,6 +67,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     """
     check_size(len(robot.findall("link")), where)
     _check_namespaces(robot, where)
+    unknown = check_words(robot, where, strict)
     links, warnings = _links(robot, where, strict)
     # Thousands of joints ask whether a link exists: a dictionary answers without a search, and
     # keeps the links in file order.
@@ -90,7 +92,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         couplings=couplings,
         independent_joints=independent,
         notation=notation,
-        warnings=(*warnings, *left_out),
+        warnings=(*unknown, *warnings, *left_out),
     )
 
 
