@@ -25,6 +25,7 @@ from .guess_cache import Guess, GuessCache
 from .loop_system import LoopSystem
 from .needs import columns_of, needs
 from .redundancy import RedundancyStudy
+from .start_search import StartSearch
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
 
 _REACH_OF_SLIDE = 10.0
@@ -34,12 +35,6 @@ links."""
 _REACH_OF_ANGLE = 4.0 * np.pi
 """Displacement [rad] over which a turning drive that does not repeat is followed to find its
 limits: they lie within a turn of each other, and the start lies less than a turn from them."""
-_ZERO_NEWTON_STEPS = 50
-"""Greatest number of Newton steps from the description's zero position to closed loops. The loops
-may be far from closed there, and the solver limits a step to half a radian."""
-
-_GREATEST_ANGLE = 2.0 * np.pi
-"""Position [rad] beyond which a joint that cannot be reached was probably given in degrees."""
 _FIRST_MODE = "A"
 """Name of the assembly mode that the description's zero leads to, see `mode_name`."""
 
@@ -186,84 +181,6 @@ class Assembly:
             raise ArgumentError(f"branch {name!r} does not exist; branches: {choices(modes)}")
         return modes[name]
 
-    def _closed_start(self, kinematics: Kinematics) -> Array:
-        """Return closed coordinates `(size,)` with the joints of `start` at their positions.
-
-        A start that closes the loops as it is given is taken as it is. Otherwise the mechanism is
-        assembled near the description's zero, and followed from there to the start, so that the
-        assembly mode stays the same. Where that is impossible, since the zero is singular, it is
-        assembled with the joints of `start` at their positions.
-
-        Args:
-            kinematics: for the scene's drives, with all rows.
-
-        Raises:
-            AssemblyError: the loops cannot be closed.
-        """
-        problem = self._problem
-        coordinates = problem.mechanism.coordinates
-        zero = coordinates.neutral()
-        wanted = zero.copy()
-        for joint, value in problem.start.items():
-            wanted[coordinates.columns[joint]] = value
-        free = np.ones(problem.mechanism.model.nv, dtype=bool)
-        if problem.start:
-            free[[coordinates.velocity_columns[name].start for name in problem.start]] = False
-            state = kinematics.evaluate(wanted[None, :])
-            if state.residual[0] < CLOSURE_TOLERANCE:
-                return wanted
-        try:
-            return self._moved_to_start(self._closed_zero(kinematics, zero))
-        except (AssemblyError, SingularConfigurationError):
-            if not problem.start:
-                raise
-            try:
-                return self._closed_near(kinematics, wanted, free)
-            except AssemblyError:
-                pass  # The first error says more: how far the joints could be followed.
-            raise
-
-    def _closed_zero(self, kinematics: Kinematics, zero: Array) -> Array:
-        """Return closed coordinates `(size,)` at or near the description's zero.
-
-        The drives stay at zero if the loops can be closed there by Newton's method.
-
-        Raises:
-            AssemblyError: the loops cannot be closed.
-        """
-        state = kinematics.close(zero[None, :], most=_ZERO_NEWTON_STEPS)
-        if state.residual[0] < CLOSURE_TOLERANCE:
-            return state.x[0]
-        return self._closed_near(kinematics, zero, np.ones(self._problem.mechanism.model.nv))
-
-    def _closed_near(self, kinematics: Kinematics, x: Array, free: Array) -> Array:
-        """Return closed coordinates `(size,)` near some that may be far from closed.
-
-        Args:
-            kinematics: for the scene's drives, with all rows.
-            x: `(size,)` coordinates to start from.
-            free: `(nv,)` which velocity coordinates may move.
-
-        Raises:
-            AssemblyError: none were found.
-        """
-        from .first_assembly import assembled_near  # Most descriptions are closed at zero.
-
-        mechanism = self._problem.mechanism
-        nearby, residual = assembled_near(self._system.structure, x, np.nonzero(free)[0])
-        state = kinematics.close(nearby[None, :], most=_ZERO_NEWTON_STEPS)
-        if residual < SAFE_CORRECTION and state.residual[0] < CLOSURE_TOLERANCE:
-            return state.x[0]
-        raise AssemblyError(
-            f"{mechanism.name}: the loops cannot be closed; the least closure error found around "
-            f"the description's zero is {residual:.1e}, an angle [rad] or a gap in units of the "
-            f"characteristic length, {mechanism.characteristic_length:.4g} m: check the origins of "
-            "joints and loops",
-            position=None,
-            nearest=None,
-            residual=residual,
-        )
-
     def _states_to_start(self, kinematics: Kinematics) -> list[Array]:
         """Return closed coordinates `(size,)` on the way to the held positions, the last one there.
 
@@ -273,45 +190,14 @@ class Assembly:
             kinematics: for the scene's drives, with all rows.
         """
         problem = self._problem
-        states = [self._closed_start(kinematics)]
+        search = StartSearch(problem, self._system, kinematics, self.decided)
+        states = [search.closed_start()]
         try:
             for joint, value in problem.held.items():
-                states.append(self._moved(states[-1], joint, value, problem.passive_columns))
+                states.append(search.moved(states[-1], joint, value, problem.passive_columns))
         except CardanError:
             # A MobilityError explains the failure better than a closure error does.
             study = RedundancyStudy(problem, self.groups, self.needed, kinematics)
             study.of_states(np.array(states))
             raise
         return states
-
-    def _moved_to_start(self, state: Array) -> Array:
-        """Return the state after the joints of `start` have moved to their positions.
-
-        All joints that are not held follow them, the drives as well.
-        """
-        problem = self._problem
-        velocities = problem.mechanism.coordinates.velocity_columns
-        is_free = np.ones(problem.mechanism.model.nv, dtype=bool)
-        is_free[[velocities[name].start for name in problem.held]] = False
-        free = np.nonzero(is_free)[0]
-        for joint, value in problem.start.items():
-            passives = free[free != velocities[joint].start]
-            state = self._moved(state, joint, value, passives)
-        return state
-
-    def _moved(self, state: Array, joint: str, value: float, passives: Array) -> Array:
-        """Return the state after a joint has moved; errors say which joint it was."""
-        left_out = set(self._problem.passive_columns.tolist()) - set(self.decided.tolist())
-        try:
-            return self._system.moved(state, joint, value, passives, left_out)
-        except CardanError as error:
-            slides = self._problem.mechanism.joints[joint].type == "prismatic"
-            hint = ""
-            if not slides and abs(value) > _GREATEST_ANGLE:
-                hint = (
-                    f". Positions are in rad; if {value:g} degrees were meant, give "
-                    f"{np.deg2rad(value):.6g}"
-                )
-            raise type(error)(
-                f"joint {joint!r} cannot be brought to {value:g}: {error}{hint}", **error.details
-            ) from error

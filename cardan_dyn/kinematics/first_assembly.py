@@ -27,13 +27,16 @@ _SEED = 7
 """The same starts in every call, so that a scene starts in the same configuration every time."""
 
 
-def assembled_near(structure: Structure, x: Array, free: Array) -> tuple[Array, float]:
+def assembled_near(
+    structure: Structure, x: Array, free: Array, needed: Array
+) -> tuple[Array, float]:
     """Return a closed configuration near one that may be far from closed.
 
     Args:
         structure: of the mechanism.
         x: `(size,)` coordinates to start from.
         free: velocity coordinates that may move.
+        needed: velocity coordinates whose loops are closed; others stay as they are.
 
     Returns:
         Coordinates `(size,)` and their closure error. The error is the least that was found where
@@ -41,6 +44,8 @@ def assembled_near(structure: Structure, x: Array, free: Array) -> tuple[Array, 
     """
     worst = 0.0
     for group in independent_groups(structure, free):
+        if not set(group.passives.tolist()) & set(needed.tolist()):
+            continue
         solver = GroupSolver(structure.mechanism, group)
         x, residual = _closed_group(solver, x)
         worst = max(worst, residual)

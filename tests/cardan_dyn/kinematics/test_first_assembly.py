@@ -38,8 +38,8 @@ def test_random_chains_are_assembled_from_zeros_that_are_not_closed(seed: int) -
     original = cd.load(draw(seed).chain.text)
     rng = np.random.default_rng(seed)
     mechanism = cd.Mechanism(displaced(original.description, rng, original.characteristic_length))
-    zero = mechanism.coordinates.neutral()
-    x, residual = assembled_near(Structure(mechanism), zero, np.arange(mechanism.model.nv))
+    zero, every = mechanism.coordinates.neutral(), np.arange(mechanism.model.nv)
+    x, residual = assembled_near(Structure(mechanism), zero, every, every)
     assert residual < 1e-7
     if not (mechanism.loops or mechanism.couplings):
         np.testing.assert_array_equal(x, zero)
@@ -51,6 +51,6 @@ def test_pinned_joints_stay() -> None:
     start = mechanism.coordinates.neutral()
     start[columns["A"]] = 0.8
     free = np.setdiff1d(np.arange(mechanism.model.nv), [velocities["A"].start])
-    x, residual = assembled_near(Structure(mechanism), start, free)
+    x, residual = assembled_near(Structure(mechanism), start, free, free)
     assert x[columns["A"].start] == 0.8
     assert residual < 1e-8
