@@ -16,8 +16,9 @@ from .stacked import times, transposed
 _MOST_STEPS = 200
 """Greatest number of steps. From half a radian off some 10 suffice; in narrow curved valleys of the
 error, as near singular configurations, steps become short."""
-_CLOSED = 1e-8
-"""Closure error at which Newton's method takes over: it converges quadratically from there."""
+_CLOSED = 1e-13
+"""Closure error at which a start is closed: some hundred times the rounding of its equations, which
+are solved as normal equations and so come no nearer where they are badly conditioned."""
 _FIRST_DAMPING = 1e-3
 """First damping relative to the greatest diagonal element of the normal equations: small, so that
 starts from nearby take steps like Newton's, and it grows fourfold with every step refused."""

@@ -14,7 +14,7 @@ from .group_solver import GroupSolver
 from .loop_groups import independent_groups
 from .structure import Structure
 
-_NEAR = 1e-7
+_NEAR = 1e-11
 """Closure error that counts as closed here. Newton's method removes the rest."""
 _AMPLITUDES = (0.02, 0.1, 0.3, 1.0, np.pi)
 """Greatest displacements [rad, or lengths of the mechanism] of further starts: small ones leave a

@@ -105,9 +105,11 @@ class StartSearch:
         nearby, residual = assembled_near(
             self._system.structure, x, np.nonzero(free)[0], self._decided
         )
-        state = self._kinematics.close(nearby[None, :], most=_ZERO_NEWTON_STEPS)
-        if residual < SAFE_CORRECTION and state.residual[0] < CLOSURE_TOLERANCE:
-            return state.x[0]
+        if residual < CLOSURE_TOLERANCE:
+            # Where the drives leave a freedom open, Newton's method may step away.
+            state = self._kinematics.close(nearby[None, :])
+            is_near = state.correction[0] < SAFE_CORRECTION
+            return state.x[0] if is_near and state.residual[0] < residual else nearby
         raise AssemblyError(
             f"{mechanism.name}: the loops cannot be closed; the least closure error found around "
             f"the description's zero is {residual:.1e}, an angle [rad] or a gap in units of the "
