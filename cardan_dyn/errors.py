@@ -12,6 +12,12 @@ if TYPE_CHECKING:
     import numpy as np
 
 
+_MOST_LISTED = 10
+"""Names that a message lists: those of a large mechanism would fill the screen."""
+_LEAST_SIMILARITY = 0.6
+"""Similarity from which on a name is suggested, see `difflib.get_close_matches`: its default."""
+
+
 class CardanError(Exception):
     """Base class of every error that this package raises on purpose.
 
@@ -103,10 +109,27 @@ def as_position(position: np.ndarray) -> float | np.ndarray:
     return float(position[0]) if len(position) == 1 else position
 
 
-def choices(names: Iterable[str]) -> str:
-    """Return valid names, sorted and with commas between them, for the end of a message."""
+def choices(names: Iterable[str], near: object = None) -> str:
+    """Return valid names, sorted and with commas between them, for the end of a message.
+
+    Args:
+        names: all of them; of many, the first ones are listed and the others counted.
+        near: an unknown name, after which the message asks for the most similar valid ones.
+    """
     listed = sorted(names)
-    return ", ".join(listed) if listed else "none"
+    if not listed:
+        return "none"
+    similar: list[str] = []
+    if isinstance(near, str):
+        from difflib import get_close_matches  # Imported here: only errors need it.
+
+        similar = get_close_matches(near, listed, n=3, cutoff=_LEAST_SIMILARITY)
+    # A single name takes no more room than "and 1 more".
+    count = len(listed) if len(listed) <= _MOST_LISTED + 1 else _MOST_LISTED
+    text = ", ".join(listed[:count])
+    if count < len(listed):
+        text += f" and {len(listed) - count} more"
+    return f"{text} (did you mean {' or '.join(map(repr, similar))}?)" if similar else text
 
 
 def as_text(position: Iterable[float]) -> str:

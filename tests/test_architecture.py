@@ -28,6 +28,7 @@ FLOORS = (
 """The rooms of `docs/architecture.md`, from the ground up: each may import from lower floors."""
 ON_FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 FILES = sorted(PACKAGE.rglob("*.py"))
+UNIT_TESTS = ROOT / "tests" / "cardan_dyn"
 TESTS = sorted((ROOT / "tests").rglob("test_*.py"))
 
 
@@ -150,3 +151,14 @@ def test_no_test_imports_another_test() -> None:
                 assert not names & {*(node.module or "").split("."), *(a.name for a in node.names)}
             elif isinstance(node, ast.Import):
                 assert not names & {part for a in node.names for part in a.name.split(".")}
+
+
+def test_unit_tests_mirror_the_package() -> None:
+    mirrored = {path.relative_to(UNIT_TESTS) for path in UNIT_TESTS.rglob("test_*.py")}
+    modules = {
+        path.relative_to(PACKAGE).with_name(f"test_{path.name}")
+        for path in FILES
+        if path.stem != "__init__"
+    }
+    assert not mirrored - modules
+    assert modules - mirrored == set()

@@ -126,7 +126,7 @@ def link_of(element: ElementTree.Element, tag: str, links: Collection[str], at: 
         raise ModelError(f'{at}: <{tag} link="..."/> is missing')
     name = child.get("link", "")
     if name not in links:
-        raise ModelError(f"{at}: {tag} link {name!r} does not exist; links: {choices(links)}")
+        raise ModelError(f"{at}: {tag} link {name!r} does not exist; links: {choices(links, name)}")
     return name
 
 
@@ -239,7 +239,9 @@ def loop(
     at = f"{where}: {element.tag} {name!r}"
     kind = element.get("type")
     if kind not in LOOP_TYPES:
-        raise ModelError(f"{at}: type {kind!r} is not supported; types: {choices(LOOP_TYPES)}")
+        raise ModelError(
+            f"{at}: type {kind!r} is not supported; types: {choices(LOOP_TYPES, kind)}"
+        )
     predecessor, successor = (link_of(element, side, links, at) for side in sides)
     if predecessor == successor:
         raise ModelError(f"{at}: predecessor and successor are the same link {successor!r}")

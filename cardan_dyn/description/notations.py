@@ -6,6 +6,7 @@ then Gepetto's YAML file beside the URDF. Where a description uses several, they
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,8 +21,24 @@ from .elements import JOINT_TYPES, check_unique, loop
 GEPETTO_TYPES = {"6d": "fixed", "3d": "spherical"}
 """Gepetto's word for a closure to the type of the loop that it is."""
 
+_UNIVERSAL = re.compile(r"ujoint_([xyz])([xyz])", re.IGNORECASE)
+"""Gepetto's word for a universal joint, with the axes of its parent's and its child's side."""
+
 _Content = dict[object, object]
 """What a YAML file says, by key."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChangedType:
+    """The type that a file beside a URDF gives to a joint.
+
+    Attributes:
+        type: one of `elements.TREE_TYPES`.
+        axes: `(3,)` unit axes of a universal joint; none where the URDF's own axis counts.
+    """
+
+    type: str
+    axes: tuple[np.ndarray, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +55,7 @@ class Gepetto:
     path: Path
     loops: tuple[LoopDescription, ...]
     motors: tuple[str, ...]
-    joint_types: dict[str, str]
+    joint_types: dict[str, ChangedType]
 
 
 def agreed(
@@ -128,25 +145,45 @@ def _loops(
     )
 
 
-def _joint_types(content: _Content, joints: set[str], where: str) -> dict[str, str]:
+def _joint_types(content: _Content, joints: set[str], where: str) -> dict[str, ChangedType]:
     """Return the joints to which a file gives another type than the URDF, and those types."""
     names = _names(content.get("joint_name", []), f"{where}: joint_name")
     kinds = _names(content.get("joint_type", []), f"{where}: joint_type")
     _check_joints(names, joints, where)
     check_unique(names, "joint_name", where)
-    known = JOINT_TYPES | {"spherical"}
-    for kind in kinds:
-        if kind.lower() not in known:
-            raise ModelError(f"{where}: joint_type {kind!r} is unknown; types: {choices(known)}")
     if len(names) != len(kinds):
         raise ModelError(f"{where}: {len(names)} joint_name but {len(kinds)} joint_type entries")
-    return {name: kind.lower() for name, kind in zip(names, kinds, strict=True)}
+    return {
+        name: _changed_type(kind, f"{where}: joint_type")
+        for name, kind in zip(names, kinds, strict=True)
+    }
+
+
+def _changed_type(word: str, at: str) -> ChangedType:
+    """Return what a word for a type of joints means.
+
+    Raises:
+        ModelError: it is unknown, or names one axis twice.
+    """
+    known = JOINT_TYPES | {"spherical"}
+    if word.lower() in known:
+        return ChangedType(word.lower())
+    universal = _UNIVERSAL.fullmatch(word)
+    if not universal:
+        listed = choices((*known, "UJOINT_XY and so on"), word)
+        raise ModelError(f"{at} {word!r} is unknown; types: {listed}")
+    first, second = ("xyz".index(axis.lower()) for axis in universal.groups())
+    if first == second:
+        raise ModelError(f"{at} {word!r} has the same axis twice")
+    return ChangedType("universal", (np.eye(3)[first], np.eye(3)[second]))
 
 
 def _check_joints(names: list[str], joints: set[str], where: str) -> None:
     for name in names:
         if name not in joints:
-            raise ModelError(f"{where}: joint {name!r} does not exist; joints: {choices(joints)}")
+            raise ModelError(
+                f"{where}: joint {name!r} does not exist; joints: {choices(joints, name)}"
+            )
 
 
 def _content(path: Path, where: str) -> _Content | None:
@@ -189,13 +226,17 @@ def _loop(
         where: how messages name the file.
     """
     if kind.lower() not in GEPETTO_TYPES:
-        raise ModelError(f"{where}: type {kind!r} is unknown; types: {choices(GEPETTO_TYPES)}")
+        raise ModelError(
+            f"{where}: type {kind!r} is unknown; types: {choices(GEPETTO_TYPES, kind)}"
+        )
     if len(pair) != 2:
         raise ModelError(f"{where}: closed_loop entry {pair} is not a pair of frames")
     links: list[str] = []
     for frame in pair:
         if frame not in frames:
-            raise ModelError(f"{where}: frame {frame!r} does not exist; frames: {choices(frames)}")
+            raise ModelError(
+                f"{where}: frame {frame!r} does not exist; frames: {choices(frames, frame)}"
+            )
         if len(frames[frame]) > 1:
             raise ModelError(
                 f"{where}: frame {frame!r} is a link and a joint, which move different links: "

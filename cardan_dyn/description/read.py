@@ -127,6 +127,6 @@ def _find(name: str) -> Path:
     if not exists:
         raise ModelError(
             f"no description {shortened(repr(name))}: it is neither a file nor a bundled name; "
-            f"bundled descriptions: {choices(bundled_names())}"
+            f"bundled descriptions: {choices(bundled_names(), name)}"
         )
     return path

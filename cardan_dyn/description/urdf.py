@@ -34,6 +34,7 @@ from .elements import (
     only,
     placement,
 )
+from .urdf_schema import check_words
 
 _INERTIA_TOLERANCE = 1e-9
 """Violation of the triangle inequality, relative to the greatest principal moment, that rounding in
@@ -66,12 +67,15 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     """
     check_size(len(robot.findall("link")), where)
     _check_namespaces(robot, where)
+    unknown = check_words(robot, where, strict)
     links, warnings = _links(robot, where, strict)
     # Thousands of joints ask whether a link exists: a dictionary answers without a search, and
     # keeps the links in file order.
     link_names = dict.fromkeys(link.name for link in links)
     beside = _file_beside(robot, where, path)
-    changed_types: Mapping[str, str] = {} if beside is None else beside.joint_types
+    changed_types: Mapping[str, notations.ChangedType] = (
+        {} if beside is None else beside.joint_types
+    )
     joints, left_out = _joints(robot, link_names, changed_types, where)
     loops, notation = notations.agreed(robot, link_names, beside, where)
     couplings = tuple(_coupling(item, link_names, where) for item in robot.findall("coupling"))
@@ -90,7 +94,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         couplings=couplings,
         independent_joints=independent,
         notation=notation,
-        warnings=(*warnings, *left_out),
+        warnings=(*unknown, *warnings, *left_out),
     )
 
 
@@ -242,7 +246,7 @@ def tensor_of(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) 
 def _joints(
     robot: ElementTree.Element,
     links: dict[str, None],
-    changed_types: Mapping[str, str],
+    changed_types: Mapping[str, notations.ChangedType],
     where: str,
 ) -> tuple[list[JointDescription], list[str]]:
     """Return the tree joints, and warnings about what is left out of them."""
@@ -257,7 +261,7 @@ def _joints(
 def _joint(
     element: ElementTree.Element,
     links: dict[str, None],
-    changed_types: Mapping[str, str],
+    changed_types: Mapping[str, notations.ChangedType],
     where: str,
 ) -> tuple[JointDescription, list[str]]:
     """Return a tree joint, and warnings about what is left out of it.
@@ -276,9 +280,12 @@ def _joint(
             f"{at}: type {kind!r} is not supported; types: {choices(JOINT_TYPES)}, and beyond "
             f"URDF: {choices(ADDED_TYPES)}"
         )
-    kind = changed_types.get(name, kind)
+    changed = changed_types.get(name, notations.ChangedType(kind))
+    kind = changed.type
     axis = axis_2 = np.array([1.0, 0.0, 0.0])
-    if kind != "fixed":
+    if changed.axes:
+        axis, axis_2 = changed.axes
+    elif kind != "fixed":
         axis, axis_2 = axes_of(element, kind, at)
     warnings = _left_out(element, at)
     joint = JointDescription(

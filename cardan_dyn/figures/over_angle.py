@@ -40,7 +40,9 @@ def over_angle(
     quantities = names(quantities)
     for quantity in quantities:
         if quantity not in UNITS:
-            raise ArgumentError(f"quantity {quantity!r} is unknown; quantities: {choices(UNITS)}")
+            raise ArgumentError(
+                f"quantity {quantity!r} is unknown; quantities: {choices(UNITS, quantity)}"
+            )
     wrenches = [turn[name] for name in names(joints)]
     drive = drive_of(turn, drive)
     angle = turn.motion.position(drive)

@@ -25,6 +25,7 @@ from .guess_cache import Guess, GuessCache
 from .loop_system import LoopSystem
 from .needs import columns_of, needs
 from .redundancy import RedundancyStudy
+from .start_search import StartSearch
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
 
 _REACH_OF_SLIDE = 10.0
@@ -34,10 +35,6 @@ links."""
 _REACH_OF_ANGLE = 4.0 * np.pi
 """Displacement [rad] over which a turning drive that does not repeat is followed to find its
 limits: they lie within a turn of each other, and the start lies less than a turn from them."""
-_ZERO_NEWTON_STEPS = 50
-"""Greatest number of Newton steps from the description's zero position to closed loops. The loops
-may be far from closed there, and the solver limits a step to half a radian."""
-
 _FIRST_MODE = "A"
 """Name of the assembly mode that the description's zero leads to, see `mode_name`."""
 
@@ -184,21 +181,6 @@ class Assembly:
             raise ArgumentError(f"branch {name!r} does not exist; branches: {choices(modes)}")
         return modes[name]
 
-    def _closed_zero(self, kinematics: Kinematics) -> Array:
-        """Return closed coordinates `(size,)` near the description's zero position."""
-        mechanism = self._problem.mechanism
-        zero = mechanism.coordinates.neutral()[None, :]
-        state = kinematics.close(zero, most=_ZERO_NEWTON_STEPS)
-        if not state.residual[0] < CLOSURE_TOLERANCE:
-            raise AssemblyError(
-                f"{mechanism.name}: the loops cannot be closed with every joint near zero "
-                f"(closure error {state.residual[0]:.1e}): check the origins of joints and loops",
-                position=None,
-                nearest=None,
-                residual=float(state.residual[0]),
-            )
-        return state.x[0]
-
     def _states_to_start(self, kinematics: Kinematics) -> list[Array]:
         """Return closed coordinates `(size,)` on the way to the held positions, the last one there.
 
@@ -208,38 +190,14 @@ class Assembly:
             kinematics: for the scene's drives, with all rows.
         """
         problem = self._problem
-        states = [self._moved_to_start(self._closed_zero(kinematics))]
+        search = StartSearch(problem, self._system, kinematics, self.decided)
+        states = [search.closed_start()]
         try:
             for joint, value in problem.held.items():
-                states.append(self._moved(states[-1], joint, value, problem.passive_columns))
+                states.append(search.moved(states[-1], joint, value, problem.passive_columns))
         except CardanError:
             # A MobilityError explains the failure better than a closure error does.
             study = RedundancyStudy(problem, self.groups, self.needed, kinematics)
             study.of_states(np.array(states))
             raise
         return states
-
-    def _moved_to_start(self, state: Array) -> Array:
-        """Return the state after the joints of `start` have moved to their positions.
-
-        All joints that are not held follow them, the drives as well.
-        """
-        problem = self._problem
-        velocities = problem.mechanism.coordinates.velocity_columns
-        is_free = np.ones(problem.mechanism.model.nv, dtype=bool)
-        is_free[[velocities[name].start for name in problem.held]] = False
-        free = np.nonzero(is_free)[0]
-        for joint, value in problem.start.items():
-            passives = free[free != velocities[joint].start]
-            state = self._moved(state, joint, value, passives)
-        return state
-
-    def _moved(self, state: Array, joint: str, value: float, passives: Array) -> Array:
-        """Return the state after a joint has moved; errors say which joint it was."""
-        left_out = set(self._problem.passive_columns.tolist()) - set(self.decided.tolist())
-        try:
-            return self._system.moved(state, joint, value, passives, left_out)
-        except CardanError as error:
-            raise type(error)(
-                f"joint {joint!r} cannot be brought to {value:g}: {error}", **error.details
-            ) from error

@@ -17,7 +17,7 @@ from ..arrays import Array, cross
 from ..mechanism.mechanism import Coupling, Loop, Mechanism
 from ..mechanism.tree import ancestors
 from .batch_model import BatchModel, UnitTwists
-from .loop_geometry import LoopAxes, LoopEnd, LoopPath, rotations_between
+from .loop_geometry import LoopAxes, LoopEnd, LoopPath, gap_between
 from .loop_groups import Group
 from .reduction import Reduction, axis_aligned
 from .tolerances import RANK_TOLERANCE
@@ -66,8 +66,8 @@ class ClosureEquations:
         self._moved_bodies = batch.moved_body[self.movable]
         self.column_signs = self.signs[:, self._moved_bodies]
         self.ends = [self._ends_of(loop) for loop in self.loops]
-        self._paths = [self._path_of(signs) for signs in self.column_signs]
-        self._axes = [self._axes_of(loop) for loop in self.loops]
+        self._paths = [LoopPath.of(signs, self._moved_bodies) for signs in self.column_signs]
+        self._axes = [_axes_of(loop, mechanism, batch) for loop in self.loops]
         self._factors = self.column_signs[:, :, None] * self.weights
         slides = np.any(batch.subspace[:, :3] != 0.0, axis=1)
         # In rank decisions slides count in lengths of the mechanism; otherwise the unit of length
@@ -109,30 +109,6 @@ class ClosureEquations:
         index = self.batch.index_of[body - 1] if body else -1
         translation = placement.translation - (0.0 if body else self.batch.origin)
         return LoopEnd.of(index, placement.rotation, translation)
-
-    def _path_of(self, column_signs: Array) -> LoopPath:
-        """Return the path of a loop, given on which side of it each movable coordinate is."""
-        sides = [np.nonzero(column_signs == side)[0] for side in (1.0, -1.0)]
-        # The coordinates of a ball stay in their order, hence a stable sort.
-        sorted_sides = [side[np.argsort(self._moved_bodies[side], kind="stable")] for side in sides]
-        columns = np.concatenate(sorted_sides)
-        bodies, signs = self._moved_bodies[columns], column_signs[columns]
-        # On one side of a loop, a body with a smaller index carries all that follow.
-        carries = (bodies[:, None] > bodies) & np.equal.outer(signs, signs)
-        return LoopPath(columns, signs[:, None], carries.astype(float))
-
-    def _axes_of(self, loop: Loop) -> LoopAxes:
-        """Return axes fixed to the nearest body from which both sides of a loop hang."""
-        first, second = (
-            ancestors(self.mechanism.model, body) for body in (loop.predecessor, loop.successor)
-        )
-        common = [body for body in first if body in set(second)]
-        if not common:
-            return LoopAxes(-1, np.zeros(3))
-        at_zero = self.mechanism.placements_at_zero
-        carrier, end = at_zero[common[-1]], at_zero[loop.predecessor - 1]
-        point = carrier.rotation.T @ (end.translation - carrier.translation)
-        return LoopAxes(self.batch.index_of[common[-1]], point)
 
     def full(self) -> Reduction:
         """Return the reduction that keeps all six rows of every loop."""
@@ -240,13 +216,10 @@ class ClosureEquations:
         """
         result = np.empty((len(actions), len(self.ends), 6))
         worst = np.zeros(len(actions))
-        for index, (predecessor, successor) in enumerate(self.ends):
-            rotation_1, position_1 = predecessor.world_placement(actions)
-            rotation_2, position_2 = successor.world_placement(actions)
-            turn = rotations_between(rotation_1, rotation_2)
-            gap = position_1 - position_2
+        for index, ends in enumerate(self.ends):
+            gap, turn, middle = gap_between(ends, actions)
             # A rotation about the origin shifts the weld as well; the twist makes up for it.
-            result[:, index, :3] = (gap - cross(turn, 0.5 * (position_1 + position_2))).T
+            result[:, index, :3] = (gap - cross(turn, middle)).T
             result[:, index, 3:] = turn.T
             gap /= self.mechanism.characteristic_length
             for deviation in (turn, gap):
@@ -254,6 +227,32 @@ class ClosureEquations:
                 np.maximum(worst, deviation.sum(axis=0), out=worst)
         np.sqrt(worst, out=worst)
         return result, worst
+
+    def at_welds(self, twists: Array, actions: Array) -> tuple[Array, Array]:
+        """Return all closure equations about the welds instead of the batch model's origin.
+
+        There, gaps and angles do not mix, so that the sum of their squares says how far the loops
+        are from closed, wherever the origin is.
+
+        Args:
+            twists: `(N, m, 6)` unit twists of the movable coordinates.
+            actions: see `BatchModel.actions`.
+
+        Returns:
+            Transposed matrices `(N, m, 6 L + G)`, and errors `(N, 6 L)`: gaps as fractions of the
+            characteristic length and angles [rad].
+        """
+        parts, errors = [], []
+        for ends, signs in zip(self.ends, self.column_signs, strict=True):
+            gap, turn, middle = gap_between(ends, actions)
+            rows = twists * signs[:, None]
+            rows[:, :, :3] += np.cross(rows[:, :, 3:], middle.T[:, None, :])
+            parts.append(rows * self.weights)
+            errors.append(np.concatenate([gap, turn]).T * self.weights)
+        count = len(twists)
+        parts.append(np.broadcast_to(self._coupling_rows, (count, *self._coupling_rows.shape)))
+        errors.append(np.zeros((count, 0)))
+        return np.concatenate(parts, axis=2), np.concatenate(errors, axis=1)
 
     def drift(self, twists: Array, rates: Array) -> Array:
         """Return loop accelerations `(N, L, 6)` that joint rates alone cause.
@@ -270,6 +269,20 @@ class ClosureEquations:
         for index, path in enumerate(self._paths):
             result[:, index] = path.drift(twists, rates).T
         return result
+
+
+def _axes_of(loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
+    """Return axes fixed to the nearest body from which both sides of a loop hang."""
+    first, second = (
+        ancestors(mechanism.model, body) for body in (loop.predecessor, loop.successor)
+    )
+    common = [body for body in first if body in set(second)]
+    if not common:
+        return LoopAxes(-1, np.zeros(3))
+    at_zero = mechanism.placements_at_zero
+    carrier, end = at_zero[common[-1]], at_zero[loop.predecessor - 1]
+    point = carrier.rotation.T @ (end.translation - carrier.translation)
+    return LoopAxes(batch.index_of[common[-1]], point)
 
 
 def _coupling_row(coupling: Coupling, size: int) -> Array:

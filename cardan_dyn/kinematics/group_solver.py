@@ -133,13 +133,14 @@ class GroupSolver:
 
     Attributes:
         group: what it solves.
+        coordinates: layout of coordinate rows.
         batch: its bodies.
         equations: its closure equations.
     """
 
     def __init__(self, mechanism: Mechanism, group: Group) -> None:
         self.group = group
-        self._coordinates = coordinates = mechanism.coordinates
+        self.coordinates = coordinates = mechanism.coordinates
         self.batch = _batch_model(mechanism, group)
         self.equations = ClosureEquations(mechanism, self.batch, group)
         self._length = mechanism.characteristic_length
@@ -219,6 +220,30 @@ class GroupSolver:
         )
         return state, equations.project(error, slips, actions, reduction)
 
+    def linearised(self, x: Array) -> tuple[Array, Array, Array]:
+        """Return all closure equations at `x (N, size)` about the welds, slides in lengths.
+
+        Returns:
+            Transposed closure matrices `(N, p, R)`, errors `(N, R)` and closure errors `(N,)`.
+        """
+        equations, known = self.equations, len(self.group.known)
+        actions = self.batch.actions(self.batch.configuration(x))
+        rows, error = equations.at_welds(equations.unit_twists.of(actions), actions)
+        passive = rows[:, known:]
+        if self._row_scale is not None:
+            passive = passive * self._row_scale
+        _, residual = equations.error(actions)
+        slips = self._slips(x, None)
+        if slips.size:
+            residual = np.maximum(residual, np.max(np.abs(slips) / equations.slip_units, axis=1))
+        return passive, np.concatenate([error, slips], axis=1), residual
+
+    def moved(self, x: Array, step: Array) -> Array:
+        """Return coordinates `(N, size)` after steps `(N, p)`, slides counted in lengths."""
+        x = x.copy()
+        self._moves.apply(x, step / self._scale)
+        return x
+
     def open_reduction(self, x: Array) -> Reduction:
         """Return the rows that the joints of each loop can reach while the loops are open.
 
@@ -230,7 +255,7 @@ class GroupSolver:
         """
         rows = np.repeat(x[None, :], OPEN_CONFIGURATIONS, axis=0)
         movable = self.equations.movable
-        moves = self._coordinates.moves(movable)
+        moves = self.coordinates.moves(movable)
         step = generic(OPEN_CONFIGURATIONS, len(movable))
         step[:, moves.slides] *= self._length
         moves.apply(rows, step)
@@ -292,7 +317,7 @@ class GroupSolver:
         if not self.equations.couplings:
             return np.zeros((len(x), 0))
         angles = x if turns is None else x + 2.0 * np.pi * turns
-        columns = self._coordinates.column_of(self.equations.coupled_columns)
+        columns = self.coordinates.column_of(self.equations.coupled_columns)
         return np.asarray(angles[:, columns] @ self.equations.coupled_ratios)
 
 

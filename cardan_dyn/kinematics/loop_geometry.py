@@ -65,6 +65,24 @@ class LoopPath(NamedTuple):
     signs: Array
     carries: Array
 
+    @staticmethod
+    def of(column_signs: Array, moved_bodies: Array) -> LoopPath:
+        """Return the path of a loop.
+
+        Args:
+            column_signs: `(m,)` on which side of it each movable coordinate is, see
+                `ClosureEquations`.
+            moved_bodies: `(m,)` body that each of them moves.
+        """
+        sides = [np.nonzero(column_signs == side)[0] for side in (1.0, -1.0)]
+        # The coordinates of a ball stay in their order, hence a stable sort.
+        sorted_sides = [side[np.argsort(moved_bodies[side], kind="stable")] for side in sides]
+        columns = np.concatenate(sorted_sides)
+        bodies, signs = moved_bodies[columns], column_signs[columns]
+        # On one side of a loop, a body with a smaller index carries all that follow.
+        carries = (bodies[:, None] > bodies) & np.equal.outer(signs, signs)
+        return LoopPath(columns, signs[:, None], carries.astype(float))
+
     def drift(self, twists: Array, rates: Array) -> Array:
         """Return `(6, N)` accelerations, predecessor less successor, that rates alone cause.
 
@@ -112,6 +130,24 @@ class LoopAxes(NamedTuple):
         result[:, :3, :3] = result[:, 3:, 3:] = columns
         result[:, 3:, :3] = np.cross(point.T[:, :, None], columns, axis=1)
         return result
+
+
+def gap_between(ends: tuple[LoopEnd, LoopEnd], actions: Array) -> tuple[Array, Array, Array]:
+    """Return how far a loop is from closed.
+
+    Args:
+        ends: of the loop, the predecessor's first.
+        actions: see `BatchModel.actions`.
+
+    Returns:
+        Vectors `(3, N)`: from the successor's weld to the predecessor's [m], the rotation between
+        them (see `rotations_between`), and the point halfway from the batch model's origin [m].
+    """
+    (rotation_1, position_1), (rotation_2, position_2) = (
+        end.world_placement(actions) for end in ends
+    )
+    turn = rotations_between(rotation_1, rotation_2)
+    return position_1 - position_2, turn, 0.5 * (position_1 + position_2)
 
 
 def rotations_between(first: Array, second: Array) -> Array:

@@ -93,6 +93,34 @@ def partition(
     return _with_loose_bodies(mechanism.model, groups, carried)
 
 
+def independent_groups(structure: Structure, free: Array) -> list[Group]:
+    """Return groups of loops and couplings that have no joint in common.
+
+    Args:
+        structure: of the mechanism.
+        free: velocity coordinates that may move, all of them passives.
+    """
+    unknown = set(free.tolist())
+    items = range(len(structure.paths))
+    touched = [
+        [column for column in structure.coordinates_on(item) if column in unknown] for item in items
+    ]
+    labels: dict[int, int] = {}
+    items_of: dict[int, list[int]] = {}
+    for item in items:
+        joined = {labels[column] for column in touched[item] if column in labels} | {item}
+        label = min(joined)
+        items_of[label] = [member for old in sorted(joined) for member in items_of.pop(old, [])]
+        items_of[label].append(item)
+        for member in items_of[label]:
+            labels.update(dict.fromkeys(touched[member], label))
+    blocks = [
+        _Block(members, sorted({column for item in members for column in touched[item]}))
+        for members in items_of.values()
+    ]
+    return [_group(structure, block, touched, set()) for block in blocks]
+
+
 def _group(
     structure: Structure, block: _Block, touched: list[list[int]], carried: set[int]
 ) -> Group:

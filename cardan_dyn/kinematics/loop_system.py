@@ -30,11 +30,11 @@ class LoopSystem:
         """
         self.mechanism = mechanism
         self.held = held
-        self._structure = Structure(mechanism)
+        self.structure = Structure(mechanism)
         self._looped_columns = {
             column
-            for index in range(len(self._structure.paths))
-            for column in self._structure.coordinates_on(index)
+            for index in range(len(self.structure.paths))
+            for column in self.structure.coordinates_on(index)
         }
 
     def is_on_loops(self, joint: str) -> bool:
@@ -52,7 +52,7 @@ class LoopSystem:
         x = coordinates.neutral()
         for name, value in self.held.items():
             x[coordinates.columns[name]] = value
-        return partition(self._structure, x, self._columns(drives), passives)
+        return partition(self.structure, x, self._columns(drives), passives)
 
     def kinematics(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
         """Return what solves all rows of some groups while some joints are driven."""

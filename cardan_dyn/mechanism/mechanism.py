@@ -178,7 +178,7 @@ class Mechanism(Frozen):
         """
         if not isinstance(name, str) or name not in self.joints:
             raise ModelError(
-                f"{self.name}: no joint {name!r}; joints: {choices(self.joints)}", name=name
+                f"{self.name}: no joint {name!r}; joints: {choices(self.joints, name)}", name=name
             )
         return self.joints[name]
 
@@ -190,7 +190,7 @@ class Mechanism(Frozen):
         """
         if not isinstance(name, str) or name not in self.links:
             raise ModelError(
-                f"{self.name}: no link {name!r}; links: {choices(self.links)}", name=name
+                f"{self.name}: no link {name!r}; links: {choices(self.links, name)}", name=name
             )
         return self.links[name]
 

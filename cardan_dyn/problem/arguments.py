@@ -212,8 +212,8 @@ def split_loads(
             wrenches[name] = _link_load(mechanism, name, label, value)
         else:
             raise ArgumentError(
-                f"{label}: no joint or link has this name; joints: {choices(mechanism.joints)}; "
-                f"links: {choices(mechanism.links)}"
+                f"{label}: no joint or link has this name; joints: "
+                f"{choices(mechanism.joints, name)}; links: {choices(mechanism.links, name)}"
             )
     return efforts, wrenches
 

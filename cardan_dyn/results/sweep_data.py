@@ -166,7 +166,8 @@ class SweepData(Prescribed):
         if not isinstance(joint, str) or joint not in self.outputs:
             self.mechanism.joint(joint)
             raise ModelError(
-                f"the wrench of {joint!r} was not asked for; outputs: {choices(self.outputs)}"
+                f"the wrench of {joint!r} was not asked for; outputs: "
+                f"{choices(self.outputs, joint)}"
             )
         if not isinstance(frame, str) or frame not in FRAMES:
             raise ArgumentError(f"frame {described(frame)} is unknown; frames: {choices(FRAMES)}")

@@ -102,6 +102,33 @@ def test_gepetto_changes_joint_types(tmp_path: Path) -> None:
     assert caught.value.mobility == 2
 
 
+@pytest.mark.parametrize("word", ["UJOINT_ZY", "ujoint_zx"])
+def test_gepetto_makes_joints_universal(word: str, tmp_path: Path) -> None:
+    """The first letter is the axis on the parent's side, the second that on the child's."""
+    path = tmp_path / "robot.urdf"
+    # The axis that the URDF states counts no longer.
+    urdf = TREE.replace("</robot>", ENDS + "</robot>")
+    path.write_text(urdf, encoding="utf-8")
+    yaml = (
+        "closed_loop: [['end_1', 'end_2']]\ntype: ['3d']\nname_mot: ['a']\n"
+        f"joint_name: ['b']\njoint_type: ['{word}']\n"
+    )
+    (tmp_path / "robot.yaml").write_text(yaml, encoding="utf-8")
+    axes = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
+    written = four_bar(loop("spherical")).replace(
+        '<joint name="b" type="continuous">',
+        f'<joint name="b" type="universal"><axis2 xyz="{axes[word[-1].lower()]}"/>',
+    )
+    found = sweep(path, drive=None, gravity=[0.0, 0.0, -9.81])
+    assert found.mechanism.joints["b"].type == "universal"
+    expected = sweep(written, gravity=[0.0, 0.0, -9.81])
+    assert found.balance_residual < 1e-13
+    assert relative(found.drive_effort, expected.drive_effort) < 1e-13
+    for name in "abd":
+        assert relative(found[name].force, expected[name].force) < 1e-11
+        assert relative(found[name].moment, expected[name].moment) < 1e-11
+
+
 def test_independent_joints_are_the_drives() -> None:
     urdf = text("universal_joint").replace(
         '<joint name="bearing_in" ', '<joint name="bearing_in" independent="true" '

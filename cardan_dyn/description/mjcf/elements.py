@@ -152,7 +152,8 @@ class DefaultClasses:
         """
         if name not in self._classes:
             raise ModelError(
-                f"{at}: default class {name!r} does not exist; classes: {choices(self._classes)}"
+                f"{at}: default class {name!r} does not exist; classes: "
+                f"{choices(self._classes, name)}"
             )
         return name
 

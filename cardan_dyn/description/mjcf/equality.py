@@ -210,7 +210,7 @@ def _named(attributes: Attributes, key: str, known: Mapping[str, Named], at: str
     if name is None:
         raise ModelError(f'{at}: {key}="..." is missing')
     if name not in known:
-        raise ModelError(f"{at}: {key} {name!r} does not exist; names: {choices(known)}")
+        raise ModelError(f"{at}: {key} {name!r} does not exist; names: {choices(known, name)}")
     return known[name]
 
 

@@ -98,7 +98,8 @@ def check_children(element: ElementTree.Element, known: Collection[str], at: str
     for child in element:
         if child.tag not in known:
             raise ModelError(
-                f"{at}: <{child.tag}> in <{element.tag}> is unknown; elements: {choices(known)}"
+                f"{at}: <{child.tag}> in <{element.tag}> is unknown; elements: "
+                f"{choices(known, child.tag)}"
             )
 
 

@@ -168,6 +168,10 @@ def test_a_file_that_is_no_text(tmp_path: Path) -> None:
             "joint_type 'x' is unknown",
         ),
         (
+            "closed_loop: [['end_1', 'end_2']]\njoint_name: ['b']\njoint_type: ['UJOINT_XX']",
+            "joint_type 'UJOINT_XX' has the same axis twice",
+        ),
+        (
             "closed_loop: [['end_1', 'end_2']]\njoint_name: ['b']\njoint_type: []",
             "1 joint_name but 0 joint_type",
         ),

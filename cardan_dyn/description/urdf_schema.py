@@ -1,0 +1,117 @@
+"""Words of URDF: the elements and attributes that are known, by the element that they stand in.
+
+A misspelled word would be passed over without a message, and the mechanism would be another one: a
+loop left open, an axis along x. So words that resemble known ones are refused, and all others that
+are not known are named in the warnings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from difflib import get_close_matches
+from xml.etree import ElementTree
+
+from ..errors import ModelError, choices
+
+_SIMILAR = 0.79
+"""Similarity from which on an unknown word counts as a misspelled known one, see
+`difflib.get_close_matches`. It finds one wrong, missing or additional letter in words of three or
+more (`xy` for `xyz` has 0.8). Words of published robots that mean something else have at most 0.76
+(`gear_velocity` and `velocity`)."""
+
+_POSE = "xyz rpy"
+_KNOWN: dict[str, str] = {
+    "robot": "name version",
+    "robot/": "link joint loop loop_joint coupling material transmission gazebo mujoco drake",
+    "link": "name type",
+    "link/": "inertial visual collision contact",
+    "inertial/": "origin mass inertia",
+    "mass": "value",
+    "inertia": "ixx ixy ixz iyy iyz izz",
+    "origin": f"{_POSE} quat_xyzw",
+    "joint": "name type independent",
+    "joint/": "origin parent child axis axis2 limit dynamics mimic calibration safety_controller",
+    "parent": "link",
+    "child": "link",
+    "axis": "xyz",
+    "axis2": "xyz",
+    "limit": "lower upper velocity effort",
+    "dynamics": "damping friction",
+    "mimic": "joint multiplier offset",
+    "loop": "name type",
+    "loop/": "predecessor successor axis axis2",
+    "predecessor": f"link {_POSE}",
+    "predecessor/": "origin",
+    "successor": f"link {_POSE}",
+    "successor/": "origin",
+    "loop_joint": "name type",
+    "loop_joint/": "link1 link2 axis axis2",
+    "link1": f"link {_POSE}",
+    "link1/": "origin",
+    "link2": f"link {_POSE}",
+    "link2/": "origin",
+    "coupling": "name",
+    "coupling/": "predecessor successor ratio",
+    "ratio": "value",
+}
+_ATTRIBUTES = {tag: words.split() for tag, words in _KNOWN.items() if not tag.endswith("/")}
+"""Element to its attributes, for the elements that are read."""
+_CHILDREN = {tag[:-1]: words.split() for tag, words in _KNOWN.items() if tag.endswith("/")}
+"""Element to its children, for the elements that are read."""
+_NOT_OF_WRENCHES = frozenset(
+    {"material", "visual", "collision", "contact", "calibration", "safety_controller"}
+)
+"""Known elements that have nothing to do with wrenches, and need no warning."""
+
+
+def check_words(robot: ElementTree.Element, where: str, strict: bool) -> list[str]:
+    """Refuse misspelled elements and attributes; return warnings about unknown ones.
+
+    Args:
+        robot: outermost element of a URDF.
+        where: how messages name the source of the text.
+        strict: whether words that resemble known ones are refused, too.
+
+    Raises:
+        ModelError: a word is not known but resembles a known one.
+    """
+    unknown: dict[str, int] = {}
+    for element in _elements_read(robot):
+        name = element.get("name")
+        at = f"{where}: <{element.tag}>" + (f" {name!r}" if name else "")
+        for kind, words, known in (
+            ("element", [child.tag for child in element], _CHILDREN.get(element.tag)),
+            ("attribute", element.keys(), _ATTRIBUTES.get(element.tag)),
+        ):
+            for word in _unknown(words, known):
+                similar = get_close_matches(word.lower(), known or (), n=1, cutoff=_SIMILAR)
+                if similar and strict:
+                    raise ModelError(
+                        f"{at}: {kind} {word!r} is unknown and would be passed over; did you mean "
+                        f"{similar[0]!r}? {kind}s: {choices(known or ())}; load(..., strict=False) "
+                        "passes it over"
+                    )
+                label = f"{kind} {word!r} of <{element.tag}>"
+                unknown[label] = unknown.get(label, 0) + 1
+    return [
+        f"{where}: {label} is unknown and was passed over" + (f" ({count} times)" * (count > 1))
+        for label, count in unknown.items()
+    ]
+
+
+def _elements_read(element: ElementTree.Element) -> Iterator[ElementTree.Element]:
+    """Iterate over the elements whose contents count for wrenches."""
+    yield element
+    known = _CHILDREN.get(element.tag, [])
+    for child in element:
+        if child.tag in known and child.tag not in _NOT_OF_WRENCHES:
+            yield from _elements_read(child)
+
+
+def _unknown(words: Iterable[str], known: list[str] | None) -> list[str]:
+    """Return the words that are not known and stand in no namespace of another program."""
+    if known is None:
+        return []
+    return [
+        word for word in words if isinstance(word, str) and word not in known and "}" not in word
+    ]

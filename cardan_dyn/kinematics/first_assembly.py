@@ -1,0 +1,76 @@
+"""First assembly: a closed configuration of a mechanism near one that is not closed.
+
+Descriptions often give positions of the joints in which the loops are not quite closed, or not at
+all. No drive and no held joint is at its place yet: all joints that are not pinned may move.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+from .damped_closure import closed_from
+from .group_solver import GroupSolver
+from .loop_groups import independent_groups
+from .structure import Structure
+
+_NEAR = 1e-11
+"""Closure error that counts as closed here. Newton's method removes the rest."""
+_AMPLITUDES = (0.02, 0.1, 0.3, 1.0, np.pi)
+"""Greatest displacements [rad, or lengths of the mechanism] of further starts: small ones leave a
+singular position, from which no step leads away, and keep the assembly mode; large ones find a
+closed configuration wherever it is."""
+_STARTS = 12
+"""Starts per amplitude. They are solved together, and the search ends with the first amplitude that
+leads to closed loops."""
+_SEED = 7
+"""The same starts in every call, so that a scene starts in the same configuration every time."""
+
+
+def assembled_near(
+    structure: Structure, x: Array, free: Array, needed: Array
+) -> tuple[Array, float]:
+    """Return a closed configuration near one that may be far from closed.
+
+    Args:
+        structure: of the mechanism.
+        x: `(size,)` coordinates to start from.
+        free: velocity coordinates that may move.
+        needed: velocity coordinates whose loops are closed; others stay as they are.
+
+    Returns:
+        Coordinates `(size,)` and their closure error. The error is the least that was found where
+        loops could not be closed.
+    """
+    worst = 0.0
+    for group in independent_groups(structure, free):
+        if not set(group.passives.tolist()) & set(needed.tolist()):
+            continue
+        solver = GroupSolver(structure.mechanism, group)
+        x, residual = _closed_group(solver, x)
+        worst = max(worst, residual)
+    return x, worst
+
+
+def _closed_group(solver: GroupSolver, x: Array) -> tuple[Array, float]:
+    """Return coordinates in which the loops of a group are closed, and the closure error."""
+    best, residual = closed_from(solver, x[None, :])
+    if residual[0] < _NEAR:
+        return best[0], float(residual[0])
+    coordinates = solver.coordinates
+    generator = np.random.default_rng(_SEED)
+    least, least_residual = best[0], float(residual[0])
+    for amplitude in _AMPLITUDES:
+        step = generator.uniform(-amplitude, amplitude, (_STARTS, len(solver.group.passives)))
+        starts = solver.moved(np.repeat(x[None, :], _STARTS, axis=0), step)
+        reached, residual = closed_from(solver, starts)
+        closed = residual < _NEAR
+        if np.any(closed):
+            reached, residual = reached[closed], residual[closed]
+            shapes = coordinates.shape(reached) - coordinates.shape(x[None, :])
+            nearest = int(np.argmin(np.linalg.norm(shapes, axis=1)))
+            return reached[nearest], float(residual[nearest])
+        if np.min(residual) < least_residual:
+            index = int(np.argmin(residual))
+            least, least_residual = reached[index], float(residual[index])
+    return least, least_residual

@@ -1,0 +1,153 @@
+"""Start search: the closed configuration in which a scene starts.
+
+The mechanism is assembled at the description's zero, or near it where the zero is not closed. Then
+the joints of `start` are brought to their positions one after the other, and the rest follows: a
+jump could end in another assembly mode.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import AssemblyError, CardanError, SingularConfigurationError
+from ..problem.problem import Problem
+from .all_groups import Kinematics
+from .loop_system import LoopSystem
+from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION
+
+_ZERO_NEWTON_STEPS = 50
+"""Greatest number of Newton steps from the description's zero position to closed loops. The loops
+may be far from closed there, and the solver limits a step to half a radian."""
+_GREATEST_ANGLE = 2.0 * np.pi
+"""Position [rad] beyond which a joint that cannot be reached was probably given in degrees."""
+
+
+class StartSearch:
+    """Finds the start of a scene."""
+
+    def __init__(
+        self, problem: Problem, system: LoopSystem, kinematics: Kinematics, decided: Array
+    ) -> None:
+        """Prepare the search.
+
+        Args:
+            problem: the drives, held joints and start of the scene.
+            system: its loops.
+            kinematics: for its drives, with all rows.
+            decided: velocity coordinates of the passive joints whose motion is needed.
+        """
+        self._problem = problem
+        self._system = system
+        self._kinematics = kinematics
+        self._decided = decided
+
+    def closed_start(self) -> Array:
+        """Return closed coordinates `(size,)` with the joints of `start` at their positions.
+
+        A start that closes the loops as it is given is taken as it is. Otherwise the mechanism is
+        assembled near the description's zero, and followed from there to the start, so that the
+        assembly mode stays the same. Where that is impossible, since the zero is singular, it is
+        assembled with the joints of `start` at their positions.
+
+        Raises:
+            AssemblyError: the loops cannot be closed.
+        """
+        problem = self._problem
+        coordinates = problem.mechanism.coordinates
+        zero = coordinates.neutral()
+        wanted = zero.copy()
+        for joint, value in problem.start.items():
+            wanted[coordinates.columns[joint]] = value
+        free = np.ones(problem.mechanism.model.nv, dtype=bool)
+        if problem.start:
+            free[[coordinates.velocity_columns[name].start for name in problem.start]] = False
+            state = self._kinematics.evaluate(wanted[None, :])
+            if state.residual[0] < CLOSURE_TOLERANCE:
+                return wanted
+        try:
+            return self._moved_to_start(self._closed_zero(zero))
+        except (AssemblyError, SingularConfigurationError):
+            if not problem.start:
+                raise
+            try:
+                return self._closed_near(wanted, free)
+            except AssemblyError:
+                pass  # The first error says more: how far the joints could be followed.
+            raise
+
+    def _closed_zero(self, zero: Array) -> Array:
+        """Return closed coordinates `(size,)` at or near the description's zero.
+
+        The drives stay at zero if the loops can be closed there by Newton's method.
+
+        Raises:
+            AssemblyError: the loops cannot be closed.
+        """
+        state = self._kinematics.close(zero[None, :], most=_ZERO_NEWTON_STEPS)
+        if state.residual[0] < CLOSURE_TOLERANCE:
+            return state.x[0]
+        return self._closed_near(zero, np.ones(self._problem.mechanism.model.nv))
+
+    def _closed_near(self, x: Array, free: Array) -> Array:
+        """Return closed coordinates `(size,)` near some that may be far from closed.
+
+        Args:
+            x: `(size,)` coordinates to start from.
+            free: `(nv,)` which velocity coordinates may move.
+
+        Raises:
+            AssemblyError: none were found.
+        """
+        from .first_assembly import assembled_near  # Most descriptions are closed at zero.
+
+        mechanism = self._problem.mechanism
+        nearby, residual = assembled_near(
+            self._system.structure, x, np.nonzero(free)[0], self._decided
+        )
+        if residual < CLOSURE_TOLERANCE:
+            # Where the drives leave a freedom open, Newton's method may step away.
+            state = self._kinematics.close(nearby[None, :])
+            is_near = state.correction[0] < SAFE_CORRECTION
+            return state.x[0] if is_near and state.residual[0] < residual else nearby
+        raise AssemblyError(
+            f"{mechanism.name}: the loops cannot be closed; the least closure error found around "
+            f"the description's zero is {residual:.1e}, an angle [rad] or a gap in units of the "
+            f"characteristic length, {mechanism.characteristic_length:.4g} m: check the origins of "
+            "joints and loops",
+            position=None,
+            nearest=None,
+            residual=residual,
+        )
+
+    def _moved_to_start(self, state: Array) -> Array:
+        """Return the state after the joints of `start` have moved to their positions.
+
+        All joints that are not held follow them, the drives as well.
+        """
+        problem = self._problem
+        velocities = problem.mechanism.coordinates.velocity_columns
+        is_free = np.ones(problem.mechanism.model.nv, dtype=bool)
+        is_free[[velocities[name].start for name in problem.held]] = False
+        free = np.nonzero(is_free)[0]
+        for joint, value in problem.start.items():
+            passives = free[free != velocities[joint].start]
+            state = self.moved(state, joint, value, passives)
+        return state
+
+    def moved(self, state: Array, joint: str, value: float, passives: Array) -> Array:
+        """Return the state after a joint has moved; errors say which joint it was."""
+        left_out = set(self._problem.passive_columns.tolist()) - set(self._decided.tolist())
+        try:
+            return self._system.moved(state, joint, value, passives, left_out)
+        except CardanError as error:
+            slides = self._problem.mechanism.joints[joint].type == "prismatic"
+            hint = ""
+            if not slides and abs(value) > _GREATEST_ANGLE:
+                hint = (
+                    f". Positions are in rad; if {value:g} degrees were meant, give "
+                    f"{np.deg2rad(value):.6g}"
+                )
+            raise type(error)(
+                f"joint {joint!r} cannot be brought to {value:g}: {error}{hint}", **error.details
+            ) from error

@@ -1,0 +1,79 @@
+"""Words of URDF: misspelled ones are refused, those of other programs named in the warnings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import cardan_dyn as cd
+
+LOOPED = (
+    '<robot name="r"><link name="a"/><link name="b"/>'
+    '<joint name="j" type="continuous"><parent link="a"/><child link="b"/>'
+    '<origin xyz="1 0 0"/><axis xyz="0 0 1"/></joint>'
+    '<loop name="l" type="continuous"><predecessor link="a"/>'
+    '<successor link="b"><origin xyz="-1 0 0"/></successor><axis xyz="0 0 1"/></loop></robot>'
+)
+
+
+@pytest.mark.parametrize(
+    ("written", "misspelled", "meant"),
+    [
+        ("loop", "lop", "loop"),
+        ("loop", "loops", "loop"),
+        ("loop", "Loop", "loop"),
+        ("axis", "axs", "axis"),
+        ("predecessor", "predecesor", "predecessor"),
+        ("origin", "orign", "origin"),
+    ],
+)
+def test_misspelled_elements_are_refused(written: str, misspelled: str, meant: str) -> None:
+    text = LOOPED.replace(f"<{written} ", f"<{misspelled} ")
+    text = text.replace(f"</{written}>", f"</{misspelled}>")
+    with pytest.raises(cd.ModelError, match=f"'{misspelled}' is unknown .* did you mean '{meant}'"):
+        cd.load(text)
+
+
+@pytest.mark.parametrize(
+    ("written", "misspelled", "meant"),
+    [('axis xyz="', 'axis xy="', "xyz"), ('type="', 'typ="', "type")],
+)
+def test_misspelled_attributes_are_refused(written: str, misspelled: str, meant: str) -> None:
+    with pytest.raises(cd.ModelError, match=f"did you mean '{meant}'"):
+        cd.load(LOOPED.replace(written, misspelled))
+
+
+def test_lenient_reading_warns_of_misspelled_words() -> None:
+    text = LOOPED.replace("<loop ", "<lop ").replace("</loop>", "</lop>")
+    mechanism = cd.load(text, strict=False)
+    assert mechanism.loops == ()
+    assert any("'lop' of <robot> is unknown" in warning for warning in mechanism.warnings)
+
+
+def test_words_of_other_programs_are_named_once() -> None:
+    text = LOOPED.replace(
+        "</robot>",
+        '<sensor name="imu"/><sensor name="camera"/><gazebo reference="a"><anything/></gazebo>'
+        '<x:lop xmlns:x="http://example.org/other"/></robot>',
+    )
+    (warning,) = cd.load(text).warnings
+    assert warning.endswith("element 'sensor' of <robot> is unknown and was passed over (2 times)")
+
+
+@pytest.mark.parametrize("name", cd.bundled_names())
+def test_bundled_descriptions_contain_no_unknown_word(name: str) -> None:
+    assert not cd.load(name).warnings
+
+
+def test_shapes_may_contain_anything() -> None:
+    shape = '<visual><geometry><mesh filename="a.stl" scal="1 1 1"/></geometry></visual>'
+    text = LOOPED.replace('<link name="a"/>', f'<link name="a">{shape}</link>')
+    assert not cd.load(text).warnings
+
+
+def test_files_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "wrong.urdf"
+    path.write_text(LOOPED.replace("<axis ", "<axs "), encoding="utf-8")
+    with pytest.raises(cd.ModelError, match=r"wrong\.urdf: <joint> 'j': element 'axs'"):
+        cd.load(path)

@@ -1,0 +1,56 @@
+"""First assembly: mechanisms whose zero is far from closed are closed near it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import draw
+from scipy.spatial.transform import Rotation
+from testkit.planar_linkages import four_bar
+
+import cardan_dyn as cd
+from cardan_dyn.description.description import Description, JointDescription
+from cardan_dyn.kinematics.first_assembly import assembled_near
+from cardan_dyn.kinematics.structure import Structure
+
+
+def displaced(description: Description, rng: np.random.Generator, length: float) -> Description:
+    """Move the zero of every joint by up to 0.5 rad or 0.2 lengths, so that no loop is closed."""
+
+    def moved(joint: JointDescription) -> JointDescription:
+        motion = np.eye(4)
+        turn, slide = rng.uniform(-0.5, 0.5), rng.uniform(-0.2, 0.2)
+        if joint.type == "prismatic":
+            motion[:3, 3] = slide * length * joint.axis
+        elif joint.type == "spherical":
+            motion[:3, :3] = Rotation.from_rotvec([turn, 0.0, 0.0]).as_matrix()
+        elif joint.type in ("revolute", "continuous"):
+            motion[:3, :3] = Rotation.from_rotvec(turn * joint.axis).as_matrix()
+        return replace(joint, origin=joint.origin @ motion)
+
+    return replace(description, joints=tuple(moved(joint) for joint in description.joints))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_chains_are_assembled_from_zeros_that_are_not_closed(seed: int) -> None:
+    original = cd.load(draw(seed).chain.text)
+    rng = np.random.default_rng(seed)
+    mechanism = cd.Mechanism(displaced(original.description, rng, original.characteristic_length))
+    zero, every = mechanism.coordinates.neutral(), np.arange(mechanism.model.nv)
+    x, residual = assembled_near(Structure(mechanism), zero, every, every)
+    assert residual < 1e-7
+    if not (mechanism.loops or mechanism.couplings):
+        np.testing.assert_array_equal(x, zero)
+
+
+def test_pinned_joints_stay() -> None:
+    mechanism = four_bar()
+    velocities, columns = mechanism.coordinates.velocity_columns, mechanism.coordinates.columns
+    start = mechanism.coordinates.neutral()
+    start[columns["A"]] = 0.8
+    free = np.setdiff1d(np.arange(mechanism.model.nv), [velocities["A"].start])
+    x, residual = assembled_near(Structure(mechanism), start, free, free)
+    assert x[columns["A"].start] == 0.8
+    assert residual < 1e-8
