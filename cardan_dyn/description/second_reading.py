@@ -74,8 +74,9 @@ def _link(name: str, element: Element) -> LinkDescription:
 def _joint(joint: JointDescription, element: Element) -> JointDescription:
     """Return a joint with the placement and axes of its element."""
     origin = _origin(element)
-    if joint.type == "fixed" or joint.type != element.get("type"):
-        # A file beside the URDF may give a joint another type, and its axes with it.
+    made_universal = joint.type == "universal" and element.get("type") != "universal"
+    if joint.type == "fixed" or made_universal:
+        # A file beside the URDF that makes a joint universal states its axes as well.
         return replace(joint, origin=origin)
     axis = _axis(element, "axis")
     axis_2 = _axis(element, "axis2") if joint.type == "universal" else axis

@@ -53,8 +53,9 @@ class Scene(SceneArguments):
             a symmetric `(6, 6)`, force first [m/N, rad/(N·m)]. What the laws of motion leave open
             is then what makes the elastic energy least, instead of the least norm.
         strict: refuse to choose what the laws of motion leave open.
-        start: joints to positions [rad or m] to which they are brought before the drives take
-            over, for a description whose zero is a dead point of the drives.
+        start: joints to positions [rad or m] at which the scene begins, up to a complete
+            configuration. They are followed there from the description's zero; where that leads
+            past a dead point or through open loops, the mechanism is assembled there.
         branch: name of the assembly mode, from `branches`; `A` is that of the description.
 
     Raises:

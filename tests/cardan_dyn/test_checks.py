@@ -134,7 +134,7 @@ def test_no_names(value: object) -> None:
         ({"a": 1, "b": 2}.keys(), ("a", "b")),
         ([], ()),
     ],
-    ids=str,
+    ids=lambda value: type(value).__name__,
 )
 def test_names_keep_their_order(value: object, expected: tuple[str, ...]) -> None:
     found = checks.names("outputs", value)

@@ -122,7 +122,20 @@ def test_what_a_file_beside_a_urdf_says(tmp_path: Path) -> None:
         np.testing.assert_array_equal(item.predecessor_origin, np.eye(4))
         np.testing.assert_array_equal(item.successor_origin, np.eye(4))
     assert extra.motors == ("k", "j")
-    assert extra.joint_types == {"j": "spherical"}
+    assert extra.joint_types.keys() == {"j"}
+    assert extra.joint_types["j"].type == "spherical"
+    assert extra.joint_types["j"].axes == ()
+
+
+def test_a_file_beside_a_urdf_makes_joints_universal(tmp_path: Path) -> None:
+    content = "closed_loop: [[a, j]]\njoint_name: [j, k]\njoint_type: [UJOINT_XY, ujoint_zx]"
+    extra = beside_text(tmp_path, content)
+    assert extra is not None
+    expected = {"j": ([1, 0, 0], [0, 1, 0]), "k": ([0, 0, 1], [1, 0, 0])}
+    for name, axes in expected.items():
+        changed = extra.joint_types[name]
+        assert changed.type == "universal"
+        np.testing.assert_array_equal(changed.axes, axes)
 
 
 def test_closures_without_a_type_are_welds(tmp_path: Path) -> None:

@@ -81,7 +81,7 @@ def test_what_does_not_close_at_zero_is_refused() -> None:
         '</predecessor><successor link="c"><origin xyz="0 0.8 0"/></successor>'
         '<axis xyz="0 0 1"/></loop>',
     )
-    message = r"linkage: the loops cannot be closed with every joint near zero \(closure error"
+    message = "linkage: the loops cannot be closed; the least closure error found around"
     with pytest.raises(cd.AssemblyError, match=message) as caught:
         assembly_of(mechanism, "A")
     assert caught.value.position is None
@@ -92,7 +92,7 @@ def test_what_does_not_close_at_zero_is_refused() -> None:
 @pytest.mark.parametrize(
     ("mechanism", "options", "value"),
     [
-        (four_bar, {"start": {"D": 3.0}}, 3.0),
+        (four_bar, {"start": {"D": 1.5}}, 1.5),
         # With the other crank turned away, the arms of the five-bar are too short.
         (five_bar, {"start": {"A": 1.5}, "held": {"D": -1.5}}, -1.5),
     ],
