@@ -31,12 +31,13 @@ from .scene.scene import Scene
 if TYPE_CHECKING:
     from . import figures
     from .response.response import Response
-    from .scene.describe import MechanismReport, describe
+    from .scene.describe import describe
+    from .scene.mechanism_report import MechanismReport
     from .scene.plan import Plan
     from .viewer.viewing import View, view
 
 _IMPORTED_WHEN_USED = {
-    "MechanismReport": ".scene.describe",
+    "MechanismReport": ".scene.mechanism_report",
     "Plan": ".scene.plan",
     "Response": ".response.response",
     "View": ".viewer.viewing",

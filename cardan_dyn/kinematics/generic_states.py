@@ -1,0 +1,93 @@
+"""Generic states: closed configurations around one, in which ranks are those of the motion.
+
+At single configurations, dead points and change points, fewer closure equations are independent
+than anywhere else. A few others nearby show how many there are.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array, generic
+from ..errors import AssemblyError
+from .damped_closure import closed_from
+from .first_assembly import assembled_near
+from .group_solver import GroupSolver, GroupState
+from .loop_groups import independent_groups
+from .mobility import ranks
+from .structure import Structure
+from .tolerances import CLOSURE_TOLERANCE
+
+_STATES = 6
+"""Configurations in which ranks are measured: one alone may be singular."""
+_AROUND = 0.05
+"""How far from the first one the others start [rad, or lengths of the mechanism]: far enough to
+leave a singular configuration, and near enough to be closed in the same assembly mode."""
+
+
+class GenericStates(NamedTuple):
+    """Closed configurations of loops and couplings that have no joint in common with others.
+
+    Attributes:
+        group: their closure equations, all of them, at K closed configurations in which as many as
+            possible are independent.
+        rank: how many are independent there.
+        rank_at_zero: how many are independent at the description's zero, or where the loops are
+            assembled near it.
+    """
+
+    group: GroupState
+    rank: int
+    rank_at_zero: int
+
+
+def generic_states(
+    structure: Structure, most_coordinates: int
+) -> list[GenericStates | GroupSolver]:
+    """Return generic states of all independent sets of loops and couplings.
+
+    Args:
+        structure: of the mechanism.
+        most_coordinates: of a set; of a larger one only its solver is returned.
+
+    Raises:
+        AssemblyError: loops cannot be closed.
+    """
+    mechanism = structure.mechanism
+    every = np.arange(mechanism.model.nv)
+    result: list[GenericStates | GroupSolver] = []
+    zero = mechanism.coordinates.neutral()
+    for group in independent_groups(structure, every):
+        solver = GroupSolver(mechanism, group)
+        if group.passives.size > most_coordinates:
+            result.append(solver)
+            continue
+        first, residual = assembled_near(structure, zero, every, group.passives)
+        if not residual < CLOSURE_TOLERANCE:
+            raise AssemblyError(
+                f"{mechanism.name}: the loops cannot be closed; the least closure error found "
+                f"around the description's zero is {residual:.1e}: check the origins of joints and "
+                "loops",
+                position=None,
+                nearest=None,
+                residual=residual,
+            )
+        result.append(_around(solver, first))
+    return result
+
+
+def _around(solver: GroupSolver, first: Array) -> GenericStates:
+    """Return generic states around closed coordinates `(size,)`."""
+    step = _AROUND * generic(_STATES, len(solver.group.passives))
+    step[0] = 0.0
+    starts = solver.moved(np.repeat(first[None, :], _STATES, axis=0), step)
+    reached, residual = closed_from(solver, starts)
+    reached = reached[residual < CLOSURE_TOLERANCE]
+    full = solver.equations.full()
+    state, _ = solver.evaluate(reached, full)
+    rank = ranks(state.scaled_rows)
+    greatest = int(np.max(rank))
+    regular, _ = solver.evaluate(reached[rank == greatest], full)
+    return GenericStates(regular, greatest, int(rank[0]))

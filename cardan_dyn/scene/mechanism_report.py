@@ -1,0 +1,172 @@
+"""Mechanism report: what `cd.describe` found, as text and as HTML."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class LoopReport:
+    """One loop.
+
+    Attributes:
+        name: of its joint.
+        type: of its joint.
+        rank: how many of its six closure equations are independent, those of other loops aside.
+        indeterminate: joint to the components (`x y z` of force, then of moment, in its frame)
+            that are statically indeterminate because of it; None if the component is too large for
+            that to be measured.
+    """
+
+    name: str
+    type: str
+    rank: int
+    indeterminate: dict[str, str] | None
+
+    @property
+    def redundant(self) -> int:
+        """Number of redundant rows."""
+        return 6 - self.rank
+
+
+@dataclass(frozen=True)
+class ComponentReport:
+    """Loops and couplings that have no joint in common with any others.
+
+    Attributes:
+        loops: their names.
+        couplings: their names.
+        coordinates: number of joint coordinates on them.
+        rank: number of independent closure equations in generic closed configurations.
+        rank_at_zero: their number at the zero of the description, or where the loops are assembled
+            near it; less than `rank` where that is a singular configuration.
+        is_counted: whether the ranks were counted from the structure alone, which misses
+            mechanisms that move only because of special dimensions.
+    """
+
+    loops: tuple[str, ...]
+    couplings: tuple[str, ...]
+    coordinates: int
+    rank: int
+    rank_at_zero: int
+    is_counted: bool
+
+    @property
+    def mobility(self) -> int:
+        """Number of coordinates that remain free."""
+        return self.coordinates - self.rank
+
+    @property
+    def is_singular_at_zero(self) -> bool:
+        """Whether the description's zero is a singular configuration."""
+        return self.rank_at_zero < self.rank
+
+    @property
+    def self_stresses(self) -> int:
+        """Number of independent closure forces that load nothing but the mechanism itself."""
+        return 6 * len(self.loops) + len(self.couplings) - self.rank
+
+    @property
+    def names(self) -> str:
+        """Names of the loops and couplings as a text."""
+        return ", ".join((*self.loops, *self.couplings))
+
+    def __str__(self) -> str:
+        counted = " (counted)" if self.is_counted else ""
+        return (
+            f"{self.names}: mobility {self.mobility}{counted} of {self.coordinates} coordinates, "
+            f"{self.rank} independent equations, {self.self_stresses} self-stresses"
+        )
+
+
+@dataclass(frozen=True)
+class MechanismReport:
+    """What `cd.describe` returns; `print` shows it.
+
+    Attributes:
+        name: of the mechanism.
+        notation: in which the loops are written.
+        coordinates: number of joint coordinates.
+        rank: number of independent closure equations.
+        mobility: number of coordinates that remain free after the loops.
+        length: characteristic length that weighs forces against moments [m].
+        components: sets of loops and couplings that have no joint in common.
+        loops: the loops.
+        warnings: what is wrong with the description and was accepted.
+    """
+
+    name: str
+    notation: str
+    coordinates: int
+    rank: int
+    mobility: int
+    length: float
+    components: list[ComponentReport]
+    loops: list[LoopReport]
+    warnings: tuple[str, ...]
+
+    def __str__(self) -> str:
+        lines = [
+            f"{self.name}: mobility {self._mobility}",
+            f"  {self.coordinates} joint coordinates, {self.rank} independent closure equations",
+            f"  loops: {self.notation}; characteristic length {self.length:.4g} m",
+        ]
+        for loop in self.loops:
+            lines.append(
+                f"  loop {loop.name} ({loop.type}): rank {loop.rank} of 6, "
+                f"{loop.redundant} redundant"
+            )
+            for joint, components in (loop.indeterminate or {}).items():
+                lines.append(f"    leaves open at {joint}: {components}")
+        lines += [f"  {remark}" for remark in self._remarks()]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        from ..markup import element, listed, table  # Imported here: only notebooks show it.
+
+        title = element("p", f"{self.name}: mobility {self._mobility}")
+        facts = listed(
+            "ul",
+            (
+                f"{self.coordinates} joint coordinates",
+                f"{self.rank} independent closure equations",
+                f"loops: {self.notation}",
+                f"characteristic length {self.length:.4g} m",
+            ),
+        )
+        header = ("loop", "type", "rank of 6", "redundant", "leaves open")
+        rows = [
+            (loop.name, loop.type, loop.rank, loop.redundant, _listed_components(loop))
+            for loop in self.loops
+        ]
+        loops = table(header, rows) if rows else ""
+        remarks = self._remarks()
+        return f"<div>{title}{facts}{loops}{listed('ul', remarks) if remarks else ''}</div>"
+
+    @property
+    def is_counted(self) -> bool:
+        """Whether ranks of any component were counted from the structure alone."""
+        return any(component.is_counted for component in self.components)
+
+    def _remarks(self) -> list[str]:
+        """Return what else there is to say: of several components, of singular zeros, warnings."""
+        several = len(self.components) > 1
+        remarks = [f"component {component}" for component in self.components if several]
+        remarks += [
+            f"the description's zero is a singular configuration of {component.names}: only "
+            f"{component.rank_at_zero} of {component.rank} equations are independent there"
+            for component in self.components
+            if component.is_singular_at_zero
+        ]
+        return remarks + [f"warning: {warning}" for warning in self.warnings]
+
+    @property
+    def _mobility(self) -> str:
+        return f"{self.mobility} (counted)" if self.is_counted else str(self.mobility)
+
+
+def _listed_components(loop: LoopReport) -> str:
+    """Return what the redundant rows of a loop leave open, in one line."""
+    if loop.indeterminate is None:
+        return "not examined"
+    return "; ".join(f"{joint}: {components}" for joint, components in loop.indeterminate.items())
