@@ -87,4 +87,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    modules = (name for name in globals() if name.startswith("__"))
+    return sorted({*modules, *__all__})

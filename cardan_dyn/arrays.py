@@ -32,3 +32,8 @@ def generic(rows: int, columns: int) -> Array:
     making a scene.
     """
     return np.asarray(np.sin(np.arange(1.0, rows * columns + 1.0) ** 2).reshape(rows, columns))
+
+
+def squeezed(values: Array) -> Array:
+    """Return a single column `(N, 1)` as `(N,)`, several columns as they are."""
+    return values[:, 0] if values.shape[1] == 1 else values

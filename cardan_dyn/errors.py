@@ -109,12 +109,13 @@ def as_position(position: np.ndarray) -> float | np.ndarray:
     return float(position[0]) if len(position) == 1 else position
 
 
-def choices(names: Iterable[str], near: object = None) -> str:
+def choices(names: Iterable[str], near: object = None, most: int = _MOST_LISTED) -> str:
     """Return valid names, sorted and with commas between them, for the end of a message.
 
     Args:
-        names: all of them; of many, the first ones are listed and the others counted.
+        names: all of them.
         near: an unknown name, after which the message asks for the most similar valid ones.
+        most: how many names are listed; the others are counted.
     """
     listed = sorted(names)
     if not listed:
@@ -125,7 +126,7 @@ def choices(names: Iterable[str], near: object = None) -> str:
 
         similar = get_close_matches(near, listed, n=3, cutoff=_LEAST_SIMILARITY)
     # A single name takes no more room than "and 1 more".
-    count = len(listed) if len(listed) <= _MOST_LISTED + 1 else _MOST_LISTED
+    count = len(listed) if len(listed) <= most + 1 else most
     text = ", ".join(listed[:count])
     if count < len(listed):
         text += f" and {len(listed) - count} more"

@@ -38,7 +38,16 @@ class Frozen:
 
 
 class FrozenDict(dict[_Key, _Value]):
-    """A dictionary that cannot be changed. Unlike `MappingProxyType`, it can be pickled."""
+    """A dictionary that cannot be changed, its arrays included.
+
+    Unlike `MappingProxyType`, it can be pickled.
+    """
+
+    def __init__(self, mapping: Mapping[_Key, _Value]) -> None:
+        super().__init__(mapping)
+        for value in mapping.values():
+            if isinstance(value, np.ndarray):
+                read_only(value)
 
     def _refuse(self, *_: object, **__: object) -> NoReturn:
         raise ImmutableError("this mapping cannot be changed; copy it with dict()")
@@ -62,7 +71,4 @@ def read_only(array: np.ndarray) -> np.ndarray:
 
 def frozen(mapping: Mapping[_Key, _Value]) -> FrozenDict[_Key, _Value]:
     """Return a copy of a mapping that cannot be changed; its arrays are made read-only as well."""
-    for value in mapping.values():
-        if isinstance(value, np.ndarray):
-            read_only(value)
     return FrozenDict(mapping)

@@ -92,7 +92,11 @@ def report(directory: Path, as_json: bool, figures: bool) -> None:
 )
 @click.option("--duration", type=float, default=8.0, show_default=True, help="Of one sweep [s].")
 @click.option("--samples", type=click.IntRange(2), default=721, show_default=True)
-@click.option("--strict/--no-strict", default=True, help="Refuse inertias that no body can have.")
+@click.option(
+    "--strict/--no-strict",
+    default=True,
+    help="Refuse inertias that no body has, and misspelled words.",
+)
 @click.option(
     "--export",
     "file",

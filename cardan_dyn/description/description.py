@@ -11,13 +11,25 @@ from pathlib import Path
 
 import numpy as np
 
+from ..frozen import read_only
+
 
 class Record:
-    """A frozen dataclass that `==` compares by its contents.
+    """A frozen dataclass that `==` compares by its contents, and whose arrays are read-only.
 
     Fields declared with `compare=False` do not take part. Records hold arrays and lists of other
     records, of which no hash is computed: they cannot be keys of a dictionary.
     """
+
+    def __post_init__(self) -> None:
+        for item in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray):
+                read_only(value)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Through the constructor, which closes the arrays of a copy to writing as well.
+        return type(self), tuple(getattr(self, item.name) for item in fields(self))  # type: ignore[arg-type]
 
     def __eq__(self, other: object) -> bool:
         return self.agrees(other) if isinstance(other, Record) else NotImplemented
@@ -169,10 +181,10 @@ class LoopDescription(Record):
 
 @dataclass(frozen=True, eq=False)
 class CouplingDescription(Record):
-    """A coupling of two links' rotations, in URDF+ notation.
+    """A coupling of two links' motions, in URDF+ notation.
 
-    The rotation of the successor is `ratio` times that of the predecessor, both summed up over
-    the joints from their nearest common ancestor.
+    The angle or slide of the successor is `ratio` times that of the predecessor, both summed up
+    over the joints from their nearest common ancestor.
     """
 
     name: str

@@ -192,6 +192,8 @@ def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
 def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndarray:
     """Return the `(3,)` unit axis of an element."""
     child = only(element, tag, at)
+    if child is not None and child.get("xyz") is None:
+        raise ModelError(f'{at}: <{tag}> has no xyz; write <{tag} xyz="0 0 1"/>, or leave it out')
     axis = numbers(None if child is None else child.get("xyz"), 3, "1 0 0", f"{at}: {tag} xyz")
     length = float(np.linalg.norm(axis))
     # The squares of the components of shorter axes lose digits, and so does their direction.

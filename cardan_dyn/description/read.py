@@ -13,6 +13,8 @@ from ..errors import ModelError, choices
 if TYPE_CHECKING:
     from .description import Description
 
+_MOST_BUNDLED = 100
+"""Bundled descriptions that messages list: all of them, since nothing else names them."""
 _BLANK = "\ufeff \t\r\n"
 """What may stand before a text's first element."""
 
@@ -41,7 +43,8 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
 
     Args:
         source: name in `bundled_names()`, path, or text that starts with `<`.
-        strict: whether inertias that no body can have are refused.
+        strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
+            words of a URDF, forces in an MJCF file that no wrench considers.
 
     Raises:
         ModelError: what is wrong, where, and the valid choices.
@@ -65,7 +68,8 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
         text: of the file, without anything before its first element.
         where: how messages name the source of the text.
         path: the file, None for text.
-        strict: whether inertias that no body can have are refused.
+        strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
+            words of a URDF, forces in an MJCF file that no wrench considers.
     """
     from xml.etree import ElementTree
 
@@ -107,7 +111,7 @@ def _name(source: object) -> str:
         return str(name)
     raise ModelError(
         f"load() takes a name, a path or text, not {type(source).__name__}; "
-        f"bundled descriptions: {choices(bundled_names())}"
+        f"bundled descriptions: {choices(bundled_names(), most=_MOST_BUNDLED)}"
     )
 
 
@@ -127,6 +131,6 @@ def _find(name: str) -> Path:
     if not exists:
         raise ModelError(
             f"no description {shortened(repr(name))}: it is neither a file nor a bundled name; "
-            f"bundled descriptions: {choices(bundled_names(), name)}"
+            f"bundled descriptions: {choices(bundled_names(), name, most=_MOST_BUNDLED)}"
         )
     return path

@@ -60,7 +60,8 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         robot: its outermost element.
         where: how messages name the source of the text.
         path: the file, beside which Gepetto's YAML file may stand.
-        strict: whether inertias that no body can have are refused.
+        strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
+            words of a URDF, forces in an MJCF file that no wrench considers.
 
     Raises:
         ModelError: what is wrong, where, and the valid choices.

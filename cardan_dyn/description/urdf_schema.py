@@ -8,16 +8,13 @@ are not known are named in the warnings.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from difflib import get_close_matches
 from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
 
-_SIMILAR = 0.79
-"""Similarity from which on an unknown word counts as a misspelled known one, see
-`difflib.get_close_matches`. It finds one wrong, missing or additional letter in words of three or
-more (`xy` for `xyz` has 0.8). Words of published robots that mean something else have at most 0.76
-(`gear_velocity` and `velocity`)."""
+_LONG = 6
+"""Letters from which on a word may have two mistakes; shorter ones may have one. Words of published
+robots that mean something else are farther from URDF's: `gear_velocity`, `surface`, `rotor`."""
 
 _POSE = "xyz rpy"
 _KNOWN: dict[str, str] = {
@@ -84,11 +81,11 @@ def check_words(robot: ElementTree.Element, where: str, strict: bool) -> list[st
             ("attribute", element.keys(), _ATTRIBUTES.get(element.tag)),
         ):
             for word in _unknown(words, known):
-                similar = get_close_matches(word.lower(), known or (), n=1, cutoff=_SIMILAR)
+                similar = _similar(word.lower(), known or [])
                 if similar and strict:
                     raise ModelError(
                         f"{at}: {kind} {word!r} is unknown and would be passed over; did you mean "
-                        f"{similar[0]!r}? {kind}s: {choices(known or ())}; load(..., strict=False) "
+                        f"{similar!r}? {kind}s: {choices(known or ())}; load(..., strict=False) "
                         "passes it over"
                     )
                 label = f"{kind} {word!r} of <{element.tag}>"
@@ -106,6 +103,30 @@ def _elements_read(element: ElementTree.Element) -> Iterator[ElementTree.Element
     for child in element:
         if child.tag in known and child.tag not in _NOT_OF_WRENCHES:
             yield from _elements_read(child)
+
+
+def _similar(word: str, known: list[str]) -> str | None:
+    """Return the known word that a misspelled one stands for, if there is one."""
+    mistakes = {other: _mistakes(word, other) for other in known}
+    allowed = 1 if len(word) < _LONG else 2
+    nearest = min(mistakes, key=mistakes.__getitem__, default=None)
+    if nearest is None or sorted(nearest) == sorted(word):
+        return nearest
+    return nearest if mistakes[nearest] <= allowed else None
+
+
+def _mistakes(word: str, other: str) -> int:
+    """Return how many letters are wrong, missing, too many or swapped with their neighbour."""
+    above: list[int] = []
+    row = list(range(len(other) + 1))
+    for i, letter in enumerate(word, start=1):
+        before, above, row = above, row, [i]
+        for j, wanted in enumerate(other, start=1):
+            cost = min(above[j] + 1, row[j - 1] + 1, above[j - 1] + (letter != wanted))
+            if i > 1 and j > 1 and word[i - 2 : i] == other[j - 1] + other[j - 2]:
+                cost = min(cost, before[j - 2] + 1)
+            row.append(cost)
+    return row[-1]
 
 
 def _unknown(words: Iterable[str], known: list[str] | None) -> list[str]:

@@ -65,6 +65,7 @@ class Solution(NamedTuple):
         efforts: `(N, nv)` what drives and held joints exert beside the loads; zero at other joints.
         coupling_moments: `(N, G)` moments of the couplings at their successors' joints.
         condition: `(N,)` see `Sweep.condition`.
+        closure_condition: `(N,)` condition number of the closure equations alone.
         loop_error: `(N,)` closure error, see `Sweep.loop_residual`.
         residuals: violations of balances and constraints.
         influence: `(b, 6)`, see `Reactions.influence`.
@@ -79,6 +80,7 @@ class Solution(NamedTuple):
     efforts: Array
     coupling_moments: Array
     condition: Array
+    closure_condition: Array
     loop_error: Array
     residuals: Residuals
     influence: Array
@@ -156,7 +158,7 @@ class InverseDynamics:
         """
         if self._claimed:
             unique = solution.unique[self._claimed_indices]
-            self.bodies.prove_flags(solution.x, unique, float(np.max(solution.condition)))
+            self.bodies.prove_flags(solution.x, unique, float(np.max(solution.closure_condition)))
 
     def solve(self, state: ClosedState, inputs: Inputs) -> Solution:
         """Return motion, reactions and residuals at closed positions.
@@ -212,6 +214,7 @@ class InverseDynamics:
             efforts=exerted,
             coupling_moments=couplings,
             condition=self.condition(state, rates.velocity_ratios) * residuals.cancellation,
+            closure_condition=state.condition,
             loop_error=np.maximum(state.residual, residuals.loop_error),
             residuals=residuals,
             influence=reactions.influence,
@@ -285,7 +288,7 @@ def joined(blocks: list[Solution], positions: Array) -> Solution:
         if not np.all(np.isfinite(arrays[name])):
             raise overflow(f"the {name}")
     residuals = Residuals.joined([block.residuals for block in blocks])
-    residuals.prove(positions, arrays["condition"])
+    residuals.prove(positions, arrays["closure_condition"])
     return Solution(
         residuals=residuals,
         influence=np.max([block.influence for block in blocks], axis=0),

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ArgumentError, IndeterminateError
+from ..forces.link_loads import WRENCH_COMPONENTS
 from ..frozen import Frozen, read_only
 from ..kinematics.all_groups import ClosedState, Kinematics
 from ..kinematics.assembly import Assembly
@@ -21,8 +22,6 @@ from .reactions import ReactionSolver, wrenches_in_norm
 
 _BLOCK_SIZE = 768
 """Greatest number of samples worked on at a time, so that their arrays stay in the cache."""
-COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
-"""Names of the components of a wrench, for messages."""
 _DECIDE_ASSEMBLY = frozenset(
     {"mechanism", "drives", "held", "start", "branch", "outputs", "all_outputs"}
 )
@@ -223,7 +222,7 @@ class ProblemSolver(Frozen):
         if not problem.strict or problem.compliance or np.all(unique):
             return
         components = {
-            name: [label for label, flag in zip(COMPONENTS, row, strict=True) if not flag]
+            name: [label for label, flag in zip(WRENCH_COMPONENTS, row, strict=True) if not flag]
             for name, row in zip(problem.outputs, unique, strict=True)
             if not np.all(row)
         }

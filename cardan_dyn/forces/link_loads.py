@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
+WRENCH_COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+"""Names of the components of a wrench, in their order."""
+
+
 @dataclass(frozen=True, eq=False)
 class Wrench:
     """A wrench that acts on a link, for `Scene(loads={"link": Wrench(...)})`.

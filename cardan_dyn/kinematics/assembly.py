@@ -195,6 +195,8 @@ class Assembly:
         try:
             for joint, value in problem.held.items():
                 states.append(search.moved(states[-1], joint, value, problem.passive_columns))
+            if problem.start:
+                states.append(search.at_start(states[-1]))
         except CardanError:
             # A MobilityError explains the failure better than a closure error does.
             study = RedundancyStudy(problem, self.groups, self.needed, kinematics)

@@ -20,7 +20,9 @@ from .step_control import REJECTED_EXCESS, StepControl, allowed_correction
 from .tolerances import SINGULAR_CONDITION
 
 _AMBIGUOUS_CONDITION = 1e7
-"""Condition number from which on rounding decides in which assembly mode a branch goes on."""
+"""Condition number from which on rounding decides in which assembly mode a branch goes on: modes
+are about its reciprocal apart, 1e-7 rad, and positions near a dead point known to the root of
+rounding, 1e-8."""
 
 
 class Followed(NamedTuple):

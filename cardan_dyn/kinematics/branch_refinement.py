@@ -20,7 +20,7 @@ _ERROR_RATIO = 64.0
 2 to the sixth power."""
 _LOST_CORRECTION = 0.5
 """Correction [rad] from which on a guess counts as lost: nothing shows any more that what Newton's
-method found lies in the same assembly mode."""
+method found lies in the same assembly mode. It is the longest step that the solver takes."""
 
 
 def halved(

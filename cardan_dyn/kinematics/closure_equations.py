@@ -1,4 +1,4 @@
-"""Closure: the equations that weld the loops, for many samples at once.
+"""Closure equations: what welds the loops, for many samples at once.
 
 In world axes about the batch model's origin a closed loop says that the twists of its joints,
 summed along the predecessor's path, equal those along the successor's path. Each loop gives six

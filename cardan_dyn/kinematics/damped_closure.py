@@ -66,7 +66,7 @@ def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
         tried = solver.moved(x[active], step)
         new_matrices, new_error, new_residual = solver.linearised(tried)
         new_squares = np.sum(new_error**2, axis=1)
-        # Negated, so that numbers which are not finite count as no gain.
+        # Comparisons with numbers that are not finite are false, so these steps are not taken.
         gain = np.minimum((squares[active] - new_squares) / np.maximum(predicted, 1e-300), 1.0)
         taken = gain > _LEAST_GAIN
         better = active[taken]

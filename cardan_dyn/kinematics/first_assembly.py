@@ -42,9 +42,12 @@ def assembled_near(
         Coordinates `(size,)` and their closure error. The error is the least that was found where
         loops could not be closed.
     """
-    worst = 0.0
+    worst, loop_count = 0.0, len(structure.mechanism.loops)
     for group in independent_groups(structure, free):
-        if not set(group.passives.tolist()) & set(needed.tolist()):
+        items = (*group.loops, *(loop_count + index for index in group.couplings))
+        # Of a loop all of whose joints are pinned, no coordinate is free; it has to be closed too.
+        columns = {column for item in items for column in structure.coordinates_on(item)}
+        if not columns & set(needed.tolist()):
             continue
         solver = GroupSolver(structure.mechanism, group)
         x, residual = _closed_group(solver, x)

@@ -16,7 +16,8 @@ from .tolerances import CLOSURE_TOLERANCE
 
 _SAFE_CORRECTION = 0.1
 """Error [rad] up to which an extrapolation is taken to end in the same assembly mode. It may be
-greater than for a branch: its samples are never interpolated."""
+greater than `SAFE_CORRECTION`, since nothing is interpolated between these samples, and every step
+is also checked for a change of side of a singular configuration."""
 _SMALLEST_BATCH, _LARGEST_BATCH = 8, 512
 """Samples tried at once: few where most of them would be thrown away, and not so many that arrays
 become large. Between the two, a batch is twice as large as the last one was successful."""

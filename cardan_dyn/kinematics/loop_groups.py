@@ -1,4 +1,4 @@
-"""Groups: the smallest sets of loops that can be solved one after the other.
+"""Loop groups: the smallest sets of loops that can be solved one after the other.
 
 A drive line with bearings between its joints is a row of loops, each of which needs only the
 motion of the one before it. Solving them one by one keeps the cost and Pinocchio's memory linear

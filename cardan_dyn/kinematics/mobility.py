@@ -76,7 +76,7 @@ def check_mobility(
             position=as_position(position),
             condition=float(np.max(state.condition)),
         )
-    loops = f"its loops leave mobility {mobility}" if mechanism.loops else "it has no <loop>"
+    loops = f"its loops leave mobility {mobility}" if mechanism.loops else "it has no loop"
     raise MobilityError(
         f"{mechanism.name}: {len(drives)} drive(s) {list(drives)}, but with {held} held {loops}: "
         f"{_advice(mobility, len(drives), names)}",

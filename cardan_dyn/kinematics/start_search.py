@@ -7,6 +7,8 @@ jump could end in another assembly mode.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+
 import numpy as np
 
 from ..arrays import Array
@@ -19,6 +21,12 @@ from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION
 _ZERO_NEWTON_STEPS = 50
 """Greatest number of Newton steps from the description's zero position to closed loops. The loops
 may be far from closed there, and the solver limits a step to half a radian."""
+_NEARBY = 0.5
+"""Greatest sum of Newton steps [rad] that ends in the assembly mode that the zero is nearest to: no
+step was shortened, since the solver takes up to half a radian at once."""
+_SAME_POSITION = 1e-9
+"""Difference [rad, or lengths of the mechanism] up to which a joint is where `start` wants it:
+positions that Newton's method has reached are off by some 1e-15 times the condition number."""
 _GREATEST_ANGLE = 2.0 * np.pi
 """Position [rad] beyond which a joint that cannot be reached was probably given in degrees."""
 
@@ -43,9 +51,9 @@ class StartSearch:
         self._decided = decided
 
     def closed_start(self) -> Array:
-        """Return closed coordinates `(size,)` with the joints of `start` at their positions.
+        """Return closed coordinates `(size,)` from which the held joints can be moved.
 
-        A start that closes the loops as it is given is taken as it is. Otherwise the mechanism is
+        A complete start that closes the loops is taken as it is. Otherwise the mechanism is
         assembled near the description's zero, and followed from there to the start, so that the
         assembly mode stays the same. Where that is impossible, since the zero is singular, it is
         assembled with the joints of `start` at their positions.
@@ -53,41 +61,101 @@ class StartSearch:
         Raises:
             AssemblyError: the loops cannot be closed.
         """
-        problem = self._problem
-        coordinates = problem.mechanism.coordinates
+        coordinates = self._problem.mechanism.coordinates
         zero = coordinates.neutral()
-        wanted = zero.copy()
-        for joint, value in problem.start.items():
-            wanted[coordinates.columns[joint]] = value
-        free = np.ones(problem.mechanism.model.nv, dtype=bool)
-        if problem.start:
-            free[[coordinates.velocity_columns[name].start for name in problem.start]] = False
+        wanted = self._with(zero, self._problem.start)
+        if self._is_complete():
             state = self._kinematics.evaluate(wanted[None, :])
             if state.residual[0] < CLOSURE_TOLERANCE:
                 return wanted
         try:
             return self._moved_to_start(self._closed_zero(zero))
         except (AssemblyError, SingularConfigurationError):
-            if not problem.start:
+            if not self._problem.start:
                 raise
             try:
-                return self._closed_near(wanted, free)
+                return self._closed_near(wanted, self._free(self._problem.start))
             except AssemblyError:
                 pass  # The first error says more: how far the joints could be followed.
             raise
 
+    def at_start(self, state: Array) -> Array:
+        """Return closed coordinates `(size,)` in which all of `start` is met as well as `held`.
+
+        While one joint moves, others that are there already may be carried along, and the held
+        joints carry them all. So they are moved once more, and where that does not suffice, the
+        mechanism is assembled with all of them at their positions.
+
+        Args:
+            state: `(size,)` closed coordinates with the held joints at their positions.
+
+        Raises:
+            AssemblyError: these positions contradict each other.
+        """
+        if self._is_at_start(state):
+            return state
+        try:
+            moved = self._moved_to_start(state)
+            if self._is_at_start(moved):
+                return moved
+        except (AssemblyError, SingularConfigurationError):
+            moved = state
+        prescribed = {**self._problem.start, **self._problem.held}
+        try:
+            return self._closed_near(self._with(moved, prescribed), self._free(prescribed))
+        except AssemblyError as error:
+            positions = ", ".join(f"{name}: {value:g}" for name, value in prescribed.items())
+            raise AssemblyError(
+                f"{self._problem.mechanism.name}: the loops cannot be closed with all joints of "
+                f"start and held at their positions ({positions}); the least closure error is "
+                f"{error.details['residual']:.1e}: leave one of them out, or change it",
+                **error.details,
+            ) from error
+
+    def _is_complete(self) -> bool:
+        """Return whether `start` names all joints on loops, none of which has several coordinates.
+
+        Only then does it say in which assembly mode the loops are, and how many turns joints made.
+        """
+        mechanism, start = self._problem.mechanism, self._problem.start
+        return bool(start) and all(
+            joint.nv == 1 and name in start
+            for name, joint in mechanism.joints.items()
+            if joint.parts and self._system.is_on_loops(name)
+        )
+
+    def _is_at_start(self, state: Array) -> bool:
+        wanted = self._with(state, self._problem.start)
+        difference = (wanted - state) * self._problem.mechanism.coordinates.scale
+        return bool(np.all(np.abs(difference) < _SAME_POSITION))
+
+    def _with(self, x: Array, positions: Mapping[str, float]) -> Array:
+        """Return coordinates `(size,)` with some joints at other positions."""
+        x = x.copy()
+        for joint, value in positions.items():
+            x[self._problem.mechanism.coordinates.columns[joint]] = value
+        return x
+
+    def _free(self, pinned: Iterable[str]) -> Array:
+        """Return `(nv,)` which velocity coordinates do not belong to joints that stay."""
+        velocities = self._problem.mechanism.coordinates.velocity_columns
+        free = np.ones(self._problem.mechanism.model.nv, dtype=bool)
+        free[[velocities[name].start for name in pinned]] = False
+        return free
+
     def _closed_zero(self, zero: Array) -> Array:
         """Return closed coordinates `(size,)` at or near the description's zero.
 
-        The drives stay at zero if the loops can be closed there by Newton's method.
+        The drives stay at zero if Newton's method closes the loops nearby. From far away it may end
+        in any assembly mode, which would then depend on the choice of the drives.
 
         Raises:
             AssemblyError: the loops cannot be closed.
         """
         state = self._kinematics.close(zero[None, :], most=_ZERO_NEWTON_STEPS)
-        if state.residual[0] < CLOSURE_TOLERANCE:
+        if state.residual[0] < CLOSURE_TOLERANCE and state.correction[0] < _NEARBY:
             return state.x[0]
-        return self._closed_near(zero, np.ones(self._problem.mechanism.model.nv))
+        return self._closed_near(zero, self._free(()))
 
     def _closed_near(self, x: Array, free: Array) -> Array:
         """Return closed coordinates `(size,)` near some that may be far from closed.
@@ -127,9 +195,7 @@ class StartSearch:
         """
         problem = self._problem
         velocities = problem.mechanism.coordinates.velocity_columns
-        is_free = np.ones(problem.mechanism.model.nv, dtype=bool)
-        is_free[[velocities[name].start for name in problem.held]] = False
-        free = np.nonzero(is_free)[0]
+        (free,) = np.nonzero(self._free(problem.held))
         for joint, value in problem.start.items():
             passives = free[free != velocities[joint].start]
             state = self.moved(state, joint, value, passives)

@@ -4,10 +4,13 @@ RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the greatest one count as zero in decisions about rank.
 It is far above rounding, and far below what positions away from singular configurations have."""
 CLOSURE_TOLERANCE = 1e-10
-"""Greatest closure error that counts as closed, as a fraction of the characteristic length. It is
+"""Greatest closure error that counts as closed: an angle [rad], or a gap as a fraction of the
+characteristic length. It is
 far above the rounding that Newton's method reaches, and far below any clearance of a joint."""
 SINGULAR_CONDITION = 1e12
 """Condition number of the closure equations from which on a position counts as singular: no more
 than four digits of the joint rates would be left."""
 SAFE_CORRECTION = 1e-2
-"""Greatest error [rad] of a guess that is taken to end in the same assembly mode."""
+"""Greatest error [rad] of a guess that is taken to end in the same assembly mode. Modes come that
+near only where the condition number is about its reciprocal, 100, and there guesses are allowed
+less, see `allowed_correction`."""

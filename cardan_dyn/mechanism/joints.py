@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
+from ..frozen import read_only
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +23,9 @@ class Part:
     kind: str
     axis: Array
     id: int
+
+    def __post_init__(self) -> None:
+        read_only(self.axis)
 
     @property
     def nv(self) -> int:
@@ -47,6 +51,9 @@ class Joint:
     type: str
     axis: Array
     parts: tuple[Part, ...]
+
+    def __post_init__(self) -> None:
+        read_only(self.axis)
 
     @property
     def id(self) -> int:

@@ -49,6 +49,13 @@ def checked(
             f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
         )
     held_at = held_positions(mechanism, held, "held")
+    start_at = held_positions(mechanism, start, "start")
+    for name in held_at.keys() & start_at.keys():
+        if held_at[name] != start_at[name]:
+            raise ArgumentError(
+                f"joint {name!r} is held at {held_at[name]:g} and cannot start at "
+                f"{start_at[name]:g}; leave it out of start"
+            )
     if drive is None:
         drive = [name for name in mechanism.independent_joints if name not in held_at]
     joint_loads, link_loads = split_loads(mechanism, loads)
@@ -56,7 +63,7 @@ def checked(
         mechanism=mechanism,
         drives=_drives(mechanism, drive, held_at),
         held=frozen(held_at),
-        start=frozen(held_positions(mechanism, start, "start")),
+        start=frozen(start_at),
         branch=text("branch", branch),
         joint_loads=frozen(joint_loads),
         link_loads=frozen(link_loads),

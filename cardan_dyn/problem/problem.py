@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError
 from ..forces.link_loads import LinkLoad
-from ..frozen import FrozenDict, frozen, read_only
+from ..frozen import FrozenDict, read_only
 from ..mechanism.mechanism import Mechanism
 
 
@@ -49,8 +49,6 @@ class Problem:
 
     def __post_init__(self) -> None:
         read_only(self.gravity)
-        for mapping in (self.joint_loads, self.compliance):
-            frozen(mapping)
 
     def __reduce__(self) -> tuple[object, ...]:
         # Through the constructor, which closes the arrays of a copy to writing as well.

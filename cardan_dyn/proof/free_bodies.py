@@ -186,7 +186,7 @@ class FreeBodies:
             net[applied.bodies] += applied.wrenches
             powers.append(applied.power)
             sizes.append(applied.size)
-            inertia = applied.inertia
+            inertia += applied.inertia
         net[~self._covered] = 0.0
         body_imbalance = greatest_size(net, self._length, state.joint_frames[: self.frames.tree, 3])
         couplings = self._constraints.coupling_factors.T @ claim.couplings.T

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import AccuracyError
+from ..forces.link_loads import WRENCH_COMPONENTS
 from .twists import State, Twists
 
 _UNIQUE = 1e-7
@@ -206,10 +207,9 @@ def _contradiction(
     """Return the error for the first component `(J, 6)` whose flag is wrong."""
     joint, component = np.argwhere(wrong)[0].tolist()
     name = stress.joints[joints[joint]]
-    labels = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
     return AccuracyError(
-        f"{labels[component]} of the wrench at {name!r} is flagged {finding} under self-stress: "
-        "please report this with the scene",
+        f"{WRENCH_COMPONENTS[component]} of the wrench at {name!r} is flagged {finding} under "
+        "self-stress: please report this with the scene",
         residual=float("nan"),
         tolerance=_UNIQUE,
         position=None,

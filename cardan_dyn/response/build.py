@@ -9,7 +9,13 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described, numbers
 from ..dynamics.problem_solver import ProblemSolver
-from ..errors import AccuracyError, ArgumentError, CardanError
+from ..errors import (
+    AccuracyError,
+    ArgumentError,
+    AssemblyError,
+    CardanError,
+    SingularConfigurationError,
+)
 from ..frozen import FrozenDict, frozen
 from ..problem.problem import Problem
 from .convergence import Convergence
@@ -229,7 +235,15 @@ def _domain(solver: ProblemSolver, interval: object) -> Domain:
         if not length > _SHORTEST_INTERVAL * _EPS * abs(origin):
             raise ArgumentError(f"the interval from {low:.9g} to {high:.9g} is empty")
         return Domain(origin, length, False)
-    period = solver.assembly.period()
+    try:
+        period = solver.assembly.period()
+    except (AssemblyError, SingularConfigurationError) as error:
+        low, high = solver.assembly.motion_range()
+        raise CardanError(
+            f"{problem.mechanism.name}: drive {problem.drives[0]!r} moves only between {low:.9g} "
+            f"and {high:.9g}, its dead points; give an interval between them: "
+            "response(interval=(low, high))"
+        ) from error
     if period is None:
         raise CardanError(
             f"{problem.mechanism.name}: drive {problem.drives[0]!r} does not come back to where it "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, squeezed
 from ..dynamics.inverse_dynamics import Solution
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..frozen import frozen, read_only
@@ -70,16 +70,16 @@ def _source(
     drive_efforts = None
     if all(name in efforts for name in problem.drives):
         stacked = np.stack([efforts[name] for name in problem.drives], axis=1)
-        drive_efforts = read_only(_squeezed(stacked))
+        drive_efforts = read_only(squeezed(stacked))
     rates = solution.velocity_ratios, solution.v, solution.a
     return SolvedSource(
         wrenches=read_only(solution.wrenches[:, problem.output_indices]),
         drive_efforts=drive_efforts,
         holding_efforts=frozen({name: efforts[name] for name in problem.held if name in efforts}),
         solved_motion=_motion(solver, assembled.turns, solution.x, rates),
-        position=read_only(_squeezed(assembled.positions)),
-        speed=read_only(_squeezed(speeds)),
-        acceleration=read_only(_squeezed(accelerations)),
+        position=read_only(squeezed(assembled.positions)),
+        speed=read_only(squeezed(speeds)),
+        acceleration=read_only(squeezed(accelerations)),
         joint_loads=problem.joint_loads,
         gravity=problem.gravity,
     )
@@ -137,8 +137,3 @@ def _with_nan(values: Array, columns: list[int]) -> Array:
     values = values.copy()
     values[:, columns] = np.nan
     return values
-
-
-def _squeezed(values: Array) -> Array:
-    """Return values `(N, d)` of one drive as `(N,)`."""
-    return values[:, 0] if values.shape[1] == 1 else values

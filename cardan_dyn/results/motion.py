@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, squeezed
 from ..checks import described
 from ..errors import ArgumentError, ModelError, choices
 from ..frozen import Frozen, read_only
@@ -89,7 +89,7 @@ class Motion(Frozen):
         """
         columns = self._coordinates.columns[self._moving(joint)]
         values = self._x[:, columns] + 2.0 * np.pi * self._turns[:, columns]
-        return _squeezed(values)
+        return squeezed(values)
 
     def velocity(self, joint: str) -> Array:
         """Return a joint's velocity `(N,)` [rad/s or m/s], a column per coordinate.
@@ -97,7 +97,7 @@ class Motion(Frozen):
         Raises:
             ModelError: unknown joint, or one without a coordinate.
         """
-        return _squeezed(self.v[:, self._coordinates.velocity_columns[self._moving(joint)]])
+        return squeezed(self.v[:, self._coordinates.velocity_columns[self._moving(joint)]])
 
     def acceleration(self, joint: str) -> Array:
         """Return a joint's acceleration `(N,)` [rad/s² or m/s²], a column per coordinate.
@@ -105,7 +105,7 @@ class Motion(Frozen):
         Raises:
             ModelError: unknown joint, or one without a coordinate.
         """
-        return _squeezed(self.a[:, self._coordinates.velocity_columns[self._moving(joint)]])
+        return squeezed(self.a[:, self._coordinates.velocity_columns[self._moving(joint)]])
 
     def ratio(self, joint: str, drive: int | str = 0) -> Array:
         """Return a joint's velocity ratio `(N,)`: its velocity per unit drive velocity.
@@ -119,7 +119,7 @@ class Motion(Frozen):
             ArgumentError: unknown drive.
         """
         columns = self._coordinates.velocity_columns[self._moving(joint)]
-        return _squeezed(self._velocity_ratios[:, columns, self._drive_index(drive)])
+        return squeezed(self._velocity_ratios[:, columns, self._drive_index(drive)])
 
     def _drive_index(self, drive: object) -> int:
         """Return the index of a drive that is given by index or name.
@@ -152,8 +152,3 @@ class Motion(Frozen):
                 f"{choices(self._coordinates.columns)}"
             )
         return name
-
-
-def _squeezed(values: Array) -> Array:
-    """Return a single column `(N, 1)` as `(N,)`, several columns as they are."""
-    return values[:, 0] if values.shape[1] == 1 else values

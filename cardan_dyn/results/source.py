@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Protocol
 
 from ..arrays import Array
-from ..frozen import frozen, read_only
+from ..frozen import read_only
 from .motion import Motion
 from .wrench import Components, StoredComponents
 
@@ -91,7 +91,6 @@ class SolvedSource:
     gravity: Array
 
     def __post_init__(self) -> None:
-        frozen(self.holding_efforts)
         for name in ("wrenches", "drive_efforts", "position", "speed", "acceleration", "gravity"):
             array = getattr(self, name)
             if array is not None:

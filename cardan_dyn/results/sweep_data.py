@@ -146,7 +146,7 @@ class SweepData(Prescribed):
 
     def __repr__(self) -> str:
         return (
-            f"<Sweep of {self.mechanism.name!r}: {len(self)} samples, "
+            f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "
             f"residuals: loop {self.loop_residual:.1e}, balance {self.balance_residual:.1e}, "
             f"power {self.power_residual:.1e}>"
         )
@@ -166,8 +166,8 @@ class SweepData(Prescribed):
         if not isinstance(joint, str) or joint not in self.outputs:
             self.mechanism.joint(joint)
             raise ModelError(
-                f"the wrench of {joint!r} was not asked for; outputs: "
-                f"{choices(self.outputs, joint)}"
+                f"the wrench of {joint!r} was not asked for; add it to the outputs of the scene, "
+                f"which are: {choices(self.outputs)}"
             )
         if not isinstance(frame, str) or frame not in FRAMES:
             raise ArgumentError(f"frame {described(frame)} is unknown; frames: {choices(FRAMES)}")

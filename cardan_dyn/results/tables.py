@@ -38,9 +38,8 @@ import numpy as np
 
 from .._version import __version__
 from ..arrays import Array
-from ..dynamics.problem_solver import COMPONENTS
-from ..errors import MissingExtraError
-from ..forces.link_loads import Wrench
+from ..errors import MissingExtraError, ModelError, choices
+from ..forces.link_loads import WRENCH_COMPONENTS, Wrench
 from .sweep_data import SweepData
 from .table_variables import Variable, labels_of, sample_dims, unit_labels, variables_of
 
@@ -61,7 +60,9 @@ def dataset(sweep: SweepData, *, motion: bool) -> xarray.Dataset:
         import xarray
     except ImportError as error:
         raise _missing("xarray") from error
-    variables = dict(variables_of(sweep, motion))
+    listed = list(variables_of(sweep, motion))
+    _check_unique([name for name, _ in listed])
+    variables = dict(listed)
     arrays = {
         name: (
             variable.dims,
@@ -84,7 +85,7 @@ def dataset(sweep: SweepData, *, motion: bool) -> xarray.Dataset:
     unique, coupling_unique = _flags(sweep)
     flags: dict[str, Any] = {}
     if sweep.outputs:
-        labels["wrench_component"] = ("wrench_component", list(COMPONENTS))
+        labels["wrench_component"] = ("wrench_component", list(WRENCH_COMPONENTS))
         flags["unique"] = (("joint", "wrench_component"), unique, _FLAG_ATTRIBUTES)
     if coupling_unique.size:
         flags["coupling_unique"] = (("coupling",), coupling_unique, _FLAG_ATTRIBUTES)
@@ -93,6 +94,20 @@ def dataset(sweep: SweepData, *, motion: bool) -> xarray.Dataset:
         {name: array for name, array in arrays.items() if name in coordinates} | labels,
         _attributes(sweep),
     )
+
+
+def _check_unique(names: list[str]) -> None:
+    """Refuse names of variables that occur twice, of which one would be lost.
+
+    Raises:
+        ModelError: a link `a` and a joint `a_force` both have loads that vary.
+    """
+    repeated = {name for name in names if names.count(name) > 1}
+    if repeated:
+        raise ModelError(
+            f"a table cannot hold two variables of the name {choices(repeated)}: rename the joint "
+            "or the link in the description"
+        )
 
 
 def dataframe(sweep: SweepData, *, motion: bool) -> pandas.DataFrame:

@@ -11,6 +11,7 @@ from ..arrays import Array
 from ..checks import mapping
 from ..forces.link_loads import Wrench
 from ..frozen import frozen
+from ..mechanism.mechanism import Mechanism
 from ..results.prescribed import Prescribed
 
 _MERGED = ("held", "loads")
@@ -89,16 +90,27 @@ def replaced(scene: SceneArguments, changes: Mapping[str, Any]) -> dict[str, Any
     if unknown:
         raise TypeError(f"Scene has no argument {', '.join(sorted(unknown))}")
     for name, value in changes.items():
-        arguments[name] = _merged(name, arguments[name], value) if name in _MERGED else value
+        if name in _MERGED:
+            arguments[name] = _merged(problem.mechanism, name, arguments[name], value)
+        else:
+            arguments[name] = value
     return arguments
 
 
-def _merged(name: str, present: Mapping[str, Any], changes: object) -> dict[str, Any]:
+def _merged(
+    mechanism: Mechanism, name: str, present: Mapping[str, Any], changes: object
+) -> dict[str, Any]:
     """Return a mapping with changes; names whose new value is None are taken out.
 
     None instead of changes takes all names out: it means none, as it does for `Scene`.
+
+    Raises:
+        ModelError: a name to be taken out is that of no joint or link.
     """
     if changes is None:
         return {}
     merged = {**present, **mapping(name, changes)}
+    for key, value in merged.items():
+        if value is None and not (isinstance(key, str) and key in mechanism.links):
+            mechanism.joint(key)
     return {key: value for key, value in merged.items() if value is not None}

@@ -8,6 +8,7 @@ from ..arrays import Array
 from ..dynamics.closure_forces import ClosureForces
 from ..dynamics.indeterminate import SelfStress
 from ..dynamics.reactions import UNIQUE_TOLERANCE
+from ..errors import ArgumentError
 from ..kinematics.generic_states import GenericStates, generic_states
 from ..kinematics.loop_groups import Group
 from ..kinematics.mobility import ranks
@@ -29,8 +30,13 @@ def describe(mechanism: Mechanism) -> MechanismReport:
     where the loops can be closed near it.
 
     Raises:
+        ArgumentError: it is no mechanism.
         AssemblyError: the loops cannot be closed.
     """
+    if not isinstance(mechanism, Mechanism):
+        raise ArgumentError(
+            f"describe() takes a mechanism from load(), not {type(mechanism).__name__}"
+        )
     structure = Structure(mechanism)
     components, loops = [], {}
     for item in generic_states(structure, _MOST_COORDINATES):

@@ -66,8 +66,8 @@ def plan_of(
             if index not in needed.forces:
                 skipped.append(f"closure forces of: {task}: no output needs them")
     if has_mass:
-        terms = "weight and inertia" if has_weight else "inertia"
-        steps.append(f"inverse dynamics: {terms}; inertia only in sweeps with speed")
+        weight = "weight, and inertia" if has_weight else "inertia"
+        steps.append(f"inverse dynamics: {weight} where the drives have speed or acceleration")
     else:
         skipped.append("inverse dynamics: no body has mass")
     if not has_weight:

@@ -54,8 +54,9 @@ class Scene(SceneArguments):
             is then what makes the elastic energy least, instead of the least norm.
         strict: refuse to choose what the laws of motion leave open.
         start: joints to positions [rad or m] at which the scene begins, up to a complete
-            configuration. They are followed there from the description's zero; where that leads
-            past a dead point or through open loops, the mechanism is assembled there.
+            configuration; together with `held` they have to close the loops. They are followed
+            there from the description's zero; where that leads past a dead point or through
+            open loops, the mechanism is assembled there.
         branch: name of the assembly mode, from `branches`; `A` is that of the description.
 
     Raises:
@@ -135,6 +136,8 @@ class Scene(SceneArguments):
         acceleration: ArrayLike = 0.0,
     ) -> Sweep:
         """Solve motion and reactions at given drive positions.
+
+        `<limit>` elements of the description are not regarded.
 
         Results are reproducible to rounding times `Sweep.condition`, not bit for bit: what was
         learned in earlier sweeps gives later ones nearer guesses.
@@ -245,7 +248,7 @@ class Scene(SceneArguments):
 
         Returns:
             The limits, dead points of the drive or positions where assembly modes meet; ±inf where
-            it turns through.
+            it turns through, or slides by more than ten lengths of the mechanism.
 
         Raises:
             MobilityError: the scene has several drives.

@@ -1,4 +1,4 @@
-"""Vectors of the viewer: where each joint's arsamples start, and what they show."""
+"""Vectors of the viewer: where each joint's arrows start, and what they show."""
 
 from __future__ import annotations
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..checks import described, names, numbers
 from ..errors import ArgumentError
 from ..results.sweep import Sweep
 from .commands import meshcat
@@ -77,18 +78,19 @@ def _checked_joints(sweep: Sweep, joints: Sequence[str] | None) -> tuple[str, ..
     """Return the joints to be drawn; raise an error if the sweep cannot be drawn."""
     if not isinstance(sweep, Sweep):
         raise ArgumentError(f"view() takes the result of a sweep, not {type(sweep).__name__}")
-    shown = tuple(sweep.outputs if joints is None else joints)
+    shown = sweep.outputs if joints is None else names("joints", joints)
     for name in shown:
         if sweep[name].force.ndim != 2:
             raise ArgumentError("view() takes a sweep over one dimension")
     return shown
 
 
-def _check_numbers(duration: float, frames: int) -> None:
-    if not (np.isfinite(duration) and duration > 0.0):
-        raise ArgumentError(f"duration {duration!r} is not a positive number of seconds")
-    if frames < 1:
-        raise ArgumentError(f"frames {frames!r} is not positive")
+def _check_numbers(duration: object, frames: object) -> None:
+    seconds = numbers("duration", duration)
+    if seconds.ndim or seconds <= 0.0:
+        raise ArgumentError(f"duration {described(duration)} is not a positive number of seconds")
+    if isinstance(frames, bool) or not isinstance(frames, (int, np.integer)) or frames < 1:
+        raise ArgumentError(f"frames {described(frames)} is not a positive whole number")
 
 
 class View:
@@ -112,11 +114,11 @@ class View:
             self._server = Server(self.html)
         return self._server.url
 
-    def open(self, patience: float = 10.0) -> bool:
+    def open(self, timeout: float = 10.0) -> bool:
         """Show the page in a browser, if there is one with a display.
 
         Args:
-            patience: how long to wait for the browser to fetch the page [s], so that a script may
+            timeout: how long to wait for the browser to fetch the page [s], so that a script may
                 end after this.
 
         Returns:
@@ -128,7 +130,7 @@ class View:
             started = webbrowser.open(self.url, new=2)
         except webbrowser.Error:
             return False
-        return started and self._server is not None and self._server.wait(patience)
+        return started and self._server is not None and self._server.wait(timeout)
 
     def export(self, path: str | os.PathLike[str]) -> Path:
         """Write the page and return its path.

@@ -119,7 +119,7 @@ def test_outputs_choose_the_wrenches(shaft: cd.Mechanism) -> None:
     whole = double(shaft, 0.5, 0.5).sweep([0.0, 1.0], speed=5.0)
     np.testing.assert_array_equal(turn["slip"].force, whole["slip"].force)
     np.testing.assert_array_equal(turn["bearing_out"].moment, whole["bearing_out"].moment)
-    with pytest.raises(cd.ModelError, match="was not asked for; outputs: bearing_out, slip"):
+    with pytest.raises(cd.ModelError, match=r"was not asked for; .* which are: bearing_out, slip"):
         turn["bearing_in"]
     with pytest.raises(cd.ModelError, match="no joint 'bearing'"):
         turn["bearing"]

@@ -127,7 +127,7 @@ def test_gravity_and_link_loads_are_columns(joint: cd.Mechanism) -> None:
 def test_a_rocker_on_its_range() -> None:
     scene = cd.Scene(cd.load(four_bar(loop("continuous"))), drive="d", loads={"a": -2.0})
     low, high = scene.motion_range()
-    with pytest.raises(cd.CardanError, match=r"cannot be|give the range"):
+    with pytest.raises(cd.CardanError, match=r"moves only between .* give an interval"):
         scene.response()
     inside = low + 0.1 * (high - low), high - 0.1 * (high - low)
     response = scene.response(1e-12, interval=(inside[0], inside[1]))

@@ -110,3 +110,9 @@ def test_read_only_returns_the_same_array() -> None:
     assert read_only(array) is array
     with pytest.raises(ValueError, match="read-only"):
         array += 1.0
+
+
+def test_arrays_of_a_copied_mapping_are_read_only() -> None:
+    mapping = pickle.loads(pickle.dumps(frozen({"a": np.zeros(3)})))
+    with pytest.raises(ValueError, match="read-only"):
+        mapping["a"][0] = 1.0

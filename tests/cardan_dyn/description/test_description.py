@@ -176,3 +176,12 @@ def test_representations_are_short() -> None:
     assert repr(LINK) == "<LinkDescription 'arm': 2.5 kg>"
     assert repr(JOINT) == "<JointDescription 'hinge': revolute, 'ground' -> 'arm'>"
     assert repr(LOOP) == "<LoopDescription 'ball': spherical, 'hand' -> 'ground'>"
+
+
+def test_arrays_cannot_be_written_to() -> None:
+    for description in (example(), pickle.loads(pickle.dumps(example()))):
+        arrays = [description.links[0].inertia, description.joints[0].origin]
+        arrays += [loop.axis for loop in description.loops]
+        for array in arrays:
+            with pytest.raises(ValueError, match="read-only"):
+                array[...] = 0.0

@@ -24,6 +24,9 @@ LOOPED = (
         ("loop", "loops", "loop"),
         ("loop", "Loop", "loop"),
         ("axis", "axs", "axis"),
+        ("axis", "axsi", "axis"),
+        ("axis", "axes", "axis"),
+        ("loop", "lopo", "loop"),
         ("predecessor", "predecesor", "predecessor"),
         ("origin", "orign", "origin"),
     ],
@@ -37,7 +40,13 @@ def test_misspelled_elements_are_refused(written: str, misspelled: str, meant: s
 
 @pytest.mark.parametrize(
     ("written", "misspelled", "meant"),
-    [('axis xyz="', 'axis xy="', "xyz"), ('type="', 'typ="', "type")],
+    [
+        ('axis xyz="', 'axis xy="', "xyz"),
+        ('axis xyz="', 'axis xzy="', "xyz"),
+        ('axis xyz="', 'axis zyx="', "xyz"),
+        ('origin xyz="', 'origin xyy="', "xyz"),
+        ('type="', 'typ="', "type"),
+    ],
 )
 def test_misspelled_attributes_are_refused(written: str, misspelled: str, meant: str) -> None:
     with pytest.raises(cd.ModelError, match=f"did you mean '{meant}'"):
@@ -77,3 +86,15 @@ def test_files_are_named(tmp_path: Path) -> None:
     path.write_text(LOOPED.replace("<axis ", "<axs "), encoding="utf-8")
     with pytest.raises(cd.ModelError, match=r"wrong\.urdf: <joint> 'j': element 'axs'"):
         cd.load(path)
+
+
+def test_axes_without_numbers_are_refused() -> None:
+    with pytest.raises(cd.ModelError, match="<axis> has no xyz"):
+        cd.load(LOOPED.replace('axis xyz="', 'axis direction="'), strict=False)
+
+
+@pytest.mark.parametrize("word", ["gear_velocity", "soft_lower", "jerk"])
+def test_words_of_published_robots_pass(word: str) -> None:
+    limit = f'<limit lower="-1" upper="1" effort="1" velocity="1" {word}="2"/>'
+    text = LOOPED.replace('<axis xyz="0 0 1"/></joint>', f'<axis xyz="0 0 1"/>{limit}</joint>')
+    assert any(word in warning for warning in cd.load(text).warnings)

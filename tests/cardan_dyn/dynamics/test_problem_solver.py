@@ -15,7 +15,8 @@ import cardan_dyn as cd
 from cardan_dyn.dynamics import problem_solver
 from cardan_dyn.dynamics.indeterminate import LeastEnergy, LeastNorm
 from cardan_dyn.dynamics.inverse_dynamics import Solution
-from cardan_dyn.dynamics.problem_solver import COMPONENTS, ProblemSolver
+from cardan_dyn.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.forces.link_loads import WRENCH_COMPONENTS
 
 
 def solver(scene: cd.Scene) -> ProblemSolver:
@@ -184,7 +185,8 @@ def test_indeterminate_outputs_of_strict_problems_are_refused() -> None:
     assert caught.value.components == {"rocker_bearing": ["force y", "moment z"]}
     with pytest.raises(cd.IndeterminateError, match="crank_bearing: moment z; rocker_bearing: f"):
         strict.refuse_indeterminate(UNIQUE & np.array([True] * 5 + [False]))
-    assert COMPONENTS == ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+    names = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+    assert names == WRENCH_COMPONENTS
 
 
 @pytest.mark.parametrize(

@@ -70,7 +70,7 @@ def test_joints_on_no_loop_are_named() -> None:
 
 def test_a_mechanism_without_loops_is_told_so() -> None:
     pendulum = described(link("a"), link("b"), joint("A", "ground", "a"), joint("B", "a", "b"))
-    with pytest.raises(cd.MobilityError, match="it has no <loop>") as caught:
+    with pytest.raises(cd.MobilityError, match="it has no loop") as caught:
         check(pendulum, "A")
     assert caught.value.mobility == 2
     assert caught.value.free == ["B"]

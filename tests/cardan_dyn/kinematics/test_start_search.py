@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from testkit.planar_linkages import (
     BASE,
     COUPLER,
@@ -93,3 +96,78 @@ def test_starts_that_nothing_closes_say_how_far_the_joint_came() -> None:
 def test_large_angles_bring_the_question_of_degrees() -> None:
     with pytest.raises(cd.AssemblyError, match=r"if 30 degrees were meant, give 0\.523599"):
         search(four_bar(), start={"D": 30.0}).closed_start()
+
+
+def test_all_joints_of_the_start_are_where_they_are_wanted(joint: cd.Mechanism) -> None:
+    """While the second joint moves, and then the held one, the first is carried along."""
+    start = {"pin_in": 0.3}
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5}, start=start)
+    positions = scene.branches()["A"]
+    assert positions["pin_in"] == pytest.approx(0.3, abs=1e-12)
+    assert positions["joint_angle"] == pytest.approx(0.5, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "start",
+    [{"pin_in": 0.9}, {"bearing_in": 1.0, "bearing_out": 3.0}, {"pin_in": 0.1, "pin_out": 0.4}],
+)
+def test_starts_that_contradict_each_other_are_refused(
+    joint: cd.Mechanism, start: dict[str, float]
+) -> None:
+    with pytest.raises(cd.AssemblyError, match="with all joints of start and held at") as caught:
+        cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5}, start=start)
+    assert caught.value.residual > 1e-3
+
+
+def test_a_held_joint_starts_where_it_is_held(joint: cd.Mechanism) -> None:
+    with pytest.raises(cd.ArgumentError, match=r"is held at 0\.5 and cannot start at 0\.9"):
+        cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5}, start={"joint_angle": 0.9})
+    cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5}, start={"joint_angle": 0.5})
+
+
+def test_complete_starts_that_do_not_close_are_refused() -> None:
+    with pytest.raises(cd.AssemblyError, match="joint 'C' cannot be brought to"):
+        cd.Scene(four_bar(), drive="A", start={"A": 0.5, "B": -0.9, "C": -1.5, "D": 2.4})
+
+
+def test_two_joints_choose_the_assembly_mode() -> None:
+    """Crank and coupler say where the pin is, so they decide between the two modes."""
+    scene = cd.Scene(four_bar(), drive="A", start={"A": 0.5})
+    modes = cd.Scene(four_bar(), drive="A", start={"A": 0.5}).branches()
+    for mode in modes.values():
+        start = {name: mode[name] for name in "AB"}
+        chosen = cd.Scene(four_bar(), drive="A", start=start)
+        assert chosen.sweep([0.5]).motion.position("D")[0] == pytest.approx(mode["D"], abs=1e-9)
+    assert abs(modes["A"]["D"] - modes["B"]["D"]) > 1.0
+    assert scene.sweep([0.5]).motion.position("D")[0] == pytest.approx(modes["A"]["D"])
+
+
+def test_starts_after_whole_turns_are_followed() -> None:
+    """At 2π the loop looks closed with all else at zero, but the coupler has made a turn too."""
+    mechanism = four_bar()
+    for turns in (1.0, -2.0):
+        start = search(mechanism, start={"A": 2.0 * np.pi * turns}).closed_start()[None, :]
+        assert values(mechanism, start, "B")[0] == pytest.approx(-2.0 * np.pi * turns, abs=1e-9)
+
+
+def test_far_zeros_lead_to_the_same_mode_for_every_drive() -> None:
+    """Displaced by up to a radian, the zero is nearest to one mode, whichever joint drives."""
+    description = four_bar().description
+    offsets = {"A": -0.314, "B": -0.996, "D": -0.736}
+    joints = []
+    for item in description.joints:
+        turn = np.eye(4)
+        turn[:3, :3] = Rotation.from_rotvec(offsets[item.name] * item.axis).as_matrix()
+        joints.append(replace(item, origin=item.origin @ turn))
+    mechanism = cd.load(cd.Mechanism(replace(description, joints=tuple(joints))).to_urdf())
+    starts = []
+    for drive in "AD":
+        problem = checked(mechanism, drive=drive)
+        system = LoopSystem(mechanism, problem.held)
+        groups = system.groups(problem.drives, problem.passive_columns)
+        kinematics = system.kinematics(problem.drives, groups)
+        found = StartSearch(problem, system, kinematics, problem.passive_columns)
+        starts.append(found.closed_start()[None, :])
+    np.testing.assert_allclose(starts[0], starts[1], atol=1e-9)
+    for name, offset in offsets.items():
+        assert abs(values(mechanism, starts[0], name)[0]) < 1.5, offset

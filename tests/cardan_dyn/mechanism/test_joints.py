@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import cardan_dyn as cd
 from cardan_dyn.mechanism.joints import Joint, Part, elementary
 
 AXIS = np.array([0.0, 0.6, 0.8])
@@ -47,3 +48,10 @@ def test_a_joint_is_the_body_of_its_last_part() -> None:
     assert repr(joint) == "<Joint 'pin': floating>"
     bolt = Joint("bolt", "fixed", AXIS, ())
     assert (bolt.id, bolt.nv) == (0, 0)
+
+
+def test_axes_cannot_be_written_to(joint: cd.Mechanism) -> None:
+    record = joint["bearing_in"]
+    for axis in (record.axis, record.parts[0].axis):
+        with pytest.raises(ValueError, match="read-only"):
+            axis[:] = 0.0

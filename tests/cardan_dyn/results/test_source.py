@@ -21,7 +21,7 @@ def source() -> SolvedSource:
     return SolvedSource(
         wrenches=np.arange(36.0).reshape(3, 2, 6),
         drive_efforts=np.array([1.0, 2.0, 3.0]),
-        holding_efforts={"D": np.array([4.0, 5.0, 6.0])},
+        holding_efforts=frozen({"D": np.array([4.0, 5.0, 6.0])}),
         solved_motion=Motion(mechanism, ("A",), x, x, rates, rates, rates[:, :, None]),
         position=np.array([0.1, 0.2, 0.3]),
         speed=np.array([10.0, 20.0, 30.0]),

@@ -13,7 +13,8 @@ import pytest
 import xarray
 from testkit.drive_lines import two_lines
 from testkit.linkages import coupling, gears
-from testkit.planar_linkages import five_bar
+from testkit.planar_linkages import described, five_bar, link
+from testkit.planar_linkages import joint as hinge
 from testkit.scenes import universal
 
 import cardan_dyn as cd
@@ -346,3 +347,14 @@ def test_a_missing_package_is_named(
     method = {"xarray": turn.to_xarray, "pandas": turn.to_dataframe}[package]
     with pytest.raises(cd.MissingExtraError, match=rf"needs {package}: pip install .*\[study\]"):
         method()
+
+
+def test_loads_of_the_same_name_are_refused() -> None:
+    """Link `a` with a wrench and joint `a_force` with an effort would both be `load_a_force`."""
+    mechanism = described(
+        *(link(name) for name in "ab"), hinge("A", "ground", "a"), hinge("a_force", "a", "b")
+    )
+    loads = {"a": np.ones((2, 6)), "a_force": [5.0, 6.0]}
+    turn = cd.Scene(mechanism, drive=["A", "a_force"], loads=loads).sweep([[0.0, 0.0], [0.1, 0.1]])
+    with pytest.raises(cd.ModelError, match="two variables of the name load_a_force"):
+        turn.to_xarray()

@@ -136,3 +136,11 @@ def test_unknown_arguments_are_refused(joint: cd.Mechanism) -> None:
 def test_changes_by_name_need_names(joint: cd.Mechanism, name: str, value: object) -> None:
     with pytest.raises(cd.ArgumentError, match=f"^{name} is "):
         replaced(full(joint), {name: value})
+
+
+@pytest.mark.parametrize("name", ["loads", "held"])
+def test_names_to_be_taken_out_have_to_exist(joint: cd.Mechanism, name: str) -> None:
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
+    with pytest.raises(cd.ModelError, match=r"no joint 'pin_inn'; .* did you mean 'pin_in'"):
+        scene.replace(**{name: {"pin_inn": None}})
+    assert scene.replace(loads={"pin_in": None}).loads == {}

@@ -157,8 +157,12 @@ def test_each_frame_costs_its_tracks(joint_turn: cd.Sweep) -> None:
 def test_each_number_that_is_refused_is_named(joint_turn: cd.Sweep) -> None:
     for wrong, message in (
         ({"duration": -1.0}, r"duration -1\.0 is not a positive number of seconds"),
-        ({"duration": np.inf}, "duration inf is not a positive number of seconds"),
-        ({"frames": 0}, "frames 0 is not positive"),
+        ({"duration": np.inf}, "duration is not finite"),
+        ({"duration": "long"}, "duration is not an array of real numbers"),
+        ({"frames": 0}, "frames 0 is not a positive whole number"),
+        ({"frames": 1.5}, r"frames 1\.5 is not a positive whole number"),
+        ({"joints": 3}, "joints is not"),
+        ({"joints": "bearing"}, "no joint 'bearing'|the wrench of"),
     ):
         with pytest.raises(cd.ArgumentError, match=message):
             cd.view(joint_turn, **wrong)
@@ -240,7 +244,7 @@ def test_a_browser_that_does_not_start_or_fetch_is_reported(
     for replacement in (failing, lambda url, new=0: False, lambda url, new=0: True):
         monkeypatch.setattr(webbrowser, "open", replacement)
         shown = View("<p>page</p>")
-        assert shown.open(patience=0.01) is False
+        assert shown.open(timeout=0.01) is False
         shown.close()
 
 
