@@ -233,3 +233,19 @@ def test_false_flags_of_a_solution_are_refused() -> None:
     nothing = four_bar(outputs=[])
     alone = solution(nothing)
     dynamics(nothing).prove_flags(alone._replace(influence=np.ones_like(alone.influence)))
+
+
+@pytest.mark.parametrize("speed", [0.0, 1000.0])
+def test_open_flags_are_proven_at_any_speed(joint: cd.Mechanism, speed: float) -> None:
+    """At speed the condition of the wrenches grows, but not that of the closure equations."""
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
+    solver = scene._solver
+    assembled = solver.assemble(np.linspace(0.0, 3.0, 9)[:, None])
+    speeds = np.full((9, 1), speed)
+    solution = solver.solve(assembled, speeds, np.zeros((9, 1)))
+    assert np.max(solution.closure_condition) < 100.0
+    unique = np.argwhere(solution.unique)
+    influence = solution.influence.copy()
+    influence[tuple(unique[0])] = 1.0
+    with pytest.raises(cd.AccuracyError, match="flagged open, but does not change"):
+        solver.inverse_dynamics.prove_flags(solution._replace(influence=influence))

@@ -141,6 +141,6 @@ def test_changes_by_name_need_names(joint: cd.Mechanism, name: str, value: objec
 @pytest.mark.parametrize("name", ["loads", "held"])
 def test_names_to_be_taken_out_have_to_exist(joint: cd.Mechanism, name: str) -> None:
     scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
-    with pytest.raises(cd.ModelError, match=r"no joint 'pin_inn'; .* did you mean 'pin_in'"):
+    with pytest.raises(cd.ModelError, match=r"no joint 'pin_inn'; .*did you mean 'pin_in'"):
         scene.replace(**{name: {"pin_inn": None}})
     assert scene.replace(loads={"pin_in": None}).loads == {}

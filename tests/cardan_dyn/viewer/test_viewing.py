@@ -161,8 +161,7 @@ def test_each_number_that_is_refused_is_named(joint_turn: cd.Sweep) -> None:
         ({"duration": "long"}, "duration is not an array of real numbers"),
         ({"frames": 0}, "frames 0 is not a positive whole number"),
         ({"frames": 1.5}, r"frames 1\.5 is not a positive whole number"),
-        ({"joints": 3}, "joints is not"),
-        ({"joints": "bearing"}, "no joint 'bearing'|the wrench of"),
+        ({"joints": 3}, "joints is 3, expected a name or a sequence of names"),
     ):
         with pytest.raises(cd.ArgumentError, match=message):
             cd.view(joint_turn, **wrong)
