@@ -7,7 +7,7 @@ are not known are named in the warnings.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
@@ -51,9 +51,13 @@ _KNOWN: dict[str, str] = {
     "coupling/": "predecessor successor ratio",
     "ratio": "value",
 }
-_ATTRIBUTES = {tag: words.split() for tag, words in _KNOWN.items() if not tag.endswith("/")}
+_ATTRIBUTES = {
+    tag: frozenset(words.split()) for tag, words in _KNOWN.items() if not tag.endswith("/")
+}
 """Element to its attributes, for the elements that are read."""
-_CHILDREN = {tag[:-1]: words.split() for tag, words in _KNOWN.items() if tag.endswith("/")}
+_CHILDREN = {
+    tag[:-1]: frozenset(words.split()) for tag, words in _KNOWN.items() if tag.endswith("/")
+}
 """Element to its children, for the elements that are read."""
 _NOT_OF_WRENCHES = frozenset(
     {"material", "visual", "collision", "contact", "calibration", "safety_controller"}
@@ -74,19 +78,21 @@ def check_words(robot: ElementTree.Element, where: str, strict: bool) -> list[st
     """
     unknown: dict[str, int] = {}
     for element in _elements_read(robot):
-        name = element.get("name")
-        at = f"{where}: <{element.tag}>" + (f" {name!r}" if name else "")
+        children = [child.tag for child in element]
         for kind, words, known in (
-            ("element", [child.tag for child in element], _CHILDREN.get(element.tag)),
+            ("element", children, _CHILDREN.get(element.tag)),
             ("attribute", element.keys(), _ATTRIBUTES.get(element.tag)),
         ):
+            if known is None or known.issuperset(words):
+                continue
             for word in _unknown(words, known):
-                similar = _similar(word.lower(), known or [])
+                similar = _similar(word.lower(), known)
                 if similar and strict:
+                    name = f" {element.get('name')!r}" if element.get("name") else ""
                     raise ModelError(
-                        f"{at}: {kind} {word!r} is unknown and would be passed over; did you mean "
-                        f"{similar!r}? {kind}s: {choices(known or ())}; load(..., strict=False) "
-                        "passes it over"
+                        f"{where}: <{element.tag}>{name}: {kind} {word!r} is unknown and would be "
+                        f"passed over; did you mean {similar!r}? {kind}s: {choices(known)}; "
+                        "load(..., strict=False) passes it over"
                     )
                 label = f"{kind} {word!r} of <{element.tag}>"
                 unknown[label] = unknown.get(label, 0) + 1
@@ -96,18 +102,22 @@ def check_words(robot: ElementTree.Element, where: str, strict: bool) -> list[st
     ]
 
 
-def _elements_read(element: ElementTree.Element) -> Iterator[ElementTree.Element]:
-    """Iterate over the elements whose contents count for wrenches."""
-    yield element
-    known = _CHILDREN.get(element.tag, [])
-    for child in element:
-        if child.tag in known and child.tag not in _NOT_OF_WRENCHES:
-            yield from _elements_read(child)
+def _elements_read(robot: ElementTree.Element) -> list[ElementTree.Element]:
+    """Return the elements whose contents count for wrenches."""
+    elements = [robot]
+    read = [robot]
+    while elements:
+        element = elements.pop()
+        known = _CHILDREN.get(element.tag, frozenset()) - _NOT_OF_WRENCHES
+        children = [child for child in element if child.tag in known]
+        read += children
+        elements += children
+    return read
 
 
-def _similar(word: str, known: list[str]) -> str | None:
+def _similar(word: str, known: frozenset[str]) -> str | None:
     """Return the known word that a misspelled one stands for, if there is one."""
-    mistakes = {other: _mistakes(word, other) for other in known}
+    mistakes = {other: _mistakes(word, other) for other in sorted(known)}
     allowed = 1 if len(word) < _LONG else 2
     nearest = min(mistakes, key=mistakes.__getitem__, default=None)
     if nearest is None or sorted(nearest) == sorted(word):
@@ -129,10 +139,8 @@ def _mistakes(word: str, other: str) -> int:
     return row[-1]
 
 
-def _unknown(words: Iterable[str], known: list[str] | None) -> list[str]:
+def _unknown(words: Iterable[str], known: frozenset[str]) -> list[str]:
     """Return the words that are not known and stand in no namespace of another program."""
-    if known is None:
-        return []
     return [
         word for word in words if isinstance(word, str) and word not in known and "}" not in word
     ]
