@@ -184,6 +184,10 @@ class InverseDynamics:
             rates: of all joints at these positions.
             reactions: at these positions, rates and inputs.
         """
+        has_rates = inputs.has_rates
+        if reactions.idle_accelerations is not None:
+            rates = rates._replace(a=rates.a + reactions.idle_accelerations)
+            has_rates = has_rates or bool(np.any(reactions.idle_accelerations))
         exerted = self._exerted(inputs.loads, rates.velocity_ratios, reactions)
         coupling_moments = reactions.closure_forces[len(self._mechanism.loops) :]
         couplings = np.concatenate([np.zeros((len(state.x), 0)), *coupling_moments], axis=1)
@@ -202,7 +206,7 @@ class InverseDynamics:
                 couplings=couplings,
                 loads=inputs.loads,
                 link_loads=inputs.link_loads,
-                has_rates=inputs.has_rates,
+                has_rates=has_rates,
             )
         )
         return Solution(

@@ -105,6 +105,19 @@ class OpenTree:
                 yield body, -np.matmul(actions[:, first : first + 6], wrench)[:, :, 0]
 
 
+def efforts_along(wrenches: Array, columns: Array, owners: Array, subspace: Array) -> Array:
+    """Return components of wrenches `(N, b, 6, c)` along some coordinates, `(N, k, c)`.
+
+    Args:
+        wrenches: of all joints, each in its frame.
+        columns: `(k,)` velocity coordinates.
+        owners: `(nv,)` the body that each of them moves (0-based).
+        subspace: `(nv, 6)` their unit twists in their joints' frames.
+    """
+    chosen = wrenches[:, owners[columns]]
+    return np.asarray(np.einsum("nkic,ki->nkc", chosen, subspace[columns]))
+
+
 def consecutive(indices: Array) -> slice | Array:
     """Return ascending indices, as a slice if there are no gaps, since slices make no copies."""
     span = indices.size and indices[-1] - indices[0] == indices.size - 1

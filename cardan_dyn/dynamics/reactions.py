@@ -20,7 +20,7 @@ from ..kinematics.needs import Needs
 from ..mechanism.mechanism import Mechanism
 from .closure_forces import ClosureForces
 from .indeterminate import IndeterminacyRule, LeastNorm, SelfStress, influence
-from .open_tree import LoadCase, OpenTree
+from .open_tree import LoadCase, OpenTree, efforts_along
 
 UNIQUE_TOLERANCE = 1e-9
 """Influence of self-stresses, forces times the length, below which a component counts as unique.
@@ -42,12 +42,15 @@ class Reactions(NamedTuple):
             (a force at a slide) at its successor's joint.
         indeterminate_couplings: indices of the couplings whose moment is not unique.
         influence: `(b, 6)` greatest change of a component per unit of self-stress.
+        idle_accelerations: `(N, nv)` what idle rods add to the joint accelerations, see
+            `IdleSpins`; None without such rods.
     """
 
     wrenches: Array
     closure_forces: list[Array]
     indeterminate_couplings: set[int]
     influence: Array
+    idle_accelerations: Array | None = None
 
 
 def superposed(cases: Sequence[Reactions], factors: Sequence[float]) -> Reactions:
@@ -57,11 +60,13 @@ def superposed(cases: Sequence[Reactions], factors: Sequence[float]) -> Reaction
         return np.asarray(sum(factor * term for factor, term in zip(factors, arrays, strict=True)))
 
     first = cases[0]
+    spins = [case.idle_accelerations for case in cases if case.idle_accelerations is not None]
     return Reactions(
         total([case.wrenches for case in cases]),
         [total(forces) for forces in zip(*(case.closure_forces for case in cases), strict=True)],
         first.indeterminate_couplings,
         first.influence,
+        total(spins) if spins else None,
     )
 
 
@@ -111,13 +116,22 @@ class ReactionSolver:
         for solver in kinematics.solvers:
             carried = solver.batch.moved_body >= 0
             self.subspace[carried] = solver.batch.subspace[carried]
+        self._spins = None
+        if any(solver.group.idle for solver in kinematics.solvers):
+            from .idle_spins import IdleSpins  # Few mechanisms have idle rods.
+
+            mass = sum(float(inertia.mass) for inertia in model.inertias)
+            greatest = mass * mechanism.characteristic_length**2
+            self._spins = IdleSpins(self._tree, self._owners, self.subspace, greatest)
 
     def solve(self, state: ClosedState, cases: Sequence[LoadCase]) -> list[Reactions]:
         """Return the reactions of every load case at closed positions.
 
         What depends on the positions alone is computed once for all cases.
         """
-        wrenches, forces, self_stresses = self._one_solution(state, cases)
+        wrenches = self._tree.wrenches(state, cases, self.size)
+        spins = self._spins.added(state, cases, wrenches) if self._spins else None
+        forces, self_stresses = self._one_solution(state, cases, wrenches)
         amounts = self._amounts(state, wrenches, self_stresses)
         for item, amount in zip(self_stresses, amounts, strict=True):
             wrenches[:, item.joints] += item.wrenches(amount)
@@ -133,7 +147,11 @@ class ReactionSolver:
         }
         return [
             Reactions(
-                wrenches[..., case], [force[..., case] for force in forces], indeterminate, changes
+                wrenches[..., case],
+                [force[..., case] for force in forces],
+                indeterminate,
+                changes,
+                None if spins is None else spins[..., case],
             )
             for case in range(len(cases))
         ]
@@ -177,16 +195,20 @@ class ReactionSolver:
         return self._rule.amounts(wrenches, self_stresses, rotations)
 
     def _one_solution(
-        self, state: ClosedState, cases: Sequence[LoadCase]
-    ) -> tuple[Array, list[Array], list[SelfStress]]:
+        self, state: ClosedState, cases: Sequence[LoadCase], wrenches: Array
+    ) -> tuple[list[Array], list[SelfStress]]:
         """Return one solution of the equations of motion, and the self-stresses it may differ by.
 
+        Args:
+            state: closed positions.
+            cases: c load cases.
+            wrenches: `(N, b, 6, c)` of the open tree; what closure forces add to them is added.
+
         Returns:
-            Wrenches `(N, b, 6, c)` and closure forces `(N, 6, c)` or `(N, 1, c)`, see `Reactions`,
-            for all c load cases, and the self-stresses of all groups.
+            Closure forces `(N, 6, c)` or `(N, 1, c)`, see `Reactions`, and the self-stresses of all
+            groups.
         """
         mechanism, count = self._mechanism, len(state.x)
-        wrenches = self._tree.wrenches(state, cases, self.size)
         # What acts along the coordinates: loads, then also the couplings of groups solved so far.
         given = np.empty((count, mechanism.model.nv, len(cases)))
         for index, case in enumerate(cases):
@@ -198,7 +220,9 @@ class ReactionSolver:
             group = group_state.group
             if not (group.loops or group.couplings) or index not in self._active:
                 continue
-            missing = given[:, group.passives] - self._efforts_along(wrenches, group.passives)
+            missing = given[:, group.passives] - efforts_along(
+                wrenches, group.passives, self._owners, self.subspace
+            )
             forces_of_group = self._closure.of_multipliers(
                 group_state, group_state.solve_transposed(missing)
             )
@@ -213,12 +237,7 @@ class ReactionSolver:
                 given[:, coupling.successor_columns] += moment
                 given[:, coupling.predecessor_columns] -= coupling.ratio * moment
             self_stresses += self._closure.self_stresses(group_state)
-        return wrenches, forces, self_stresses
-
-    def _efforts_along(self, wrenches: Array, columns: Array) -> Array:
-        """Return components of wrenches `(N, b, 6, c)` along some coordinates, `(N, k, c)`."""
-        chosen = wrenches[:, self._owners[columns]]
-        return np.asarray(np.einsum("nkic,ki->nkc", chosen, self.subspace[columns]))
+        return forces, self_stresses
 
     def _rotation_from_zero(self, state: ClosedState, body: int) -> Array:
         """Return rotations `(N, 3, 3)` from a joint's frame to its frame at coordinate zero.

@@ -11,6 +11,10 @@ from ..mechanism.coordinates import Coordinates
 from .group_solver import MOST_STEPS, GroupSolver, GroupState
 from .reduction import Reduction
 
+_IDLE_SHARE = 1e-3
+"""Share of the allowed error of extrapolations where there are idle rods. Nothing corrects how far
+they have turned about their lines, so what extrapolations miss there adds up from node to node."""
+
 
 class ClosedState(NamedTuple):
     """A mechanism at positions whose loops are closed.
@@ -67,6 +71,11 @@ class Kinematics:
         self.solvers = solvers
         self.reductions = reductions or [solver.equations.full() for solver in solvers]
         self._rounding = rounding or [np.zeros(solver.group.passives.size) for solver in solvers]
+
+    @property
+    def share_of_steps(self) -> float:
+        """What part of the errors that are allowed elsewhere extrapolations may have here."""
+        return _IDLE_SHARE if any(solver.group.idle for solver in self.solvers) else 1.0
 
     def with_reductions(self, reductions: list[Reduction]) -> Kinematics:
         """Return the same with other rows of every group."""

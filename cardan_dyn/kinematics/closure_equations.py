@@ -34,6 +34,7 @@ class ClosureEquations:
         batch: of the group's bodies.
         movable: `(m,)` velocity coordinates that may move, known ones first, then passives.
         unit_twists: of those.
+        rod_spins: of the group's idle rods, if it has any.
         loops: the L loops of the group.
         couplings: its G couplings.
         ends: per loop, its ends on the predecessor's and on the successor's side.
@@ -64,8 +65,12 @@ class ClosureEquations:
         self.signs = np.array([self._signs_of(loop) for loop in self.loops])
         self.signs = self.signs.reshape(len(self.loops), len(batch))
         self._moved_bodies = batch.moved_body[self.movable]
+        if group.idle:
+            from .rod_spins import RodSpins  # Few mechanisms have idle rods.
+
+            self.rod_spins = RodSpins(batch, group.idle, self._moved_bodies)
         self.column_signs = self.signs[:, self._moved_bodies]
-        self.ends = [self._ends_of(loop) for loop in self.loops]
+        self.ends = [_ends_of(loop, batch) for loop in self.loops]
         self._paths = [LoopPath.of(signs, self._moved_bodies) for signs in self.column_signs]
         self._axes = [_axes_of(loop, mechanism, batch) for loop in self.loops]
         self._factors = self.column_signs[:, :, None] * self.weights
@@ -97,18 +102,6 @@ class ClosureEquations:
     def _indices_from_root(self, body: int) -> list[int]:
         """Return the batch indices of a body (index in Pinocchio's model) and its ancestors."""
         return [self.batch.index_of[index] for index in ancestors(self.mechanism.model, body)]
-
-    def _ends_of(self, loop: Loop) -> tuple[LoopEnd, LoopEnd]:
-        return (
-            self._end(loop.predecessor, loop.predecessor_placement),
-            self._end(loop.successor, loop.successor_placement),
-        )
-
-    def _end(self, body: int, placement: pinocchio.SE3) -> LoopEnd:
-        """Return the end of a loop at a body (index in Pinocchio's model, 0 for the world)."""
-        index = self.batch.index_of[body - 1] if body else -1
-        translation = placement.translation - (0.0 if body else self.batch.origin)
-        return LoopEnd.of(index, placement.rotation, translation)
 
     def full(self) -> Reduction:
         """Return the reduction that keeps all six rows of every loop."""
@@ -269,6 +262,21 @@ class ClosureEquations:
         for index, path in enumerate(self._paths):
             result[:, index] = path.drift(twists, rates).T
         return result
+
+
+def _ends_of(loop: Loop, batch: BatchModel) -> tuple[LoopEnd, LoopEnd]:
+    """Return the ends of a loop on its predecessor's and its successor's side."""
+    return (
+        _end(loop.predecessor, loop.predecessor_placement, batch),
+        _end(loop.successor, loop.successor_placement, batch),
+    )
+
+
+def _end(body: int, placement: pinocchio.SE3, batch: BatchModel) -> LoopEnd:
+    """Return the end of a loop at a body (index in Pinocchio's model, 0 for the world)."""
+    index = batch.index_of[body - 1] if body else -1
+    translation = placement.translation - (0.0 if body else batch.origin)
+    return LoopEnd.of(index, placement.rotation, translation)
 
 
 def _axes_of(loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:

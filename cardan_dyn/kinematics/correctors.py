@@ -14,7 +14,6 @@ import numpy as np
 from ..arrays import Array
 from .all_groups import ClosedState, Kinematics
 from .branch_table import BranchTable, nodes_of, taylor
-from .stacked import same_side
 from .step_control import REJECTED_EXCESS, allowed_correction
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION
 
@@ -88,10 +87,10 @@ def proven(
     error_on = np.abs(taylor(nodes[:-1], step) - nodes[1:, 0])
     error_back = np.abs(taylor(nodes[1:], -step) - nodes[:-1, 0])
     error = np.max(np.maximum(error_on, error_back) * kinematics.coordinates.scale, axis=1)
-    allowed = allowed_correction(state.condition)
+    allowed = kinematics.share_of_steps * allowed_correction(state.condition)
     leads_on = error < REJECTED_EXCESS * np.minimum(allowed[:-1], allowed[1:])
     for group_state in state.groups:
-        leads_on &= same_side(group_state.passive_rows[1:], group_state.inverse[:-1])
+        leads_on &= group_state.follows_on()
     # The two ends of the old span are neighbours here, but proven nodes lie between them.
     leads_on |= (positions[:-1] == low) & (positions[1:] == high)
     return table.with_replaced(new, nodes) if np.all(leads_on) else None

@@ -16,7 +16,7 @@ from .damped_closure import closed_from
 from .first_assembly import assembled_near
 from .group_solver import GroupSolver, GroupState
 from .loop_groups import independent_groups
-from .mobility import ranks
+from .stacked import ranks
 from .structure import Structure
 from .tolerances import CLOSURE_TOLERANCE
 

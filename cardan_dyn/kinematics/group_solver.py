@@ -16,7 +16,16 @@ from .batch_model import BatchModel
 from .closure_equations import ClosureEquations
 from .loop_groups import Group
 from .reduction import Reduction
-from .stacked import condition_numbers, factorised, is_near, refined, same_side, times, transposed
+from .stacked import (
+    condition_numbers,
+    factorised,
+    factorised_at_rank,
+    is_near,
+    refined,
+    same_side,
+    times,
+    transposed,
+)
 from .structure import OPEN_CONFIGURATIONS
 
 _EXACT = 2e-15
@@ -60,6 +69,7 @@ class GroupState(NamedTuple):
         residual: `(N,)` closure error, see `ClosureEquations.error`.
         condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
         correction: `(N,)` how far the guess was off.
+        idle: `(N, p, k)` passive rates that violate no equation, of k idle freedoms.
     """
 
     group: Group
@@ -78,6 +88,7 @@ class GroupState(NamedTuple):
     residual: Array
     condition: Array
     correction: Array
+    idle: Array
 
     @property
     def scaled_rows(self) -> Array:
@@ -101,7 +112,20 @@ class GroupState(NamedTuple):
         Args:
             inverse: of the closure equations at the other positions.
         """
-        return same_side(self.passive_rows, inverse)
+        return same_side(self.passive_rows, inverse, self._idle_projectors())
+
+    def follows_on(self) -> Array:
+        """Return `(N - 1,)` whether positions lie on the same side as those before them."""
+        idle = self._idle_projectors()
+        return same_side(
+            self.passive_rows[1:], self.inverse[:-1], None if idle is None else idle[1:]
+        )
+
+    def _idle_projectors(self) -> Array | None:
+        """Return projectors `(N, p, p)` onto idle motions; None without any."""
+        if not self.group.idle:
+            return None
+        return np.eye(self.idle.shape[1]) - np.matmul(self.passive_rows, self.inverse)
 
     def solve(self, right: Array) -> Array:
         """Solve the closure equations for passive rates: `(N, R)` to `(N, p)`."""
@@ -112,9 +136,18 @@ class GroupState(NamedTuple):
         """Solve for closure forces: passive efforts `(N, p, k)` to multipliers `(N, R, k)`."""
         return refined(self.passive_rows, self.inverse, right)
 
+    def step(self, error: Array) -> Array:
+        """Return Newton's step `(N, p)` that removes an error `(N, R)`."""
+        step = -times(transposed(self.inverse), error)
+        return self._without_spins(step, np.zeros((len(step), len(self.group.known))))
+
     def rates(self, known: Array) -> Array:
-        """Return passive rates `(N, p)` for the rates `(N, k)` of what is known."""
-        return -self.solve(times(transposed(self.known_rows), known))
+        """Return passive rates `(N, p)` for the rates `(N, k)` of what is known.
+
+        Idle rods do not turn about their lines.
+        """
+        rates = -self.solve(times(transposed(self.known_rows), known))
+        return self._without_spins(rates, known)
 
     def accelerations(self, v: Array, known: Array) -> Array:
         """Return passive accelerations `(N, p)` at joint rates `v (N, nv)`.
@@ -123,10 +156,26 @@ class GroupState(NamedTuple):
             v: joint rates.
             known: accelerations `(N, k)` of what is known.
         """
-        drift = self.equations.drift(self.twists, v[:, self.equations.movable])
+        v = v[:, self.equations.movable]
+        drift = self.equations.drift(self.twists, v)
         right = times(transposed(self.known_rows), known)
         drift = self.equations.project(drift, None, self.actions, self.reduction)
-        return -self.solve(right + drift)
+        return self._without_spins(-self.solve(right + drift), known, v)
+
+    def _without_spins(self, rates: Array, known: Array, v: Array | None = None) -> Array:
+        """Return passive rates `(N, p)` at which idle rods do not turn about their lines.
+
+        Args:
+            rates: `(N, p)` of the passives; or accelerations.
+            known: likewise `(N, k)` of what is known.
+            v: `(N, m)` rates of all movable coordinates, where `rates` are accelerations.
+        """
+        if not self.group.idle:
+            return rates
+        every = np.concatenate([known, rates], axis=1)
+        return rates - times(
+            self.idle, self.equations.rod_spins.of(self.twists, every, self.idle, v)
+        )
 
 
 class GroupSolver:
@@ -198,7 +247,11 @@ class GroupSolver:
         if slips.size:
             relative = np.abs(slips) / equations.slip_units
             residual = np.maximum(residual, np.max(relative, axis=1))
-        if inverse is not None and is_near(passive, inverse, self._row_scale):
+        idle = np.zeros((len(x), passive.shape[1], 0))
+        if self.group.idle:
+            rank = passive.shape[1] - len(self.group.idle)
+            inverse, null, condition, idle = factorised_at_rank(passive, self._row_scale, rank)
+        elif inverse is not None and is_near(passive, inverse, self._row_scale):
             null = np.zeros((len(x), inverse.shape[1], 0))
             condition = condition_numbers(passive, inverse, self._row_scale)
         else:
@@ -220,6 +273,7 @@ class GroupSolver:
             residual=residual,
             condition=condition,
             correction=np.zeros(len(x)),
+            idle=idle,
         )
         return state, equations.project(error, slips, actions, reduction)
 
@@ -273,7 +327,7 @@ class GroupSolver:
             reduction: the rows that are solved.
         """
         state, error = self.evaluate(x, reduction)
-        step = -times(transposed(state.inverse), error)
+        step = state.step(error)
         self._moves.apply(x, step)
         return state._replace(correction=np.abs(step * self._scale).max(axis=1, initial=0.0))
 
@@ -297,7 +351,7 @@ class GroupSolver:
         state, error = self.evaluate(x, reduction, turns)
         correction = np.zeros(len(x))
         for _ in range(most if self.group.passives.size else 0):
-            step = -times(transposed(state.inverse), error)
+            step = state.step(error)
             scaled = np.abs(step * self._scale)
             if (scaled <= rounding).all():
                 break

@@ -15,6 +15,7 @@ import pinocchio
 
 from ..arrays import Array
 from .graph import components, matched
+from .idle_rods import IdleRod, idle_rods
 from .structure import Structure
 
 _PIECE = 8
@@ -36,6 +37,8 @@ class Group(NamedTuple):
         known: moving coordinates on them that are driven or decided by earlier groups.
         bodies: bodies carried (0-based), ancestors included, ascending.
         inertial_bodies: bodies whose inertia is accounted for in this group.
+        idle: idle rods among its bodies (0-based), see `idle_rods`. As many passives as there are
+            of them are decided by no loop.
     """
 
     loops: tuple[int, ...]
@@ -44,6 +47,7 @@ class Group(NamedTuple):
     known: Array
     bodies: list[int]
     inertial_bodies: set[int]
+    idle: tuple[int, ...] = ()
 
 
 class _Block(NamedTuple):
@@ -77,20 +81,40 @@ def partition(
     touched = [
         [column for column in structure.coordinates_on(item) if column in moving] for item in items
     ]
+    rods = idle_rods(mechanism, unknown)
+    # One coordinate of each rod is left out where loops are matched with what they decide.
+    idle = {rod.columns[0]: rod for rod in rods}
     if together or len(items) <= 1:
         decided = {column for columns in touched for column in columns} & unknown
         blocks = [_Block(list(items), sorted(decided))] if items else []
     else:
         ranks = structure.ranks(x, moving) + [1] * len(mechanism.couplings)
-        passives_on = [[column for column in columns if column in unknown] for columns in touched]
-        blocks = _blocks(passives_on, ranks)
+        decidable = unknown - set(idle)
+        passives_on = [[column for column in columns if column in decidable] for columns in touched]
+        blocks = _with_idle(_blocks(passives_on, ranks), idle)
     groups: list[Group] = []
     carried: set[int] = set()
     for block in blocks:
         group = _group(structure, block, touched, carried)
+        spinning = [rod.body for column, rod in idle.items() if column in block.passives]
+        group = group._replace(idle=tuple(spinning))
         groups.append(group)
         carried |= group.inertial_bodies
     return _with_loose_bodies(mechanism.model, groups, carried)
+
+
+def _with_idle(blocks: list[_Block], idle: dict[int, IdleRod]) -> list[_Block]:
+    """Return blocks with the idle coordinates beside the ones that they spin with.
+
+    Args:
+        blocks: without idle coordinates.
+        idle: idle coordinate to its rod.
+    """
+    result = []
+    for block in blocks:
+        added = [column for column, rod in idle.items() if rod.columns[1] in block.passives]
+        result.append(block._replace(passives=sorted([*block.passives, *added])))
+    return result
 
 
 def independent_groups(structure: Structure, free: Array) -> list[Group]:

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
 from ..errors import (
     MobilityError,
     SingularConfigurationError,
@@ -16,7 +15,7 @@ from ..errors import (
 )
 from ..mechanism.mechanism import Mechanism
 from .all_groups import ClosedState
-from .tolerances import RANK_TOLERANCE
+from .stacked import ranks
 
 _MOVES = 1e-6
 """Component of a unit vector of free motion above which a joint counts as moving. Joints that the
@@ -85,17 +84,6 @@ def check_mobility(
     )
 
 
-def ranks(rows: Array) -> Array:
-    """Return the ranks `(K,)` of stacked closure matrices `(K, p, R)`.
-
-    All of them are measured by the greatest singular value of the whole stack.
-    """
-    if 0 in rows.shape[1:]:
-        return np.zeros(len(rows), dtype=int)
-    values = np.linalg.svd(rows, compute_uv=False)
-    return np.asarray(np.sum(values > RANK_TOLERANCE * np.max(values), axis=1))
-
-
 def _balance(state: ClosedState, passives: set[int]) -> _Balance:
     """Return which passives nothing decides, and how many equations are left over."""
     undecided = set(passives)
@@ -104,6 +92,9 @@ def _balance(state: ClosedState, passives: set[int]) -> _Balance:
         rank = ranks(group_state.scaled_rows)
         best = int(np.argmax(rank))
         excess += int(np.max(ranks(group_state.all_scaled_rows))) - int(rank[best])
+        if len(group_state.group.passives) - rank[best] == len(group_state.group.idle):
+            undecided -= set(group_state.group.passives.tolist())
+            continue
         # The last left singular vectors are the motions that the equations leave free.
         vectors, _, _ = np.linalg.svd(group_state.scaled_rows[best])
         motion = np.max(np.abs(vectors[:, rank[best] :]), axis=1, initial=0.0)
@@ -116,7 +107,8 @@ def _freedom(state: ClosedState, undecided: set[int]) -> int:
     count = 0
     for group_state in state.groups:
         passives = group_state.group.passives
-        count += len(passives) - int(np.max(ranks(group_state.scaled_rows)))
+        rank = int(np.max(ranks(group_state.scaled_rows)))
+        count += len(passives) - rank - len(group_state.group.idle)
         undecided = undecided - set(passives.tolist())
     return count + len(undecided)
 

@@ -104,7 +104,8 @@ class RedundancyStudy:
     def _is_determined(self, state: ClosedState) -> bool:
         """Return whether every group has as many independent equations as passives somewhere."""
         return np.array_equal(self._decided_by_all, self._passives) and all(
-            group_state.passive_rows.shape[1] == group_state.passive_rows.shape[2]
+            group_state.passive_rows.shape[1] - len(group_state.group.idle)
+            == group_state.passive_rows.shape[2]
             and float(np.min(group_state.condition)) < _REGULAR
             for group_state in state.groups
         )

@@ -16,7 +16,7 @@ _STALE = 1e-8
 refinement squares this error, to 1e-16."""
 
 
-def same_side(rows: Array, inverses: Array) -> Array:
+def same_side(rows: Array, inverses: Array, idle: Array | None = None) -> Array:
     """Return `(N,)` whether two positions lie on the same side of every singular configuration.
 
     Two assembly modes that meet in a turning point differ in the sign of the determinant of the
@@ -25,8 +25,10 @@ def same_side(rows: Array, inverses: Array) -> Array:
     Args:
         rows: `(N, p, R)` transposed closure matrices.
         inverses: `(N, R, p)` of those at the other positions.
+        idle: `(N, p, p)` projectors onto passive rates that violate no equation; None without any.
     """
-    return np.linalg.det(np.matmul(rows, inverses)) > 0.0
+    product = np.matmul(rows, inverses)
+    return np.linalg.det(product if idle is None else product + idle) > 0.0
 
 
 def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
@@ -59,6 +61,48 @@ def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
         greatest[:, 0], smallest, out=np.full(count, np.inf), where=smallest > 0.0
     )
     return inverse, transposed(right[:, p:]), condition
+
+
+def factorised_at_rank(
+    rows: Array, scale: Array | None, rank: int
+) -> tuple[Array, Array, Array, Array]:
+    """Return pseudoinverses, null spaces on both sides and condition numbers at a known rank.
+
+    Args:
+        rows: transposed closure matrices `(N, p, R)`.
+        scale: `(p, 1)` units of their rows, None if all are 1.
+        rank: how many of their singular values are not zero.
+
+    Returns:
+        Inverses `(N, R, p)`, multipliers that no passive feels `(N, R, R - rank)`, condition
+        numbers `(N,)`, and passive rates that violate no equation `(N, p, p - rank)`.
+    """
+    left, values, right = np.linalg.svd(rows if scale is None else rows * scale)
+    idle = left[..., rank:]
+    # With fewer equations there is no such rank; what else is undecided is not reported here.
+    rank = min(rank, values.shape[1])
+    # In singular positions more values vanish; no motion is taken along these.
+    counted = values[:, None, :rank]
+    reciprocal = np.divide(1.0, counted, out=np.zeros_like(counted), where=counted > 0.0)
+    inverse = (transposed(right[:, :rank]) * reciprocal) @ transposed(left[..., :rank])
+    if scale is not None:
+        inverse, idle = inverse * scale.T, idle * scale
+    condition = np.ones(len(rows))
+    if rank:
+        least, condition = values[:, rank - 1], np.full(len(rows), np.inf)
+        np.divide(values[:, 0], least, out=condition, where=least > 0.0)
+    return inverse, transposed(right[:, rank:]), condition, idle
+
+
+def ranks(rows: Array) -> Array:
+    """Return the ranks `(K,)` of stacked closure matrices `(K, p, R)`.
+
+    All of them are measured by the greatest singular value of the whole stack.
+    """
+    if 0 in rows.shape[1:]:
+        return np.zeros(len(rows), dtype=int)
+    values = np.linalg.svd(rows, compute_uv=False)
+    return np.asarray(np.sum(values > RANK_TOLERANCE * np.max(values), axis=1))
 
 
 def refined(matrices: Array, inverses: Array, right: Array) -> Array:

@@ -10,6 +10,7 @@ from ..checks import described
 from ..errors import ArgumentError, ModelError, choices
 from ..forces.link_loads import Wrench
 from ..frozen import frozen, read_only
+from ..kinematics.idle_rods import rods_by_name
 from ..problem.problem import Problem
 from .motion import Motion
 from .prescribed import Prescribed
@@ -88,6 +89,17 @@ class SweepData(Prescribed):
         """Loaded joint to its effort, a number or `(N,)` [N·m or N]; link to its `Wrench`."""
         links = {name: load.wrench for name, load in self._problem.link_loads.items()}
         return frozen({**self._source.joint_loads, **links})
+
+    @cached_property
+    def idle_rods(self) -> list[tuple[str, ...]]:
+        """Joints at the ends of every rod that may spin about its line.
+
+        Nothing decides these spins. By rule, the rods do not turn about their lines, and turn
+        faster or slower as inertia and weight have it, since no moment acts about the lines. Their
+        positions about the lines depend on the way there and follow the rates to some 1e-3 rad
+        only; no other joint feels them.
+        """
+        return rods_by_name(self.mechanism, set(self._problem.passive_columns.tolist()))
 
     @property
     def gravity(self) -> Array:

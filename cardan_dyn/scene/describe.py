@@ -10,8 +10,9 @@ from ..dynamics.indeterminate import SelfStress
 from ..dynamics.reactions import UNIQUE_TOLERANCE
 from ..errors import ArgumentError
 from ..kinematics.generic_states import GenericStates, generic_states
+from ..kinematics.idle_rods import rods_by_name
 from ..kinematics.loop_groups import Group
-from ..kinematics.mobility import ranks
+from ..kinematics.stacked import ranks
 from ..kinematics.structure import Structure
 from ..kinematics.tolerances import RANK_TOLERANCE
 from ..mechanism.mechanism import Mechanism
@@ -57,6 +58,7 @@ def describe(mechanism: Mechanism) -> MechanismReport:
         length=mechanism.characteristic_length,
         components=components,
         loops=[loops[index] for index in sorted(loops)],
+        idle_rods=rods_by_name(mechanism, set(range(coordinates))),
         warnings=mechanism.warnings,
     )
 

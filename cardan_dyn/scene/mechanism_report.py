@@ -92,6 +92,8 @@ class MechanismReport:
         length: characteristic length that weighs forces against moments [m].
         components: sets of loops and couplings that have no joint in common.
         loops: the loops.
+        idle_rods: joints at the ends of every rod that may spin about its line. These freedoms are
+            part of the mobility, and need no drive.
         warnings: what is wrong with the description and was accepted.
     """
 
@@ -103,6 +105,7 @@ class MechanismReport:
     length: float
     components: list[ComponentReport]
     loops: list[LoopReport]
+    idle_rods: list[tuple[str, ...]]
     warnings: tuple[str, ...]
 
     def __str__(self) -> str:
@@ -152,6 +155,10 @@ class MechanismReport:
         """Return what else there is to say: of several components, of singular zeros, warnings."""
         several = len(self.components) > 1
         remarks = [f"component {component}" for component in self.components if several]
+        remarks += [
+            f"idle rod at {', '.join(rod)}: it may spin about its line and needs no drive"
+            for rod in self.idle_rods
+        ]
         remarks += [
             f"the description's zero is a singular configuration of {component.names}: only "
             f"{component.rank_at_zero} of {component.rank} equations are independent there"

@@ -100,4 +100,7 @@ def _task(mechanism: Mechanism, group: Group) -> str:
             if joint.parts and joint.id - 1 in group.inertial_bodies
         )
         return f"bodies on no loop: {', '.join(carried)}"
-    return f"close {', '.join(closed)}: decides {', '.join(decided) or 'nothing'}"
+    task = f"close {', '.join(closed)}: decides {', '.join(decided) or 'nothing'}"
+    if group.idle:
+        task += f"; {len(group.idle)} idle rod(s), which do not turn about their lines"
+    return task

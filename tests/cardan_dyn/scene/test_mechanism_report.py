@@ -16,6 +16,7 @@ REPORT = MechanismReport(
         LoopReport("<i>pin", "continuous", 3, {"a<": "force xyz", "b": "moment x"}),
         LoopReport("bolt", "fixed", 6, {}),
     ],
+    idle_rods=[("up", "down")],
     warnings=("mass < 0",),
 )
 
@@ -29,6 +30,7 @@ def test_texts_of_a_report() -> None:
         "    leaves open at a<: force xyz",
         "    leaves open at b: moment x",
         "  loop bolt (fixed): rank 6 of 6, 0 redundant",
+        "  idle rod at up, down: it may spin about its line and needs no drive",
         "  the description's zero is a singular configuration of <i>pin, bolt: "
         "only 5 of 6 equations are independent there",
         "  warning: mass < 0",
@@ -45,6 +47,7 @@ def test_notebooks_show_escaped_texts() -> None:
         "<tr><td>&lt;i&gt;pin</td><td>continuous</td><td>3</td><td>3</td>"
         "<td>a&lt;: force xyz; b: moment x</td></tr>"
         "<tr><td>bolt</td><td>fixed</td><td>6</td><td>0</td><td></td></tr></tbody></table>"
-        "<ul><li>the description&#x27;s zero is a singular configuration of &lt;i&gt;pin, bolt: "
+        "<ul><li>idle rod at up, down: it may spin about its line and needs no drive</li>"
+        "<li>the description&#x27;s zero is a singular configuration of &lt;i&gt;pin, bolt: "
         "only 5 of 6 equations are independent there</li><li>warning: mass &lt; 0</li></ul></div>"
     )

@@ -1,0 +1,93 @@
+"""Idle spins: the accelerations of idle rods about their lines.
+
+Their joints pass no moment about the line, so that gravity and inertia alone turn such a rod. Its
+acceleration follows from that, whatever rates it has. Closure forces do no work on a spin, so the
+wrenches of the open tree suffice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import Array
+from ..kinematics.all_groups import ClosedState
+from ..kinematics.group_solver import GroupState
+from .open_tree import LoadCase, OpenTree, efforts_along
+
+_MASSLESS = 1e-14
+"""Inertia against a spin, relative to all masses at the characteristic length, up to which it is
+the rounding of other inertias: such a rod is balanced at any acceleration, and does not spin."""
+
+
+class IdleSpins:
+    """Accelerations of all idle rods."""
+
+    def __init__(self, tree: OpenTree, owners: Array, subspace: Array, greatest: float) -> None:
+        """Prepare the computation.
+
+        Args:
+            tree: of all bodies.
+            owners: `(nv,)` the body that each velocity coordinate moves (0-based).
+            subspace: `(nv, 6)` unit twists of the velocity coordinates in their joints' frames.
+            greatest: all masses at the characteristic length [kg·m²].
+        """
+        self._least = _MASSLESS * greatest
+        self._tree = tree
+        self._owners = owners
+        self._subspace = subspace
+
+    def added(self, state: ClosedState, cases: Sequence[LoadCase], wrenches: Array) -> Array:
+        """Add the inertia of all spins to wrenches, and return the accelerations.
+
+        Args:
+            state: closed positions.
+            cases: c load cases.
+            wrenches: `(N, b, 6, c)` of the open tree at rates without spins; changed.
+
+        Returns:
+            `(N, nv, c)`.
+        """
+        result = np.zeros((len(state.x), len(self._owners), len(cases)))
+        if all(case.dynamics is None for case in cases):
+            return result
+        loads = np.stack([np.broadcast_to(case.loads, result.shape[:2]) for case in cases], axis=2)
+        for group_state in state.groups:
+            if group_state.group.idle:
+                self._add(state, group_state, loads, wrenches, result)
+        return result
+
+    def _add(
+        self,
+        state: ClosedState,
+        group_state: GroupState,
+        loads: Array,
+        wrenches: Array,
+        accelerations: Array,
+    ) -> None:
+        """Add the spins of one group to wrenches and accelerations of all."""
+        passives, idle = group_state.group.passives, group_state.idle
+        unit_wrenches = self._inertia_of(state, passives, idle, wrenches.shape[1])
+        left = np.swapaxes(idle, -1, -2)
+        inertia = left @ self._efforts_along(unit_wrenches, passives)
+        moments = left @ (loads[:, passives] - self._efforts_along(wrenches, passives))
+        values, vectors = np.linalg.eigh(0.5 * (inertia + np.swapaxes(inertia, -1, -2)))
+        counts = values > self._least
+        reciprocal = np.divide(1.0, values, out=np.zeros_like(values), where=counts)
+        spins = vectors @ (reciprocal[:, :, None] * (np.swapaxes(vectors, -1, -2) @ moments))
+        wrenches += np.einsum("nbik,nkc->nbic", unit_wrenches, spins)
+        accelerations[:, passives] += idle @ spins
+
+    def _inertia_of(self, state: ClosedState, passives: Array, idle: Array, size: int) -> Array:
+        """Return wrenches `(N, b, 6, k)` that unit accelerations along k spins need."""
+        rest = np.zeros((len(state.x), len(self._owners)))
+        cases = []
+        for column in range(idle.shape[2]):
+            unit = np.zeros_like(rest)
+            unit[:, passives] = idle[:, :, column]
+            cases.append(LoadCase((rest, unit), np.zeros((1, rest.shape[1])), [], np.zeros(3)))
+        return self._tree.wrenches(state, cases, size)
+
+    def _efforts_along(self, wrenches: Array, columns: Array) -> Array:
+        return efforts_along(wrenches, columns, self._owners, self._subspace)

@@ -1,0 +1,265 @@
+"""Idle rods: bodies that may spin about a line without any other body moving.
+
+A rod with ball joints at both ends spins about the line between their centres; so does one whose
+balls are written as three hinges each, with massless links between them, one with a ball at one
+end and a hinge through its centre at the other, a link between two hinges of the same axis, and a
+telescope of several bodies that drives push apart. No loop decides such a spin, and no drive: it is
+decided by a rule, rates as small as the others allow and no moment about the line. Rods are found
+from the geometry alone.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio
+
+from ..arrays import Array
+from ..mechanism.mechanism import Mechanism
+
+_SAME = 1e-9
+"""Distance, as a fraction of the characteristic length, and angle [rad] up to which points and
+lines are the same: what a file with ten digits says."""
+_BALANCED = 0.02
+"""Distance of a centre of mass from the line, as a fraction of the characteristic length, up to
+which a body is a rod. Published robots have rods drawn askew by less; a body that hangs beside the
+line is a pendulum, whose motion nobody may decide by a rule."""
+
+
+class _Edge(NamedTuple):
+    """A joint as one of the two bodies that it connects sees it.
+
+    Attributes:
+        kind: see `Part.kind`.
+        columns: its velocity coordinates.
+        frame: placement of its frame in this body.
+        axis: `(3,)` in its frame.
+        other: the other body.
+        other_frame: placement of its frame in the other body.
+    """
+
+    kind: str
+    columns: tuple[int, ...]
+    frame: pinocchio.SE3
+    axis: Array
+    other: int
+    other_frame: pinocchio.SE3
+
+
+class _End(NamedTuple):
+    """What holds one end of a body: a ball, or a hinge.
+
+    Attributes:
+        is_ball: whether it is one.
+        point: `(3,)` centre of the ball, or a point on the hinge's axis, in the body.
+        axis: `(3,)` of the hinge, in the body.
+        columns: its velocity coordinates.
+    """
+
+    is_ball: bool
+    point: Array
+    axis: Array
+    columns: tuple[int, ...]
+
+
+class IdleRod(NamedTuple):
+    """A body that may spin.
+
+    Attributes:
+        body: its index (0-based joint of the mechanism's model).
+        columns: velocity coordinates of the joints at its ends.
+    """
+
+    body: int
+    columns: tuple[int, ...]
+
+
+def idle_rods(mechanism: Mechanism, free: set[int]) -> list[IdleRod]:
+    """Return all bodies that may spin.
+
+    Args:
+        mechanism: the mechanism.
+        free: velocity coordinates that are neither driven nor held.
+    """
+    graph = _Graph(mechanism, free)
+    rods = []
+    for body in graph.edges:
+        ends = [graph.end(body, edge) for edge in graph.edges[body]]
+        if body != graph.world and len(ends) == 2 and graph.spins(body, ends[0], ends[1]):
+            columns = tuple(column for end in ends if end is not None for column in end.columns)
+            rods.append(IdleRod(body - 1, columns))
+    return rods
+
+
+def rods_by_name(mechanism: Mechanism, free: set[int]) -> list[tuple[str, ...]]:
+    """Return the joints at the ends of every idle rod by name; see `idle_rods`."""
+    owner = {
+        column: name
+        for name, columns in mechanism.coordinates.velocity_columns.items()
+        for column in range(columns.start, columns.stop)
+    }
+    return [
+        tuple(dict.fromkeys(owner[column] for column in rod.columns))
+        for rod in idle_rods(mechanism, free)
+    ]
+
+
+class _Graph:
+    """Rigid bodies, welds included, and the joints between them.
+
+    Attributes:
+        edges: body to its joints.
+        world: the body that stands still.
+    """
+
+    def __init__(self, mechanism: Mechanism, free: set[int]) -> None:
+        model = mechanism.model
+        # A coupling would hold a spin that it counts.
+        self._free = free - {
+            column
+            for coupling in mechanism.couplings
+            for column in (*coupling.predecessor_columns, *coupling.successor_columns)
+        }
+        self._tolerance = _SAME * mechanism.characteristic_length
+        self._placed = _rigid_bodies(mechanism, free)
+        self.world = self._placed[0][0]
+        self.edges: dict[int, list[_Edge]] = {body: [] for body, _ in self._placed}
+        self._balance_tolerance = _BALANCED * mechanism.characteristic_length
+        self._masses = dict.fromkeys(self.edges, 0.0)
+        self._mass_moments = {body: np.zeros(3) for body in self.edges}
+        for index, inertia in enumerate(model.inertias):
+            if index not in mechanism.auxiliary_bodies and inertia.mass > 0.0:
+                body, pose = self._placed[index]
+                self._masses[body] += inertia.mass
+                self._mass_moments[body] += inertia.mass * pose.act(inertia.lever)
+        # A floating joint holds nothing; its rod hangs between the loops that end on it.
+        floating = {
+            part.id
+            for joint in mechanism.joints.values()
+            if joint.type == "floating"
+            for part in joint.parts
+        }
+        for part in mechanism.coordinates.parts:
+            parent, parent_pose = self._placed[model.parents[part.id]]
+            child, child_pose = self._placed[part.id]
+            columns = tuple(range(model.idx_vs[part.id], model.idx_vs[part.id] + part.nv))
+            if parent == child or part.id in floating:
+                continue
+            above = parent_pose * model.jointPlacements[part.id]
+            self.edges[parent].append(
+                _Edge(part.kind, columns, above, part.axis, child, child_pose)
+            )
+            self.edges[child].append(
+                _Edge(part.kind, columns, child_pose, part.axis, parent, above)
+            )
+
+    def end(self, body: int, edge: _Edge) -> _End | None:
+        """Return what holds a body at one of its joints; None if it is neither ball nor hinge.
+
+        Hinges that follow each other with massless links between them may make up a ball.
+        """
+        pose, here = pinocchio.SE3.Identity(), edge
+        lines: list[tuple[Array, Array]] = []
+        columns: list[int] = []
+        current = body
+        while set(here.columns) <= self._free and here.kind != "prismatic":
+            frame = pose * here.frame
+            point = np.array(frame.translation)
+            if here.kind == "spherical":
+                return None if lines else _End(True, point, np.zeros(3), here.columns)
+            lines.append((point, frame.rotation @ here.axis))
+            columns += here.columns
+            centre = _common_point(lines, self._tolerance)
+            if centre is None:
+                break
+            if len(lines) == 3:
+                return _End(True, centre, np.zeros(3), tuple(columns))
+            following = self._beyond(current, here)
+            if following is None:
+                break
+            pose, current, here = frame * here.other_frame.inverse(), here.other, following
+        if not lines:
+            return None
+        return _End(False, *lines[0], edge.columns)
+
+    def spins(self, body: int, first: _End | None, second: _End | None) -> bool:
+        """Return whether a body that is held by two ends is free to spin about a line."""
+        if first is None or second is None:
+            return False
+        offset = second.point - first.point
+        if first.is_ball and second.is_ball:
+            size = float(np.linalg.norm(offset))
+            return size > self._tolerance and self._is_balanced(body, first.point, offset / size)
+        hinge = second if first.is_ball else first
+        apart = float(np.linalg.norm(np.cross(hinge.axis, offset)))
+        is_straight = first.is_ball or second.is_ball
+        is_straight |= bool(np.linalg.norm(np.cross(first.axis, second.axis)) < _SAME)
+        is_line = is_straight and apart < self._tolerance
+        return is_line and self._is_balanced(body, hinge.point, hinge.axis)
+
+    def _is_balanced(self, body: int, point: Array, axis: Array) -> bool:
+        """Return whether the centre of mass of a body lies on a line, or nearly so."""
+        mass = self._masses[body]
+        if not mass:
+            return True
+        centre = self._mass_moments[body] / mass
+        return bool(np.linalg.norm(np.cross(axis, centre - point)) < self._balance_tolerance)
+
+    def _beyond(self, body: int, edge: _Edge) -> _Edge | None:
+        """Return the other joint of the massless link beyond one; None if there is no such link."""
+        other = edge.other
+        if other in (self.world, body) or self._masses[other] or len(self.edges[other]) != 2:
+            return None
+        return next(item for item in self.edges[other] if item.columns != edge.columns)
+
+
+def _rigid_bodies(mechanism: Mechanism, free: set[int]) -> list[tuple[int, pinocchio.SE3]]:
+    """Return for every body of the model the rigid body that it belongs to, and its place there.
+
+    Joints that are driven or held count as rigid: spins are motions in which they rest.
+    """
+    model, count = mechanism.model, mechanism.model.njoints
+    welded: list[list[tuple[int, pinocchio.SE3]]] = [[] for _ in range(count)]
+    for loop in mechanism.loops:
+        placement = loop.predecessor_placement * loop.successor_placement.inverse()
+        welded[loop.predecessor].append((loop.successor, placement))
+        welded[loop.successor].append((loop.predecessor, placement.inverse()))
+    for body in range(1, count):
+        if model.idx_vs[body] not in free:
+            parent, placement = model.parents[body], model.jointPlacements[body]
+            welded[parent].append((body, placement))
+            welded[body].append((parent, placement.inverse()))
+    placed: dict[int, tuple[int, pinocchio.SE3]] = {}
+    for body in range(count):
+        if body in placed:
+            continue
+        placed[body] = body, pinocchio.SE3.Identity()
+        waiting = [body]
+        while waiting:
+            current = waiting.pop()
+            for other, placement in welded[current]:
+                if other not in placed:
+                    placed[other] = body, placed[current][1] * placement
+                    waiting.append(other)
+    return [placed[body] for body in range(count)]
+
+
+def _common_point(lines: list[tuple[Array, Array]], tolerance: float) -> Array | None:
+    """Return the point `(3,)` that lines (point, direction) have in common; None without one."""
+    if len(lines) == 1:
+        return lines[0][0]
+    if any(
+        np.linalg.norm(np.cross(first[1], second[1])) < _SAME for first, second in pairwise(lines)
+    ):
+        return None
+    # The sum of squared distances from all lines is least where it has no slope.
+    projectors = [np.eye(3) - np.outer(axis, axis) for _, axis in lines]
+    slope = sum(projector @ point for projector, (point, _) in zip(projectors, lines, strict=True))
+    centre = np.linalg.solve(sum(projectors), slope)
+    distances = [
+        np.linalg.norm(projector @ (centre - point))
+        for projector, (point, _) in zip(projectors, lines, strict=True)
+    ]
+    return centre if max(distances) < tolerance else None

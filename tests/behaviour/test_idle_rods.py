@@ -1,0 +1,158 @@
+"""Rods between two balls: nobody drives their spins, and nothing else feels them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.ball_rods import ALONG, WAYS, as_balls, as_hinges
+
+import cardan_dyn as cd
+
+POSITIONS = np.linspace(-1.0, 1.0, 21)
+OPTIONS = {"drive": "a", "loads": {"d": -3.0}, "gravity": [0.0, 0.0, -9.81]}
+ENDS = {"balls": ("b", "c"), "floating": ("e", "c"), "hinges": ("b3", "b2", "b1", "c1", "c2", "c3")}
+
+
+@pytest.fixture(scope="module")
+def turns() -> dict[str, cd.Sweep]:
+    return {
+        way: cd.Scene(cd.load(text()), **OPTIONS).sweep(POSITIONS, speed=5.0, acceleration=2.0)
+        for way, text in WAYS.items()
+    }
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_rods_need_no_drive(way: str, turns: dict[str, cd.Sweep]) -> None:
+    turn = turns[way]
+    assert turn.balance_residual < 1e-13
+    assert turn.loop_residual < 1e-13
+    assert turn.rate_residual < 1e-13
+    assert turn.power_residual < 1e-13
+    (rod,) = turn.idle_rods
+    assert sorted(rod) == sorted(ENDS[way])
+    assert all(np.all(turn[name].unique) for name in ("a", "d"))
+
+
+@pytest.mark.parametrize("way", ["floating", "hinges"])
+def test_all_ways_of_writing_give_the_same_wrenches(way: str, turns: dict[str, cd.Sweep]) -> None:
+    expected, found = turns["balls"], turns[way]
+    np.testing.assert_allclose(found.drive_effort, expected.drive_effort, rtol=1e-11)
+    for name in ("a", "d"):
+        for quantity in ("force", "moment"):
+            np.testing.assert_allclose(
+                getattr(found.wrench(name, "world"), quantity),
+                getattr(expected.wrench(name, "world"), quantity),
+                atol=1e-10,
+            )
+        np.testing.assert_allclose(
+            found.motion.position(name), expected.motion.position(name), atol=1e-12
+        )
+
+
+def test_no_moment_acts_about_the_line(turns: dict[str, cd.Sweep]) -> None:
+    """Balls pass no moment; three hinges in a row pass none either."""
+    for name in ("b", "c"):
+        assert np.max(np.abs(turns["balls"][name].moment)) < 1e-11
+    for name in ("b3", "c1"):
+        assert np.max(np.abs(turns["hinges"][name].moment)) < 1e-11
+
+
+def test_rates_of_rods_have_no_part_along_their_lines(turns: dict[str, cd.Sweep]) -> None:
+    turn = turns["balls"]
+    rotation, position = turn.rotation("b"), turn.origin("b")
+    line = rotation @ ALONG
+    ends = turn.motion.velocity("b")
+    # The ball's rates are the rod's relative to the crank, in the rod's axes.
+    spin = np.einsum("nij,nj->ni", rotation, ends)
+    spin[:, 2] += turn.motion.velocity("a")
+    assert np.max(np.abs(np.sum(spin * line, axis=1))) < 1e-12
+    assert np.max(np.linalg.norm(spin, axis=1)) > 1.0
+    np.testing.assert_allclose(np.linalg.norm(position, axis=1), 0.3, rtol=1e-12)
+
+
+def test_positions_of_rods_follow_their_rates_nearly() -> None:
+    scene = cd.Scene(cd.load(as_hinges()), drive="a")
+    positions = np.linspace(-1.0, 1.0, 401)
+    motion = scene.sweep(positions, speed=1.0).motion
+    for name in ("b1", "b3", "c2"):
+        followed = np.gradient(motion.position(name), positions)[1:-1]
+        assert np.max(np.abs(followed - motion.velocity(name)[1:-1])) < 2e-3
+
+
+def test_weights_beside_the_line_turn_a_rod() -> None:
+    """A centre of mass a little beside the line: gravity turns the rod, no moment holds it."""
+    beside = 0.5 * ALONG + np.array([0.0, 0.01, 0.0])
+    scene = cd.Scene(cd.load(as_balls(centre=beside)), **OPTIONS)
+    turn = scene.sweep(POSITIONS, speed=2.0)
+    assert turn.balance_residual < 1e-13
+    assert np.max(np.abs(turn["b"].moment)) < 1e-11
+    still = cd.Scene(cd.load(as_balls()), **OPTIONS).sweep(POSITIONS, speed=2.0)
+    spins = turn.motion.acceleration("b") - still.motion.acceleration("b")
+    assert np.max(np.abs(spins)) > 0.1
+
+
+def test_bodies_that_hang_beside_their_line_have_to_be_driven() -> None:
+    beside = 0.5 * ALONG + np.array([0.0, 0.3, 0.0])
+    with pytest.raises(cd.MobilityError) as caught:
+        cd.Scene(cd.load(as_balls(centre=beside)), drive="a")
+    assert caught.value.mobility == 2
+
+
+def test_rods_are_listed_where_a_user_looks() -> None:
+    mechanism = cd.load(as_balls())
+    report = cd.describe(mechanism)
+    assert report.idle_rods == [("b", "c")]
+    assert "idle rod at b, c: it may spin about its line and needs no drive" in str(report)
+    plan = cd.Scene(mechanism, drive="a").plan()
+    assert any("1 idle rod(s), which do not turn about their lines" in step for step in plan.steps)
+
+
+def test_responses_refuse_rods_that_spin() -> None:
+    scene = cd.Scene(cd.load(as_balls()), **OPTIONS)
+    with pytest.raises(cd.ArgumentError, match=r"rods may spin .* \(b and c\), .* use sweeps"):
+        scene.response()
+
+
+def test_rods_in_a_loop_of_several_drives() -> None:
+    """Six legs with balls at both ends carry a platform: six idle rods, six drives."""
+    # Feet and seats in pairs: on similar hexagons the platform would be singular everywhere.
+    thirds = 2.0 * np.pi / 3.0 * np.arange(3)
+    feet = np.stack([thirds - 0.15, thirds + 0.15], axis=1).ravel()
+    seats = np.stack([thirds - 0.9, thirds + 0.9], axis=1).ravel()
+    foot = np.stack([np.cos(feet), np.sin(feet), np.zeros(6)], axis=1)
+    seat = 0.5 * np.stack([np.cos(seats), np.sin(seats), np.zeros(6)], axis=1)
+    top = np.array([0.05, -0.03, 1.0])
+    body = (
+        '<inertial><mass value="{mass}"/><inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" '
+        'iyz="0"/></inertial>'
+    )
+    text = f'<robot name="hexapod"><link name="ground"/><link name="top">{body.format(mass=5, i=1)}'
+    text += (
+        '</link><joint name="free" type="floating"><parent link="ground"/><child link="top"/>'
+        f'<origin xyz="{top[0]} {top[1]} {top[2]}"/></joint>'
+    )
+    for leg, (low, high) in enumerate(zip(foot, seat, strict=True)):
+        along = top + high - low
+        words, end = (" ".join(repr(float(v)) for v in w) for w in (low, along))
+        direction = " ".join(repr(float(v)) for v in along / np.linalg.norm(along))
+        text += f'<link name="low_{leg}">{body.format(mass=0.5, i=0.01)}</link>'
+        text += f'<link name="up_{leg}">{body.format(mass=0.3, i=0.01)}</link>'
+        text += (
+            f'<joint name="ball_{leg}" type="spherical"><parent link="ground"/>'
+            f'<child link="low_{leg}"/><origin xyz="{words}"/></joint>'
+            f'<joint name="leg_{leg}" type="prismatic"><parent link="low_{leg}"/>'
+            f'<child link="up_{leg}"/><axis xyz="{direction}"/></joint>'
+            f'<loop name="seat_{leg}" type="spherical"><predecessor link="up_{leg}">'
+            f'<origin xyz="{end}"/></predecessor><successor link="top"><origin xyz="'
+            f'{" ".join(repr(float(v)) for v in high)}"/></successor></loop>'
+        )
+    mechanism = cd.load(text + "</robot>")
+    drives = [f"leg_{leg}" for leg in range(6)]
+    scene = cd.Scene(mechanism, drive=drives, gravity=[0.0, 0.0, -9.81])
+    rng = np.random.default_rng(2)
+    turn = scene.sweep(0.05 * rng.uniform(-1, 1, (20, 6)), rng.uniform(-1, 1, (20, 6)))
+    assert len(turn.idle_rods) == 6
+    assert turn.balance_residual < 1e-12
+    assert turn.loop_residual < 1e-12
+    for leg in range(6):
+        assert np.max(np.abs(turn[f"ball_{leg}"].moment)) < 1e-10
