@@ -16,12 +16,14 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio
 
-from ..arrays import Array
+from ..arrays import Array, cross
 from ..mechanism.mechanism import Mechanism
 
 _SAME = 1e-9
 """Distance, as a fraction of the characteristic length, and angle [rad] up to which points and
 lines are the same: what a file with ten digits says."""
+_NEARLY_ONE = 0.999
+"""Scalar product of unit vectors up to which they are not parallel: they are 2.5° apart."""
 _BALANCED = 0.02
 """Distance of a centre of mass from the line, as a fraction of the characteristic length, up to
 which a body is a rod. Published robots have rods drawn askew by less; a body that hangs beside the
@@ -193,10 +195,9 @@ class _Graph:
             size = float(np.linalg.norm(offset))
             return size > self._tolerance and self._is_balanced(body, first.point, offset / size)
         hinge = second if first.is_ball else first
-        apart = float(np.linalg.norm(np.cross(hinge.axis, offset)))
-        is_straight = first.is_ball or second.is_ball
-        is_straight |= bool(np.linalg.norm(np.cross(first.axis, second.axis)) < _SAME)
-        is_line = is_straight and apart < self._tolerance
+        if not (first.is_ball or second.is_ball or _are_parallel(first.axis, second.axis)):
+            return False
+        is_line = float(np.linalg.norm(cross(hinge.axis, offset))) < self._tolerance
         return is_line and self._is_balanced(body, hinge.point, hinge.axis)
 
     def _is_balanced(self, body: int, point: Array, axis: Array) -> bool:
@@ -205,7 +206,7 @@ class _Graph:
         if not mass:
             return True
         centre = self._mass_moments[body] / mass
-        return bool(np.linalg.norm(np.cross(axis, centre - point)) < self._balance_tolerance)
+        return bool(np.linalg.norm(cross(axis, centre - point)) < self._balance_tolerance)
 
     def _beyond(self, body: int, edge: _Edge) -> _Edge | None:
         """Return the other joint of the massless link beyond one; None if there is no such link."""
@@ -246,13 +247,18 @@ def _rigid_bodies(mechanism: Mechanism, free: set[int]) -> list[tuple[int, pinoc
     return [placed[body] for body in range(count)]
 
 
+def _are_parallel(first: Array, second: Array) -> bool:
+    """Return whether two unit vectors `(3,)` have the same line."""
+    # Most pairs are far from parallel, which their scalar product shows in a fraction of the time.
+    is_near = abs(float(first @ second)) > _NEARLY_ONE
+    return is_near and float(np.linalg.norm(cross(first, second))) < _SAME
+
+
 def _common_point(lines: list[tuple[Array, Array]], tolerance: float) -> Array | None:
     """Return the point `(3,)` that lines (point, direction) have in common; None without one."""
     if len(lines) == 1:
         return lines[0][0]
-    if any(
-        np.linalg.norm(np.cross(first[1], second[1])) < _SAME for first, second in pairwise(lines)
-    ):
+    if any(_are_parallel(first[1], second[1]) for first, second in pairwise(lines)):
         return None
     # The sum of squared distances from all lines is least where it has no slope.
     projectors = [np.eye(3) - np.outer(axis, axis) for _, axis in lines]
