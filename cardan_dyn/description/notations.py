@@ -24,6 +24,8 @@ GEPETTO_TYPES = {"6d": "fixed", "3d": "spherical"}
 _UNIVERSAL = re.compile(r"ujoint_([xyz])([xyz])", re.IGNORECASE)
 """Gepetto's word for a universal joint, with the axes of its parent's and its child's side."""
 
+_READ_AHEAD = 100_000
+"""Bytes of a file in which loops are looked for, so that no large file is read in vain."""
 _Content = dict[object, object]
 """What a YAML file says, by key."""
 
@@ -50,12 +52,14 @@ class Gepetto:
         loops: the closures.
         motors: names of the driven joints.
         joint_types: joints whose type it changes.
+        warnings: names of joints in it that do not exist, and were passed over.
     """
 
     path: Path
     loops: tuple[LoopDescription, ...]
     motors: tuple[str, ...]
     joint_types: dict[str, ChangedType]
+    warnings: tuple[str, ...] = ()
 
 
 def agreed(
@@ -101,13 +105,16 @@ def _link_pairs(loops: tuple[LoopDescription, ...]) -> list[tuple[str, ...]]:
     return sorted(tuple(sorted((loop.predecessor, loop.successor))) for loop in loops)
 
 
-def gepetto(path: Path, robot: ElementTree.Element, joints: set[str]) -> Gepetto | None:
+def gepetto(
+    path: Path, robot: ElementTree.Element, joints: set[str], strict: bool = True
+) -> Gepetto | None:
     """Read Gepetto's YAML file of the same name beside a URDF, if there is one.
 
     Args:
         path: of the URDF.
         robot: its outermost element.
         joints: names of its joints.
+        strict: whether names of joints that do not exist are refused; else they are passed over.
 
     Raises:
         ModelError: the file is malformed, or names a frame or joint that does not exist.
@@ -122,10 +129,41 @@ def gepetto(path: Path, robot: ElementTree.Element, joints: set[str]) -> Gepetto
         return None
     loops = _loops(content, robot, where)
     motors = _names(content.get("name_mot", []), f"{where}: name_mot")
-    _check_joints(motors, joints, where)
-    joint_types = _joint_types(content, joints, where)
+    joint_types = _joint_types(content, where)
     check_unique(motors, "name_mot", where)
-    return Gepetto(existing[0], loops, tuple(motors), joint_types)
+    named = [*motors, *joint_types]
+    unknown = [name for name in dict.fromkeys(named) if name not in joints]
+    if strict:
+        _check_joints(named, joints, where)
+    return Gepetto(
+        existing[0],
+        loops,
+        tuple(name for name in motors if name in joints),
+        {name: changed for name, changed in joint_types.items() if name in joints},
+        tuple(f"{where}: joint {name!r} does not exist and was passed over" for name in unknown),
+    )
+
+
+def unread_files(path: Path) -> list[str]:
+    """Return warnings about files beside a URDF that list loops, but belong to no URDF by name.
+
+    Args:
+        path: of the URDF.
+    """
+    return [
+        f"{path}: {file.name} beside it lists loops and is not read, since it has another name; "
+        f"rename it to {path.stem}.yaml if the loops are those of this URDF"
+        for file in sorted(path.parent.glob("*.y*ml"))
+        if not file.with_suffix(".urdf").exists() and _lists_loops(file)
+    ]
+
+
+def _lists_loops(file: Path) -> bool:
+    try:
+        with file.open("rb") as stream:
+            return b"closed_loop" in stream.read(_READ_AHEAD)
+    except OSError:
+        return False
 
 
 def _loops(
@@ -145,11 +183,10 @@ def _loops(
     )
 
 
-def _joint_types(content: _Content, joints: set[str], where: str) -> dict[str, ChangedType]:
+def _joint_types(content: _Content, where: str) -> dict[str, ChangedType]:
     """Return the joints to which a file gives another type than the URDF, and those types."""
     names = _names(content.get("joint_name", []), f"{where}: joint_name")
     kinds = _names(content.get("joint_type", []), f"{where}: joint_type")
-    _check_joints(names, joints, where)
     check_unique(names, "joint_name", where)
     if len(names) != len(kinds):
         raise ModelError(f"{where}: {len(names)} joint_name but {len(kinds)} joint_type entries")

@@ -73,11 +73,15 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     # Thousands of joints ask whether a link exists: a dictionary answers without a search, and
     # keeps the links in file order.
     link_names = dict.fromkeys(link.name for link in links)
-    beside = _file_beside(robot, where, path)
+    beside = _file_beside(robot, where, path, strict)
     changed_types: Mapping[str, notations.ChangedType] = (
         {} if beside is None else beside.joint_types
     )
     joints, left_out = _joints(robot, link_names, changed_types, where)
+    if beside is not None:
+        left_out += beside.warnings
+    elif path is not None:
+        left_out += notations.unread_files(path)
     loops, notation = notations.agreed(robot, link_names, beside, where)
     couplings = tuple(_coupling(item, link_names, where) for item in robot.findall("coupling"))
     named = [item.name for items in (joints, loops, couplings) for item in items]
@@ -100,11 +104,11 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
 
 
 def _file_beside(
-    robot: ElementTree.Element, where: str, path: Path | None
+    robot: ElementTree.Element, where: str, path: Path | None, strict: bool
 ) -> notations.Gepetto | None:
     """Return what Gepetto's YAML file says about a URDF, None where there is no such file."""
     joint_names = names(robot, "joint", where)
-    return None if path is None else notations.gepetto(path, robot, set(joint_names))
+    return None if path is None else notations.gepetto(path, robot, set(joint_names), strict)
 
 
 def _check_namespaces(robot: ElementTree.Element, where: str) -> None:

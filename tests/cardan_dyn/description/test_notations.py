@@ -10,7 +10,7 @@ import pytest
 from testkit.linkages import four_bar, loop
 
 import cardan_dyn as cd
-from cardan_dyn.description.notations import Gepetto, agreed, gepetto
+from cardan_dyn.description.notations import Gepetto, agreed, gepetto, unread_files
 
 PLUS = four_bar(loop("continuous"))
 TREE = PLUS[: PLUS.index("<loop")] + "</robot>"
@@ -268,3 +268,28 @@ def test_a_joint_that_the_file_beside_frees_turns_about_its_axis(tmp_path: Path)
     """What stands as fixed in the URDF has an axis there all the same."""
     mechanism = beside(tmp_path, f"{PAIR}joint_name: [a]\njoint_type: [revolute]")
     np.testing.assert_array_equal(mechanism.joint("a").axis, [0.0, 0.0, 1.0])
+
+
+def test_lenient_reading_passes_over_joints_that_do_not_exist(tmp_path: Path) -> None:
+    content = "closed_loop: [[a, b]]\nname_mot: [k, z]\njoint_name: [y]\njoint_type: [spherical]"
+    (tmp_path / "robot.yaml").write_text(content, encoding="utf-8")
+    urdf, joints = robot('<link name="a"/>', '<link name="b"/>'), {"j", "k"}
+    with pytest.raises(cd.ModelError, match="joint 'z' does not exist"):
+        gepetto(tmp_path / "robot.urdf", urdf, joints)
+    extra = gepetto(tmp_path / "robot.urdf", urdf, joints, strict=False)
+    assert extra is not None
+    assert (extra.motors, extra.joint_types) == (("k",), {})
+    assert [warning.split(": ")[-1] for warning in extra.warnings] == [
+        "joint 'z' does not exist and was passed over",
+        "joint 'y' does not exist and was passed over",
+    ]
+
+
+def test_files_of_another_name_are_named(tmp_path: Path) -> None:
+    for name in ("other.yaml", "second.yml", "theirs.yaml"):
+        (tmp_path / name).write_text("closed_loop: [[a, b]]", encoding="utf-8")
+    (tmp_path / "theirs.urdf").write_text("<robot/>", encoding="utf-8")
+    (tmp_path / "notes.yaml").write_text("text: nothing", encoding="utf-8")
+    warnings = unread_files(tmp_path / "mine.urdf")
+    assert all(name in warning for name, warning in zip(("other", "second"), warnings, strict=True))
+    assert all("rename it to mine.yaml" in warning for warning in warnings)
