@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from ..arrays import Array
@@ -28,7 +30,11 @@ _LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 def assembly_modes(
-    kinematics: Kinematics, passives: Array, first: Array, length: float
+    kinematics: Kinematics,
+    passives: Array,
+    first: Array,
+    length: float,
+    idle: Collection[str] = (),
 ) -> list[Array]:
     """Return closed coordinates `(size,)` of every assembly mode that the search finds.
 
@@ -37,6 +43,7 @@ def assembly_modes(
         passives: velocity coordinates that the loops decide.
         first: `(size,)` closed coordinates of the description's own mode.
         length: characteristic length [m]; slides start within it from where they are.
+        idle: joints at the ends of idle rods, which may have any position in every mode.
 
     Returns:
         The description's own mode first, the others by their distance from it.
@@ -45,12 +52,15 @@ def assembly_modes(
     with np.errstate(all="ignore"):  # Starts that do not converge may overflow; they are not used.
         state = kinematics.close(_starts(kinematics, passives, first, length), most=_NEWTON_STEPS)
     is_closed = (state.residual < CLOSURE_TOLERANCE) & (state.condition < SINGULAR_CONDITION)
-    difference = coordinates.shape(state.x) - coordinates.shape(first[None, :])
+    x = state.x.copy()
+    for name in idle:
+        x[:, coordinates.columns[name]] = first[coordinates.columns[name]]
+    difference = coordinates.shape(x) - coordinates.shape(first[None, :])
     order = np.argsort(np.linalg.norm(difference, axis=1), kind="stable")
     modes: list[Array] = []
     shapes: list[Array] = []
     for row in order[is_closed[order]]:
-        shape = coordinates.shape(state.x[[row]])[0]
+        shape = coordinates.shape(x[[row]])[0]
         if all(np.linalg.norm(shape - known) > _DISTINCT for known in shapes):
             shapes.append(shape)
             modes.append(state.x[row])

@@ -6,8 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from testkit.ball_rods import WAYS
 from testkit.planar_linkages import BASE, COUPLER, CRANK, ROCKER, four_bar, geared, solver, values
 
+import cardan_dyn as cd
 from cardan_dyn.kinematics.assembly_modes import assembly_modes, mode_name
 
 
@@ -69,3 +71,12 @@ def test_names() -> None:
     listed = [mode_name(index) for index in range(500)]
     assert len(set(listed)) == 500
     assert all(len(earlier) <= len(later) for earlier, later in pairwise(listed))
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_spins_of_idle_rods_make_no_modes(way: str) -> None:
+    """Crank and rocker of a spatial four-bar with balls have two positions, as in a plane."""
+    scene = cd.Scene(cd.load(WAYS[way]()), drive="a")
+    modes = scene.branches()
+    assert len(modes) == 2
+    assert abs(modes["A"]["d"] - modes["B"]["d"]) > 0.5
