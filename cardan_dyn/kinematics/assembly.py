@@ -22,7 +22,7 @@ from ..errors import (
 from ..problem.problem import Problem
 from .all_groups import ClosedState, Kinematics
 from .guess_cache import Guess, GuessCache
-from .idle_rods import idle_rods, rods_by_name
+from .idle_rods import rods_by_name
 from .loop_system import LoopSystem
 from .needs import columns_of, needs
 from .redundancy import RedundancyStudy
@@ -174,15 +174,8 @@ class Assembly:
 
     def _joints_of_idle_rods(self) -> set[str]:
         """Return the joints whose positions depend on spins that nothing decides."""
-        mechanism = self._problem.mechanism
         free = set(self._problem.passive_columns.tolist())
-        names = {name for rod in rods_by_name(mechanism, free) for name in rod}
-        rods = {rod.body for rod in idle_rods(mechanism, free)}
-        return names | {
-            joint.name
-            for joint in mechanism.joints.values()
-            if joint.type == "floating" and joint.id - 1 in rods
-        }
+        return {name for rod in rods_by_name(self._problem.mechanism, free) for name in rod}
 
     @property
     def _drive_slides(self) -> bool:

@@ -71,7 +71,7 @@ class IdleRod(NamedTuple):
 
     Attributes:
         body: its index (0-based joint of the mechanism's model).
-        columns: velocity coordinates of the joints at its ends.
+        columns: velocity coordinates of the joints at its ends, then those of a floating joint.
     """
 
     body: int
@@ -91,7 +91,7 @@ def idle_rods(mechanism: Mechanism, free: set[int]) -> list[IdleRod]:
         ends = [graph.end(body, edge) for edge in graph.edges[body]]
         if body != graph.world and len(ends) == 2 and graph.spins(body, ends[0], ends[1]):
             columns = tuple(column for end in ends if end is not None for column in end.columns)
-            rods.append(IdleRod(body - 1, columns))
+            rods.append(IdleRod(body - 1, columns + graph.floating_columns(body)))
     return rods
 
 
@@ -142,6 +142,11 @@ class _Graph:
             for joint in mechanism.joints.values()
             if joint.type == "floating"
             for part in joint.parts
+        }
+        self._floating = {
+            self._placed[joint.id][0]: tuple(range(columns.start, columns.stop))
+            for name, columns in mechanism.coordinates.velocity_columns.items()
+            if (joint := mechanism.joints[name]).type == "floating"
         }
         for part in mechanism.coordinates.parts:
             parent, parent_pose = self._placed[model.parents[part.id]]
@@ -207,6 +212,10 @@ class _Graph:
             return True
         centre = self._mass_moments[body] / mass
         return bool(np.linalg.norm(cross(axis, centre - point)) < self._balance_tolerance)
+
+    def floating_columns(self, body: int) -> tuple[int, ...]:
+        """Return the velocity coordinates of the floating joint of a body; none without one."""
+        return self._floating.get(body, ())
 
     def _beyond(self, body: int, edge: _Edge) -> _Edge | None:
         """Return the other joint of the massless link beyond one; None if there is no such link."""

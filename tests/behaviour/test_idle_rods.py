@@ -10,7 +10,11 @@ import cardan_dyn as cd
 
 POSITIONS = np.linspace(-1.0, 1.0, 21)
 OPTIONS = {"drive": "a", "loads": {"d": -3.0}, "gravity": [0.0, 0.0, -9.81]}
-ENDS = {"balls": ("b", "c"), "floating": ("e", "c"), "hinges": ("b3", "b2", "b1", "c1", "c2", "c3")}
+ENDS = {
+    "balls": ("b", "c"),
+    "floating": ("e", "c", "b"),
+    "hinges": ("b3", "b2", "b1", "c1", "c2", "c3"),
+}
 
 
 @pytest.fixture(scope="module")
