@@ -76,9 +76,10 @@ def check_mobility(
             condition=float(np.max(state.condition)),
         )
     loops = f"its loops leave mobility {mobility}" if mechanism.loops else "it has no loop"
+    held_text = f" with {choices(held)} held" if held else ""
     raise MobilityError(
-        f"{mechanism.name}: {len(drives)} drive(s) {list(drives)}, but with {held} held {loops}: "
-        f"{_advice(mobility, len(drives), names)}",
+        f"{mechanism.name}: driven by {choices(drives)}{held_text}, {loops}: "
+        f"{_advice(mechanism, mobility, len(drives), names)}",
         mobility=mobility,
         free=names,
     )
@@ -113,10 +114,14 @@ def _freedom(state: ClosedState, undecided: set[int]) -> int:
     return count + len(undecided)
 
 
-def _advice(mobility: int, drive_count: int, undecided: list[str]) -> str:
+def _advice(mechanism: Mechanism, mobility: int, drive_count: int, undecided: list[str]) -> str:
     """Return what to change where the drives do not match the mobility."""
     if mobility == 0:
         return "it is locked: stop holding a joint, or check loops and couplings"
     if drive_count > mobility:
         return "drop a drive or stop holding a joint"
-    return f"nothing decides the motion of: {choices(undecided)}; drive or hold them"
+    single = [name for name in undecided if mechanism.joints[name].nv == 1]
+    advice = f"drive or hold {mobility - drive_count} of them"
+    if single and len(single) < len(undecided):
+        advice += f" that have a single coordinate: {choices(single)}"
+    return f"nothing decides the motion of: {choices(undecided)}; {advice}"

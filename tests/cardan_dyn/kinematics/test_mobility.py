@@ -107,3 +107,20 @@ def test_ranks_of_known_matrices() -> None:
     assert ranks(np.array([full, lower, single])).tolist() == [3, 2, 1]
     assert ranks(np.zeros((4, 0, 3))).tolist() == [0] * 4
     assert ranks(np.zeros((2, 3, 0))).tolist() == [0] * 2
+
+
+def test_advice_counts_what_is_missing(joint: cd.Mechanism) -> None:
+    with pytest.raises(cd.MobilityError) as caught:
+        cd.Scene(joint, drive="bearing_in")
+    assert str(caught.value) == (
+        "universal_joint: driven by bearing_in, its loops leave mobility 2: nothing decides the "
+        "motion of: joint_angle, pin_out; drive or hold 1 of them"
+    )
+    held = {"joint_angle": 0.5, "bearing_out": 0.1}
+    with pytest.raises(cd.MobilityError, match=r"with bearing_out, joint_angle held, .* is locked"):
+        cd.Scene(joint, drive="bearing_in", held=held)
+
+
+def test_advice_names_joints_that_can_be_driven() -> None:
+    with pytest.raises(cd.MobilityError, match=r"5 of them that have a single .*: ball_1_x, "):
+        cd.Scene(cd.load("stewart_platform"), drive="leg_1")
