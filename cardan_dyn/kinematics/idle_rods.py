@@ -40,6 +40,7 @@ class _Edge(NamedTuple):
         axis: `(3,)` in its frame.
         other: the other body.
         other_frame: placement of its frame in the other body.
+        neighbour: the other body where driven and held joints do not count as rigid.
     """
 
     kind: str
@@ -48,6 +49,7 @@ class _Edge(NamedTuple):
     axis: Array
     other: int
     other_frame: pinocchio.SE3
+    neighbour: int
 
 
 class _End(NamedTuple):
@@ -58,12 +60,14 @@ class _End(NamedTuple):
         point: `(3,)` centre of the ball, or a point on the hinge's axis, in the body.
         axis: `(3,)` of the hinge, in the body.
         columns: its velocity coordinates.
+        neighbour: the body at its other side, see `_Edge`.
     """
 
     is_ball: bool
     point: Array
     axis: Array
     columns: tuple[int, ...]
+    neighbour: int
 
 
 class IdleRod(NamedTuple):
@@ -126,6 +130,7 @@ class _Graph:
         }
         self._tolerance = _SAME * mechanism.characteristic_length
         self._placed = _rigid_bodies(mechanism, free)
+        apart = [body for body, _ in _rigid_bodies(mechanism, set(range(model.nv)))]
         self.world = self._placed[0][0]
         self.edges: dict[int, list[_Edge]] = {body: [] for body, _ in self._placed}
         self._balance_tolerance = _BALANCED * mechanism.characteristic_length
@@ -149,17 +154,18 @@ class _Graph:
             if (joint := mechanism.joints[name]).type == "floating"
         }
         for part in mechanism.coordinates.parts:
-            parent, parent_pose = self._placed[model.parents[part.id]]
+            above_body = model.parents[part.id]
+            parent, parent_pose = self._placed[above_body]
             child, child_pose = self._placed[part.id]
             columns = tuple(range(model.idx_vs[part.id], model.idx_vs[part.id] + part.nv))
             if parent == child or part.id in floating:
                 continue
             above = parent_pose * model.jointPlacements[part.id]
             self.edges[parent].append(
-                _Edge(part.kind, columns, above, part.axis, child, child_pose)
+                _Edge(part.kind, columns, above, part.axis, child, child_pose, apart[part.id])
             )
             self.edges[child].append(
-                _Edge(part.kind, columns, child_pose, part.axis, parent, above)
+                _Edge(part.kind, columns, child_pose, part.axis, parent, above, apart[above_body])
             )
 
     def end(self, body: int, edge: _Edge) -> _End | None:
@@ -175,25 +181,28 @@ class _Graph:
             frame = pose * here.frame
             point = np.array(frame.translation)
             if here.kind == "spherical":
-                return None if lines else _End(True, point, np.zeros(3), here.columns)
+                return (
+                    None if lines else _End(True, point, np.zeros(3), here.columns, here.neighbour)
+                )
             lines.append((point, frame.rotation @ here.axis))
             columns += here.columns
             centre = _common_point(lines, self._tolerance)
             if centre is None:
                 break
             if len(lines) == 3:
-                return _End(True, centre, np.zeros(3), tuple(columns))
+                return _End(True, centre, np.zeros(3), tuple(columns), here.neighbour)
             following = self._beyond(current, here)
             if following is None:
                 break
             pose, current, here = frame * here.other_frame.inverse(), here.other, following
         if not lines:
             return None
-        return _End(False, *lines[0], edge.columns)
+        return _End(False, *lines[0], edge.columns, edge.neighbour)
 
     def spins(self, body: int, first: _End | None, second: _End | None) -> bool:
         """Return whether a body that is held by two ends is free to spin about a line."""
-        if first is None or second is None:
+        if first is None or second is None or first.neighbour == second.neighbour:
+            # In two bearings of the same body, it is a shaft, which somebody has to drive.
             return False
         offset = second.point - first.point
         if first.is_ball and second.is_ball:

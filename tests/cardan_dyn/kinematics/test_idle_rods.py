@@ -93,3 +93,21 @@ def test_bundled_mechanisms_have_no_idle_rods(name: str) -> None:
     mechanism = cd.load(name)
     preset = PRESETS[name]
     assert rods(mechanism, *preset.drive, *preset.held_deg) == []
+
+
+@pytest.mark.parametrize(("kind", "axis"), [("continuous", "0 0 1"), ("spherical", "0 0 1")])
+def test_shafts_in_two_bearings_of_one_body_are_no_rods(kind: str, axis: str) -> None:
+    text = (
+        '<robot name="rotor"><link name="ground"/><link name="shaft"><inertial><mass value="1"/>'
+        '<origin xyz="0 0 0.5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+        f"</inertial></link>{hinge('lower', 'ground', 'shaft', '0 0 0', axis)}"
+        f'<loop name="upper" type="{kind}"><predecessor link="shaft"><origin xyz="0 0 1"/>'
+        '</predecessor><successor link="ground"><origin xyz="0 0 1"/></successor>'
+        f'<axis xyz="{axis}"/></loop></robot>'
+    )
+    assert rods(cd.load(text)) == []
+
+
+def test_rods_between_two_driven_cranks_spin_as_well() -> None:
+    mechanism = cd.load(as_balls())
+    assert rods(mechanism, "a", "d") == [("b", "c")]
