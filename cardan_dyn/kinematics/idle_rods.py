@@ -1,11 +1,10 @@
 """Idle rods: bodies that may spin about a line without any other body moving.
 
 A rod with ball joints at both ends spins about the line between their centres; so does one whose
-balls are written as three hinges each, with massless links between them, one with a ball at one
-end and a hinge through its centre at the other, a link between two hinges of the same axis, and a
-telescope of several bodies that drives push apart. No loop decides such a spin, and no drive: it is
-decided by a rule, rates as small as the others allow and no moment about the line. Rods are found
-from the geometry alone.
+balls are written as three hinges each, with massless links between them, and a telescope of bodies
+that drives push apart. Light bodies that hinges hold on one line, such as washers, do so too. No
+loop decides such a spin, and no drive: it is decided by a rule, no turning about the line and no
+moment about it. Rods are found from the geometry alone.
 """
 
 from __future__ import annotations
@@ -22,6 +21,8 @@ from ..mechanism.mechanism import Mechanism
 _SAME = 1e-9
 """Distance, as a fraction of the characteristic length, and angle [rad] up to which points and
 lines are the same: what a file with ten digits says."""
+_LIGHT = 1e-2
+"""Part of the mechanism's mass up to which a body between hinges is a washer that nobody drives."""
 _NEARLY_ONE = 0.999
 """Scalar product of unit vectors up to which they are not parallel: they are 2.5° apart."""
 _BALANCED = 0.02
@@ -133,6 +134,7 @@ class _Graph:
         apart = [body for body, _ in _rigid_bodies(mechanism, set(range(model.nv)))]
         self.world = self._placed[0][0]
         self.edges: dict[int, list[_Edge]] = {body: [] for body, _ in self._placed}
+        self._mass = sum(float(inertia.mass) for inertia in model.inertias)
         self._balance_tolerance = _BALANCED * mechanism.characteristic_length
         self._masses = dict.fromkeys(self.edges, 0.0)
         self._mass_moments = {body: np.zeros(3) for body in self.edges}
@@ -181,9 +183,9 @@ class _Graph:
             frame = pose * here.frame
             point = np.array(frame.translation)
             if here.kind == "spherical":
-                return (
-                    None if lines else _End(True, point, np.zeros(3), here.columns, here.neighbour)
-                )
+                if lines:
+                    break
+                return _End(True, point, np.zeros(3), here.columns, here.neighbour)
             lines.append((point, frame.rotation @ here.axis))
             columns += here.columns
             centre = _common_point(lines, self._tolerance)
@@ -211,6 +213,9 @@ class _Graph:
         hinge = second if first.is_ball else first
         if not (first.is_ball or second.is_ball or _are_parallel(first.axis, second.axis)):
             return False
+        # A body with mass that turns on hinges is a rotor or a door, and somebody has to drive it.
+        if self._masses[body] > _LIGHT * self._mass:
+            return False
         is_line = float(np.linalg.norm(cross(hinge.axis, offset))) < self._tolerance
         return is_line and self._is_balanced(body, hinge.point, hinge.axis)
 
@@ -237,7 +242,8 @@ class _Graph:
 def _rigid_bodies(mechanism: Mechanism, free: set[int]) -> list[tuple[int, pinocchio.SE3]]:
     """Return for every body of the model the rigid body that it belongs to, and its place there.
 
-    Joints that are driven or held count as rigid: spins are motions in which they rest.
+    Slides that are driven or held count as rigid: spins are motions in which they rest. Hinges do
+    not, since how they are turned decides where the lines are.
     """
     model, count = mechanism.model, mechanism.model.njoints
     welded: list[list[tuple[int, pinocchio.SE3]]] = [[] for _ in range(count)]
@@ -245,7 +251,8 @@ def _rigid_bodies(mechanism: Mechanism, free: set[int]) -> list[tuple[int, pinoc
         placement = loop.predecessor_placement * loop.successor_placement.inverse()
         welded[loop.predecessor].append((loop.successor, placement))
         welded[loop.successor].append((loop.predecessor, placement.inverse()))
-    for body in range(1, count):
+    slides = {part.id for part in mechanism.coordinates.parts if part.kind == "prismatic"}
+    for body in slides:
         if model.idx_vs[body] not in free:
             parent, placement = model.parents[body], model.jointPlacements[body]
             welded[parent].append((body, placement))

@@ -83,7 +83,11 @@ def partition(
     ]
     rods = idle_rods(mechanism, unknown)
     # One coordinate of each rod is left out where loops are matched with what they decide.
-    idle = {rod.columns[0]: rod for rod in rods}
+    idle: dict[int, IdleRod] = {}
+    for rod in rods:
+        column = next((column for column in rod.columns if column not in idle), None)
+        if column is not None:
+            idle[column] = rod
     if together or len(items) <= 1:
         decided = {column for columns in touched for column in columns} & unknown
         blocks = [_Block(list(items), sorted(decided))] if items else []
@@ -112,8 +116,13 @@ def _with_idle(blocks: list[_Block], idle: dict[int, IdleRod]) -> list[_Block]:
     """
     result = []
     for block in blocks:
-        added = [column for column, rod in idle.items() if rod.columns[1] in block.passives]
-        result.append(block._replace(passives=sorted([*block.passives, *added])))
+        columns = set(block.passives)
+        # Rods that follow each other may have no column but those of their neighbours.
+        for _ in idle:
+            columns |= {
+                column for column, rod in idle.items() if not columns.isdisjoint(rod.columns)
+            }
+        result.append(block._replace(passives=sorted(columns)))
     return result
 
 
