@@ -175,28 +175,32 @@ class _Graph:
 
         Hinges that follow each other with massless links between them may make up a ball.
         """
-        pose, here = pinocchio.SE3.Identity(), edge
+        pose, edge_there = pinocchio.SE3.Identity(), edge
         lines: list[tuple[Array, Array]] = []
         columns: list[int] = []
         current = body
-        while set(here.columns) <= self._free and here.kind != "prismatic":
-            frame = pose * here.frame
+        while set(edge_there.columns) <= self._free and edge_there.kind != "prismatic":
+            frame = pose * edge_there.frame
             point = np.array(frame.translation)
-            if here.kind == "spherical":
+            if edge_there.kind == "spherical":
                 if lines:
                     break
-                return _End(True, point, np.zeros(3), here.columns, here.neighbour)
-            lines.append((point, frame.rotation @ here.axis))
-            columns += here.columns
+                return _End(True, point, np.zeros(3), edge_there.columns, edge_there.neighbour)
+            lines.append((point, frame.rotation @ edge_there.axis))
+            columns += edge_there.columns
             centre = _common_point(lines, self._tolerance)
             if centre is None:
                 break
             if len(lines) == 3:
-                return _End(True, centre, np.zeros(3), tuple(columns), here.neighbour)
-            following = self._beyond(current, here)
+                return _End(True, centre, np.zeros(3), tuple(columns), edge_there.neighbour)
+            following = self._beyond(current, edge_there)
             if following is None:
                 break
-            pose, current, here = frame * here.other_frame.inverse(), here.other, following
+            pose, current, edge_there = (
+                frame * edge_there.other_frame.inverse(),
+                edge_there.other,
+                following,
+            )
         if not lines:
             return None
         return _End(False, *lines[0], edge.columns, edge.neighbour)
