@@ -76,7 +76,7 @@ class ClosureForces:
             state: of the loop's group.
             local: index of the loop in the group.
             loop: index of the loop in the mechanism.
-            forces: in world axes about the origin of the batch model.
+            forces: in the axes of the batch model's base about its origin.
 
         Returns:
             Indices of the joints among all wrenches, and `(N, J, 6, k)`.
@@ -89,7 +89,7 @@ class ClosureForces:
         added *= signs[path][:, None, None]
         joints = state.batch.bodies[path]
         if loop in self.fixed_loops:
-            rotation, position = state.equations.ends[local][1].world_placement(state.actions)
+            rotation, position = state.equations.ends[local][1].placement_on_base(state.actions)
             columns = rotation.transpose(2, 1, 0)
             action = np.zeros((len(added), 6, 6))
             action[:, :3, :3] = action[:, 3:, 3:] = columns

@@ -29,8 +29,8 @@ class SelfStress(NamedTuple):
     """Closure forces that change no passive effort.
 
     Attributes:
-        forces: per loop, by its index, `(N, 6, k)` in world axes about the origin of its group's
-            batch; per coupling, by its index plus the number of loops, `(N, 1, k)`.
+        forces: per loop, by its index, `(N, 6, k)` as in `Reactions`; per coupling, by its
+            index plus the number of loops, `(N, 1, k)`.
         joints: `(J,)` indices of the joints that they load.
         spread: what they add to the wrenches of those, `(N, J, 6, k)`.
     """

@@ -15,6 +15,7 @@ from ..problem.problem import Problem
 from ..proof.residuals import Claim, Residuals, overflow
 from .open_tree import LoadCase
 from .reactions import UNIQUE_TOLERANCE, Reactions, ReactionSolver
+from .velocity_ratios import VelocityRatios
 
 if TYPE_CHECKING:
     from ..proof.free_bodies import FreeBodies
@@ -47,11 +48,13 @@ class JointRates(NamedTuple):
     Attributes:
         velocity_ratios: `(N, nv, d)` joint velocities per unit speed of each drive.
         v, a: joint velocities and accelerations `(N, nv)`.
+        depends: `(nv, d)` which velocity ratios may differ from zero; all if None.
     """
 
     velocity_ratios: Array
     v: Array
     a: Array
+    depends: Array | None = None
 
 
 class Solution(NamedTuple):
@@ -60,7 +63,7 @@ class Solution(NamedTuple):
     Attributes:
         x: `(N, size)` coordinates.
         v, a: joint velocities and accelerations `(N, nv)`.
-        velocity_ratios: `(N, nv, d)` joint velocities per unit speed of each drive.
+        velocity_ratios: joint velocities per unit speed of each drive.
         wrenches: `(N, b, 6)`, see `Reactions.wrenches`.
         efforts: `(N, nv)` what drives and held joints exert beside the loads; zero at other joints.
         coupling_moments: `(N, G)` moments of the couplings at their successors' joints.
@@ -75,7 +78,7 @@ class Solution(NamedTuple):
     x: Array
     v: Array
     a: Array
-    velocity_ratios: Array
+    velocity_ratios: VelocityRatios
     wrenches: Array
     efforts: Array
     coupling_moments: Array
@@ -213,7 +216,7 @@ class InverseDynamics:
             x=state.x,
             v=rates.v,
             a=rates.a,
-            velocity_ratios=rates.velocity_ratios,
+            velocity_ratios=VelocityRatios.of(rates.velocity_ratios, rates.depends),
             wrenches=reactions.wrenches,
             efforts=exerted,
             coupling_moments=couplings,
@@ -245,20 +248,18 @@ class InverseDynamics:
             speeds: of the drives `(N, d)` [rad/s or m/s].
             accelerations: of the drives `(N, d)` [rad/s² or m/s²].
         """
-        kinematics, count = self._kinematics, len(state.x)
-        velocity_ratios = np.empty((count, self._mechanism.model.nv, speeds.shape[1]))
-        for drive, unit in enumerate(np.eye(speeds.shape[1])):
-            velocity_ratios[:, :, drive] = kinematics.rates(state, np.tile(unit, (count, 1)))
+        kinematics = self._kinematics
+        velocity_ratios, depends = kinematics.velocity_ratios(state), kinematics.depends
         if np.any(speeds):
             v = (velocity_ratios @ speeds[:, :, None])[:, :, 0]
             a = kinematics.accelerations(state, v, accelerations)
-            return JointRates(velocity_ratios, v, a)
+            return JointRates(velocity_ratios, v, a, depends)
         v = np.zeros(velocity_ratios.shape[:2])
         if np.any(accelerations):
             # At zero speed, accelerations have the same ratios as velocities.
             a = (velocity_ratios @ accelerations[:, :, None])[:, :, 0]
-            return JointRates(velocity_ratios, v, a)
-        return JointRates(velocity_ratios, v, v)
+            return JointRates(velocity_ratios, v, a, depends)
+        return JointRates(velocity_ratios, v, v, depends)
 
     def condition(self, state: ClosedState, velocity_ratios: Array) -> Array:
         """Return `(N,)` the factor by which rounding of positions is magnified in velocities.
@@ -286,7 +287,7 @@ def joined(blocks: list[Solution], positions: Array) -> Solution:
     arrays = {
         name: np.concatenate([getattr(block, name) for block in blocks])
         for name in Solution._fields
-        if name not in ("influence", "indeterminate_couplings", "residuals")
+        if name not in ("influence", "indeterminate_couplings", "residuals", "velocity_ratios")
     }
     for name in ("x", "v", "a", "wrenches", "efforts"):
         if not np.all(np.isfinite(arrays[name])):
@@ -295,6 +296,7 @@ def joined(blocks: list[Solution], positions: Array) -> Solution:
     residuals.prove(positions, arrays["closure_condition"])
     return Solution(
         residuals=residuals,
+        velocity_ratios=VelocityRatios.joined([block.velocity_ratios for block in blocks]),
         influence=np.max([block.influence for block in blocks], axis=0),
         indeterminate_couplings=set().union(*(block.indeterminate_couplings for block in blocks)),
         **arrays,

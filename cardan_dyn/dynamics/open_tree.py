@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, cross
 from ..forces.link_loads import LinkLoad
 from ..kinematics.all_groups import ClosedState, Kinematics
-from ..kinematics.batch_model import placement
+from ..kinematics.batch_model import BaseMotion, placement
+from ..kinematics.group_solver import GroupState
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.tree import ancestors
 
 
 class LoadCase(NamedTuple):
@@ -35,7 +35,8 @@ class LoadCase(NamedTuple):
 class OpenTree:
     """The bodies of a mechanism, each of them assigned to one group.
 
-    A body may be carried by several groups; its inertia and loads are counted in one of them.
+    A body may be carried by several groups; its inertia and loads are counted in one of them. What
+    a group exerts on its base is passed on to the group that the base is assigned to.
 
     Attributes:
         bodies: number of bodies.
@@ -53,17 +54,19 @@ class OpenTree:
                 efforts follow from virtual work, which needs the inertia of all groups.
         """
         self.bodies = mechanism.model.njoints - 1
-        self._model = mechanism.model
-        self._massive_groups = [
+        self._massive_groups = {
             index
             for index, solver in enumerate(kinematics.solvers)
             if solver.batch.has_mass and (not active or index in active)
-        ]
-        self._group_of_body = {
-            body: index
-            for index, solver in enumerate(kinematics.solvers)
-            for body in solver.group.inertial_bodies
         }
+        groups = [solver.group for solver in kinematics.solvers]
+        self._group_of_body = {
+            body: index for index, group in enumerate(groups) for body in group.inertial_bodies
+        }
+        self._bases = sorted({group.base for group in groups} - {-1})
+        # A body has a greater index than what it hangs from, so that a group comes after all that
+        # hang from its bodies.
+        self._inwards = sorted(range(len(groups)), key=lambda index: -groups[index].base)
 
     def wrenches(self, state: ClosedState, cases: Sequence[LoadCase], size: int) -> Array:
         """Return the wrench of every body's joint in its frame, `(N, size, 6, c)` for c load cases.
@@ -85,24 +88,101 @@ class OpenTree:
     def _contributions(
         self, state: ClosedState, case: LoadCase
     ) -> Iterator[tuple[slice | Array | int, Array]]:
-        """Yield bodies and what the inertia of a group, or a load, adds to their wrenches."""
-        if case.dynamics is not None:
-            for index in self._massive_groups:
-                group_state = state.groups[index]
-                batch = group_state.batch
-                v, a = (batch.velocity(rates) for rates in case.dynamics)
-                wrenches = batch.inverse_dynamics(group_state.q, v, a, case.gravity)
-                yield consecutive(batch.bodies), wrenches.reshape(len(v), -1, 6)
+        """Yield bodies and what is added to their wrenches."""
+        motions = self._base_motions(state, case)
+        pushes = self._against_loads(state, case) if case.link_loads else {}
+        for index in self._inwards:
+            group_state = state.groups[index]
+            batch = group_state.batch
+            on_base: list[Array] = []
+            if index in self._massive_groups and case.dynamics is not None:
+                wrenches, on_base = _inertial(group_state, case, motions)
+                yield consecutive(batch.bodies), wrenches.reshape(len(wrenches), -1, 6)
+            for push in pushes.get(index, []):
+                for joint in batch.path(batch.index_of[push.body]):
+                    actions = group_state.actions[:, 6 * joint : 6 * joint + 6]
+                    yield batch.bodies[joint], (actions @ push.wrench[:, :, None])[:, :, 0]
+                on_base.append(_moved(push.wrench, batch.origin))
+            if batch.base >= 0 and on_base:
+                group = self._group_of_body[batch.base]
+                push = _push(state.groups[group], batch.base, np.sum(on_base, axis=0))
+                pushes.setdefault(group, []).append(push)
+
+    def _base_motions(self, state: ClosedState, case: LoadCase) -> dict[int, BaseMotion]:
+        """Return the motions of all bases but the world, where inertia or weight acts."""
+        if case.dynamics is None or not self._bases:
+            return {}
+        from .base_motion import base_motions  # Many mechanisms stand on the ground alone.
+
+        return base_motions(state, self._group_of_body, self._bases, case.dynamics, case.gravity)
+
+    def _base_rotations(self, state: ClosedState) -> dict[int, Array]:
+        """Return the rotations `(3, 3, N)` or `(3, 3, 1)` of all bases in the world."""
+        if not self._bases:
+            return {-1: np.eye(3)[:, :, None]}
+        from .base_motion import base_rotations
+
+        return base_rotations(state, self._group_of_body, self._bases)
+
+    def _against_loads(self, state: ClosedState, case: LoadCase) -> dict[int, list[_Push]]:
+        """Return what holds bodies against the loads on them, by the index of their group."""
+        pushes: dict[int, list[_Push]] = {}
+        in_world = any(load.in_world for load in case.link_loads)
+        rotations = self._base_rotations(state) if in_world else {}
         for load in case.link_loads:
             # Where the body's group is not solved, no wanted output depends on the load.
-            if load.body not in self._group_of_body:
-                continue
-            group_state = state.groups[self._group_of_body[load.body]]
-            index_of, actions = group_state.batch.index_of, group_state.actions
-            wrench = _about_origin(load, actions, index_of[load.body])[:, :, None]
-            for body in ancestors(self._model, load.body + 1):
-                first = 6 * index_of[body]
-                yield body, -np.matmul(actions[:, first : first + 6], wrench)[:, :, 0]
+            group = self._group_of_body.get(load.body)
+            if group is not None:
+                group_state = state.groups[group]
+                rotation = rotations[group_state.batch.base] if load.in_world else None
+                wrench = -_load_wrench(load, group_state, rotation)
+                pushes.setdefault(group, []).append(_Push(load.body, wrench))
+        return pushes
+
+
+class _Push(NamedTuple):
+    """What acts on a body of a group, against loads or against the inertia of what hangs from it.
+
+    Attributes:
+        body: the body (0-based).
+        wrench: `(N, 6)` in the axes of the group's base about the batch model's origin.
+    """
+
+    body: int
+    wrench: Array
+
+
+def _inertial(
+    group: GroupState, case: LoadCase, motions: Mapping[int, BaseMotion]
+) -> tuple[Array, list[Array]]:
+    """Return wrenches `(N, 6 n)` for inertia and weight, and what they add to the base's joint.
+
+    The latter is `(N, 6)` in the frame of the base; none if the base is the world.
+
+    Args:
+        group: the group.
+        case: what acts.
+        motions: of all bases but the world.
+    """
+    batch = group.batch
+    v, a = (batch.velocity(rates) for rates in case.dynamics or ())
+    if batch.base < 0:
+        return batch.inverse_dynamics(group.q, v, a, case.gravity), []
+    wrenches, of_base = batch.inverse_dynamics_on(motions[batch.base], group.q, v, a)
+    return wrenches, [of_base]
+
+
+def _push(group: GroupState, body: int, wrench: Array) -> _Push:
+    """Return a wrench `(N, 6)` in the frame of a body's joint as what acts in the body's group."""
+    rotation, position = placement(group.actions, group.batch.index_of[body])
+    force, moment = np.einsum("ijn,nkj->kni", rotation, wrench.reshape(-1, 2, 3))
+    return _Push(body, _moved(np.concatenate([force, moment], axis=1), position.T))
+
+
+def _moved(wrench: Array, point: Array) -> Array:
+    """Return wrenches `(N, 6)` that act at a point, `(3,)` or `(N, 3)`, about the origin."""
+    force, moment = wrench[:, :3], wrench[:, 3:]
+    return np.concatenate([force, moment + np.cross(point, force)], axis=1)
 
 
 def efforts_along(wrenches: Array, columns: Array, owners: Array, subspace: Array) -> Array:
@@ -126,19 +206,22 @@ def consecutive(indices: Array) -> slice | Array:
     return indices
 
 
-def _about_origin(load: LinkLoad, actions: Array, index: int) -> Array:
-    """Return a link load `(N, 6)` in world axes about the origin of a batch model.
+def _load_wrench(load: LinkLoad, group: GroupState, rotation: Array | None) -> Array:
+    """Return a link load `(N, 6)` in the axes of a group's base about the batch model's origin.
 
     Args:
         load: the load.
-        actions: of the batch model, see `BatchModel.actions`.
-        index: of the load's body in the batch model.
+        group: of the load's body.
+        rotation: `(3, 3, N)` or `(3, 3, 1)` of the base in the world, for loads in world axes.
     """
-    rotation, position = placement(actions, index)
-    force, moment = load.force.T, load.moment.T
-    if not load.in_world:
-        axes = np.einsum("ikn,kj->ijn", rotation, load.rotation)
-        force, moment = (np.einsum("ijn,jn->in", axes, vector) for vector in (force, moment))
-    point = position + np.einsum("ikn,k->in", rotation, load.translation)
+    axes, position = placement(group.actions, group.batch.index_of[load.body])
+    point = position + np.einsum("ikn,k->in", axes, load.translation)
+    if rotation is None:
+        turn = np.einsum("ikn,kj->ijn", axes, load.rotation)
+    else:
+        turn = rotation.transpose(1, 0, 2)
+    force, moment = (
+        np.einsum("ijn,jn->in", turn, vector.T) for vector in (load.force, load.moment)
+    )
     force = np.broadcast_to(force, point.shape)
-    return np.concatenate([force, moment + np.cross(point, force, axis=0)]).T
+    return np.concatenate([force, moment + cross(point, force)]).T

@@ -22,6 +22,12 @@ from .reactions import ReactionSolver, wrenches_in_norm
 
 _BLOCK_SIZE = 768
 """Greatest number of samples worked on at a time, so that their arrays stay in the cache."""
+_BLOCK_NUMBERS = 6_000_000
+"""About how many numbers (48 MB) the arrays of a block hold: of large mechanisms, a block has fewer
+samples, so that memory does not grow with the mechanism."""
+_NUMBERS_PER_COORDINATE = 100
+"""Numbers of a sample that a joint coordinate adds to these arrays, 72 of them in action matrices
+and their products; a velocity ratio per drive comes on top."""
 _DECIDE_ASSEMBLY = frozenset(
     {"mechanism", "drives", "held", "start", "branch", "outputs", "all_outputs"}
 )
@@ -151,7 +157,9 @@ class ProblemSolver(Frozen):
         """
         guess = self.assembly.guesses(positions)
         # Blocks of equal size: a small last one would cost almost as much as a large one.
-        count = max(1, -(-len(positions) // _BLOCK_SIZE))
+        numbers = self.problem.mechanism.model.nv * (_NUMBERS_PER_COORDINATE + positions.shape[1])
+        block_size = max(1, min(_BLOCK_SIZE, _BLOCK_NUMBERS // numbers))
+        count = max(1, -(-len(positions) // block_size))
         ends = np.linspace(0, len(positions), count + 1).astype(int).tolist()
         spans = [slice(*span) for span in pairwise(ends)]
         blocks = (self.assembly.close(guess.block(span), positions[span]) for span in spans)

@@ -37,9 +37,9 @@ class Reactions(NamedTuple):
     Attributes:
         wrenches: `(N, b, 6)` wrench of every joint in its frame: the bodies of the model in order,
             then `fixed` loops in file order.
-        closure_forces: per loop `(N, 6)`, the wrench of its predecessor on its successor in world
-            axes about the origin of its group's batch model; then per coupling `(N, 1)`, its moment
-            (a force at a slide) at its successor's joint.
+        closure_forces: per loop `(N, 6)`, the wrench of its predecessor on its successor in the
+            axes of the base of its group's batch model, about its origin; then per coupling
+            `(N, 1)`, its moment (a force at a slide) at its successor's joint.
         indeterminate_couplings: indices of the couplings whose moment is not unique.
         influence: `(b, 6)` greatest change of a component per unit of self-stress.
         idle_accelerations: `(N, nv)` what idle rods add to the joint accelerations, see
@@ -105,7 +105,7 @@ class ReactionSolver:
         self._carrying_group = {
             body: index
             for index, solver in reversed(list(enumerate(kinematics.solvers)))
-            for body in solver.batch.index_of
+            for body in solver.group.bodies
         }
         self._rule = rule or LeastNorm(mechanism.characteristic_length, wrenches_in_norm(mechanism))
         model = mechanism.model
@@ -250,9 +250,9 @@ class ReactionSolver:
         group_state = state.groups[self._carrying_group[body]]
         index_of, actions = group_state.batch.index_of, group_state.actions
         turned = placement(actions, index_of[body])[0].transpose(2, 0, 1)
-        zero = model.jointPlacements[first].rotation
-        if model.parents[first]:
-            parent = placement(actions, index_of[model.parents[first] - 1])[0]
+        zero, parent_body = model.jointPlacements[first].rotation, model.parents[first] - 1
+        if parent_body in index_of:
+            parent = placement(actions, index_of[parent_body])[0]
             zero = parent.transpose(2, 0, 1) @ zero
         return np.asarray(np.swapaxes(zero, -1, -2) @ turned)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -132,8 +133,11 @@ class Kinematics:
         return _joined(x, [solver.evaluate(x, reduction)[0] for solver, reduction in pairs])
 
     def rates(self, state: ClosedState, drive_rates: Array) -> Array:
-        """Return joint rates `(N, nv)` for drive rates `(N, d)`; held joints rest."""
-        v = np.zeros((len(state.x), self.coordinates.model.nv))
+        """Return joint rates `(N, nv)` for drive rates `(N, d)`; held joints rest.
+
+        The state may be that of a single position, for N rates.
+        """
+        v = np.zeros((len(drive_rates), self.coordinates.model.nv))
         v[:, self.drives] = drive_rates
         for group_state in state.groups:
             group = group_state.group
@@ -141,8 +145,33 @@ class Kinematics:
                 v[:, group.passives] = group_state.rates(v[:, group.known])
         return v
 
+    def velocity_ratios(self, state: ClosedState) -> Array:
+        """Return joint rates `(N, nv, d)` per unit rate of each drive while the others rest."""
+        count, drives, depends = len(state.x), len(self.drives), self.depends
+        if depends is None:
+            return self.rates(state, np.ones((count, drives)))[:, :, None]
+        ratios = np.zeros((count, self.coordinates.model.nv, drives))
+        ratios[:, self.drives, np.arange(drives)] = 1.0
+        for group_state in state.groups:
+            group = group_state.group
+            for drive in np.nonzero(np.any(depends[group.passives], axis=0))[0]:
+                known = ratios[:, group.known, drive]
+                ratios[:, group.passives, drive] = group_state.rates(known)
+        return ratios
+
+    @cached_property
+    def depends(self) -> Array | None:
+        """Which joint rates depend on which drives, `(nv, d)`; None if there is only one drive."""
+        if len(self.drives) == 1:
+            return None
+        depends = np.zeros((self.coordinates.model.nv, len(self.drives)), dtype=bool)
+        depends[self.drives, np.arange(len(self.drives))] = True
+        for solver in self.solvers:
+            depends[solver.group.passives] = np.any(depends[solver.group.known], axis=0)
+        return depends
+
     def accelerations(self, state: ClosedState, v: Array, drive_accelerations: Array) -> Array:
-        """Return joint accelerations `(N, nv)` at joint rates `v (N, nv)`."""
+        """Return joint accelerations `(N, nv)` at joint rates `v (N, nv)`; state as of `rates`."""
         a = np.zeros_like(v)
         a[:, self.drives] = drive_accelerations
         for group_state in state.groups:

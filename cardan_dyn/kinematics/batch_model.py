@@ -19,17 +19,34 @@ from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 
 
+class BaseMotion(NamedTuple):
+    """How the body moves that carries a batch; spatial vectors, linear part first.
+
+    Attributes:
+        twist: `(N, 6)` of its joint's frame, in that frame.
+        acceleration: `(N, 6)` likewise, less the acceleration of free fall: a base that accelerates
+            against gravity loads the bodies as gravity does.
+    """
+
+    twist: Array
+    acceleration: Array
+
+
 class BatchModel:
-    """The free-flyer batch of some bodies of a mechanism and all their ancestors.
+    """The free-flyer batch of some bodies of a mechanism that hang from one body, their base.
+
+    Everything is seen from the base, whose axes are those of its joint's frame: its motion matters
+    to inertia alone. The base may be the world.
 
     It does not change after it is made: every thread has Pinocchio data of its own to write into.
 
     Attributes:
-        bodies: `(n,)` the bodies carried (0-based joints of the mechanism's model), ascending.
+        base: the base (0-based joint of the mechanism's model), -1 for the world.
+        bodies: `(n,)` the bodies carried (likewise), ascending.
         index_of: body to its index in `bodies`.
-        parents: `(n,)` index in `bodies` of each body's parent, -1 for the world.
-        origin: `(3,)` the point about which world-axes twists and wrenches are taken [m]. It lies
-            near the loops, so that no digits are lost far from the world's origin.
+        parents: `(n,)` index in `bodies` of each body's parent, -1 for the base.
+        origin: `(3,)` the point of the base about which twists and wrenches are taken, in its axes
+            [m]. It lies near the loops, so that no digits are lost far from the base's origin.
         model: `pin.Model` of the free-flyers, without gravity.
         mass: `(n,)` masses that are accounted for here [kg].
         has_mass: whether any of them is not zero.
@@ -44,15 +61,18 @@ class BatchModel:
         bodies: list[int],
         inertial_bodies: set[int],
         origin: Array,
+        base: int = -1,
     ) -> None:
         """Build the batch.
 
         Args:
             mechanism: the mechanism.
-            bodies: bodies carried, ancestors included, ascending.
+            bodies: bodies carried, with all between them and the base, ascending.
             inertial_bodies: those of them whose inertia is accounted for here.
             origin: see the attribute.
+            base: likewise.
         """
+        self.base = base
         self.bodies = np.array(bodies, dtype=int)
         self.index_of = {body: index for index, body in enumerate(bodies)}
         self.origin = origin
@@ -62,6 +82,12 @@ class BatchModel:
         self._of_thread = threading.local()
         self.mass = np.array([inertia.mass for inertia in list(self.model.inertias)[1:]])
         self.has_mass = bool(np.any(self.mass > 0.0))
+        self._moving_model = self.model
+        if base >= 0 and self.has_mass:
+            at_base = np.zeros(3)
+            self._moving_model = _free_flyers(
+                mechanism.model, self.index_of, inertial_bodies, at_base, on_moving_base=True
+            )
         self.parents = np.array(self.model.parents, dtype=int)[1:] - 1
         self._lay_out(mechanism)
 
@@ -91,12 +117,27 @@ class BatchModel:
     def __len__(self) -> int:
         return len(self.bodies)
 
+    def path(self, index: int) -> list[int]:
+        """Return the indices in `bodies` from the base to a body, its own last."""
+        path = []
+        while index >= 0:
+            path.append(index)
+            index = int(self.parents[index])
+        return path[::-1]
+
     @property
     def data(self) -> pinocchio.Data:
         """What Pinocchio writes into, one for each thread."""
         if not hasattr(self._of_thread, "data"):
             self._of_thread.data = self.model.createData()
         return self._of_thread.data
+
+    @property
+    def _moving_data(self) -> pinocchio.Data:
+        """The same for the model whose base moves."""
+        if not hasattr(self._of_thread, "moving_data"):
+            self._of_thread.moving_data = self._moving_model.createData()
+        return self._of_thread.moving_data
 
     def _with_gravity(self, gravity: Array) -> pinocchio.Model:
         """Return the model under some gravity `(3,)`, one for each, so that none ever changes."""
@@ -141,7 +182,7 @@ class BatchModel:
     def actions(self, q: Array) -> Array:
         """Return transposed action matrices `(N, 6 n, 6)` of all joints' placements.
 
-        Row `6 j + i` of a sample is unit twist `i` of joint `j`'s frame, in world axes about
+        Row `6 j + i` of a sample is unit twist `i` of joint `j`'s frame, in the base's axes about
         `origin`. One call into Pinocchio per sample.
         """
         result = np.empty((len(q), 6 * len(self), 6))
@@ -155,7 +196,7 @@ class BatchModel:
     def inverse_dynamics(self, q: Array, v: Array, a: Array, gravity: Array) -> Array:
         """Return the wrench of every joint `(N, 6 n)` in its frame, loops left open.
 
-        One call into Pinocchio per sample.
+        The base is the world. One call into Pinocchio per sample.
 
         Args:
             q: configurations `(N, 7 n)`.
@@ -163,11 +204,36 @@ class BatchModel:
             a: accelerations `(N, 6 n)`.
             gravity: `(3,)` [m/s²].
         """
-        result = np.empty((len(q), 6 * len(self)))
-        model, data, rnea = self._with_gravity(gravity), self.data, pinocchio.rnea
-        for rows in zip(q, v, a, result, strict=True):
-            rows[3][:] = rnea(model, data, rows[0], rows[1], rows[2])
-        return result
+        return _each_inverse_dynamics(self._with_gravity(gravity), self.data, q, v, a)
+
+    def inverse_dynamics_on(
+        self, base: BaseMotion, q: Array, v: Array, a: Array
+    ) -> tuple[Array, Array]:
+        """Return the same on a moving base, and the wrench `(N, 6)` that moves all of it.
+
+        The latter acts on the base, in its frame, and is part of the wrench of its joint.
+        """
+        rest = np.zeros((len(q), 7))
+        rest[:, 6] = 1.0
+        wrenches = _each_inverse_dynamics(
+            self._moving_model,
+            self._moving_data,
+            np.concatenate([rest, q], axis=1),
+            np.concatenate([base.twist, v], axis=1),
+            np.concatenate([base.acceleration, a], axis=1),
+        )
+        return wrenches[:, 6:], wrenches[:, :6]
+
+
+def _each_inverse_dynamics(
+    model: pinocchio.Model, data: pinocchio.Data, q: Array, v: Array, a: Array
+) -> Array:
+    """Return the efforts `(N, nv)` of a model for N configurations, velocities, accelerations."""
+    result = np.empty_like(v)
+    rnea = pinocchio.rnea
+    for rows in zip(q, v, a, result, strict=True):
+        rows[3][:] = rnea(model, data, rows[0], rows[1], rows[2])
+    return result
 
 
 class UnitTwists:
@@ -182,7 +248,7 @@ class UnitTwists:
         self._signs = self._units.sum(axis=1)[:, None]
 
     def of(self, actions: Array) -> Array:
-        """Return `(N, k, 6)` in world axes about the batch model's origin."""
+        """Return `(N, k, 6)` in the base's axes about the batch model's origin."""
         if self._along_axes:
             return np.asarray(actions[:, self._rows] * self._signs)
         result = np.empty((len(actions), len(self._units), 6))
@@ -243,29 +309,32 @@ class _Joints(NamedTuple):
 
 
 def _free_flyers(
-    source: pinocchio.Model, index_of: dict[int, int], inertial_bodies: set[int], origin: Array
+    source: pinocchio.Model,
+    index_of: dict[int, int],
+    inertial_bodies: set[int],
+    origin: Array,
+    on_moving_base: bool = False,
 ) -> pinocchio.Model:
     """Return a model of some bodies in which every joint is a free-flyer, without gravity.
 
     Args:
         source: model of the mechanism.
-        index_of: its bodies to carry (0-based), ancestors included, to their indices.
+        index_of: its bodies to carry (0-based) to their indices; all others are the base.
         inertial_bodies: those that have their inertia here.
-        origin: `(3,)` point of the world that is the origin of the result [m].
+        origin: `(3,)` point of the base that is the origin of the result [m].
+        on_moving_base: whether the base is one more free-flyer, the first, without mass.
     """
     model = pinocchio.Model()
+    identity = pinocchio.SE3.Identity()
+    root = model.addJoint(0, pinocchio.JointModelFreeFlyer(), identity, "") if on_moving_base else 0
     for body in index_of:
-        index, parent = body + 1, source.parents[body + 1] - 1
+        index, parent = body + 1, index_of.get(source.parents[body + 1] - 1, -1)
         origin_of_joint = source.jointPlacements[index].copy()
         if parent < 0:
             origin_of_joint.translation = origin_of_joint.translation - origin
-        joint = model.addJoint(
-            index_of[parent] + 1 if parent >= 0 else 0,
-            pinocchio.JointModelFreeFlyer(),
-            origin_of_joint,
-            source.names[index],
-        )
+        flyer = pinocchio.JointModelFreeFlyer()
+        joint = model.addJoint(root + parent + 1, flyer, origin_of_joint, source.names[index])
         if body in inertial_bodies:
-            model.appendBodyToJoint(joint, source.inertias[index], pinocchio.SE3.Identity())
+            model.appendBodyToJoint(joint, source.inertias[index], identity)
     model.gravity.linear = np.zeros(3)
     return model

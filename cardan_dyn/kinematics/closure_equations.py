@@ -1,11 +1,11 @@
 """Closure equations: what welds the loops, for many samples at once.
 
-In world axes about the batch model's origin a closed loop says that the twists of its joints,
-summed along the predecessor's path, equal those along the successor's path. Each loop gives six
-rows; rows that no motion of the loop's joints can ever violate are redundant and are projected out
-(`Reduction`), their reactions being statically indeterminate. A planar loop stays in its plane only
-as seen from the body that carries it, so rows are chosen in the axes of that body: the nearest one
-from which both sides of the loop hang.
+In the axes of the batch model's base, about its origin, a closed loop says that the twists of its
+joints, summed along the predecessor's path, equal those along the successor's path. Each loop gives
+six rows; rows that no motion of the loop's joints can ever violate are redundant and are projected
+out (`Reduction`), their reactions being statically indeterminate. A planar loop stays in its plane
+only as seen from the body that carries it, so rows are chosen in the axes of that body: the nearest
+one from which both sides of the loop hang. It is the base unless several loops are solved together.
 """
 
 from __future__ import annotations
@@ -101,7 +101,9 @@ class ClosureEquations:
 
     def _indices_from_root(self, body: int) -> list[int]:
         """Return the batch indices of a body (index in Pinocchio's model) and its ancestors."""
-        return [self.batch.index_of[index] for index in ancestors(self.mechanism.model, body)]
+        index_of = self.batch.index_of
+        path = ancestors(self.mechanism.model, body)
+        return [index_of[index] for index in path if index in index_of]
 
     def full(self) -> Reduction:
         """Return the reduction that keeps all six rows of every loop."""
@@ -179,7 +181,7 @@ class ClosureEquations:
         return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
 
     def wrench(self, index: int, actions: Array, combinations: Array) -> Array:
-        """Return wrenches of a loop in world axes about the batch model's origin.
+        """Return wrenches of a loop in the base's axes about the batch model's origin.
 
         Args:
             index: of the loop in the group.
@@ -196,7 +198,7 @@ class ClosureEquations:
         return np.broadcast_to(weighted, (len(actions), *weighted.shape[-2:]))
 
     def _weighted(self, axes: LoopAxes, actions: Array, rows: Array) -> Array:
-        """Return `(N, 6, r)` the rows of a loop that a moving body carries, in world axes."""
+        """Return `(N, 6, r)` the rows of a loop that a moving body carries, in the base's axes."""
         return np.asarray(axes.matrices(actions) @ (self.weights[:, None] * rows))
 
     def error(self, actions: Array) -> tuple[Array, Array]:
@@ -251,14 +253,14 @@ class ClosureEquations:
         """Return loop accelerations `(N, L, 6)` that joint rates alone cause.
 
         They are accelerations of the predecessor less those of the successor, spatial ones in
-        world axes about the batch model's origin. The motion of the body that carries a loop adds
-        nothing, which holds for rates that keep the loop closed only.
+        the base's axes about the batch model's origin. The motion of the body that carries a loop
+        adds nothing, which holds for rates that keep the loop closed only.
 
         Args:
-            twists: `(N, m, 6)` unit twists of the movable coordinates.
+            twists: `(N, m, 6)` or `(1, m, 6)` unit twists of the movable coordinates.
             rates: `(N, m)` of these coordinates, with which the loops stay closed.
         """
-        result = np.empty((len(twists), len(self._paths), 6))
+        result = np.empty((len(rates), len(self._paths), 6))
         for index, path in enumerate(self._paths):
             result[:, index] = path.drift(twists, rates).T
         return result
@@ -274,8 +276,8 @@ def _ends_of(loop: Loop, batch: BatchModel) -> tuple[LoopEnd, LoopEnd]:
 
 def _end(body: int, placement: pinocchio.SE3, batch: BatchModel) -> LoopEnd:
     """Return the end of a loop at a body (index in Pinocchio's model, 0 for the world)."""
-    index = batch.index_of[body - 1] if body else -1
-    translation = placement.translation - (0.0 if body else batch.origin)
+    index = batch.index_of.get(body - 1, -1)
+    translation = placement.translation - (0.0 if index >= 0 else batch.origin)
     return LoopEnd.of(index, placement.rotation, translation)
 
 
@@ -284,13 +286,13 @@ def _axes_of(loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
     first, second = (
         ancestors(mechanism.model, body) for body in (loop.predecessor, loop.successor)
     )
-    common = [body for body in first if body in set(second)]
-    if not common:
+    common = max(set(first) & set(second), default=-1)
+    if common == batch.base:
         return LoopAxes(-1, np.zeros(3))
     at_zero = mechanism.placements_at_zero
-    carrier, end = at_zero[common[-1]], at_zero[loop.predecessor - 1]
+    carrier, end = at_zero[common], at_zero[loop.predecessor - 1]
     point = carrier.rotation.T @ (end.translation - carrier.translation)
-    return LoopAxes(batch.index_of[common[-1]], point)
+    return LoopAxes(batch.index_of[common], point)
 
 
 def _coupling_row(coupling: Coupling, size: int) -> Array:

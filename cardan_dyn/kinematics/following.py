@@ -67,13 +67,13 @@ def _one_step(
         The states, and `(K,)` whether they are in the same assembly mode.
     """
     coordinates = kinematics.coordinates
-    before = kinematics.evaluate(np.repeat(last[None, :], len(targets), axis=0))
+    before = kinematics.evaluate(last[None, :])
+    x = np.broadcast_to(last, (len(targets), last.size))
     step = targets - last[columns]
     with np.errstate(all="ignore"):  # Targets out of reach may overflow; they are not safe.
         v = kinematics.rates(before, step)
         a = kinematics.accelerations(before, v, np.zeros_like(step))
-        slope = coordinates.derivative(before.x, v)
-        guess = before.x + (slope + 0.5 * coordinates.curvature(before.x, v, a))
+        guess = x + (coordinates.derivative(x, v) + 0.5 * coordinates.curvature(x, v, a))
         guess[:, columns] = targets
         state = kinematics.close(guess, most=_NEWTON_STEPS)
         is_safe = (state.residual < CLOSURE_TOLERANCE) & (state.correction < _SAFE_CORRECTION)

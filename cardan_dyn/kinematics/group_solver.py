@@ -384,8 +384,10 @@ def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:
     on_loops = [mechanism.loops[index].predecessor - 1 for index in group.loops]
     points = [at_zero[body].translation for body in on_loops or group.inertial_bodies]
     origin = np.mean(points, axis=0) if points else np.zeros(3)
+    origin = at_zero[group.base].actInv(origin)
+    kind = BatchModel
     if len(group.bodies) > _MOST_BODIES:
         from .long_chain import LongChain
 
-        return LongChain(mechanism, group.bodies, group.inertial_bodies, origin)
-    return BatchModel(mechanism, group.bodies, group.inertial_bodies, origin)
+        kind = LongChain
+    return kind(mechanism, group.bodies, group.inertial_bodies, origin, group.base)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array, cross
-from .batch_model import BatchModel
+from .batch_model import BaseMotion, BatchModel
 
 
 class LongChain(BatchModel):
@@ -39,38 +39,65 @@ class LongChain(BatchModel):
         return result
 
     def inverse_dynamics(self, q: Array, v: Array, a: Array, gravity: Array) -> Array:
-        """See `BatchModel.inverse_dynamics`; Newton and Euler's recursion."""
+        """See `BatchModel.inverse_dynamics`."""
+        twist = np.zeros((2, 3, len(q)))
+        # A world that accelerates against gravity loads the bodies as gravity does.
+        acceleration = twist.copy()
+        acceleration[0] = -gravity[:, None]
+        return self._newton_euler(q, v, a, twist, acceleration)[0]
+
+    def inverse_dynamics_on(
+        self, base: BaseMotion, q: Array, v: Array, a: Array
+    ) -> tuple[Array, Array]:
+        """See `BatchModel.inverse_dynamics_on`."""
+        origin = self.origin[:, None] * np.ones(len(q))
+        twist, acceleration = (
+            vectors.T.reshape(2, 3, -1) for vectors in (base.twist, base.acceleration)
+        )
+        at_origin = [
+            np.stack([linear + cross(angular, origin), angular])
+            for linear, angular in (twist, acceleration)
+        ]
+        wrenches, (force, moment) = self._newton_euler(q, v, a, *at_origin)
+        moment = moment + cross(origin, force)
+        return wrenches, np.concatenate([force, moment]).T
+
+    def _newton_euler(
+        self, q: Array, v: Array, a: Array, base_twist: Array, base_acceleration: Array
+    ) -> tuple[Array, Array]:
+        """Return the wrench of every joint `(N, 6 n)`, and of the base `(2, 3, N)` at the origin.
+
+        Args:
+            q: configurations `(N, 7 n)`.
+            v: velocities `(N, 6 n)`.
+            a: accelerations `(N, 6 n)`.
+            base_twist: `(2, 3, N)` of the base at the origin, in its axes.
+            base_acceleration: likewise, less that of free fall.
+        """
         count = len(q)
         joint_twists, joint_accelerations = (
             rates.reshape(count, len(self), 2, 3).transpose(1, 2, 3, 0) for rates in (v, a)
         )
-        world_twist = np.zeros((2, 3, count))
-        # A world that accelerates against gravity loads the bodies as gravity does.
-        world_acceleration = world_twist.copy()
-        world_acceleration[0] = -gravity[:, None]
         relative = self._relative(q)
-        twists: list[Array] = []
-        accelerations: list[Array] = []
-        wrenches: list[Array] = []
+        # By body; -1 is the base.
+        twists, accelerations = {-1: base_twist}, {-1: base_acceleration}
+        wrenches = {-1: np.zeros_like(base_twist)}
         for body, (placement, joint_twist) in enumerate(zip(relative, joint_twists, strict=True)):
             parent = int(self.parents[body])
-            twist = twists[parent] if parent >= 0 else world_twist
-            twist = _in_child(placement, twist) + joint_twist
-            acceleration = accelerations[parent] if parent >= 0 else world_acceleration
-            acceleration = _in_child(placement, acceleration)
+            twist = _in_child(placement, twists[parent]) + joint_twist
+            acceleration = _in_child(placement, accelerations[parent])
             acceleration = acceleration + joint_accelerations[body]
             acceleration = acceleration + _motion_product(twist, joint_twist)
-            twists.append(twist)
-            accelerations.append(acceleration)
-            wrenches.append(self._momentum_rate(body, twist, acceleration))
+            twists[body], accelerations[body] = twist, acceleration
+            wrenches[body] = self._momentum_rate(body, twist, acceleration)
         for body in range(len(self) - 1, -1, -1):
-            parent = int(self.parents[body])
-            if parent >= 0:
-                rotation, position = relative[body]
-                force, moment = np.einsum("ijn,kjn->kin", rotation, wrenches[body])
-                wrenches[parent][0] += force
-                wrenches[parent][1] += moment + cross(position, force)
-        return np.ascontiguousarray(np.array(wrenches).transpose(3, 0, 1, 2)).reshape(count, -1)
+            wrench_of_parent = wrenches[int(self.parents[body])]
+            rotation, position = relative[body]
+            force, moment = np.einsum("ijn,kjn->kin", rotation, wrenches[body])
+            wrench_of_parent[0] += force
+            wrench_of_parent[1] += moment + cross(position, force)
+        of_joints = np.array([wrenches[body] for body in range(len(self))]).transpose(3, 0, 1, 2)
+        return np.ascontiguousarray(of_joints).reshape(count, -1), wrenches[-1]
 
     def _relative(self, q: Array) -> list[tuple[Array, Array]]:
         """Return the placements of all bodies in their parents."""

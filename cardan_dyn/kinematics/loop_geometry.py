@@ -19,8 +19,8 @@ class LoopEnd(NamedTuple):
     """One end of a loop, where it is welded.
 
     Attributes:
-        body: index of the body in the batch model, -1 for the world.
-        rotation, translation: `(3, 3)` and `(3,)` placement of the weld in that body; in the world,
+        body: index of the body in the batch model, -1 for the base.
+        rotation, translation: `(3, 3)` and `(3,)` placement of the weld in that body; on the base,
             about the batch model's origin.
         is_rotated, is_shifted: whether they differ from the identity and from zero.
     """
@@ -37,10 +37,10 @@ class LoopEnd(NamedTuple):
         is_rotated = bool(np.any(rotation != np.eye(3)))
         return LoopEnd(body, rotation, translation, is_rotated, bool(np.any(translation)))
 
-    def world_placement(self, actions: Array) -> tuple[Array, Array]:
+    def placement_on_base(self, actions: Array) -> tuple[Array, Array]:
         """Return rotation `(3, 3, N)` and position `(3, N)` of the weld about the batch's origin.
 
-        N is 1 for an end in the world.
+        N is 1 for an end on the base.
         """
         if self.body < 0:
             return self.rotation[:, :, None], self.translation[:, None]
@@ -110,7 +110,7 @@ class LoopAxes(NamedTuple):
     """The axes in which a loop's rows are chosen.
 
     Attributes:
-        body: index in the batch model of the body that carries the loop, -1 for the world.
+        body: index in the batch model of the body that carries the loop, -1 for the base.
         point: `(3,)` point in that body about which twists are taken there.
     """
 
@@ -118,10 +118,10 @@ class LoopAxes(NamedTuple):
     point: Array
 
     def matrices(self, actions: Array) -> Array:
-        """Return `(N, 6, 6)` matrices between these axes and world axes about the batch's origin.
+        """Return `(N, 6, 6)` matrices between these axes and the base's about the batch's origin.
 
-        A twist in world axes (a row) times them is that twist in these axes. They times a wrench in
-        these axes (a column) are that wrench in world axes.
+        A twist in the base's axes (a row) times them is that twist in these axes. They times a
+        wrench in these axes (a column) are that wrench in the base's axes.
         """
         rotation, position = placement(actions, self.body)
         point = position + np.einsum("ikn,k->in", rotation, self.point)
@@ -144,7 +144,7 @@ def gap_between(ends: tuple[LoopEnd, LoopEnd], actions: Array) -> tuple[Array, A
         them (see `rotations_between`), and the point halfway from the batch model's origin [m].
     """
     (rotation_1, position_1), (rotation_2, position_2) = (
-        end.world_placement(actions) for end in ends
+        end.placement_on_base(actions) for end in ends
     )
     turn = rotations_between(rotation_1, rotation_2)
     return position_1 - position_2, turn, 0.5 * (position_1 + position_2)

@@ -21,9 +21,6 @@ from .structure import Structure
 _PIECE = 8
 """Bodies on no loop are divided into groups of this size. Pinocchio's memory for a model grows with
 the third power of its bodies, but every model costs one call per sample."""
-_LONG = 3 * _PIECE
-"""Bodies, ancestors included, up to which such a group may grow. A piece of a longer chain would
-carry the whole chain up to it once more, so one group takes all that is left instead."""
 _WHOLE = 14
 """Up to this many bodies, one model of the whole mechanism costs less than two smaller ones."""
 
@@ -35,7 +32,9 @@ class Group(NamedTuple):
         loops, couplings: indices in `Mechanism.loops` and `Mechanism.couplings`.
         passives: velocity coordinates that they decide.
         known: moving coordinates on them that are driven or decided by earlier groups.
-        bodies: bodies carried (0-based), ancestors included, ascending.
+        bodies: the bodies (0-based) on these loops and between them and the base, ascending.
+        base: the nearest body (0-based) from which all of them hang, -1 for the world. Loops
+            close relative to it, however it moves.
         inertial_bodies: bodies whose inertia is accounted for in this group.
         idle: idle rods among its bodies (0-based), see `idle_rods`. As many passives as there are
             of them are decided by no loop.
@@ -46,6 +45,7 @@ class Group(NamedTuple):
     passives: Array
     known: Array
     bodies: list[int]
+    base: int
     inertial_bodies: set[int]
     idle: tuple[int, ...] = ()
 
@@ -167,13 +167,17 @@ def _group(
     """
     loops = len(structure.mechanism.loops)
     moving = {column for item in block.items for column in touched[item]}
-    bodies = sorted({body for item in block.items for body in structure.chains[item]})
+    model = structure.mechanism.model
+    base = _nearest_common(model, [structure.bases[item] for item in block.items])
+    on_loops = {body for item in block.items for body in structure.paths[item]}
+    bodies = _between(model, base, on_loops)
     return Group(
         loops=tuple(item for item in block.items if item < loops),
         couplings=tuple(item - loops for item in block.items if item >= loops),
         passives=np.array(block.passives, dtype=int),
         known=np.array(sorted(moving - set(block.passives)), dtype=int),
         bodies=bodies,
+        base=base,
         inertial_bodies=set(bodies) - carried,
     )
 
@@ -279,26 +283,56 @@ def _with_loose_bodies(
         return groups
     none = np.zeros(0, dtype=int)
     if len(groups) <= 1 and count <= _WHOLE:
-        group = groups[0] if groups else Group((), (), none, none, [], set())
-        return [group._replace(bodies=list(range(count)), inertial_bodies=set(range(count)))]
-    pieces = []
-    while loose:
-        piece = loose[:_PIECE]
-        bodies = _with_ancestors(model, piece)
-        if len(bodies) > _LONG:
-            piece = loose
-            bodies = _with_ancestors(model, piece)
-        pieces.append(Group((), (), none, none, bodies, set(piece)))
-        loose = loose[len(piece) :]
+        group = groups[0] if groups else Group((), (), none, none, [], -1, set())
+        every = list(range(count))
+        return [group._replace(bodies=every, base=-1, inertial_bodies=set(every))]
+    pieces = [
+        Group((), (), none, none, *_hanging(model, piece), set(piece))
+        for piece in _pieces(model, loose)
+    ]
     return groups + pieces
 
 
-def _with_ancestors(model: pinocchio.Model, bodies: list[int]) -> list[int]:
-    """Return bodies (0-based) and all their ancestors, ascending."""
+def _pieces(model: pinocchio.Model, loose: list[int]) -> list[list[int]]:
+    """Divide bodies into sets each of which hangs from one body, by few others between.
+
+    Args:
+        model: of the mechanism.
+        loose: the bodies, ascending, so that neighbours in a chain follow each other.
+    """
+    pieces: list[list[int]] = []
+    for body in loose:
+        if pieces and len(_hanging(model, [*pieces[-1], body])[0]) <= _PIECE:
+            pieces[-1].append(body)
+        else:
+            pieces.append([body])
+    return pieces
+
+
+def _hanging(model: pinocchio.Model, bodies: list[int]) -> tuple[list[int], int]:
+    """Return bodies with all between them and the nearest body from which they hang, and that."""
+    base = _nearest_common(model, [model.parents[body + 1] - 1 for body in bodies])
+    return _between(model, base, set(bodies)), base
+
+
+def _nearest_common(model: pinocchio.Model, bodies: list[int]) -> int:
+    """Return the nearest body (0-based) from which all of some bodies hang, or that is one of them.
+
+    It is -1, the world, if there is none.
+    """
+    common = set(bodies)
+    while len(common) > 1:
+        # A body has a greater index than what it hangs from.
+        deepest = max(common)
+        common = (common - {deepest}) | {model.parents[deepest + 1] - 1}
+    return common.pop() if common else -1
+
+
+def _between(model: pinocchio.Model, base: int, bodies: set[int]) -> list[int]:
+    """Return bodies (0-based) that hang from a base, and all between them and it, ascending."""
     result: set[int] = set()
     for body in bodies:
-        index = body + 1
-        while index > 0 and index - 1 not in result:
-            result.add(index - 1)
-            index = model.parents[index]
+        while body != base and body not in result:
+            result.add(body)
+            body = model.parents[body + 1] - 1
     return sorted(result)

@@ -10,6 +10,7 @@ import pinocchio
 
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.tree import ancestors
 from .loop_groups import Group
 
 
@@ -37,7 +38,8 @@ def needs(
     """Return what the wrenches of some bodies' joints need.
 
     The closure forces of a group need those of every later group that loads one of its passive
-    joints; its motion needs that of the groups which decide what moves its bodies.
+    joints; its motion needs that of the groups which decide what moves its bodies, and of those
+    that place its base.
 
     Args:
         mechanism: the mechanism.
@@ -52,7 +54,9 @@ def needs(
     if not wanted:
         return Needs(sorted(all_groups), set(), set(), True)
     body_of = _body_of_columns(mechanism.model)
-    carriers = _carriers(groups, bodies)
+    below = [_with_what_carries(mechanism.model, group) for group in groups]
+    carriers = _carriers(below, bodies)
+    owner = {body: index for index, group in enumerate(groups) for body in group.inertial_bodies}
     decider = {
         body_of[column]: index
         for index, group in enumerate(groups)
@@ -65,10 +69,11 @@ def needs(
         return {carrier for column in passives for carrier in carriers[body_of[column]]}
 
     def moving(index: int) -> set[int]:
-        """Return the groups that decide joints which move the bodies of a group."""
+        """Return the groups that decide joints which move the bodies of a group, or place them."""
         group = groups[index]
-        movers = {*group.bodies, *(body_of[column] for column in group.known.tolist())}
-        return {decider[body] for body in movers if body in decider}
+        movers = below[index] | {body_of[column] for column in group.known.tolist()}
+        deciding = {decider[body] for body in movers if body in decider}
+        return deciding | ({owner[group.base]} if group.base >= 0 else set())
 
     forces = _reached((index for body in wanted for index in carriers[body]), loading)
     motion = _reached(forces, moving)
@@ -92,11 +97,21 @@ def _body_of_columns(model: pinocchio.Model) -> list[int]:
     return [index - 1 for index in range(1, model.njoints) for _ in range(model.nvs[index])]
 
 
-def _carriers(groups: list[Group], bodies: set[int]) -> dict[int, set[int]]:
-    """Return for each body the indices of the groups that carry it."""
+def _with_what_carries(model: pinocchio.Model, group: Group) -> set[int]:
+    """Return the bodies of a group, its base, and all that the base hangs from."""
+    return {*group.bodies, *ancestors(model, group.base + 1)}
+
+
+def _carriers(below: list[set[int]], bodies: set[int]) -> dict[int, set[int]]:
+    """Return for each body the indices of the groups whose bodies hang from it, or that it is in.
+
+    Args:
+        below: for each group, see `_with_what_carries`.
+        bodies: all bodies.
+    """
     carriers: dict[int, set[int]] = {body: set() for body in bodies}
-    for index, group in enumerate(groups):
-        for body in group.bodies:
+    for index, members in enumerate(below):
+        for body in members:
             carriers[body].add(index)
     return carriers
 

@@ -27,7 +27,8 @@ class Structure:
     Attributes:
         mechanism: the mechanism.
         paths: per item: bodies between its two ends (0-based), ascending.
-        chains: per item: all bodies from the root to both ends, ascending.
+        bases: per item: the nearest body (0-based) from which both ends hang, -1 for the world.
+            It may be one of the ends.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -37,7 +38,7 @@ class Structure:
         ends += [(item.predecessor, item.successor) for item in mechanism.couplings]
         chains = [tuple(set(ancestors(model, body)) for body in pair) for pair in ends]
         self.paths = [sorted(first ^ second) for first, second in chains]
-        self.chains = [sorted(first | second) for first, second in chains]
+        self.bases = [max(first & second, default=-1) for first, second in chains]
         self._columns = [
             list(range(model.idx_vs[index], model.idx_vs[index] + model.nvs[index]))
             for index in range(1, model.njoints)

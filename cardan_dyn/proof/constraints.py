@@ -205,7 +205,14 @@ class Constraints:
             np.maximum(worst, ratio(slip.max(axis=0), size), out=worst)
         return worst
 
-    def loop_rate_error(self, state: State, relative: Array, size: Array) -> Array:
+    def moved_loops(self, relative: Array) -> list[int]:
+        """Return which of `loops` have a joint that moves, see `loop_rate_error`."""
+        moves = np.any(relative.reshape(len(relative), -1), axis=1)
+        return [loop for loop in self.loops if np.any(moves[self._signs[loop] != 0.0])]
+
+    def loop_rate_error(
+        self, state: State, relative: Array, size: Array, loops: list[int] | None = None
+    ) -> Array:
         """Return `(N,)` how fast the two ends of a loop move apart, relative.
 
         Args:
@@ -213,9 +220,10 @@ class Constraints:
             relative: what each motion adds to the twists, or to the accelerations,
                 `(M, 2, 3, N)`, see `Twists.relative`.
             size: `(N,)` greatest rate [rad/s, or rad/s²], slides over the length.
+            loops: those to look at; all of `loops` if None.
         """
         worst = np.zeros(state.motion_frames.shape[-1])
-        for loop in self.loops:
+        for loop in self.loops if loops is None else loops:
             signs = self._signs[loop]
             (around,) = np.nonzero(signs)
             difference = np.einsum("m,mcin->cin", signs[around], relative[around])

@@ -236,7 +236,10 @@ class FreeBodies:
             np.maximum(error, constraints.slip_error(ratios, size), out=error)
             if constraints.loops:
                 relative = twists.relative(state, ratios)
-                np.maximum(error, constraints.loop_rate_error(state, relative, size), out=error)
+                # One of many drives moves few loops.
+                loops = None if single_drive else constraints.moved_loops(relative)
+                opening = constraints.loop_rate_error(state, relative, size, loops)
+                np.maximum(error, opening, out=error)
         if not claim.has_rates:
             return _Rates(unit, error, None, None)
         v, a = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)

@@ -7,6 +7,7 @@ import numpy as np
 from ..arrays import Array, squeezed
 from ..dynamics.inverse_dynamics import Solution
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
+from ..dynamics.velocity_ratios import VelocityRatios
 from ..frozen import frozen, read_only
 from .motion import Motion
 from .source import SolvedSource
@@ -97,15 +98,18 @@ def motion_at(
         SingularConfigurationError: a position is a dead point.
     """
     assembled = solver.assembled_in_turn(positions)
-    blocks = []
+    blocks, ratios = [], []
     for span, state in zip(assembled.spans, assembled.blocks, strict=True):
         rates = solver.inverse_dynamics.joint_rates(state, speeds[span], accelerations[span])
-        blocks.append((state.x, *rates))
-    x, *rates_of_all = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
-    return _motion(solver, assembled.turns, x, tuple(rates_of_all))
+        ratios.append(VelocityRatios.of(rates.velocity_ratios, rates.depends))
+        blocks.append((state.x, rates.v, rates.a))
+    x, v, a = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
+    return _motion(solver, assembled.turns, x, (VelocityRatios.joined(ratios), v, a))
 
 
-def _motion(solver: ProblemSolver, turns: Array, x: Array, rates: tuple[Array, ...]) -> Motion:
+def _motion(
+    solver: ProblemSolver, turns: Array, x: Array, rates: tuple[VelocityRatios, Array, Array]
+) -> Motion:
     """Return a motion, in which coordinates that were not solved are NaN.
 
     Otherwise starting guesses could be taken for results.
@@ -114,10 +118,11 @@ def _motion(solver: ProblemSolver, turns: Array, x: Array, rates: tuple[Array, .
         solver: of the scene.
         turns: whole turns `(N, size)` that angles lack.
         x: coordinates `(N, size)`.
-        rates: velocity ratios `(N, nv, d)`, velocities and accelerations `(N, nv)`.
+        rates: velocity ratios; velocities and accelerations `(N, nv)`.
     """
     problem = solver.problem
     coordinates = problem.mechanism.coordinates
+    ratios, v, a = rates
     unsolved = set(problem.passive_columns.tolist()) - set(solver.assembly.decided.tolist())
     if unsolved:
         x_columns = [
@@ -127,8 +132,8 @@ def _motion(solver: ProblemSolver, turns: Array, x: Array, rates: tuple[Array, .
             for column in range(*coordinates.columns[name].indices(x.shape[1]))
         ]
         x = _with_nan(x, x_columns)
-        rates = tuple(_with_nan(rate, sorted(unsolved)) for rate in rates)
-    ratios, v, a = rates
+        v, a = (_with_nan(values, sorted(unsolved)) for values in (v, a))
+        ratios = ratios.without(sorted(unsolved))
     return Motion(problem.mechanism, problem.drives, x, turns, v, a, ratios)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..arrays import Array, squeezed
 from ..checks import described
+from ..dynamics.velocity_ratios import VelocityRatios
 from ..errors import ArgumentError, ModelError, choices
 from ..frozen import Frozen, read_only
 from ..mechanism.mechanism import Mechanism
@@ -29,7 +30,7 @@ class Motion(Frozen):
         turns: Array,
         v: Array,
         a: Array,
-        velocity_ratios: Array,
+        velocity_ratios: VelocityRatios,
     ) -> None:
         """Keep a motion.
 
@@ -40,14 +41,15 @@ class Motion(Frozen):
             turns: `(N, size)` whole turns to be added to the angles in `x`.
             v: joint velocities `(N, nv)`.
             a: joint accelerations `(N, nv)`.
-            velocity_ratios: `(N, nv, d)` joint velocities per unit speed of each drive.
+            velocity_ratios: of all samples.
         """
         self.mechanism = mechanism
         self.drives = drives
         self._coordinates = mechanism.coordinates
+        self._velocity_ratios = velocity_ratios
         # Views, since the arrays themselves may still be written to where they were computed.
-        self._x, self._turns, self.v, self.a, self._velocity_ratios = (
-            read_only(np.asarray(array).view()) for array in (x, turns, v, a, velocity_ratios)
+        self._x, self._turns, self.v, self.a = (
+            read_only(np.asarray(array).view()) for array in (x, turns, v, a)
         )
         self._freeze()
 
@@ -119,7 +121,7 @@ class Motion(Frozen):
             ArgumentError: unknown drive.
         """
         columns = self._coordinates.velocity_columns[self._moving(joint)]
-        return squeezed(self._velocity_ratios[:, columns, self._drive_index(drive)])
+        return squeezed(self._velocity_ratios.of_coordinates(columns, self._drive_index(drive)))
 
     def _drive_index(self, drive: object) -> int:
         """Return the index of a drive that is given by index or name.
@@ -127,7 +129,7 @@ class Motion(Frozen):
         Raises:
             ArgumentError: unknown drive.
         """
-        count = self._velocity_ratios.shape[2]
+        count = self._velocity_ratios.drives
         if isinstance(drive, str) and drive in self.drives:
             return self.drives.index(drive)
         # NumPy's durations are a subclass of its integers.

@@ -122,7 +122,7 @@ def test_nothing_of_a_result_can_be_changed() -> None:
         *(bearing.force, bearing.moment, bearing.torsion, bearing.axial, bearing.unique),
         *(turn.drive_effort, turn.condition, turn.holding_effort["joint_angle"]),
         *(turn.motion._x, turn.motion.v, turn.motion.a, turn.motion._turns),
-        *(turn.motion._velocity_ratios, turn.rotation("pin_in"), turn.origin("pin_in")),
+        *(*turn.motion._velocity_ratios, turn.rotation("pin_in"), turn.origin("pin_in")),
         *(scene.assemble(POSITIONS).positions, scene.assemble(POSITIONS).turns),
         *(
             scene.gravity,

@@ -14,6 +14,7 @@ from testkit.planar_linkages import three_cranks
 import cardan_dyn as cd
 from cardan_dyn.dynamics.closure_forces import ClosureForces
 from cardan_dyn.kinematics.all_groups import ClosedState
+from cardan_dyn.kinematics.batch_model import BatchModel
 from cardan_dyn.kinematics.group_solver import GroupState
 
 COUNT, SIZE = 3, 2
@@ -37,23 +38,24 @@ def groups(scene: cd.Scene, closed: bool = False) -> Iterator[tuple[np.ndarray, 
 
 
 def joint_wrenches(
-    mechanism: cd.Mechanism, x: np.ndarray, origin: np.ndarray, forces: dict[int, np.ndarray]
+    mechanism: cd.Mechanism, x: np.ndarray, batch: BatchModel, forces: dict[int, np.ndarray]
 ) -> np.ndarray:
     """Return what closure forces add to the wrenches of all bodies' joints, `(N, n, 6)`.
 
     Args:
         mechanism: the mechanism.
         x: coordinates.
-        origin: point of the world that moments are about.
+        batch: in whose base's axes, and about whose origin, the forces are.
         forces: per loop `(N, 6)`.
     """
     model = mechanism.model.copy()
     for index in range(model.njoints):
         model.inertias[index] = pinocchio.Inertia.Zero()
     data, result = model.createData(), np.zeros((len(x), model.njoints - 1, 6))
-    zero, shift = np.zeros(model.nv), pinocchio.SE3(np.eye(3), origin)
+    zero = np.zeros(model.nv)
     for sample, q in enumerate(mechanism.coordinates.configuration(x)):
         pinocchio.forwardKinematics(model, data, q)
+        shift = data.oMi[batch.base + 1] * pinocchio.SE3(np.eye(3), batch.origin)
         external = [pinocchio.Force.Zero() for _ in range(model.njoints)]
         for index, values in forces.items():
             loop, force = mechanism.loops[index], shift.act(pinocchio.Force(values[sample]))
@@ -80,9 +82,7 @@ def test_wrenches_on_the_path_of_a_loop_are_those_of_external_forces(scene: cd.S
             wrenches = np.zeros((COUNT, closure.size, 6, SIZE))
             wrenches[:, joints] = added
             for column in range(SIZE):
-                expected = joint_wrenches(
-                    mechanism, x, group.batch.origin, {loop: forces[..., column]}
-                )
+                expected = joint_wrenches(mechanism, x, group.batch, {loop: forces[..., column]})
                 actual = wrenches[:, : expected.shape[1], :, column]
                 np.testing.assert_allclose(actual, expected, atol=1e-12)
 
@@ -100,9 +100,10 @@ def test_wrenches_of_fixed_loops_are_the_closure_forces_in_their_frames() -> Non
     joints, added = closure.on_path(group, 0, 0, forces)
     assert np.arange(closure.size)[joints][-1] == bodies
     loop, data = mechanism.loops[0], mechanism.model.createData()
-    shift = pinocchio.SE3(np.eye(3), group.batch.origin)
     for sample, q in enumerate(mechanism.coordinates.configuration(x)):
         pinocchio.forwardKinematics(mechanism.model, data, q)
+        base = data.oMi[group.batch.base + 1]
+        shift = base * pinocchio.SE3(np.eye(3), group.batch.origin)
         end = data.oMi[loop.successor] * loop.successor_placement
         force = shift.act(pinocchio.Force(forces[sample, :, 0].copy()))
         np.testing.assert_allclose(added[sample, -1, :, 0], end.actInv(force).vector, atol=1e-12)
@@ -157,7 +158,7 @@ def test_self_stresses_act_along_no_passive_coordinate(name: str, count: int) ->
             assert np.linalg.matrix_rank(wrenches[0].reshape(-1, columns)) == columns
             for column in range(columns):
                 forces = {loop: values[..., column] for loop, values in item.forces.items()}
-                expected = joint_wrenches(mechanism, x, group.batch.origin, forces)
+                expected = joint_wrenches(mechanism, x, group.batch, forces)
                 actual = wrenches[:, : expected.shape[1], :, column]
                 np.testing.assert_allclose(actual, expected, atol=1e-9)
     assert total == count
@@ -192,7 +193,7 @@ def test_a_self_stress_of_several_loops_adds_up_at_the_joints_that_they_share() 
     stresses = closure.self_stresses(group)
     (item,) = [item for item in stresses if len(item.forces) == 2]
     forces = {loop: values[..., 0] for loop, values in item.forces.items()}
-    expected = joint_wrenches(mechanism, state.x, group.batch.origin, forces)
+    expected = joint_wrenches(mechanism, state.x, group.batch, forces)
     wrenches = np.zeros_like(expected)
     wrenches[:, item.joints] = item.spread[..., 0]
     np.testing.assert_allclose(wrenches, expected, atol=1e-10)

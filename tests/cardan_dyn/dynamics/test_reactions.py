@@ -76,7 +76,7 @@ def loaded_tree(
     model.gravity.linear = case.gravity
     for index in mechanism.auxiliary_bodies:
         model.inertias[index] = pinocchio.Inertia.Zero()
-    origins = {loop: group.batch.origin for group in state.groups for loop in group.group.loops}
+    batches = {loop: group.batch for group in state.groups for loop in group.group.loops}
     assert case.dynamics is not None
     data, (v, a) = model.createData(), case.dynamics
     wrenches, efforts = np.empty((COUNT, model.njoints - 1, 6)), np.empty((COUNT, model.nv))
@@ -85,7 +85,8 @@ def loaded_tree(
         external = [pinocchio.Force.Zero() for _ in range(model.njoints)]
         for index, loop in enumerate(mechanism.loops):
             force = pinocchio.Force(reactions.closure_forces[index][sample].copy())
-            force = pinocchio.SE3(np.eye(3), origins[index]).act(force)
+            base = data.oMi[batches[index].base + 1]
+            force = base.act(pinocchio.SE3(np.eye(3), batches[index].origin).act(force))
             external[loop.successor] += data.oMi[loop.successor].actInv(force)
             external[loop.predecessor] -= data.oMi[loop.predecessor].actInv(force)
         forces = pinocchio.StdVec_Force()

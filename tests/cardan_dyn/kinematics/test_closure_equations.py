@@ -30,6 +30,7 @@ def equations_of(mechanism: cd.Mechanism, origin: np.ndarray = ORIGIN) -> Closur
         passives=np.arange(mechanism.model.nv),
         known=np.zeros(0, dtype=int),
         bodies=bodies,
+        base=-1,
         inertial_bodies=set(bodies),
     )
     batch = BatchModel(mechanism, bodies, set(bodies), origin)
@@ -355,7 +356,7 @@ def test_slips_are_compared_with_a_radian_or_the_length(
 def test_a_group_without_loops_and_couplings_has_no_rows(mixed: cd.Mechanism) -> None:
     bodies = list(range(mixed.model.njoints - 1))
     none = np.zeros(0, dtype=int)
-    group = Group((), (), none, none, bodies, set(bodies))
+    group = Group((), (), none, none, bodies, -1, set(bodies))
     equations = ClosureEquations(mixed, BatchModel(mixed, bodies, set(), ORIGIN), group)
     actions, twists = geometry(equations, rows(mixed, 2))
     assert equations.rows(twists, actions, equations.full()).shape == (2, 0, 0)

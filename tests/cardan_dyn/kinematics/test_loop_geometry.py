@@ -73,12 +73,12 @@ def test_ends_are_placed_in_their_bodies(
     translation = np.array([0.1, 0.2, -0.3]) * shifted
     end = LoopEnd.of(3, rotation, translation)
     assert (end.is_rotated, end.is_shifted) == (rotated, shifted)
-    rotations, positions = end.world_placement(batch.actions(batch.configuration(x)))
+    rotations, positions = end.placement_on_base(batch.actions(batch.configuration(x)))
     for sample, frame in enumerate(frames(mechanism, x, 4)):
         expected = frame * pinocchio.SE3(rotation, translation)
         np.testing.assert_allclose(rotations[:, :, sample], expected.rotation, atol=1e-14)
         np.testing.assert_allclose(positions[:, sample], expected.translation, atol=1e-14)
-    fixed = LoopEnd.of(-1, rotation, translation).world_placement(np.zeros((3, 0, 6)))
+    fixed = LoopEnd.of(-1, rotation, translation).placement_on_base(np.zeros((3, 0, 6)))
     np.testing.assert_array_equal(fixed[0][:, :, 0], rotation)
     np.testing.assert_array_equal(fixed[1][:, 0], translation)
 

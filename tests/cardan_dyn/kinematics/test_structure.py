@@ -20,7 +20,7 @@ def ranks_of(mechanism: cd.Mechanism, *resting: str) -> list[int]:
     return Structure(mechanism).ranks(mechanism.coordinates.neutral(), moving)
 
 
-def test_paths_lead_between_the_ends_and_chains_to_the_root() -> None:
+def test_paths_lead_between_the_ends_over_the_body_that_both_hang_from() -> None:
     mechanism = cd.load(MIXED)
     structure = Structure(mechanism)
     bodies = {name: mechanism[name].id - 1 for name in mechanism}
@@ -34,7 +34,7 @@ def test_paths_lead_between_the_ends_and_chains_to_the_root() -> None:
     for index, item in enumerate(mechanism.loops):
         path = paths[item.joint]
         assert structure.paths[index] == sorted(path)
-        assert structure.chains[index] == sorted({*path, bodies["turn"]})
+        assert structure.bases[index] == (-1 if item.joint == "bolt" else bodies["turn"])
         names = [name for name in mechanism if name != "bolt" and bodies[name] in path]
         expected = {column for name in names for column in np.r_[velocities[name]].tolist()}
         assert set(structure.coordinates_on(index)) == expected
@@ -48,7 +48,7 @@ def test_couplings_come_after_the_loops() -> None:
     structure = Structure(mechanism)
     bodies = {name: mechanism[name].id - 1 for name in "abc"}
     assert structure.paths == [[bodies["a"], bodies["b"]], [bodies["b"], bodies["c"]]]
-    assert structure.chains == structure.paths
+    assert set(structure.bases) == {-1}
     assert structure.ranks(mechanism.coordinates.neutral(), {0, 1, 2}) == []
 
 

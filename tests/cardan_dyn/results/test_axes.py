@@ -10,6 +10,7 @@ import pytest
 from testkit.mixed_chain import MIXED, joint, link, rows
 
 import cardan_dyn as cd
+from cardan_dyn.dynamics.velocity_ratios import VelocityRatios
 from cardan_dyn.results.axes import solved_placement, turned
 from cardan_dyn.results.motion import Motion
 from cardan_dyn.results.wrench import StoredComponents
@@ -36,7 +37,9 @@ def every_type() -> cd.Mechanism:
 
 def motion_of(mechanism: cd.Mechanism, x: np.ndarray) -> Motion:
     rates = np.zeros((len(x), mechanism.model.nv))
-    return Motion(mechanism, (), x, np.zeros_like(x), rates, rates, rates[:, :, None])
+    return Motion(
+        mechanism, (), x, np.zeros_like(x), rates, rates, VelocityRatios.of(rates[:, :, None])
+    )
 
 
 def rotations(mechanism: cd.Mechanism, x: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+from operator import attrgetter
 
 import numpy as np
 import pinocchio as pin
@@ -12,6 +13,7 @@ from testkit.mixed_chain import MIXED, moved, rows
 from testkit.planar_linkages import four_bar
 
 import cardan_dyn as cd
+from cardan_dyn.dynamics.velocity_ratios import VelocityRatios
 from cardan_dyn.results.motion import Motion
 
 COUNT = 4
@@ -26,7 +28,9 @@ def random_motion(drives: tuple[str, ...] = DRIVES) -> Motion:
     turns[:, mechanism.coordinates.columns["turn"]] = [[-1.0], [0.0], [2.0], [5e5]]
     nv = mechanism.model.nv
     rates = (rng.normal(size=(COUNT, nv)), rng.normal(size=(COUNT, nv)))
-    return Motion(mechanism, drives, x, turns, *rates, rng.normal(size=(COUNT, nv, 2)))
+    return Motion(
+        mechanism, drives, x, turns, *rates, VelocityRatios.of(rng.normal(size=(COUNT, nv, 2)))
+    )
 
 
 def test_positions_count_whole_turns() -> None:
@@ -48,7 +52,9 @@ def test_joints_with_several_coordinates_give_columns() -> None:
     )
     x = rows(mechanism, COUNT)
     rates = np.arange(COUNT * 8.0).reshape(COUNT, 8)
-    motion = Motion(mechanism, (), x, np.zeros_like(x), rates, -rates, rates[:, :, None])
+    motion = Motion(
+        mechanism, (), x, np.zeros_like(x), rates, -rates, VelocityRatios.of(rates[:, :, None])
+    )
     assert motion.position("free").shape == (COUNT, 7)
     np.testing.assert_allclose(np.linalg.norm(motion.position("free")[:, 3:], axis=1), 1.0)
     assert motion.position("cross").shape == (COUNT, 2)
@@ -79,7 +85,7 @@ def test_rates_belong_to_their_joints() -> None:
         np.testing.assert_array_equal(motion.velocity(name), motion.v[:, column])
         np.testing.assert_array_equal(motion.acceleration(name), motion.a[:, column])
         for index, drive in enumerate(DRIVES):
-            expected = motion._velocity_ratios[:, column, index]
+            expected = motion._velocity_ratios.values[:, 2 * column + index]
             for given in (index, np.int64(index), drive):
                 np.testing.assert_array_equal(motion.ratio(name, given), expected)
 
@@ -112,9 +118,10 @@ def test_joints_without_coordinates_are_refused() -> None:
 def test_copies_are_equal_and_as_closed_to_writing(copied: object) -> None:
     motion = random_motion()
     again = copied(motion)  # type: ignore[operator]
-    for name in ("_x", "_turns", "v", "a", "_velocity_ratios"):
-        np.testing.assert_array_equal(getattr(again, name), getattr(motion, name))
-        assert not getattr(again, name).flags.writeable
+    for name in ("_x", "_turns", "v", "a", "_velocity_ratios.values", "_velocity_ratios.moved"):
+        array = attrgetter(name)(again)
+        np.testing.assert_array_equal(array, attrgetter(name)(motion))
+        assert not array.flags.writeable
     assert again.drives == DRIVES
     with pytest.raises(cd.ImmutableError, match="v of a Motion cannot be changed"):
         again.v = None
@@ -123,7 +130,7 @@ def test_copies_are_equal_and_as_closed_to_writing(copied: object) -> None:
 def test_arrays_of_the_solver_stay_writeable() -> None:
     mechanism = cd.load(MIXED)
     x, rates = rows(mechanism, 1), np.zeros((1, mechanism.model.nv))
-    Motion(mechanism, (), x, np.zeros_like(x), rates, rates, rates[:, :, None])
+    Motion(mechanism, (), x, np.zeros_like(x), rates, rates, VelocityRatios.of(rates[:, :, None]))
     x[0], rates[0] = 1.0, 2.0
 
 

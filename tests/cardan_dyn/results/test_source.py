@@ -10,6 +10,7 @@ import pytest
 from testkit.planar_linkages import four_bar
 
 import cardan_dyn as cd
+from cardan_dyn.dynamics.velocity_ratios import VelocityRatios
 from cardan_dyn.frozen import frozen
 from cardan_dyn.results.motion import Motion
 from cardan_dyn.results.source import SolvedSource
@@ -22,7 +23,9 @@ def source() -> SolvedSource:
         wrenches=np.arange(36.0).reshape(3, 2, 6),
         drive_efforts=np.array([1.0, 2.0, 3.0]),
         holding_efforts=frozen({"D": np.array([4.0, 5.0, 6.0])}),
-        solved_motion=Motion(mechanism, ("A",), x, x, rates, rates, rates[:, :, None]),
+        solved_motion=Motion(
+            mechanism, ("A",), x, x, rates, rates, VelocityRatios.of(rates[:, :, None])
+        ),
         position=np.array([0.1, 0.2, 0.3]),
         speed=np.array([10.0, 20.0, 30.0]),
         acceleration=np.array([7.0, 8.0, 9.0]),

@@ -7,6 +7,7 @@ import numpy as np
 import cardan_dyn as cd
 from cardan_dyn.proof.free_bodies import FreeBodies
 from cardan_dyn.proof.residuals import Claim, Residuals
+from testkit.many_drives import cranks, on_arms
 
 POSITIONS = np.linspace(0.2, 1.4, 30)
 
@@ -57,7 +58,20 @@ def coupled_wheels(**options: object) -> cd.Scene:
     return cd.Scene(cd.load(wheels), **{**given, **options})
 
 
-SCENES = {"universal": universal, "four-bar": four_bar, "spatial": spatial, "gears": coupled_wheels}
+def linkages_on_arms(**options: object) -> cd.Scene:
+    """Two linkages, the second one on an arm on the rocker of the first."""
+    mechanism = on_arms(2)
+    given = {"drive": cranks(mechanism), "gravity": GRAVITY, "loads": {"rocker_1": -3.0}}
+    return cd.Scene(mechanism, **{**given, **options})
+
+
+SCENES = {
+    "universal": universal,
+    "four-bar": four_bar,
+    "spatial": spatial,
+    "gears": coupled_wheels,
+    "arms": linkages_on_arms,
+}
 
 
 def positions(scene: cd.Scene) -> np.ndarray:
