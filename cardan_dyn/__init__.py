@@ -30,13 +30,17 @@ from .scene.scene import Scene
 
 if TYPE_CHECKING:
     from . import figures
+    from .mechanism.configuration import Configuration
     from .response.response import Response
+    from .scene.branches import Branches
     from .scene.describe import describe
     from .scene.mechanism_report import MechanismReport
     from .scene.plan import Plan
     from .viewer.viewing import View, view
 
 _IMPORTED_WHEN_USED = {
+    "Branches": ".scene.branches",
+    "Configuration": ".mechanism.configuration",
     "MechanismReport": ".scene.mechanism_report",
     "Plan": ".scene.plan",
     "Response": ".response.response",
@@ -51,7 +55,9 @@ __all__ = [
     "ArgumentError",
     "AssembledPositions",
     "AssemblyError",
+    "Branches",
     "CardanError",
+    "Configuration",
     "ImmutableError",
     "IndeterminateError",
     "Joint",

@@ -7,6 +7,8 @@ joints are brought to their positions one after the other, at last the drives mo
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..arrays import Array
@@ -28,6 +30,9 @@ from .needs import columns_of, needs
 from .redundancy import RedundancyStudy
 from .start_search import StartSearch
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
+
+if TYPE_CHECKING:
+    from .assembly_modes import AssemblyModes
 
 _REACH_OF_SLIDE = 10.0
 """Characteristic lengths over which a sliding drive is followed to each side of the start before
@@ -155,22 +160,17 @@ class Assembly:
         start = self.start[self._problem.mechanism.coordinates.columns[drive].start]
         return branch.limit(start - reach), branch.limit(start + reach)
 
-    def modes(self) -> dict[str, Array]:
-        """Return the assembly modes with the drives where the description's own mode starts.
+    def modes(self) -> AssemblyModes:
+        """Return the assembly modes with the drives where the description's own mode starts."""
+        from .assembly_modes import assembly_modes  # Most scenes need no other mode.
 
-        Returns:
-            Name to closed coordinates `(size,)`, the description's own mode first.
-        """
-        from .assembly_modes import assembly_modes, mode_name  # Most scenes need no other mode.
-
-        states = assembly_modes(
+        return assembly_modes(
+            self._problem.mechanism,
             self._open_kinematics,
             self.decided,
             self._first_mode,
-            self._problem.mechanism.characteristic_length,
             self._joints_of_idle_rods(),
         )
-        return {mode_name(index): state for index, state in enumerate(states)}
 
     def _joints_of_idle_rods(self) -> set[str]:
         """Return the joints whose positions depend on spins that nothing decides."""
@@ -183,7 +183,7 @@ class Assembly:
 
     def _mode_called(self, name: str) -> Array:
         """Return closed coordinates `(size,)` of an assembly mode, by its name."""
-        modes = self.modes()
+        modes = self.modes().named()
         if name not in modes:
             raise ArgumentError(f"branch {name!r} does not exist; branches: {choices(modes)}")
         return modes[name]

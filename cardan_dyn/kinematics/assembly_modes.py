@@ -1,88 +1,204 @@
-"""Assembly modes: the ways in which the loops can be closed with the drives where they start."""
+"""Assembly modes: the ways in which the loops can be closed with the drives where they start.
+
+Joints with intersecting axes have two positions for the same direction, and a rod may be turned by
+half a turn about the line between its ends. Such modes are variants of one pose: in all of them the
+axes of all joints lie on the same lines, and the centres of balls at the same points.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from .all_groups import Kinematics
+from .hinge_balls import hinges_in_balls
 from .tolerances import CLOSURE_TOLERANCE, SINGULAR_CONDITION
 
-_STARTS = 400
-"""Random starts of the search. It finds modes, but does not prove that there are no others. The
-bundled four-bar has two modes, which 100 starts find. With all legs of the bundled Stewart platform
-driven, 100, 200, 400 and 800 starts find 52, 101, 200 and 357 modes. They have the same 8 poses of
-the platform at each of these numbers. All else in which they differ are joints with intersecting
-axes, such as universal joints, which have two positions for the same direction."""
+_STARTS = 100
+"""Random starts per round. The bundled four-bar has two modes, which one round finds. With all legs
+of the bundled Stewart platform driven, the first round finds the 8 poses of the platform; 4 rounds
+find 200 variants of them, 8 rounds 357."""
+_MORE = 3
+"""The search goes on until there have been this many times as many starts as when it found its last
+new pose. A pose to which as few starts lead as to that one is missed by one search in e³ = 20;
+most poses are found by many starts."""
+_MOST_ROUNDS = 32
+"""Rounds after which the search ends in any case, and says that it was not complete."""
 _SEED = 1
-"""The same starts at every call, so that a mode has the same name every time. Any seed would do:
-for the seeds 1, 2 and 3, 400 starts find 200, 196 and 196 modes of the Stewart platform."""
+"""The same starts at every call, so that a mode has the same name every time. Any seed would do."""
 _NEWTON_STEPS = 60
 """Greatest number of Newton steps per start. Starts lie anywhere within half a turn of the joints,
 and the solver limits a step to half a radian, so many steps may pass before it converges."""
 _DISTINCT = 1e-6
-"""Distance in `Coordinates.shape` from which on two closed states are different modes. It is far
-above the closure tolerance, up to which states of the same mode may differ."""
+"""Distance in `Coordinates.shape`, or of lines and points in lengths of the mechanism, from which
+on two closed states are different modes, or poses. It is far above the closure tolerance, up to
+which states of the same mode may differ."""
 _LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
+class AssemblyModes(NamedTuple):
+    """The assembly modes that a search found.
+
+    Attributes:
+        poses: for each pose its variants, closed coordinates `(size,)`: first the pose of the given
+            mode, with this mode first, then the others by their distance from it.
+        starts: number of starts of the search.
+        last_new: number of starts after which the last new pose had been found.
+        is_complete: whether the search ended since new starts brought no new pose.
+    """
+
+    poses: list[list[Array]]
+    starts: int
+    last_new: int
+    is_complete: bool
+
+    def named(self) -> dict[str, Array]:
+        """Return all modes by their names, see `mode_name`."""
+        return {
+            mode_name(pose, variant): state
+            for pose, variants in enumerate(self.poses)
+            for variant, state in enumerate(variants)
+        }
+
+
 def assembly_modes(
+    mechanism: Mechanism,
+    kinematics: Kinematics,
+    passives: Array,
+    first: Array,
+    idle: Collection[str] = (),
+) -> AssemblyModes:
+    """Search for assembly modes until new starts bring no new pose.
+
+    Args:
+        mechanism: the mechanism.
+        kinematics: with all rows that open loops can reach.
+        passives: velocity coordinates that the loops decide.
+        first: `(size,)` closed coordinates of the description's own mode.
+        idle: joints at the ends of idle rods, which may have any position in every mode.
+    """
+    search = _Search(mechanism, first, idle)
+    generator = np.random.default_rng(_SEED)
+    starts = last_new = 0
+    while starts < _MOST_ROUNDS * _STARTS and starts <= _MORE * last_new:
+        x = _starts(generator, kinematics, passives, first, mechanism.characteristic_length)
+        if not starts:
+            x[0] = first
+        with np.errstate(all="ignore"):  # Starts that do not converge may overflow.
+            state = kinematics.close(x, most=_NEWTON_STEPS)
+        is_closed = (state.residual < CLOSURE_TOLERANCE) & (state.condition < SINGULAR_CONDITION)
+        starts += _STARTS
+        if search.add(state.x[is_closed]):
+            last_new = starts
+    return AssemblyModes(search.poses(), starts, last_new, starts > _MORE * last_new)
+
+
+class _Search:
+    """The modes found so far."""
+
+    def __init__(self, mechanism: Mechanism, first: Array, idle: Collection[str]) -> None:
+        self._mechanism = mechanism
+        self._first = first
+        self._idle = idle
+        self._in_balls = hinges_in_balls(mechanism)
+        # Modes by pose; shapes of modes and outlines of poses that are different from each other.
+        self._modes: list[list[Array]] = []
+        self._shapes: list[list[Array]] = []
+        self._outlines: list[Array] = []
+
+    def add(self, x: Array) -> bool:
+        """Add closed coordinates `(K, size)`; return whether there is a new pose among them."""
+        known = len(self._outlines)
+        shapes = self._shapes_of(x)
+        for row, shape, outline in zip(x, shapes, self._outlines_of(x), strict=True):
+            pose = _index_of(outline, self._outlines)
+            if pose == len(self._outlines):
+                self._outlines.append(outline)
+                self._modes.append([])
+                self._shapes.append([])
+            if _index_of(shape, self._shapes[pose]) == len(self._shapes[pose]):
+                self._modes[pose].append(row)
+                self._shapes[pose].append(shape)
+        return len(self._outlines) > known
+
+    def poses(self) -> list[list[Array]]:
+        """Return the modes of all poses, those near the first mode first."""
+        (origin,) = self._shapes_of(self._first[None, :])
+        poses = []
+        for modes, shapes in zip(self._modes, self._shapes, strict=True):
+            distances = [float(np.linalg.norm(shape - origin)) for shape in shapes]
+            order = np.argsort(distances, kind="stable")
+            poses.append((distances[order[0]], [modes[index] for index in order]))
+        return [modes for _, modes in sorted(poses, key=lambda pose: pose[0])]
+
+    def _shapes_of(self, x: Array) -> Array:
+        """Return rows that are equal for equal modes: spins of idle rods make no difference."""
+        coordinates = self._mechanism.coordinates
+        x = x.copy()
+        for name in self._idle:
+            columns = coordinates.columns[name]
+            x[:, columns] = self._first[columns]
+        return coordinates.shape(x)
+
+    def _outlines_of(self, x: Array) -> Array:
+        """Return rows `(K, s)` that are equal for equal poses: lines and points of all joints."""
+        frames, length = self._mechanism.frames, self._mechanism.characteristic_length
+        placed = frames.placed(x)
+        parts = []
+        for motion, frame in zip(frames.motions, placed, strict=True):
+            point = frame[3] / length
+            is_idle = frames.joints[motion.joint] in self._idle
+            if motion.kind == "ball" or motion.rate in self._in_balls or is_idle:
+                parts.append(point)
+                continue
+            axis = np.einsum("c,cin->in", motion.axis, frame[:3])
+            # A line has no sense: the axis is seen by its products only.
+            parts += [axis[0] * axis, axis[1] * axis, axis[2] * axis]
+            if motion.kind == "turn":
+                parts.append(point - np.sum(point * axis, axis=0) * axis)
+        return np.concatenate(parts).T
+
+
+def _index_of(row: Array, known: list[Array]) -> int:
+    """Return the index of the row in a list that a row is equal to, or the length of the list."""
+    if not known:
+        return 0
+    near = np.linalg.norm(np.array(known) - row, axis=1) <= _DISTINCT
+    return int(np.argmax(near)) if np.any(near) else len(known)
+
+
+def _starts(
+    generator: np.random.Generator,
     kinematics: Kinematics,
     passives: Array,
     first: Array,
     length: float,
-    idle: Collection[str] = (),
-) -> list[Array]:
-    """Return closed coordinates `(size,)` of every assembly mode that the search finds.
-
-    Args:
-        kinematics: with all rows that open loops can reach.
-        passives: velocity coordinates that the loops decide.
-        first: `(size,)` closed coordinates of the description's own mode.
-        length: characteristic length [m]; slides start within it from where they are.
-        idle: joints at the ends of idle rods, which may have any position in every mode.
-
-    Returns:
-        The description's own mode first, the others by their distance from it.
-    """
-    coordinates = kinematics.coordinates
-    with np.errstate(all="ignore"):  # Starts that do not converge may overflow; they are not used.
-        state = kinematics.close(_starts(kinematics, passives, first, length), most=_NEWTON_STEPS)
-    is_closed = (state.residual < CLOSURE_TOLERANCE) & (state.condition < SINGULAR_CONDITION)
-    x = state.x.copy()
-    for name in idle:
-        x[:, coordinates.columns[name]] = first[coordinates.columns[name]]
-    difference = coordinates.shape(x) - coordinates.shape(first[None, :])
-    order = np.argsort(np.linalg.norm(difference, axis=1), kind="stable")
-    modes: list[Array] = []
-    shapes: list[Array] = []
-    for row in order[is_closed[order]]:
-        shape = coordinates.shape(x[[row]])[0]
-        if all(np.linalg.norm(shape - known) > _DISTINCT for known in shapes):
-            shapes.append(shape)
-            modes.append(state.x[row])
-    return modes
-
-
-def _starts(kinematics: Kinematics, passives: Array, first: Array, length: float) -> Array:
-    """Return coordinates `(_STARTS, size)` to search from, the first of them unchanged."""
-    generator = np.random.default_rng(_SEED)
+) -> Array:
+    """Return coordinates `(_STARTS, size)` to search from; slides start within a length."""
     starts = np.repeat(first[None, :], _STARTS, axis=0)
     moves = kinematics.coordinates.moves(passives)
     step = generator.uniform(-np.pi, np.pi, (_STARTS, len(passives)))
     step[:, moves.slides] *= length / np.pi
-    step[0] = 0.0
     moves.apply(starts, step)
     return starts
 
 
-def mode_name(index: int) -> str:
-    """Return the name of an assembly mode: A … Z for the indices 0 … 25, then A1 … Z1, A2 …."""
-    cycle, letter = divmod(index, len(_LETTERS))
-    return f"{_LETTERS[letter]}{cycle}" if cycle else _LETTERS[letter]
+def mode_name(pose: int, variant: int = 0) -> str:
+    """Return the name of an assembly mode.
+
+    Poses are A … Z for the indices 0 … 25, then AA, AB …; a number tells their variants from the
+    second one on, A2, A3 ….
+    """
+    name = ""
+    pose += 1
+    while pose:
+        pose, letter = divmod(pose - 1, len(_LETTERS))
+        name = _LETTERS[letter] + name
+    return f"{name}{variant + 1}" if variant else name
 
 
 def positions_of(mechanism: Mechanism, drives: tuple[str, ...], state: Array) -> dict[str, float]:

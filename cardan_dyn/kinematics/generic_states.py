@@ -34,23 +34,24 @@ class GenericStates(NamedTuple):
         group: their closure equations, all of them, at K closed configurations in which as many as
             possible are independent.
         rank: how many are independent there.
-        rank_at_zero: how many are independent at the description's zero, or where the loops are
-            assembled near it.
+        rank_at_start: how many are independent at the coordinates that were given, or where the
+            loops are assembled near them.
     """
 
     group: GroupState
     rank: int
-    rank_at_zero: int
+    rank_at_start: int
 
 
 def generic_states(
-    structure: Structure, most_coordinates: int
+    structure: Structure, most_coordinates: int, x: Array
 ) -> list[GenericStates | GroupSolver]:
     """Return generic states of all independent sets of loops and couplings.
 
     Args:
         structure: of the mechanism.
         most_coordinates: of a set; of a larger one only its solver is returned.
+        x: `(size,)` coordinates near which the loops are closed.
 
     Raises:
         AssemblyError: loops cannot be closed.
@@ -58,13 +59,12 @@ def generic_states(
     mechanism = structure.mechanism
     every = np.arange(mechanism.model.nv)
     result: list[GenericStates | GroupSolver] = []
-    zero = mechanism.coordinates.neutral()
     for group in independent_groups(structure, every):
         solver = GroupSolver(mechanism, group)
         if group.passives.size > most_coordinates:
             result.append(solver)
             continue
-        first, residual = assembled_near(structure, zero, every, group.passives)
+        first, residual = assembled_near(structure, x, every, group.passives)
         if not residual < CLOSURE_TOLERANCE:
             raise AssemblyError(
                 f"{mechanism.name}: the loops cannot be closed; the least closure error found "

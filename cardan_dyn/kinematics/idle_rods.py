@@ -31,7 +31,7 @@ which a body is a rod. Published robots have rods drawn askew by less; a body th
 line is a pendulum, whose motion nobody may decide by a rule."""
 
 
-class _Edge(NamedTuple):
+class JointEdge(NamedTuple):
     """A joint as one of the two bodies that it connects sees it.
 
     Attributes:
@@ -61,7 +61,7 @@ class _End(NamedTuple):
         point: `(3,)` centre of the ball, or a point on the hinge's axis, in the body.
         axis: `(3,)` of the hinge, in the body.
         columns: its velocity coordinates.
-        neighbour: the body at its other side, see `_Edge`.
+        neighbour: the body at its other side, see `JointEdge`.
     """
 
     is_ball: bool
@@ -90,7 +90,7 @@ def idle_rods(mechanism: Mechanism, free: set[int]) -> list[IdleRod]:
         mechanism: the mechanism.
         free: velocity coordinates that are neither driven nor held.
     """
-    graph = _Graph(mechanism, free)
+    graph = JointGraph(mechanism, free)
     rods = []
     for body in graph.edges:
         ends = [graph.end(body, edge) for edge in graph.edges[body]]
@@ -113,12 +113,13 @@ def rods_by_name(mechanism: Mechanism, free: set[int]) -> list[tuple[str, ...]]:
     ]
 
 
-class _Graph:
+class JointGraph:
     """Rigid bodies, welds included, and the joints between them.
 
     Attributes:
         edges: body to its joints.
         world: the body that stands still.
+        tolerance: distance up to which points are the same [m].
     """
 
     def __init__(self, mechanism: Mechanism, free: set[int]) -> None:
@@ -129,11 +130,11 @@ class _Graph:
             for coupling in mechanism.couplings
             for column in (*coupling.predecessor_columns, *coupling.successor_columns)
         }
-        self._tolerance = _SAME * mechanism.characteristic_length
+        self.tolerance = _SAME * mechanism.characteristic_length
         self._placed = _rigid_bodies(mechanism, free)
         apart = [body for body, _ in _rigid_bodies(mechanism, set(range(model.nv)))]
         self.world = self._placed[0][0]
-        self.edges: dict[int, list[_Edge]] = {body: [] for body, _ in self._placed}
+        self.edges: dict[int, list[JointEdge]] = {body: [] for body, _ in self._placed}
         self._mass = sum(float(inertia.mass) for inertia in model.inertias)
         self._balance_tolerance = _BALANCED * mechanism.characteristic_length
         self._masses = dict.fromkeys(self.edges, 0.0)
@@ -164,13 +165,15 @@ class _Graph:
                 continue
             above = parent_pose * model.jointPlacements[part.id]
             self.edges[parent].append(
-                _Edge(part.kind, columns, above, part.axis, child, child_pose, apart[part.id])
+                JointEdge(part.kind, columns, above, part.axis, child, child_pose, apart[part.id])
             )
             self.edges[child].append(
-                _Edge(part.kind, columns, child_pose, part.axis, parent, above, apart[above_body])
+                JointEdge(
+                    part.kind, columns, child_pose, part.axis, parent, above, apart[above_body]
+                )
             )
 
-    def end(self, body: int, edge: _Edge) -> _End | None:
+    def end(self, body: int, edge: JointEdge) -> _End | None:
         """Return what holds a body at one of its joints; None if it is neither ball nor hinge.
 
         Hinges that follow each other with massless links between them may make up a ball.
@@ -188,7 +191,7 @@ class _Graph:
                 return _End(True, point, np.zeros(3), edge_there.columns, edge_there.neighbour)
             lines.append((point, frame.rotation @ edge_there.axis))
             columns += edge_there.columns
-            centre = _common_point(lines, self._tolerance)
+            centre = common_point(lines, self.tolerance)
             if centre is None:
                 break
             if len(lines) == 3:
@@ -213,14 +216,14 @@ class _Graph:
         offset = second.point - first.point
         if first.is_ball and second.is_ball:
             size = float(np.linalg.norm(offset))
-            return size > self._tolerance and self._is_balanced(body, first.point, offset / size)
+            return size > self.tolerance and self._is_balanced(body, first.point, offset / size)
         hinge = second if first.is_ball else first
         if not (first.is_ball or second.is_ball or _are_parallel(first.axis, second.axis)):
             return False
         # A body with mass that turns on hinges is a rotor or a door, and somebody has to drive it.
         if self._masses[body] > _LIGHT * self._mass:
             return False
-        is_line = float(np.linalg.norm(cross(hinge.axis, offset))) < self._tolerance
+        is_line = float(np.linalg.norm(cross(hinge.axis, offset))) < self.tolerance
         return is_line and self._is_balanced(body, hinge.point, hinge.axis)
 
     def _is_balanced(self, body: int, point: Array, axis: Array) -> bool:
@@ -235,7 +238,7 @@ class _Graph:
         """Return the velocity coordinates of the floating joint of a body; none without one."""
         return self._floating.get(body, ())
 
-    def _beyond(self, body: int, edge: _Edge) -> _Edge | None:
+    def _beyond(self, body: int, edge: JointEdge) -> JointEdge | None:
         """Return the other joint of the massless link beyond one; None if there is no such link."""
         other = edge.other
         if other in (self.world, body) or self._masses[other] or len(self.edges[other]) != 2:
@@ -283,7 +286,7 @@ def _are_parallel(first: Array, second: Array) -> bool:
     return is_near and float(np.linalg.norm(cross(first, second))) < _SAME
 
 
-def _common_point(lines: list[tuple[Array, Array]], tolerance: float) -> Array | None:
+def common_point(lines: list[tuple[Array, Array]], tolerance: float) -> Array | None:
     """Return the point `(3,)` that lines (point, direction) have in common; None without one."""
     if len(lines) == 1:
         return lines[0][0]

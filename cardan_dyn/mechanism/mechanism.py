@@ -10,7 +10,7 @@ no joint: its weld connects the two links directly.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         JointDescription,
         LoopDescription,
     )
+    from .configuration import Configuration
     from .frames import Frames
 
 
@@ -216,6 +217,39 @@ class Mechanism(Frozen):
             parent = placements[self.model.parents[index] - 1]
             placements[index - 1] = parent * self.model.jointPlacements[index]
         return placements
+
+    def assembled(
+        self,
+        *,
+        start: Mapping[str, float] | None = None,
+        drive: str | Sequence[str] | None = None,
+        held: Mapping[str, float] | None = None,
+        branch: str = "A",
+    ) -> Configuration:
+        """Return a configuration in which all loops are closed.
+
+        It is the one nearest to the description's zero that a damped method finds while all joints
+        may move.
+
+        Args:
+            start: positions of joints [rad or m], up to all of them. The other joints follow on
+                their way there, so that the assembly mode stays the same unless the way leads
+                through a singular configuration. Positions at which all loops are closed are taken
+                as they are.
+            drive: as of `Scene`: the configuration is then the one in which that scene starts.
+            held: likewise; it needs a drive.
+            branch: likewise: name of the assembly mode, see `Scene.branches`.
+
+        Raises:
+            ModelError: no such joint.
+            ArgumentError: a position is no number, `held` or `branch` without a drive, or no such
+                branch.
+            AssemblyError: the loops cannot be closed; `residual` is the least error found.
+            CardanError: the errors of `Scene`, with a drive.
+        """
+        from ..scene.assembled import assembled
+
+        return assembled(self, start=start, drive=drive, held=held, branch=branch)
 
     def to_urdf(self) -> str:
         """Return the description as URDF+ text, which `load` reads back; without visuals."""

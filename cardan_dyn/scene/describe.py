@@ -15,6 +15,7 @@ from ..kinematics.loop_groups import Group
 from ..kinematics.stacked import ranks
 from ..kinematics.structure import Structure
 from ..kinematics.tolerances import RANK_TOLERANCE
+from ..mechanism.configuration import Configuration
 from ..mechanism.mechanism import Mechanism
 from ..results.wrench import named_components
 from .mechanism_report import ComponentReport, LoopReport, MechanismReport
@@ -24,23 +25,31 @@ _MOST_COORDINATES = 400
 matrices of this size take a few seconds, and grow with the third power."""
 
 
-def describe(mechanism: Mechanism) -> MechanismReport:
+def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
     """Return mobility, rank, redundant rows and what they leave open.
 
     Ranks are those of generic closed configurations: around the zero of the description, or around
     where the loops can be closed near it.
 
+    Args:
+        mechanism: from `load`; or a configuration of one, around which it is described.
+
     Raises:
-        ArgumentError: it is no mechanism.
+        ArgumentError: it is neither.
         AssemblyError: the loops cannot be closed.
     """
+    place, start = "the description's zero", None
+    if isinstance(mechanism, Configuration):
+        place, start, mechanism = "this configuration", mechanism.x, mechanism.mechanism
     if not isinstance(mechanism, Mechanism):
         raise ArgumentError(
-            f"describe() takes a mechanism from load(), not {type(mechanism).__name__}"
+            f"describe() takes a mechanism from load(), or a configuration of one, not "
+            f"{type(mechanism).__name__}"
         )
+    start = mechanism.coordinates.neutral() if start is None else start
     structure = Structure(mechanism)
     components, loops = [], {}
-    for item in generic_states(structure, _MOST_COORDINATES):
+    for item in generic_states(structure, _MOST_COORDINATES, start):
         if isinstance(item, GenericStates):
             components.append(_component(mechanism, item))
             loops.update(_measured_loops(mechanism, item))
@@ -60,6 +69,7 @@ def describe(mechanism: Mechanism) -> MechanismReport:
         loops=[loops[index] for index in sorted(loops)],
         idle_rods=rods_by_name(mechanism, set(range(coordinates))),
         warnings=mechanism.warnings,
+        place=place,
     )
 
 
@@ -71,7 +81,7 @@ def _component(mechanism: Mechanism, states: GenericStates) -> ComponentReport:
         couplings=tuple(mechanism.couplings[index].name for index in group.couplings),
         coordinates=len(group.passives),
         rank=states.rank,
-        rank_at_zero=states.rank_at_zero,
+        rank_at_zero=states.rank_at_start,
         is_counted=False,
     )
 

@@ -39,7 +39,8 @@ class ComponentReport:
         coordinates: number of joint coordinates on them.
         rank: number of independent closure equations in generic closed configurations.
         rank_at_zero: their number at the zero of the description, or where the loops are assembled
-            near it; less than `rank` where that is a singular configuration.
+            near it, or in the configuration that was described; less than `rank` where that is a
+            singular configuration.
         is_counted: whether the ranks were counted from the structure alone, which misses
             mechanisms that move only because of special dimensions.
     """
@@ -58,7 +59,7 @@ class ComponentReport:
 
     @property
     def is_singular_at_zero(self) -> bool:
-        """Whether the description's zero is a singular configuration."""
+        """Whether the description's zero, or what was described, is a singular configuration."""
         return self.rank_at_zero < self.rank
 
     @property
@@ -95,6 +96,7 @@ class MechanismReport:
         idle_rods: joints at the ends of every rod that may spin about its line. These freedoms are
             part of the mobility, and need no drive.
         warnings: what is wrong with the description and was accepted.
+        place: what the ranks are those of the surroundings of.
     """
 
     name: str
@@ -107,6 +109,7 @@ class MechanismReport:
     loops: list[LoopReport]
     idle_rods: list[tuple[str, ...]]
     warnings: tuple[str, ...]
+    place: str = "the description's zero"
 
     def __str__(self) -> str:
         lines = [
@@ -160,7 +163,7 @@ class MechanismReport:
             for rod in self.idle_rods
         ]
         remarks += [
-            f"the description's zero is a singular configuration of {component.names}: only "
+            f"{self.place} is a singular configuration of {component.names}: only "
             f"{component.rank_at_zero} of {component.rank} equations are independent there"
             for component in self.components
             if component.is_singular_at_zero

@@ -20,7 +20,9 @@ from .arguments import SceneArguments, replaced
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from ..mechanism.configuration import Configuration
     from ..response.response import Response
+    from .branches import Branches
     from .plan import Plan
 
 _OVERFLOW: Any = {"over": "ignore", "invalid": "ignore"}
@@ -259,18 +261,18 @@ class Scene(SceneArguments):
             )
         return self._solver.assembly.motion_range()
 
-    def branches(self) -> dict[str, dict[str, float]]:
+    def configuration(self) -> Configuration:
+        """Return the closed configuration in which the scene starts, of all loops."""
+        from .assembled import configuration_of  # Most scenes show none.
+
+        return configuration_of(self._solver)
+
+    def branches(self) -> Branches:
         """Return the assembly modes with the drives where the scene starts.
 
-        Returns:
-            Name for `Scene(branch=...)` to the positions of all joints with one coordinate [m, or
-            rad between -π and π]. `A` is the mode of the description, the others follow by
-            their distance from it, whichever of them the scene is in. They are searched from many
-            starts, so one that few starts lead to may be missing.
+        `A` is the mode of the description, the others follow by their distance from it, whichever
+        of them the scene is in.
         """
-        from ..kinematics.assembly_modes import positions_of  # Most scenes need no other mode.
+        from .branches import Branches  # Most scenes need no other mode.
 
-        modes = self._solver.assembly.modes()
-        return {
-            name: positions_of(self.mechanism, self.drives, state) for name, state in modes.items()
-        }
+        return Branches(self.mechanism, self.drives, self._solver.assembly.modes())

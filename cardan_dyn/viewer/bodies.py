@@ -11,6 +11,7 @@ from ..errors import ModelError
 from ..results.sweep import Sweep
 from . import shapes as forms
 from .commands import Color, Drawing, Pose, mesh, meshcat, node_name
+from .still import Still
 from .visuals import Shape, shapes
 
 ROD_COLOR = Color.of("#7a8794")
@@ -37,7 +38,7 @@ class Bodies:
         shapes: the visuals of the links whose motion is known.
     """
 
-    def __init__(self, sweep: Sweep, samples: Array, visuals: bool) -> None:
+    def __init__(self, sweep: Sweep | Still, samples: Array, visuals: bool) -> None:
         mechanism = sweep.mechanism
         self._sweep, self._samples = sweep, samples
         self.loops = frozenset(loop.joint for loop in mechanism.loops)

@@ -14,6 +14,7 @@ from ..results.sweep import Sweep
 from . import shapes as forms
 from .bodies import Bodies
 from .commands import Color, Drawing, Pose, mesh, meshcat, node_name
+from .still import Still
 from .vectors import Vectors, collect
 
 TORSION = Color.of("#c2185b", on_top=True, layer=4)
@@ -92,7 +93,7 @@ class Scenery:
 
 
 def build(
-    sweep: Sweep, joints: tuple[str, ...], parts: Parts, times: Array, samples: Array
+    sweep: Sweep | Still, joints: tuple[str, ...], parts: Parts, times: Array, samples: Array
 ) -> Scenery:
     """Draw a sweep.
 

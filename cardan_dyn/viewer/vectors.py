@@ -10,6 +10,7 @@ from ..arrays import Array
 from ..mechanism.joints import Joint
 from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
+from .still import Still
 
 _APART = 0.14
 """Least distance of two joints' moments, as a fraction of the radius of the scene."""
@@ -73,7 +74,9 @@ class Vectors:
         return float(np.max(np.linalg.norm(self.force, axis=1)))
 
 
-def collect(sweep: Sweep, joints: tuple[str, ...], samples: Array, radius: float) -> list[Vectors]:
+def collect(
+    sweep: Sweep | Still, joints: tuple[str, ...], samples: Array, radius: float
+) -> list[Vectors]:
     """Return the vectors of joints, as far as their motion is known.
 
     Args:
@@ -149,7 +152,7 @@ def _label(origin: Array, axis: Array, offset: float, radius: float) -> Array:
     return np.asarray(origin + side * max(beyond, abs(offset) + _LABEL_GAP * radius) * axis)
 
 
-def _turns(sweep: Sweep, joint: Joint, samples: Array) -> bool:
+def _turns(sweep: Sweep | Still, joint: Joint, samples: Array) -> bool:
     """Return whether a joint's child turns about its axis in a parent that stands still."""
     if joint.type not in ("revolute", "continuous") or not joint.parts:
         return False

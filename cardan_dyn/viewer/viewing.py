@@ -16,14 +16,16 @@ import numpy as np
 
 from ..checks import described, names, numbers
 from ..errors import ArgumentError
+from ..mechanism.configuration import Configuration
 from ..results.sweep import Sweep
 from .commands import meshcat
 from .page import Server, render
 from .scenery import Parts, build
+from .still import Still
 
 
 def view(
-    sweep: Sweep,
+    sweep: Sweep | Configuration,
     *,
     joints: Sequence[str] | None = None,
     visuals: bool = True,
@@ -36,14 +38,15 @@ def view(
     frames: int = 1440,
     title: str | None = None,
 ) -> View:
-    """Draw a sweep as a scene that moves.
+    """Draw a sweep as a scene that moves, or a configuration as one that does not.
 
     Moments are split into torsion (along the joint axis) and bending (across it); where a shaft
     turns in a bearing that stands still, its whole moment 𝔐 draws a trace in the axes that turn
     with the shaft (Grossmann 1939). Every arrow shows what the parent exerts on the child.
 
     Args:
-        sweep: over one dimension, of any number of samples.
+        sweep: over one dimension, of any number of samples; or a configuration, which has no
+            wrenches to be drawn.
         joints: whose arrows, axes and names are drawn; all outputs of the sweep if not given.
         visuals: draw the shapes of the links; lines between the joints where there are none.
         moments: draw torsion and bending.
@@ -65,19 +68,22 @@ def view(
         ArgumentError: the sweep has no or several dimensions, or a number is out of range.
     """
     meshcat()  # Reports a missing extra before anything is computed.
-    shown = _checked_joints(sweep, joints)
+    shot = Still(sweep) if isinstance(sweep, Configuration) else sweep
+    shown = _checked_joints(shot, joints)
     _check_numbers(duration, frames)
-    count = min(len(sweep), frames)
-    samples = np.unique(np.linspace(0, len(sweep) - 1, count).round().astype(int))
+    count = min(len(shot), frames)
+    samples = np.unique(np.linspace(0, len(shot) - 1, count).round().astype(int))
     times = np.linspace(0.0, duration, len(samples))
     parts = Parts(visuals, moments, forces, axes, traces, labels)
-    return View(render(build(sweep, shown, parts, times, samples), title or sweep.mechanism.name))
+    return View(render(build(shot, shown, parts, times, samples), title or shot.mechanism.name))
 
 
-def _checked_joints(sweep: Sweep, joints: Sequence[str] | None) -> tuple[str, ...]:
+def _checked_joints(sweep: Sweep | Still, joints: Sequence[str] | None) -> tuple[str, ...]:
     """Return the joints to be drawn; raise an error if the sweep cannot be drawn."""
-    if not isinstance(sweep, Sweep):
-        raise ArgumentError(f"view() takes the result of a sweep, not {type(sweep).__name__}")
+    if not isinstance(sweep, (Sweep, Still)):
+        raise ArgumentError(
+            f"view() takes the result of a sweep or a configuration, not {type(sweep).__name__}"
+        )
     shown = sweep.outputs if joints is None else names("joints", joints)
     for name in shown:
         if sweep[name].force.ndim != 2:

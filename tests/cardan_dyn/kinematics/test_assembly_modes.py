@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from testkit.ball_rods import WAYS
 from testkit.planar_linkages import BASE, COUPLER, CRANK, ROCKER, four_bar, geared, solver, values
 
 import cardan_dyn as cd
+from cardan_dyn.kinematics import assembly_modes as module
 from cardan_dyn.kinematics.assembly_modes import assembly_modes, mode_name
 
 
@@ -37,9 +36,10 @@ def test_a_four_bar_has_two_modes(crank: float) -> None:
     kinematics, first = solver(mechanism, "A")
     first[mechanism.coordinates.columns["A"]] = crank
     first = kinematics.close(first[None, :], most=60).x[0]
-    length = mechanism.characteristic_length
-    modes = assembly_modes(kinematics, passives_of(mechanism, "A"), first, length)
-    assert len(modes) == 2
+    found_modes = assembly_modes(mechanism, kinematics, passives_of(mechanism, "A"), first)
+    assert [len(variants) for variants in found_modes.poses] == [1, 1]
+    assert found_modes.is_complete
+    modes = list(found_modes.named().values())
     angles = np.array([values(mechanism, mode, "D") for mode in modes])
     found = np.sort(np.mod(angles, 2.0 * np.pi))
     expected = np.sort(np.mod(rocker_positions(crank), 2.0 * np.pi))
@@ -53,24 +53,37 @@ def test_a_four_bar_has_two_modes(crank: float) -> None:
 def test_modes_are_the_same_at_every_call() -> None:
     mechanism = four_bar()
     kinematics, first = solver(mechanism, "D")
-    arguments = kinematics, passives_of(mechanism, "D"), first, mechanism.characteristic_length
-    for once, again in zip(assembly_modes(*arguments), assembly_modes(*arguments), strict=True):
-        np.testing.assert_array_equal(once, again)
+    arguments = mechanism, kinematics, passives_of(mechanism, "D"), first
+    once, again = (assembly_modes(*arguments).named() for _ in range(2))
+    assert list(once) == list(again) == ["A", "B"]
+    for name, state in once.items():
+        np.testing.assert_array_equal(state, again[name])
 
 
 def test_whole_turns_of_a_wheel_are_no_modes() -> None:
     mechanism = geared(1.0)
     kinematics, first = solver(mechanism, "A")
-    modes = assembly_modes(kinematics, passives_of(mechanism, "A"), first, 1.0)
-    np.testing.assert_array_equal(modes, [first])
+    modes = assembly_modes(mechanism, kinematics, passives_of(mechanism, "A"), first)
+    np.testing.assert_array_equal(modes.poses, [[first]])
+    assert (modes.starts, modes.last_new) == (400, 100)
+
+
+def test_a_search_may_end_before_it_is_complete(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every round of starts that finds a new pose makes the search three times as long."""
+    mechanism = four_bar()
+    kinematics, first = solver(mechanism, "A")
+    monkeypatch.setattr(module, "_MOST_ROUNDS", 2)
+    modes = assembly_modes(mechanism, kinematics, passives_of(mechanism, "A"), first)
+    assert (modes.starts, modes.is_complete) == (200, False)
+    assert len(modes.poses) == 2
 
 
 def test_names() -> None:
-    names = {0: "A", 1: "B", 25: "Z", 26: "A1", 51: "Z1", 52: "A2", 26 * 12 + 3: "D12"}
+    names = {0: "A", 1: "B", 25: "Z", 26: "AA", 51: "AZ", 52: "BA", 701: "ZZ", 702: "AAA"}
     assert {index: mode_name(index) for index in names} == names
-    listed = [mode_name(index) for index in range(500)]
+    assert [mode_name(2, variant) for variant in range(3)] == ["C", "C2", "C3"]
+    listed = [mode_name(pose, variant) for pose in range(100) for variant in range(5)]
     assert len(set(listed)) == 500
-    assert all(len(earlier) <= len(later) for earlier, later in pairwise(listed))
 
 
 @pytest.mark.parametrize("way", WAYS)

@@ -15,7 +15,9 @@ from cardan_dyn.kinematics.structure import Structure
 
 
 def states_of(text: str) -> list[GenericStates | GroupSolver]:
-    return generic_states(Structure(cd.load(text)), 100)
+    mechanism = cd.load(text)
+    start = mechanism.coordinates.neutral()
+    return generic_states(Structure(mechanism), 100, start)
 
 
 def test_all_states_are_closed_and_regular() -> None:
@@ -26,7 +28,7 @@ def test_all_states_are_closed_and_regular() -> None:
     values = np.linalg.svd(states.group.scaled_rows, compute_uv=False)
     assert np.all(values[:, 2] > 1e-3)
     assert np.all(values[:, 3] < 1e-10)
-    assert (states.rank, states.rank_at_zero) == (3, 3)
+    assert (states.rank, states.rank_at_start) == (3, 3)
     # They are different configurations.
     assert np.max(np.ptp(states.group.q, axis=0)) > 1e-2
 
@@ -35,7 +37,7 @@ def test_singular_zeros_are_left_out() -> None:
     flat = [hinge((x, 0.0, 0.0), (0.0, 0.0, 1.0)) for x in (0.0, 1.0, 3.0, 2.0)]
     (states,) = states_of(robot(description(flat)))
     assert isinstance(states, GenericStates)
-    assert (states.rank, states.rank_at_zero) == (3, 2)
+    assert (states.rank, states.rank_at_start) == (3, 2)
     values = np.linalg.svd(states.group.scaled_rows, compute_uv=False)
     assert np.all(values[:, 2] > 1e-6)
 
@@ -52,7 +54,9 @@ def test_independent_sets_are_apart() -> None:
 
 
 def test_large_sets_come_back_as_solvers() -> None:
-    (solver,) = generic_states(Structure(cd.load(drive_line(3))), 9)
+    mechanism = cd.load(drive_line(3))
+    start = mechanism.coordinates.neutral()
+    (solver,) = generic_states(Structure(mechanism), 9, start)
     assert isinstance(solver, GroupSolver)
     assert solver.group.passives.size == 10
 

@@ -1,0 +1,111 @@
+"""Configuration: where all joints of a mechanism are while its loops are closed."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arrays import Array
+from ..frozen import Frozen, frozen, read_only
+
+if TYPE_CHECKING:
+    from .mechanism import Mechanism
+
+
+class Configuration(Frozen):
+    """A closed configuration of a mechanism; `Mechanism.assembled` and `Scene.configuration`.
+
+    `cd.view(configuration)` shows it, `cd.describe(configuration)` describes the mechanism there.
+
+    Attributes:
+        mechanism: the mechanism.
+        branch: name of the assembly mode, see `Scene.branches`; None where nothing is driven, so
+            that there are no modes.
+        loop_residual: greatest angle [rad], or gap as a fraction of the characteristic length,
+            between the two ends of a loop.
+        zero_residual: the same at the description's zero.
+        x: `(size,)` coordinates, see `mechanism.coordinates`.
+        positions: joint to its position [rad or m]; an array for joints of several coordinates, see
+            `Motion.position`.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        x: Array,
+        loop_residual: float,
+        zero_residual: float,
+        branch: str | None = None,
+    ) -> None:
+        """Keep a configuration.
+
+        Args:
+            mechanism: the mechanism.
+            x: `(size,)` coordinates of all joints.
+            loop_residual: see the attribute.
+            zero_residual: likewise.
+            branch: likewise.
+        """
+        self.mechanism = mechanism
+        self.loop_residual = loop_residual
+        self.zero_residual = zero_residual
+        self.branch = branch
+        self.x = read_only(np.array(x, dtype=float))
+        self.positions = frozen(
+            {
+                name: read_only(self.x[columns]) if mechanism.joints[name].nv > 1 else float(value)
+                for name, columns in mechanism.coordinates.columns.items()
+                for value in [self.x[columns.start]]
+            }
+        )
+        self._freeze()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Through the constructor, which closes the arrays of a copy to writing as well.
+        given = (self.mechanism, self.x, self.loop_residual, self.zero_residual, self.branch)
+        return Configuration, given
+
+    @cached_property
+    def q(self) -> Array:
+        """Pinocchio's configuration `(nq,)` of `Mechanism.model`."""
+        return read_only(self.mechanism.coordinates.configuration(self.x[None, :])[0])
+
+    def origin(self, joint: str) -> Array:
+        """Return the origin of a joint's frame in the world `(3,)` [m].
+
+        Raises:
+            ModelError: unknown joint.
+        """
+        return self._placement(joint)[1][0]
+
+    def rotation(self, joint: str) -> Array:
+        """Return the rotation `(3, 3)` that takes components in a joint's frame to world axes.
+
+        Raises:
+            ModelError: unknown joint.
+        """
+        return self._placement(joint)[0][0]
+
+    def _placement(self, joint: str) -> tuple[Array, Array]:
+        name, frames = self.mechanism.joint(joint).name, self.mechanism.frames
+        return frames.joint(self.x[None, :], frames.joints.index(name))
+
+    def __repr__(self) -> str:
+        branch = "" if self.branch is None else f" in branch {self.branch}"
+        return (
+            f"<Configuration of {self.mechanism.name!r}{branch}: closed to "
+            f"{self.loop_residual:.1e} (at zero {self.zero_residual:.1e})>"
+        )
+
+    def __str__(self) -> str:
+        width = max(map(len, self.positions), default=0)
+        rows = [f"  {name.ljust(width)}  {_shown(value)}" for name, value in self.positions.items()]
+        return "\n".join([repr(self)[1:-1], *rows])
+
+
+def _shown(value: float | Array) -> str:
+    """Return a position of one coordinate or of several as text."""
+    # Adding zero removes the sign of negative zeros.
+    return ", ".join(f"{number + 0.0:.6g}" for number in np.atleast_1d(value))
