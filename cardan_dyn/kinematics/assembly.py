@@ -21,6 +21,7 @@ from ..errors import (
 )
 from ..problem.problem import Problem
 from .all_groups import ClosedState, Kinematics
+from .gimbal_lock import gimbal_note
 from .guess_cache import Guess, GuessCache
 from .idle_rods import rods_by_name
 from .loop_system import LoopSystem
@@ -113,10 +114,12 @@ class Assembly:
             )
         worst = int(np.argmax(state.condition))
         if state.condition[worst] > SINGULAR_CONDITION:
+            solved = (group_state.group for group_state in state.groups)
+            note = gimbal_note(guess.kinematics.coordinates, state.x[worst], solved)
             raise SingularConfigurationError(
                 f"drive position {as_text(positions[worst])} is a dead point: the closure "
                 f"equations have condition {state.condition[worst]:.1e}; leave it out or choose "
-                "another drive",
+                f"another drive{note}",
                 position=as_position(positions[worst]),
                 condition=float(state.condition[worst]),
             )
@@ -152,7 +155,7 @@ class Assembly:
             except (AssemblyError, SingularConfigurationError):
                 pass  # It does not turn through; the limits say how far it goes.
             reach = _REACH_OF_ANGLE
-        start = self.start[self._problem.mechanism.coordinates.columns[drive].start]
+        start = self.start[self._problem.mechanism.coordinates.named[drive].column]
         return branch.limit(start - reach), branch.limit(start + reach)
 
     def modes(self) -> dict[str, Array]:
@@ -179,7 +182,7 @@ class Assembly:
 
     @property
     def _drive_slides(self) -> bool:
-        return self._problem.mechanism.joints[self._problem.drives[0]].type == "prismatic"
+        return self._problem.mechanism.drivable[self._problem.drives[0]].slides
 
     def _mode_called(self, name: str) -> Array:
         """Return closed coordinates `(size,)` of an assembly mode, by its name."""

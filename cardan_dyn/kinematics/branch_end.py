@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import AssemblyError, CardanError, SingularConfigurationError
 from .all_groups import Kinematics
 from .branch_table import BranchTable
+from .gimbal_lock import gimbal_note
 from .tolerances import CLOSURE_TOLERANCE, SINGULAR_CONDITION
 
 _STEEP = 100.0
@@ -68,20 +69,22 @@ def refused(
         attempt: the last one to go on.
     """
     nearest = limit(kinematics, table, end, unit)
+    solved = (solver.group for solver in kinematics.solvers)
+    note = gimbal_note(kinematics.coordinates, table.states[end.node], solved)
     error: CardanError
     if attempt.residual < CLOSURE_TOLERANCE or attempt.condition > SINGULAR_CONDITION:
         condition = float(kinematics.evaluate(table.states[[end.node]]).condition[0])
         error = SingularConfigurationError(
             f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "
             f"equations become singular there (condition {condition:.1e}), and the way on is "
-            "not unique; sweep on one side of it or choose another drive",
+            f"not unique; sweep on one side of it or choose another drive{note}",
             position=nearest,
             condition=condition,
         )
     else:
         error = AssemblyError(
             f"the loops cannot be closed at drive position {attempt.position:.9g}; the nearest "
-            f"position that can be reached is {nearest:.9g}, a dead point of the drive",
+            f"position that can be reached is {nearest:.9g}, a dead point of the drive{note}",
             position=attempt.position,
             nearest=nearest,
             residual=attempt.residual,

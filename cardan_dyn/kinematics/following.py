@@ -12,6 +12,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import AssemblyError, as_text
 from .all_groups import ClosedState, Kinematics
+from .gimbal_lock import gimbal_note
 from .tolerances import CLOSURE_TOLERANCE
 
 _SAFE_CORRECTION = 0.1
@@ -99,9 +100,11 @@ def _several_steps(kinematics: Kinematics, last: Array, columns: list[int], targ
             continue
         share *= 0.5
         if share < _SMALLEST_SHARE:
+            solved = (solver.group for solver in kinematics.solvers)
+            note = gimbal_note(kinematics.coordinates, last, solved)
             raise AssemblyError(
                 f"the loops cannot be closed at drive positions {as_text(target)}; on the way "
-                f"there the nearest that were reached are {as_text(last[columns])}",
+                f"there the nearest that were reached are {as_text(last[columns])}{note}",
                 position=target.copy(),
                 nearest=last[columns].copy(),
                 residual=float(state.residual[0]),

@@ -37,7 +37,10 @@ class Scene(SceneArguments):
         mechanism: from `load`.
         drive: name of the joint whose motion is prescribed, or a list of names: as many as
             the mechanism has mobility once the held joints are held. If not given, the joints
-            that the description calls independent, as far as they are not held.
+            that the description calls independent, as far as they are not held. Of a joint with
+            several coordinates, here and in `held`, `loads` and `start`, the name of one of them,
+            `joint.coordinate`; `Mechanism.drivable` lists them. To name an angle of a ball makes
+            it three turns, see `Mechanism.with_cardan_angles`, in `Scene.mechanism` as well.
         held: joints whose position the scene fixes, to their coordinates [rad or m]. The moment
             or force that holds them is a result.
         loads: what acts on the mechanism. A joint's name with an effort, a number or `(N,)`
@@ -263,8 +266,8 @@ class Scene(SceneArguments):
         """Return the assembly modes with the drives where the scene starts.
 
         Returns:
-            Name for `Scene(branch=...)` to the positions of all joints with one coordinate [m, or
-            rad between -π and π]. `A` is the mode of the description, the others follow by
+            Name for `Scene(branch=...)` to the positions of all coordinates that turn or slide
+            [m, or rad between -π and π]. `A` is the mode of the description, the others follow by
             their distance from it, whichever of them the scene is in. They are searched from many
             starts, so one that few starts lead to may be missing.
         """
