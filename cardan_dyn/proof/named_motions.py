@@ -13,15 +13,14 @@ def named_motions(frames: Frames) -> dict[str, ElementaryMotion]:
     motions_of: dict[str, list[ElementaryMotion]] = {joint: [] for joint in frames.joints}
     for motion in frames.motions:
         motions_of[frames.joints[motion.joint]].append(motion)
-    result = {
-        f"{joint}.{_coordinate(motion, motions)}": motion
-        for joint, motions in motions_of.items()
-        for motion in motions
-        if motion.kind != "ball"
-    }
-    result = {name: motion for name, motion in result.items() if name not in motions_of}
-    alone = {joint: motions[0] for joint, motions in motions_of.items() if len(motions) == 1}
-    return result | {joint: motion for joint, motion in alone.items() if motion.kind != "ball"}
+    result = {}
+    for joint, motions in motions_of.items():
+        for motion in motions:
+            is_alone = len(motions) == 1
+            name = joint if is_alone else f"{joint}.{_coordinate(motion, motions)}"
+            if motion.kind != "ball" and (is_alone or name not in motions_of):
+                result[name] = motion
+    return result
 
 
 def _coordinate(motion: ElementaryMotion, motions: list[ElementaryMotion]) -> str:
