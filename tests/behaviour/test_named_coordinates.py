@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from testkit.compound_joints import LAST, NAMES, crank_and_slider, plate_on_table
+from testkit.ball_rods import as_a_floating_rod, as_balls, as_hinges
+from testkit.compound_joints import LAST, NAMES, body, crank_and_slider, joint, plate_on_table
 
 import cardan_dyn as cd
 
@@ -176,3 +177,58 @@ def test_scenes_are_replaced_back_and_forth() -> None:
     np.testing.assert_allclose(again.drive_effort, crank.sweep(WAY).drive_effort, rtol=1e-12)
     with pytest.raises(cd.ModelError, match="joint 's' has no coordinate 'w'"):
         crank.replace(loads={"s.w": None})
+
+
+def six_hinges_and_slides() -> str:
+    """The floating rod of `ball_rods` on three slides and three hinges."""
+    text = as_a_floating_rod()
+    start = text.index('<joint name="b"')
+    stop = text.index("</joint>", start) + len("</joint>")
+    chain = ["ground", "m1", "m2", "m3", "m4", "m5", "rod"]
+    elements = "".join(body(name) for name in chain[1:-1])
+    for index, axis in enumerate(("1 0 0", "0 1 0", "0 0 1") * 2):
+        kind = "prismatic" if index < 3 else "continuous"
+        ends, origin = f"{chain[index]} {chain[index + 1]}", "" if index else 'xyz="0.3 0 0"'
+        elements += joint(f"b{index + 1}", kind, ends, origin, (axis,))
+    return text[:start] + elements + text[stop:]
+
+
+@pytest.mark.parametrize(
+    ("text", "single", "named"),
+    [
+        (as_balls(), as_hinges(), {"b.z": "b3"}),
+        (as_balls(), as_hinges(), {"c.x": "c1"}),
+        (as_a_floating_rod(), six_hinges_and_slides(), {"b.turn_z": "b6"}),
+    ],
+)
+def test_the_spin_of_a_rod_can_be_held_and_driven(
+    text: str, single: str, named: dict[str, str]
+) -> None:
+    mechanism, reference = cd.load(text), cd.load(single)
+    ((name, other),) = named.items()
+    way = np.linspace(-0.4, 0.4, 5)
+    both = np.stack([way, 0.5 * way], axis=1)
+    for is_driven, positions in ((False, way), (True, both)):
+        scenes = [
+            cd.Scene(item, drive=["a", spin], gravity=G)
+            if is_driven
+            else cd.Scene(item, drive="a", held={spin: 0.1}, gravity=G)
+            for item, spin in ((mechanism, name), (reference, other))
+        ]
+        found, expected = (scene.sweep(positions, speed=2.0, acceleration=1.0) for scene in scenes)
+        assert not found.idle_rods
+        np.testing.assert_allclose(found.drive_effort, expected.drive_effort, atol=1e-11)
+        for link in "ad":
+            np.testing.assert_allclose(found[link].force, expected[link].force, atol=1e-11)
+            np.testing.assert_allclose(found[link].moment, expected[link].moment, atol=1e-11)
+
+
+@pytest.mark.parametrize(("text", "load"), [(as_balls(), "b.x"), (as_a_floating_rod(), "b.turn_y")])
+def test_a_rod_stays_idle_where_its_ball_is_solved_with_angles(text: str, load: str) -> None:
+    scene = cd.Scene(cd.load(text), drive="a", gravity=G)
+    named = scene.replace(loads={load: 0.0})
+    way = np.linspace(-0.4, 0.4, 5)
+    first, second = scene.sweep(way, speed=2.0), named.sweep(way, speed=2.0)
+    assert first.idle_rods == second.idle_rods and len(first.idle_rods) == 1
+    np.testing.assert_allclose(first.drive_effort, second.drive_effort, atol=1e-11)
+    np.testing.assert_allclose(first["d"].moment, second["d"].moment, atol=1e-11)
