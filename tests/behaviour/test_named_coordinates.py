@@ -232,3 +232,10 @@ def test_a_rod_stays_idle_where_its_ball_is_solved_with_angles(text: str, load: 
     assert first.idle_rods == second.idle_rods and len(first.idle_rods) == 1
     np.testing.assert_allclose(first.drive_effort, second.drive_effort, atol=1e-11)
     np.testing.assert_allclose(first["d"].moment, second["d"].moment, atol=1e-11)
+
+
+def test_a_plan_names_the_coordinates_that_loops_decide() -> None:
+    steps = cd.Scene(cd.load(crank_and_slider()), drive="u.turn_1").plan().steps
+    assert steps[0] == "close s: decides r, u.turn_2, s, p"
+    steps = cd.Scene(cd.load(crank_and_slider()), drive="s.z").plan().steps
+    assert steps[0] == "close s: decides r, u, s.x, s.y, p"
