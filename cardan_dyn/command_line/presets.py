@@ -108,10 +108,10 @@ def default_sweep(
     Raises:
         CardanError: as `Scene` and `Scene.sweep` do.
     """
-    preset = PRESETS.get(mechanism.name, Preset(mechanism.independent_joints))
+    preset = PRESETS.get(mechanism.name, Preset(mechanism.independent_coordinates))
     if not all(name in mechanism.joints for name in (*preset.drive, *preset.held_deg)):
         # The mechanism shares only its name with the bundled one.
-        preset = Preset(mechanism.independent_joints)
+        preset = Preset(mechanism.independent_coordinates)
     drives = tuple(drive) or preset.drive
     preset_held = {name: np.deg2rad(angle) for name, angle in preset.held_deg.items()}
     scene = Scene(

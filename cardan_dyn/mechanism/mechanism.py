@@ -197,6 +197,13 @@ class Mechanism(Frozen):
         """
         return FrozenDict(named_coordinates(self.joints.values()))
 
+    @property
+    def independent_coordinates(self) -> tuple[str, ...]:
+        """Names of all coordinates of the joints that the description's author drives."""
+        joints = (self.joint(name) for name in self.independent_joints)
+        # A fixed joint has no coordinate; its own name says which one it is in errors.
+        return tuple(name for joint in joints for name in joint.coordinates or (joint.name,))
+
     def with_cardan_angles(self, joints: Collection[str]) -> Mechanism:
         """Return the mechanism in which the balls of some joints are three turns.
 

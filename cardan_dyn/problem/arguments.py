@@ -50,7 +50,7 @@ def checked(
         )
     held, start, loads = mapping("held", held), mapping("start", start), mapping("loads", loads)
     if drive is None:
-        drive = [name for name in _independent(mechanism) if name not in held]
+        drive = [name for name in mechanism.independent_coordinates if name not in held]
     drive = names("drive", drive)
     efforts = (name for name, value in loads.items() if _is_effort(mechanism, name, value))
     mechanism = _with_named_balls(mechanism, (*drive, *held, *start, *efforts))
@@ -77,12 +77,6 @@ def checked(
         compliance=frozen(compliances(mechanism, compliance)),
         strict=flag("strict", strict),
     )
-
-
-def _independent(mechanism: Mechanism) -> list[str]:
-    """Return the coordinates of the joints that the description calls independent."""
-    joints = (mechanism.joint(name) for name in mechanism.independent_joints)
-    return [name for joint in joints for name in joint.coordinates or (joint.name,)]
 
 
 def _with_named_balls(mechanism: Mechanism, named: Iterable[str]) -> Mechanism:

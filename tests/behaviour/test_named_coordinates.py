@@ -236,6 +236,6 @@ def test_a_rod_stays_idle_where_its_ball_is_solved_with_angles(text: str, load: 
 
 def test_a_plan_names_the_coordinates_that_loops_decide() -> None:
     steps = cd.Scene(cd.load(crank_and_slider()), drive="u.turn_1").plan().steps
-    assert steps[0] == "close s: decides r, u.turn_2, s, p"
+    assert steps[0] == "close s: decides p, r, u.turn_2, s"
     steps = cd.Scene(cd.load(crank_and_slider()), drive="s.z").plan().steps
-    assert steps[0] == "close s: decides r, u, s.x, s.y, p"
+    assert steps[0] == "close s: decides p, r, u, s.x, s.y"
