@@ -21,7 +21,6 @@ from ..errors import (
 )
 from ..problem.problem import Problem
 from .all_groups import ClosedState, Kinematics
-from .gimbal_lock import gimbal_note
 from .guess_cache import Guess, GuessCache
 from .idle_rods import rods_by_name
 from .loop_system import LoopSystem
@@ -114,6 +113,8 @@ class Assembly:
             )
         worst = int(np.argmax(state.condition))
         if state.condition[worst] > SINGULAR_CONDITION:
+            from .gimbal_lock import gimbal_note  # Only errors need it.
+
             solved = (group_state.group for group_state in state.groups)
             note = gimbal_note(guess.kinematics.coordinates, state.x[worst], solved)
             raise SingularConfigurationError(

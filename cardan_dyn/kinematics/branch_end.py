@@ -9,7 +9,6 @@ import numpy as np
 from ..errors import AssemblyError, CardanError, SingularConfigurationError
 from .all_groups import Kinematics
 from .branch_table import BranchTable
-from .gimbal_lock import gimbal_note
 from .tolerances import CLOSURE_TOLERANCE, SINGULAR_CONDITION
 
 _STEEP = 100.0
@@ -69,6 +68,8 @@ def refused(
         attempt: the last one to go on.
     """
     nearest = limit(kinematics, table, end, unit)
+    from .gimbal_lock import gimbal_note  # Only errors need it.
+
     solved = (solver.group for solver in kinematics.solvers)
     note = gimbal_note(kinematics.coordinates, table.states[end.node], solved)
     error: CardanError

@@ -12,7 +12,6 @@ import numpy as np
 from ..arrays import Array
 from ..errors import AssemblyError, as_text
 from .all_groups import ClosedState, Kinematics
-from .gimbal_lock import gimbal_note
 from .tolerances import CLOSURE_TOLERANCE
 
 _SAFE_CORRECTION = 0.1
@@ -100,6 +99,8 @@ def _several_steps(kinematics: Kinematics, last: Array, columns: list[int], targ
             continue
         share *= 0.5
         if share < _SMALLEST_SHARE:
+            from .gimbal_lock import gimbal_note  # Only errors need it.
+
             solved = (solver.group for solver in kinematics.solvers)
             note = gimbal_note(kinematics.coordinates, last, solved)
             raise AssemblyError(

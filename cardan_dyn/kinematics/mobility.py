@@ -15,7 +15,6 @@ from ..errors import (
 )
 from ..mechanism.mechanism import Mechanism
 from .all_groups import ClosedState
-from .gimbal_lock import gimbal_note
 from .stacked import ranks
 
 _MOVES = 1e-6
@@ -63,6 +62,8 @@ def check_mobility(
     # What the loops take away from all coordinates that are not held, at the same positions.
     mobility = len(drives) - excess + _freedom(state, undecided)
     if mobility == len(drives):
+        from .gimbal_lock import gimbal_note  # Only errors need it.
+
         solved = (group_state.group for group_state in state.groups)
         note = gimbal_note(mechanism.coordinates, state.x[-1], solved)
         position = state.x[-1, mechanism.coordinates.columns_of(drives)]

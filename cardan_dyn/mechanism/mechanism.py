@@ -211,8 +211,11 @@ class Mechanism(Frozen):
 
         Args:
             joints: names of joints; those without a ball make no difference.
+
+        Raises:
+            ModelError: no such joint.
         """
-        cardan = frozenset(name for name in joints if self.base.joints[name].has_ball)
+        cardan = frozenset(name for name in joints if self.base.joint(name).has_ball)
         if not cardan:
             return self.base
         variants = self.base._variants
