@@ -150,17 +150,22 @@ class Coordinates:
     def names_of(self, rates: set[int]) -> list[str]:
         """Return the names of velocity coordinates, by which scenes can drive or hold them.
 
-        Those of a ball are no rates of its angles, so any of them stands for all three.
+        Those of a ball are no rates of its angles, so any of them stands for all three. A
+        coordinate whose name belongs to another joint is named by its own joint.
         """
-        result = []
+        result, unnamed = [], set(rates)
         for name, item in self._drivable.items():
             span = self.velocity_columns[item.joint]
             if name in self.named:
-                is_named = self.named[name].rate in rates
+                own = {self.named[name].rate}
             else:
-                is_named = bool(rates.intersection(range(span.stop - 3, span.stop)))
-            if is_named:
+                own = set(range(span.stop - 3, span.stop))
+            if rates & own:
                 result.append(name)
+                unnamed -= own
+        for joint, span in self.velocity_columns.items():
+            if unnamed.intersection(range(span.start, span.stop)):
+                result.append(joint)
         return result
 
     def columns_of(self, names: Iterable[str]) -> list[int]:
