@@ -77,7 +77,7 @@ class MobilityError(CardanError):
 
     Attributes:
         mobility: number of drives that the scene needs.
-        free: names of the joints whose motion is not determined.
+        free: names of the coordinates whose motion is not determined, as in `Mechanism.drivable`.
     """
 
 

@@ -108,10 +108,10 @@ def default_sweep(
     Raises:
         CardanError: as `Scene` and `Scene.sweep` do.
     """
-    preset = PRESETS.get(mechanism.name, Preset(mechanism.independent_joints))
+    preset = PRESETS.get(mechanism.name, Preset(mechanism.independent_coordinates))
     if not all(name in mechanism.joints for name in (*preset.drive, *preset.held_deg)):
         # The mechanism shares only its name with the bundled one.
-        preset = Preset(mechanism.independent_joints)
+        preset = Preset(mechanism.independent_coordinates)
     drives = tuple(drive) or preset.drive
     preset_held = {name: np.deg2rad(angle) for name, angle in preset.held_deg.items()}
     scene = Scene(
@@ -137,7 +137,7 @@ def default_sweep(
 
 def _range(scene: Scene, mechanism: Mechanism, drive: str) -> tuple[float, float]:
     """Return the range of a single drive; one turn if it has no end."""
-    if mechanism.joints[drive].type == "prismatic":
+    if slides(mechanism, drive):
         return _limits(mechanism, drive)
     try:
         low, high = scene.motion_range()
@@ -149,16 +149,30 @@ def _range(scene: Scene, mechanism: Mechanism, drive: str) -> tuple[float, float
 
 
 def _limits(mechanism: Mechanism, joint: str) -> tuple[float, float]:
-    """Return the limits of a joint's coordinate, or a small swing about zero if it has none."""
-    record, model = mechanism.joint(joint), mechanism.model
-    column = model.idx_qs[record.id]
-    low = float(model.lowerPositionLimit[column])
-    high = float(model.upperPositionLimit[column])
-    if record.type != "continuous" and np.isfinite(low + high) and high - low < _NO_LIMIT:
-        return low, high
-    slides = record.type == "prismatic"
-    reach = _SLIDE_SWING * mechanism.characteristic_length if slides else _ANGLE_SWING
+    """Return the limits of a coordinate, or a small swing about zero if it has none."""
+    model = mechanism.model
+    record = mechanism.joints[joint] if joint in mechanism else None
+    if record is not None and record.type in ("revolute", "prismatic"):
+        column = model.idx_qs[record.id]
+        low = float(model.lowerPositionLimit[column])
+        high = float(model.upperPositionLimit[column])
+        if np.isfinite(low + high) and high - low < _NO_LIMIT:
+            return low, high
+    is_slide = slides(mechanism, joint)
+    reach = _SLIDE_SWING * mechanism.characteristic_length if is_slide else _ANGLE_SWING
     return -reach, reach
+
+
+def slides(mechanism: Mechanism, name: str) -> bool:
+    """Return whether the coordinate of a joint, or `joint.coordinate`, is a slide.
+
+    Raises:
+        ModelError: there is none of this name.
+    """
+    if name not in mechanism.drivable:
+        mechanism.joint(name)
+        return False  # It has no single coordinate, which the scene reports.
+    return mechanism.drivable[name].slides
 
 
 def _out_of_phase(mechanism: Mechanism, drives: tuple[str, ...], samples: int) -> Array:

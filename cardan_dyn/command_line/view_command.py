@@ -13,7 +13,7 @@ from ..results.sweep import Sweep
 from ..viewer.commands import meshcat
 from ..viewer.viewing import View
 from ..viewer.viewing import view as draw
-from .presets import default_sweep
+from .presets import default_sweep, slides
 
 _RAD_PER_S = np.pi / 30.0
 """One revolution per minute [rad/s]."""
@@ -23,7 +23,7 @@ class MotionOptions(NamedTuple):
     """How a mechanism is moved, in the units of the command line.
 
     Attributes:
-        drive: driven joints; those of the preset if empty.
+        drive: driven joints, or coordinates `joint.coordinate`; those of the preset if empty.
         held: held joints to angles [°], slides to positions [m].
         loads: joints to efforts [N·m, slides: N]; those of the preset if None.
         speed_rpm: of a drive that turns [1/min]; that of the preset if None.
@@ -45,7 +45,7 @@ class MotionOptions(NamedTuple):
             CardanError: as `default_sweep` does.
         """
         held = {
-            name: value if mechanism.joint(name).type == "prismatic" else float(np.deg2rad(value))
+            name: value if slides(mechanism, name) else float(np.deg2rad(value))
             for name, value in self.held.items()
         }
         return default_sweep(

@@ -133,11 +133,11 @@ class ProblemSolver(Frozen):
         return {index: self.problem.mechanism.couplings[index].name for index in indices}
 
     def knows_effort(self, joint: str) -> bool:
-        """Return whether what a driven or held joint exerts is solved."""
-        needed = self.assembly.needed
+        """Return whether what acts along a driven or held coordinate is solved."""
+        needed, mechanism = self.assembly.needed, self.problem.mechanism
         if needed.efforts_alone:
             return joint in self.problem.drives
-        return self.problem.mechanism.joints[joint].id - 1 in needed.known_bodies
+        return mechanism.joints[mechanism.drivable[joint].joint].id - 1 in needed.known_bodies
 
     def assemble(self, positions: Array) -> AssembledPositions:
         """Return drive positions `(N, d)` with all their loops closed, to be used again.

@@ -118,10 +118,14 @@ class Assembly:
             )
         worst = int(np.argmax(state.condition))
         if state.condition[worst] > SINGULAR_CONDITION:
+            from .gimbal_lock import gimbal_note  # Only errors need it.
+
+            solved = (group_state.group for group_state in state.groups)
+            note = gimbal_note(guess.kinematics.coordinates, state.x[worst], solved)
             raise SingularConfigurationError(
                 f"drive position {as_text(positions[worst])} is a dead point: the closure "
                 f"equations have condition {state.condition[worst]:.1e}; leave it out or choose "
-                "another drive",
+                f"another drive{note}",
                 position=as_position(positions[worst]),
                 condition=float(state.condition[worst]),
             )
@@ -157,7 +161,7 @@ class Assembly:
             except (AssemblyError, SingularConfigurationError):
                 pass  # It does not turn through; the limits say how far it goes.
             reach = _REACH_OF_ANGLE
-        start = self.start[self._problem.mechanism.coordinates.columns[drive].start]
+        start = self.start[self._problem.mechanism.coordinates.named[drive].column]
         return branch.limit(start - reach), branch.limit(start + reach)
 
     def modes(self) -> AssemblyModes:
@@ -179,7 +183,7 @@ class Assembly:
 
     @property
     def _drive_slides(self) -> bool:
-        return self._problem.mechanism.joints[self._problem.drives[0]].type == "prismatic"
+        return self._problem.mechanism.drivable[self._problem.drives[0]].slides
 
     def _mode_called(self, name: str) -> Array:
         """Return closed coordinates `(size,)` of an assembly mode, by its name."""

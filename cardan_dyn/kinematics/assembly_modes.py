@@ -202,19 +202,17 @@ def mode_name(pose: int, variant: int = 0) -> str:
 
 
 def positions_of(mechanism: Mechanism, drives: tuple[str, ...], state: Array) -> dict[str, float]:
-    """Return the positions of all joints with one coordinate [m, or rad between -π and π].
+    """Return the positions of all coordinates that turn or slide [m, or rad between -π and π].
 
     Args:
         mechanism: the mechanism.
-        drives: joints whose positions count whole turns.
+        drives: coordinates that count whole turns.
         state: `(size,)` coordinates.
     """
     positions = {}
-    for name, columns in mechanism.coordinates.columns.items():
-        joint = mechanism.joints[name]
-        if joint.nv == 1:
-            value = float(state[columns.start])
-            if name not in drives and joint.type != "prismatic":
-                value -= 2.0 * np.pi * float(np.rint(value / (2.0 * np.pi)))
-            positions[name] = value
+    for name, coordinate in mechanism.coordinates.named.items():
+        value = float(state[coordinate.column])
+        if name not in drives and not coordinate.slides:
+            value -= 2.0 * np.pi * float(np.rint(value / (2.0 * np.pi)))
+        positions[name] = value
     return positions

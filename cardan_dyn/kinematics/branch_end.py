@@ -68,20 +68,24 @@ def refused(
         attempt: the last one to go on.
     """
     nearest = limit(kinematics, table, end, unit)
+    from .gimbal_lock import gimbal_note  # Only errors need it.
+
+    solved = (solver.group for solver in kinematics.solvers)
+    note = gimbal_note(kinematics.coordinates, table.states[end.node], solved)
     error: CardanError
     if attempt.residual < CLOSURE_TOLERANCE or attempt.condition > SINGULAR_CONDITION:
         condition = float(kinematics.evaluate(table.states[[end.node]]).condition[0])
         error = SingularConfigurationError(
             f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "
             f"equations become singular there (condition {condition:.1e}), and the way on is "
-            "not unique; sweep on one side of it or choose another drive",
+            f"not unique; sweep on one side of it or choose another drive{note}",
             position=nearest,
             condition=condition,
         )
     else:
         error = AssemblyError(
             f"the loops cannot be closed at drive position {attempt.position:.9g}; the nearest "
-            f"position that can be reached is {nearest:.9g}, a dead point of the drive",
+            f"position that can be reached is {nearest:.9g}, a dead point of the drive{note}",
             position=attempt.position,
             nearest=nearest,
             residual=attempt.residual,

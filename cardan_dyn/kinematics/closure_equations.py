@@ -14,8 +14,9 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array, cross
-from ..mechanism.mechanism import Coupling, Loop, Mechanism
+from ..mechanism.mechanism import Coupling, Mechanism
 from ..mechanism.tree import ancestors
+from ..mechanism.welds import Loop
 from .batch_model import BatchModel, UnitTwists
 from .loop_geometry import LoopAxes, LoopEnd, LoopPath, gap_between
 from .loop_groups import Group

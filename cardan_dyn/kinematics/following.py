@@ -99,9 +99,13 @@ def _several_steps(kinematics: Kinematics, last: Array, columns: list[int], targ
             continue
         share *= 0.5
         if share < _SMALLEST_SHARE:
+            from .gimbal_lock import gimbal_note  # Only errors need it.
+
+            solved = (solver.group for solver in kinematics.solvers)
+            note = gimbal_note(kinematics.coordinates, last, solved)
             raise AssemblyError(
                 f"the loops cannot be closed at drive positions {as_text(target)}; on the way "
-                f"there the nearest that were reached are {as_text(last[columns])}",
+                f"there the nearest that were reached are {as_text(last[columns])}{note}",
                 position=target.copy(),
                 nearest=last[columns].copy(),
                 residual=float(state.residual[0]),

@@ -84,8 +84,11 @@ class GuessCache:
         self._motionless = motionless
         coordinates = problem.mechanism.coordinates
         self._size = coordinates.size
-        self._columns = [coordinates.columns[name].start for name in problem.drives]
-        self._turns_freely = problem.mechanism.joints[problem.drives[0]].type == "continuous"
+        self._columns = coordinates.columns_of(problem.drives)
+        drive = coordinates.named[problem.drives[0]]
+        # URDF's `revolute` joints have limits; no other type that turns has.
+        is_limited = problem.mechanism.joints[drive.joint].type == "revolute"
+        self._turns_freely = not (drive.slides or is_limited)
         self._branch: Branch | None = None
         self._samples_served = 0
         self._lock = threading.RLock()

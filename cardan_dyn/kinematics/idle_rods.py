@@ -31,6 +31,10 @@ which a body is a rod. Published robots have rods drawn askew by less; a body th
 line is a pendulum, whose motion nobody may decide by a rule."""
 
 
+_FLOATING_TURNS = slice(3, 6)
+"""Which velocity coordinates of a floating joint turn its body: they follow its three slides."""
+
+
 class JointEdge(NamedTuple):
     """A joint as one of the two bodies that it connects sees it.
 
@@ -212,6 +216,8 @@ class JointGraph:
         """Return whether a body that is held by two ends is free to spin about a line."""
         if first is None or second is None or first.neighbour == second.neighbour:
             # In two bearings of the same body, it is a shaft, which somebody has to drive.
+            return False
+        if not set(self.floating_columns(body)[_FLOATING_TURNS]) <= self._free:
             return False
         offset = second.point - first.point
         if first.is_ball and second.is_ball:

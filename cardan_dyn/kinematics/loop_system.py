@@ -38,8 +38,9 @@ class LoopSystem:
         }
 
     def is_on_loops(self, joint: str) -> bool:
-        """Return whether a loop or coupling depends on a joint with one coordinate."""
-        return self._column(joint) in self._looped_columns
+        """Return whether a loop or coupling depends on a joint."""
+        columns = self.mechanism.coordinates.velocity_columns[joint]
+        return columns.start in self._looped_columns
 
     def groups(self, drives: tuple[str, ...], passives: Array) -> list[Group]:
         """Return the groups in the order in which motion passes through them.
@@ -51,7 +52,7 @@ class LoopSystem:
         coordinates = self.mechanism.coordinates
         x = coordinates.neutral()
         for name, value in self.held.items():
-            x[coordinates.columns[name]] = value
+            x[coordinates.named[name].column] = value
         return partition(self.structure, x, self._columns(drives), passives)
 
     def kinematics(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
@@ -67,9 +68,9 @@ class LoopSystem:
             kinematics: solves the branch.
             state: `(size,)` closed coordinates.
         """
-        slides = self.mechanism.joints[joint].type == "prismatic"
-        unit = self.mechanism.characteristic_length if slides else 1.0
-        return Branch(kinematics, state, self.mechanism.coordinates.columns[joint].start, unit)
+        coordinate = self.mechanism.coordinates.named[joint]
+        unit = self.mechanism.characteristic_length if coordinate.slides else 1.0
+        return Branch(kinematics, state, coordinate.column, unit)
 
     def moved(
         self, state: Array, joint: str, value: float, passives: Array, left_out: set[int]
@@ -92,10 +93,11 @@ class LoopSystem:
             AssemblyError: the value cannot be reached.
             SingularConfigurationError: a dead point lies on the way.
         """
-        column = self.mechanism.coordinates.columns[joint].start
+        coordinate = self.mechanism.coordinates.named[joint]
+        column = coordinate.column
         if value == state[column]:
             return state
-        if not self.is_on_loops(joint):
+        if not self.is_on_loops(coordinate.joint):
             state = state.copy()
             state[column] = value
             return state
@@ -109,9 +111,5 @@ class LoopSystem:
         branch.cover(min(value, state[column]), max(value, state[column]))
         return branch.states()[-1 if value > state[column] else 0]
 
-    def _column(self, joint: str) -> int:
-        """Return the first velocity coordinate of a joint."""
-        return self.mechanism.coordinates.velocity_columns[joint].start
-
     def _columns(self, joints: tuple[str, ...]) -> Array:
-        return np.array([self._column(name) for name in joints], dtype=int)
+        return np.array(self.mechanism.coordinates.rates_of(joints), dtype=int)

@@ -58,20 +58,20 @@ def check_mobility(
     undecided, excess = _balance(state, passives)
     if not undecided and not excess:
         return
-    names = [
-        name
-        for name, columns in mechanism.coordinates.velocity_columns.items()
-        if undecided.intersection(range(columns.start, columns.stop))
-    ]
+    names = mechanism.coordinates.names_of(undecided)
     # What the loops take away from all coordinates that are not held, at the same positions.
     mobility = len(drives) - excess + _freedom(state, undecided)
     if mobility == len(drives):
-        position = state.x[-1, [mechanism.coordinates.columns[name].start for name in drives]]
+        from .gimbal_lock import gimbal_note  # Only errors need it.
+
+        solved = (group_state.group for group_state in state.groups)
+        note = gimbal_note(mechanism.coordinates, state.x[-1], solved)
+        position = state.x[-1, mechanism.coordinates.columns_of(drives)]
         raise SingularConfigurationError(
             f"{mechanism.name}: position {as_text(position)} of {list(drives)}, where the scene "
             "starts, is a dead point: the drive does not decide the motion there of "
             f"{choices(names)}. "
-            "Give start={joint: position} to begin elsewhere, or choose another drive",
+            f"Give start={{joint: position}} to begin elsewhere, or choose another drive{note}",
             position=as_position(position),
             condition=float(np.max(state.condition)),
         )
@@ -79,7 +79,7 @@ def check_mobility(
     held_text = f" with {choices(held)} held" if held else ""
     raise MobilityError(
         f"{mechanism.name}: driven by {choices(drives)}{held_text}, {loops}: "
-        f"{_advice(mechanism, mobility, len(drives), names)}",
+        f"{_advice(mobility, len(drives), names)}",
         mobility=mobility,
         free=names,
     )
@@ -114,14 +114,11 @@ def _freedom(state: ClosedState, undecided: set[int]) -> int:
     return count + len(undecided)
 
 
-def _advice(mechanism: Mechanism, mobility: int, drive_count: int, undecided: list[str]) -> str:
+def _advice(mobility: int, drive_count: int, undecided: list[str]) -> str:
     """Return what to change where the drives do not match the mobility."""
     if mobility == 0:
         return "it is locked: stop holding a joint, or check loops and couplings"
     if drive_count > mobility:
         return "drop a drive or stop holding a joint"
-    single = [name for name in undecided if mechanism.joints[name].nv == 1]
     advice = f"drive or hold {mobility - drive_count} of them"
-    if single and len(single) < len(undecided):
-        advice += f" that have a single coordinate: {choices(single)}"
     return f"nothing decides the motion of: {choices(undecided)}; {advice}"

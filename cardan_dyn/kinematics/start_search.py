@@ -113,15 +113,16 @@ class StartSearch:
             ) from error
 
     def _is_complete(self) -> bool:
-        """Return whether `start` names all joints on loops, none of which has several coordinates.
+        """Return whether `start` names all coordinates of the joints on loops.
 
         Only then does it say in which assembly mode the loops are, and how many turns joints made.
         """
         mechanism, start = self._problem.mechanism, self._problem.start
         return bool(start) and all(
-            joint.nv == 1 and name in start
-            for name, joint in mechanism.joints.items()
-            if joint.parts and self._system.is_on_loops(name)
+            coordinate in start
+            for joint in mechanism.joints.values()
+            for coordinate in joint.coordinates
+            if self._system.is_on_loops(joint.name)
         )
 
     def _is_at_start(self, state: Array) -> bool:
@@ -133,14 +134,13 @@ class StartSearch:
         """Return coordinates `(size,)` with some joints at other positions."""
         x = x.copy()
         for joint, value in positions.items():
-            x[self._problem.mechanism.coordinates.columns[joint]] = value
+            x[self._problem.mechanism.coordinates.named[joint].column] = value
         return x
 
     def _free(self, pinned: Iterable[str]) -> Array:
         """Return `(nv,)` which velocity coordinates do not belong to joints that stay."""
-        velocities = self._problem.mechanism.coordinates.velocity_columns
         free = np.ones(self._problem.mechanism.model.nv, dtype=bool)
-        free[[velocities[name].start for name in pinned]] = False
+        free[self._problem.mechanism.coordinates.rates_of(pinned)] = False
         return free
 
     def _closed_zero(self, zero: Array) -> Array:
@@ -194,10 +194,10 @@ class StartSearch:
         All joints that are not held follow them, the drives as well.
         """
         problem = self._problem
-        velocities = problem.mechanism.coordinates.velocity_columns
+        coordinates = problem.mechanism.coordinates
         (free,) = np.nonzero(self._free(problem.held))
         for joint, value in problem.start.items():
-            passives = free[free != velocities[joint].start]
+            passives = free[free != coordinates.named[joint].rate]
             state = self.moved(state, joint, value, passives)
         return state
 
@@ -207,7 +207,7 @@ class StartSearch:
         try:
             return self._system.moved(state, joint, value, passives, left_out)
         except CardanError as error:
-            slides = self._problem.mechanism.joints[joint].type == "prismatic"
+            slides = self._problem.mechanism.drivable[joint].slides
             hint = ""
             if not slides and abs(value) > _GREATEST_ANGLE:
                 hint = (

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 import numpy as np
 import pinocchio
 
 from ..arrays import Array, quaternion_product
-from .joints import Joint
+from .joints import Joint, named_coordinates
 
 
 class Moves(NamedTuple):
@@ -55,6 +55,22 @@ class _Kind(NamedTuple):
     velocities: Array
 
 
+class Scalar(NamedTuple):
+    """A coordinate that is one number: of a turn or a slide, not of a ball.
+
+    Attributes:
+        joint: name of its joint.
+        column: its column in a row.
+        rate: its velocity coordinate.
+        slides: whether it is a slide [m]; else it is an angle [rad].
+    """
+
+    joint: str
+    column: int
+    rate: int
+    slides: bool
+
+
 class Coordinates:
     """Joint coordinates of many samples and what they are in Pinocchio's models.
 
@@ -71,17 +87,27 @@ class Coordinates:
         scale: `(size,)` weights that compare slides with angles [1/m for slides].
         columns: joint name to its columns in a row.
         velocity_columns: joint name to its columns in a velocity.
+        named: the turns and slides by their names, see `Joint.coordinates`.
+        cardan: names of the joints whose balls are written as three turns.
     """
 
-    def __init__(self, model: pinocchio.Model, joints: Iterable[Joint], length: float) -> None:
+    def __init__(
+        self,
+        model: pinocchio.Model,
+        joints: Collection[Joint],
+        length: float,
+        cardan: Collection[str] = (),
+    ) -> None:
         """Lay out the coordinates.
 
         Args:
             model: of the tree.
             joints: all joints, those of loops included.
             length: characteristic length, which compares slides with angles [m].
+            cardan: see the attribute.
         """
         self.model = model
+        self.cardan = frozenset(cardan)
         self.columns: dict[str, slice] = {}
         self.velocity_columns: dict[str, slice] = {}
         self.size = 0
@@ -96,6 +122,8 @@ class Coordinates:
             start = self.model.idx_vs[joint.parts[0].id]
             self.columns[joint.name] = slice(first, self.size)
             self.velocity_columns[joint.name] = slice(start, start + joint.nv)
+        self._drivable = named_coordinates(joints)
+        self.named = self._named()
 
         revolute, prismatic = self._of_kind("revolute"), self._of_kind("prismatic")
         self._balls = self._of_kind("spherical")
@@ -105,6 +133,48 @@ class Coordinates:
         self.angle_columns = revolute.columns
         self.scale = np.ones(self.size)
         self.scale[prismatic.columns] = 1.0 / length
+
+    def _named(self) -> dict[str, Scalar]:
+        """Return the turns and slides by name."""
+        is_turn_or_slide = {
+            self.model.idx_vs[part.id] for part in self.parts if part.kind != "spherical"
+        }
+        result = {}
+        for name, (joint, offset, slides) in self._drivable.items():
+            rate = self.velocity_columns[joint].start + offset
+            if rate in is_turn_or_slide:
+                # No joint has anything but turns and slides before them, so both count alike.
+                result[name] = Scalar(joint, self.columns[joint].start + offset, rate, slides)
+        return result
+
+    def names_of(self, rates: set[int]) -> list[str]:
+        """Return the names of velocity coordinates, by which scenes can drive or hold them.
+
+        Those of a ball are no rates of its angles, so any of them stands for all three. A
+        coordinate whose name belongs to another joint is named by its own joint.
+        """
+        result, unnamed = [], set(rates)
+        for name, item in self._drivable.items():
+            span = self.velocity_columns[item.joint]
+            if name in self.named:
+                own = {self.named[name].rate}
+            else:
+                own = set(range(span.stop - 3, span.stop))
+            if rates & own:
+                result.append(name)
+                unnamed -= own
+        for joint, span in self.velocity_columns.items():
+            if unnamed.intersection(range(span.start, span.stop)):
+                result.append(joint)
+        return result
+
+    def columns_of(self, names: Iterable[str]) -> list[int]:
+        """Return the columns of turns and slides in a row, by their names."""
+        return [self.named[name].column for name in names]
+
+    def rates_of(self, names: Iterable[str]) -> list[int]:
+        """Return the velocity coordinates of turns and slides, by their names."""
+        return [self.named[name].rate for name in names]
 
     def _of_kind(self, kind: str) -> _Kind:
         chosen = [

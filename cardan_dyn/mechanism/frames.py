@@ -93,6 +93,7 @@ class Frames:
         self.last: list[int] = []
         self.fixed_placement: dict[int, Array] = {}
         self._columns, self._rates = coordinates.columns, coordinates.velocity_columns
+        self._cardan = coordinates.cardan
         self.links = self._add_tree(description)
         self.tree = len(self.joints)
         self.ends = [self._add_loop(loop) for loop in description.loops]
@@ -140,6 +141,8 @@ class Frames:
         self.children.append(child)
         before = self.last[body] if body >= 0 else -1
         motions = _motions(joint.type, joint.axis, joint.axis_2)
+        if name in self._cardan:
+            motions = [turn for motion in motions for turn in _turns_for_ball(motion)]
         if not motions:
             self.fixed_placement[index] = placement
         else:
@@ -304,6 +307,12 @@ def _motions(kind: str, axis: Array, axis_2: Array) -> list[tuple[str, Array]]:
     first = np.cross(axis, sides[int(np.argmin(np.abs(axis)))])
     first = first / np.sqrt(first @ first)
     return [("slide", first), ("slide", np.cross(axis, first)), ("turn", axis)]
+
+
+def _turns_for_ball(motion: tuple[str, Array]) -> list[tuple[str, Array]]:
+    """Return the turns by Cardan angles that a ball is written as; other motions as they are."""
+    kind, _ = motion
+    return [("turn", axis) for axis in np.eye(3)] if kind == "ball" else [motion]
 
 
 def _turn(frame: Array, start: Array, axis: Array, cosine: Array, sine: Array) -> None:

@@ -2,12 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from ..frozen import read_only
+
+if TYPE_CHECKING:
+    from ..description.description import Description, JointDescription, LoopDescription
+
+
+_COORDINATES = {
+    "universal": ("turn_1", "turn_2"),
+    "cylindrical": ("slide", "turn"),
+    "planar": ("slide_1", "slide_2", "turn"),
+    "spherical": ("x", "y", "z"),
+    "floating": ("x", "y", "z", "turn_x", "turn_y", "turn_z"),
+}
+"""Names of the coordinates of the joint types that have several, from the parent outwards. Those of
+a ball are Cardan angles: turns about x of the parent's side, then the carried y, then the child's
+z."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,21 +82,85 @@ class Joint:
         """Number of velocity coordinates."""
         return sum(part.nv for part in self.parts)
 
+    @property
+    def has_ball(self) -> bool:
+        """Whether one of its parts is a ball."""
+        return any(part.kind == "spherical" for part in self.parts)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names by which scenes drive, hold and load its coordinates, from the parent outwards.
+
+        The joint's own name if it has one coordinate, else `joint.coordinate`.
+        """
+        if self.nv < 2:
+            return (self.name,) * self.nv
+        return tuple(f"{self.name}.{coordinate}" for coordinate in _COORDINATES[self.type])
+
     def __repr__(self) -> str:
         return f"<Joint {self.name!r}: {self.type}>"
 
 
-def elementary(kind: str, axis: Array, axis_2: Array) -> list[tuple[str, Array]]:
+def described_joints(description: Description, parts: dict[str, list[Part]]) -> dict[str, Joint]:
+    """Return the joints that carry a wrench by name, those of the tree first, then the loops."""
+    described: list[JointDescription | LoopDescription] = [*description.joints, *description.loops]
+    joints = {}
+    for item in described:
+        if item.name in parts:
+            axis = np.cross(item.axis, item.axis_2) if item.type == "universal" else item.axis
+            joints[item.name] = Joint(item.name, item.type, axis, tuple(parts[item.name]))
+    return joints
+
+
+class NamedCoordinate(NamedTuple):
+    """A coordinate that scenes can drive, hold and load.
+
+    Attributes:
+        joint: name of its joint.
+        offset: which of the joint's velocity coordinates it is, from 0.
+        slides: whether it is a slide [m]; else it is an angle [rad].
+    """
+
+    joint: str
+    offset: int
+    slides: bool
+
+
+def named_coordinates(joints: Iterable[Joint]) -> dict[str, NamedCoordinate]:
+    """Return the coordinates of joints by name.
+
+    A joint may be called what would be a coordinate of another one: then the name is the joint's.
+    """
+    joints = list(joints)
+    names = {joint.name for joint in joints}
+    return {
+        name: NamedCoordinate(joint.name, offset, kind == "prismatic")
+        for joint in joints
+        for offset, (name, kind) in enumerate(zip(joint.coordinates, _kinds(joint), strict=True))
+        if joint.nv == 1 or name not in names
+    }
+
+
+def _kinds(joint: Joint) -> list[str]:
+    """Return the kind of the part that each velocity coordinate of a joint belongs to."""
+    return [part.kind for part in joint.parts for _ in range(part.nv)]
+
+
+def elementary(
+    kind: str, axis: Array, axis_2: Array, cardan: bool = False
+) -> list[tuple[str, Array]]:
     """Return kinds and axes of a joint type's parts, from the parent outwards.
 
     Args:
         kind: a joint type of URDF, or `spherical`, `universal`, `cylindrical`.
         axis: unit axis; the normal of a `planar` joint, the first axis of a `universal` one.
         axis_2: second axis of a `universal` joint.
+        cardan: write a ball as three turns, whose angles are then coordinates.
     """
     across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     across /= np.linalg.norm(across)
     x, y, z = np.eye(3)
+    turns = [("revolute", x), ("revolute", y), ("revolute", z)]
     return {
         "fixed": [],
         "revolute": [("revolute", axis)],
@@ -92,11 +173,11 @@ def elementary(kind: str, axis: Array, axis_2: Array) -> list[tuple[str, Array]]
             ("revolute", axis),
         ],
         "universal": [("revolute", axis), ("revolute", axis_2)],
-        "spherical": [("spherical", axis)],
+        "spherical": turns if cardan else [("spherical", axis)],
         "floating": [
             ("prismatic", x),
             ("prismatic", y),
             ("prismatic", z),
-            ("spherical", x),
+            *(turns if cardan else [("spherical", x)]),
         ],
     }[kind]

@@ -10,26 +10,24 @@ no joint: its weld connects the two links directly.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
 import pinocchio
 
 from ..description.read import read
 from ..errors import ModelError, choices
 from ..frozen import Frozen, FrozenDict
 from .coordinates import Coordinates
-from .joints import Joint, Part
-from .tree import TreeBuilder, ancestors, se3
+from .joints import Joint, NamedCoordinate, described_joints, named_coordinates
+from .tree import TreeBuilder, ancestors
+from .welds import characteristic_length, constraint_models, weld
 
 if TYPE_CHECKING:
     from ..description.description import (
         CouplingDescription,
         Description,
-        JointDescription,
-        LoopDescription,
     )
     from .configuration import Configuration
     from .frames import Frames
@@ -38,25 +36,6 @@ if TYPE_CHECKING:
 _SHORTEST = 1e-30
 """Characteristic length [m] below which a mechanism is refused: powers of it and their reciprocals
 have to stay within the range of doubles, which ends at 1e-308."""
-
-
-class Loop(NamedTuple):
-    """A weld that closes a loop.
-
-    Attributes:
-        joint: name of the joint that the loop is.
-        predecessor: index in `Mechanism.model` of the welded body on the predecessor's side (the
-            body of the loop's own joint, or the predecessor itself for a `fixed` loop).
-        predecessor_placement: `pin.SE3` of the weld in that body.
-        successor: index of the successor's body, 0 for the world.
-        successor_placement: `pin.SE3` of the weld in the successor's body.
-    """
-
-    joint: str
-    predecessor: int
-    predecessor_placement: pinocchio.SE3
-    successor: int
-    successor_placement: pinocchio.SE3
 
 
 class Coupling(NamedTuple):
@@ -86,6 +65,10 @@ class Mechanism(Frozen):
 
     It cannot be changed; copies and pickles are made anew from its description.
 
+    A ball (of a `spherical` or `floating` joint) has a unit quaternion as its coordinates. A scene
+    that names one of its Cardan angles has a mechanism in which this ball is three turns, see
+    `with_cardan_angles`: about x of the parent's side, then the carried y, then the child's z.
+
     Attributes:
         name: name in the description.
         description: the description that it was made of.
@@ -109,16 +92,30 @@ class Mechanism(Frozen):
         coordinates: layout of joint coordinates and velocities.
     """
 
-    def __init__(self, description: Description) -> None:
+    def __init__(
+        self, description: Description, base: Mechanism | None = None, cardan: Collection[str] = ()
+    ) -> None:
+        """Make a mechanism.
+
+        Args:
+            description: what it is made of.
+            base: the mechanism of which it is a variant.
+            cardan: names of the joints whose balls are written as three turns.
+        """
         self.description = description
+        # Without a reference to itself, it is freed as soon as nobody uses it.
+        self._base = base
+        self._variants: dict[frozenset[str], Mechanism] = {}
         self.name = description.name
         self.notation = description.notation
         self.warnings = description.warnings
-        tree = TreeBuilder(description)
+        tree = TreeBuilder(description, cardan)
         self.model = tree.model
         self.links = FrozenDict(tree.links)
-        self.joints = FrozenDict(_joints(description, tree.parts))
-        self.loops = tuple(self._weld(loop) for loop in description.loops)
+        self.joints = FrozenDict(described_joints(description, tree.parts))
+        self.loops = tuple(
+            weld(loop, self.links, self.joints[loop.name].id) for loop in description.loops
+        )
         self.couplings = tuple(self._coupling(item) for item in description.couplings)
         self.independent_joints = description.independent_joints
         self.auxiliary_bodies = tuple(
@@ -126,17 +123,21 @@ class Mechanism(Frozen):
             for loop in self.loops
             if loop.successor == 0 and self.joints[loop.joint].parts
         )
-        self.constraint_models = _constraint_models(self.model, self.loops)
-        self.characteristic_length = _characteristic_length(self.model, self.loops)
+        self.constraint_models = constraint_models(self.model, self.loops)
+        self.characteristic_length = characteristic_length(self.model, self.loops)
         if self.characteristic_length < _SHORTEST:
             raise ModelError(
                 f"{self.name}: the greatest length is {self.characteristic_length:g} m; "
                 "give lengths in metres"
             )
-        self.coordinates = Coordinates(self.model, self.joints.values(), self.characteristic_length)
+        self.coordinates = Coordinates(
+            self.model, self.joints.values(), self.characteristic_length, cardan
+        )
         self._freeze()
 
     def __reduce__(self) -> tuple[object, ...]:
+        if self._base is not None:
+            return _variant, (self._base, sorted(self.coordinates.cardan))
         return Mechanism, (self.description,)
 
     @cached_property
@@ -178,10 +179,56 @@ class Mechanism(Frozen):
             ModelError: unknown name; the message lists the valid ones.
         """
         if not isinstance(name, str) or name not in self.joints:
-            raise ModelError(
-                f"{self.name}: no joint {name!r}; joints: {choices(self.joints, name)}", name=name
-            )
+            reason = f"no joint {name!r}; joints: {choices(self.joints, name)}"
+            if isinstance(name, str) and name in self.drivable:
+                reason = f"{name!r} is a coordinate; name its joint, {self.drivable[name].joint!r}"
+            raise ModelError(f"{self.name}: {reason}", name=name)
         return self.joints[name]
+
+    @cached_property
+    def drivable(self) -> FrozenDict[str, NamedCoordinate]:
+        """What scenes can drive, hold, start and load, by name.
+
+        A joint with one coordinate by its own name; one of several by `joint.coordinate`:
+        `universal` `turn_1`, `turn_2`; `cylindrical` `slide`, `turn`; `planar` `slide_1`,
+        `slide_2`, `turn`; `spherical` `x`, `y`, `z`, the Cardan angles; `floating` `x`, `y`, `z`,
+        `turn_x`, `turn_y`, `turn_z`. The effort along a coordinate is the component of the joint's
+        wrench along its axis where that then is: for the first turn of a universal joint the
+        parent's axis, for the slides of a floating one the parent's axes.
+        """
+        return FrozenDict(named_coordinates(self.joints.values()))
+
+    @property
+    def independent_coordinates(self) -> tuple[str, ...]:
+        """Names of all coordinates of the joints that the description's author drives."""
+        joints = (self.joint(name) for name in self.independent_joints)
+        # A fixed joint has no coordinate; its own name says which one it is in errors.
+        return tuple(name for joint in joints for name in joint.coordinates or (joint.name,))
+
+    def with_cardan_angles(self, joints: Collection[str]) -> Mechanism:
+        """Return the mechanism in which the balls of some joints are three turns.
+
+        Its wrenches are the same, in the same frames. Each variant is made once.
+
+        Args:
+            joints: names of joints; those without a ball make no difference.
+
+        Raises:
+            ModelError: no such joint.
+        """
+        cardan = frozenset(name for name in joints if self.base.joint(name).has_ball)
+        if not cardan:
+            return self.base
+        variants = self.base._variants
+        if cardan not in variants:
+            # Threads may make the same one at the same time; all of them get the first.
+            variants.setdefault(cardan, Mechanism(self.description, self.base, cardan))
+        return variants[cardan]
+
+    @property
+    def base(self) -> Mechanism:
+        """The mechanism that was loaded, with its balls as balls."""
+        return self if self._base is None else self._base
 
     def link(self, name: object) -> tuple[int, pinocchio.SE3]:
         """Return a link's body index and its placement there.
@@ -274,22 +321,11 @@ class Mechanism(Frozen):
         ]
         return table(("property", "value"), rows, caption=self.name)
 
-    def _weld(self, loop: LoopDescription) -> Loop:
-        predecessor, frame = self.links[loop.predecessor]
-        placement = frame * se3(loop.predecessor_origin)
-        joint_body = self.joints[loop.name].id
-        if joint_body:
-            predecessor, placement = joint_body, pinocchio.SE3.Identity()
-        successor, frame = self.links[loop.successor]
-        return Loop(
-            loop.name, predecessor, placement, successor, frame * se3(loop.successor_origin)
-        )
-
     def _coupling(self, coupling: CouplingDescription) -> Coupling:
         bodies = [self.links[name][0] for name in (coupling.predecessor, coupling.successor)]
         chains = [set(ancestors(self.model, body)) for body in bodies]
         first, second = (
-            tuple(self._coupled_columns(coupling.name, side - opposite))
+            tuple(_coupled_columns(self, coupling.name, side - opposite))
             for side, opposite in (chains, chains[::-1])
         )
         if not (first or second):
@@ -299,24 +335,9 @@ class Mechanism(Frozen):
             )
         return Coupling(coupling.name, coupling.ratio, bodies[0], bodies[1], first, second)
 
-    def _coupled_columns(self, coupling: str, bodies: set[int]) -> list[int]:
-        """Return the velocity coordinates of the joints that move some bodies (0-based).
 
-        Raises:
-            ModelError: one of them has several coordinates, which the coupling cannot count.
-        """
-        columns = []
-        for joint in self.joints.values():
-            for part in joint.parts:
-                if part.id - 1 not in bodies:
-                    continue
-                if joint.nv != 1:
-                    raise ModelError(
-                        f"{self.name}: coupling {coupling!r}: joint {joint.name!r} between its "
-                        f"links is {joint.type}; only joints with one coordinate can be coupled"
-                    )
-                columns.append(self.model.idx_vs[part.id])
-        return columns
+def _variant(base: Mechanism, cardan: Collection[str]) -> Mechanism:
+    return base.with_cardan_angles(cardan)
 
 
 def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
@@ -337,57 +358,25 @@ def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
     return Mechanism(read(source, strict))
 
 
-def _joints(description: Description, parts: dict[str, list[Part]]) -> dict[str, Joint]:
-    """Return the joints that carry a wrench by name, those of the tree first, then the loops."""
-    described: list[JointDescription | LoopDescription] = [*description.joints, *description.loops]
-    joints = {}
-    for item in described:
-        if item.name in parts:
-            axis = np.cross(item.axis, item.axis_2) if item.type == "universal" else item.axis
-            joints[item.name] = Joint(item.name, item.type, axis, tuple(parts[item.name]))
-    return joints
+def _coupled_columns(mechanism: Mechanism, coupling: str, bodies: set[int]) -> list[int]:
+    """Return the velocity coordinates of the joints that move some bodies (0-based).
+
+    Raises:
+        ModelError: one of them has several coordinates, which the coupling cannot count.
+    """
+    columns = []
+    for joint in mechanism.joints.values():
+        for part in joint.parts:
+            if part.id - 1 not in bodies:
+                continue
+            if joint.nv != 1:
+                raise ModelError(
+                    f"{mechanism.name}: coupling {coupling!r}: joint {joint.name!r} between its "
+                    f"links is {joint.type}; only joints with one coordinate can be coupled"
+                )
+            columns.append(mechanism.model.idx_vs[part.id])
+    return columns
 
 
 def _shown(coupling: Coupling) -> str:
     return f"{coupling.name}: ratio {coupling.ratio:g}"
-
-
-def _constraint_models(
-    model: pinocchio.Model, loops: tuple[Loop, ...]
-) -> pinocchio.StdVec_RigidConstraintModel:
-    """Return welds as Pinocchio's constraints."""
-    result = pinocchio.StdVec_RigidConstraintModel()
-    for weld in loops:
-        result.append(
-            pinocchio.RigidConstraintModel(
-                pinocchio.ContactType.CONTACT_6D,
-                model,
-                weld.predecessor,
-                weld.predecessor_placement,
-                weld.successor,
-                weld.successor_placement,
-                pinocchio.ReferenceFrame.LOCAL,
-            )
-        )
-    return result
-
-
-def _characteristic_length(model: pinocchio.Model, loops: tuple[Loop, ...]) -> float:
-    """Return the greatest distance that occurs within a body of the mechanism [m]."""
-    placed = list(zip(list(model.parents)[1:], list(model.jointPlacements)[1:], strict=True))
-    for loop in loops:
-        placed.append((loop.predecessor, loop.predecessor_placement))
-        placed.append((loop.successor, loop.successor_placement))
-    lengths = [0.0]
-    lengths += [float(np.linalg.norm(frame.translation)) for body, frame in placed if body]
-    # The world's origin may be anywhere, so frames in the world are measured from their middle.
-    on_world = [frame.translation for body, frame in placed if not body]
-    if on_world:
-        spread = np.asarray(on_world) - np.mean(on_world, axis=0)
-        lengths.append(float(np.max(np.linalg.norm(spread, axis=1))))
-    for inertia in list(model.inertias)[1:]:
-        if inertia.mass > 0.0:
-            lengths.append(float(np.linalg.norm(inertia.lever)))
-            spread_of_mass = max(float(np.trace(inertia.inertia)), 0.0) / (2.0 * inertia.mass)
-            lengths.append(float(np.sqrt(spread_of_mass)))
-    return max(lengths) or 1.0

@@ -7,6 +7,7 @@ lines everywhere else.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,8 +54,15 @@ class TreeBuilder:
         links: link name to `(body in the model, pin.SE3 placement there)`.
     """
 
-    def __init__(self, description: Description) -> None:
+    def __init__(self, description: Description, cardan: Collection[str] = ()) -> None:
+        """Build the model.
+
+        Args:
+            description: of the mechanism.
+            cardan: names of the joints whose balls are written as three turns.
+        """
         self._description = description
+        self._cardan = cardan
         self._masses = {link.name: link for link in description.links}
         self._bodies = _bodies(description)
         self._shares = self._count_shares()
@@ -83,8 +91,7 @@ class TreeBuilder:
                 pending += item.items_on_it()
             elif item.type != "fixed":
                 placement = parent.links[item.predecessor] @ item.predecessor_origin
-                chain = elementary(item.type, item.axis, item.axis_2)
-                body = self._add(item.name, item.type, chain, index[parent], se3(placement))
+                body = self._add(item, self._chain(item), index[parent], se3(placement))
                 self.model.inertias[body] = self._loop_inertia(item)
             else:
                 self.parts[item.name] = []
@@ -93,27 +100,30 @@ class TreeBuilder:
         joint = body.joint
         if joint is None:
             raise ValueError("only moving bodies are added")
-        chain = elementary(joint.type, joint.axis, joint.axis_2)
-        index = self._add(joint.name, joint.type, chain, parent, se3(body.placement))
+        chain = self._chain(joint)
+        index = self._add(joint, chain, parent, se3(body.placement))
         self.model.inertias[index] = _share(self._inertia(body), self._shares.get(body, 1))
         if len(chain) == 1:
             self._set_limits(joint, index)
         return index
 
+    def _chain(self, joint: JointDescription | LoopDescription) -> list[tuple[str, Array]]:
+        """Return kinds and axes of a joint's parts."""
+        return elementary(joint.type, joint.axis, joint.axis_2, joint.name in self._cardan)
+
     def _add(
         self,
-        name: str,
-        kind: str,
+        joint: JointDescription | LoopDescription,
         chain: list[tuple[str, Array]],
         parent: int,
         placement: pinocchio.SE3,
     ) -> int:
         """Add the parts of a joint; the last one has the joint's name. Return the child body."""
-        parts = []
+        parts, name = [], joint.name
         for count, (part, axis) in enumerate(chain, start=1):
             part_name = name if count == len(chain) else f"{name}:{count}"
-            joint = _joint_model(kind if kind == "continuous" else part, axis)
-            parent = self.model.addJoint(parent, joint, placement, part_name)
+            kind = joint.type if joint.type == "continuous" else part
+            parent = self.model.addJoint(parent, _joint_model(kind, axis), placement, part_name)
             parts.append(Part(part, axis, parent))
             placement = pinocchio.SE3.Identity()
         self.parts[name] = parts

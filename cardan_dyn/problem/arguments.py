@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array
 from ..checks import described, flag, mapping, names, numbers, shortened, text, vector
-from ..errors import ArgumentError, MobilityError, choices
+from ..errors import ArgumentError, MobilityError, ModelError, choices
 from ..forces.link_loads import LinkLoad, Wrench
 from ..frozen import frozen
 from ..mechanism.mechanism import Mechanism
@@ -48,6 +48,12 @@ def checked(
         raise ArgumentError(
             f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
         )
+    held, start, loads = mapping("held", held), mapping("start", start), mapping("loads", loads)
+    if drive is None:
+        drive = [name for name in mechanism.independent_coordinates if name not in held]
+    drive = names("drive", drive)
+    efforts = (name for name, value in loads.items() if _is_effort(mechanism, name, value))
+    mechanism = with_named_balls(mechanism, (*drive, *held, *start, *efforts))
     held_at = held_positions(mechanism, held, "held")
     start_at = held_positions(mechanism, start, "start")
     for name in held_at.keys() & start_at.keys():
@@ -56,8 +62,6 @@ def checked(
                 f"joint {name!r} is held at {held_at[name]:g} and cannot start at "
                 f"{start_at[name]:g}; leave it out of start"
             )
-    if drive is None:
-        drive = [name for name in mechanism.independent_joints if name not in held_at]
     joint_loads, link_loads = split_loads(mechanism, loads)
     return Problem(
         mechanism=mechanism,
@@ -75,19 +79,29 @@ def checked(
     )
 
 
-def _drives(mechanism: Mechanism, drive: object, held: Mapping[str, float]) -> tuple[str, ...]:
-    """Return the names of the driven joints.
+def with_named_balls(mechanism: Mechanism, named: Iterable[str]) -> Mechanism:
+    """Return the mechanism in which those balls are turns of which a coordinate is named."""
+    drivable = mechanism.drivable
+    names_known = (name for name in named if name in drivable)
+    # The slides of a floating joint are no angles of its ball.
+    turning = (drivable[name] for name in names_known if not drivable[name].slides)
+    return mechanism.with_cardan_angles({item.joint for item in turning})
+
+
+def _drives(
+    mechanism: Mechanism, drives: tuple[str, ...], held: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Return the names of the driven joints and coordinates.
 
     Raises:
-        ModelError: no such joint.
-        ArgumentError: no names, a joint without a single coordinate, driven twice, or held.
+        ModelError: no such joint or coordinate.
+        ArgumentError: a joint without a single coordinate, one driven twice, or held.
         MobilityError: there is none.
     """
-    drives = names("drive", drive)
     for name in drives:
         check_single(mechanism, name, "drive")
     if not drives:
-        listed = choices(mechanism.coordinates.columns)
+        listed = choices(mechanism.drivable)
         raise MobilityError(f"a scene needs at least one drive; joints: {listed}")
     if len(set(drives)) != len(drives) or set(drives) & set(held):
         raise ArgumentError(
@@ -97,26 +111,42 @@ def _drives(mechanism: Mechanism, drive: object, held: Mapping[str, float]) -> t
 
 
 def check_single(mechanism: Mechanism, name: object, role: str) -> None:
-    """Refuse a joint that a scene cannot drive, hold or load, since it has no single coordinate.
+    """Refuse what a scene cannot drive, hold or load, since it is no single coordinate.
 
     Raises:
-        ModelError: no such joint.
-        ArgumentError: it has none, or several.
+        ModelError: no such joint or coordinate.
+        ArgumentError: the joint has no coordinate, or several.
     """
+    if isinstance(name, str) and name in mechanism.drivable:
+        return
+    if isinstance(name, str) and name not in mechanism and "." in name:
+        joint_name, _, coordinate = name.rpartition(".")
+        reason = f"no joint or coordinate {name!r}; there are: {choices(mechanism.drivable, name)}"
+        if joint_name in mechanism:
+            valid = _coordinates_of(mechanism, joint_name)
+            reason = f"joint {joint_name!r} has no coordinate {coordinate!r}; {valid}"
+        raise ModelError(f"{mechanism.name}: {reason}", name=name)
     joint = mechanism.joint(name)
-    if joint.nv != 1:
-        single = [item.name for item in mechanism.joints.values() if item.nv == 1]
-        raise ArgumentError(
-            f"{role} {name!r} is a {joint.type} joint; joints with one coordinate: "
-            f"{choices(single)}"
-        )
+    raise ArgumentError(
+        f"{role} {name!r} is a {joint.type} joint; {_coordinates_of(mechanism, joint.name)}"
+    )
+
+
+def _coordinates_of(mechanism: Mechanism, joint: str) -> str:
+    """Return the valid names of a joint's coordinates, for the end of a message."""
+    valid = [name for name, item in mechanism.drivable.items() if item.joint == joint]
+    if not valid:
+        return f"it has no coordinate; those of other joints: {choices(mechanism.drivable)}"
+    if valid == [joint]:
+        return f"it has one coordinate, which is called {joint!r}"
+    return f"name one of its coordinates: {', '.join(valid)}"
 
 
 def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, float]:
-    """Return positions of joints, from the argument called `role`.
+    """Return positions of joints and coordinates, from the argument called `role`.
 
     Raises:
-        ModelError: no such joint.
+        ModelError: no such joint or coordinate.
         ArgumentError: no mapping, no number, or too far away to be followed to.
     """
     positions = {}
@@ -136,7 +166,7 @@ def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, 
 
 def _check_distance(mechanism: Mechanism, name: str, label: str, position: float) -> None:
     """Refuse a position that is too far from zero to be followed to."""
-    if mechanism.joints[name].parts[0].kind == "revolute":
+    if not mechanism.drivable[name].slides:
         turns = abs(position) / (2.0 * np.pi)
         if turns > _MOST_TURNS:
             raise ArgumentError(
@@ -209,8 +239,7 @@ def split_loads(
     wrenches: dict[str, LinkLoad] = {}
     for name, value in mapping("loads", loads).items():
         label = f"loads[{shortened(repr(name))}]"
-        as_wrench = isinstance(value, Wrench) or name not in mechanism.joints
-        if not as_wrench:
+        if _is_effort(mechanism, name, value):
             check_single(mechanism, name, "loaded joint")
             efforts[name] = numbers(label, value)
             if efforts[name].ndim > 1 or not efforts[name].size:
@@ -220,9 +249,20 @@ def split_loads(
         else:
             raise ArgumentError(
                 f"{label}: no joint or link has this name; joints: "
-                f"{choices(mechanism.joints, name)}; links: {choices(mechanism.links, name)}"
+                f"{choices(mechanism.drivable, name)}; links: {choices(mechanism.links, name)}"
             )
     return efforts, wrenches
+
+
+def _is_effort(mechanism: Mechanism, name: str, value: object) -> bool:
+    """Return whether a load acts along a coordinate, not on a link.
+
+    The names of joints come before those of links, and both before those of coordinates.
+    """
+    if isinstance(value, Wrench):
+        return False
+    is_coordinate = name not in mechanism.links and name.rpartition(".")[0] in mechanism
+    return name in mechanism or is_coordinate
 
 
 def _link_load(mechanism: Mechanism, name: str, label: str, value: object) -> LinkLoad:

@@ -20,8 +20,9 @@ class Problem:
     """A mechanism whose motion is prescribed, with what acts on it; all of it was checked.
 
     Attributes:
-        mechanism: the mechanism.
-        drives: names of the joints whose motion is prescribed.
+        mechanism: the mechanism, with those balls as turns of which a coordinate is named.
+        drives: names of the joints whose motion is prescribed. Of a joint with several coordinates
+            these and the following attributes name a coordinate, see `Mechanism.drivable`.
         held: joints whose position is fixed, to that position [rad or m].
         start: joints that are brought to a position before the drives take over.
         branch: name of the assembly mode.
@@ -65,9 +66,8 @@ class Problem:
     @cached_property
     def prescribed_columns(self) -> Array:
         """Velocity coordinates `(p,)` of the drives, then of the held joints."""
-        velocities = self.mechanism.coordinates.velocity_columns
         names = (*self.drives, *self.held)
-        return np.array([velocities[name].start for name in names], dtype=int)
+        return np.array(self.mechanism.coordinates.rates_of(names), dtype=int)
 
     @cached_property
     def passive_columns(self) -> Array:
@@ -114,8 +114,7 @@ class Problem:
                 raise ArgumentError(
                     f"the load on {name!r} has {len(effort)} values, the sweep {count} positions"
                 )
-            column = self.mechanism.coordinates.velocity_columns[name].start
-            loads[:, column] += effort
+            loads[:, self.mechanism.coordinates.named[name].rate] += effort
         return loads
 
     def link_loads_at(self, count: int) -> Mapping[str, LinkLoad]:

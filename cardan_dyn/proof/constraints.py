@@ -14,25 +14,35 @@ import numpy as np
 
 from ..arrays import Array
 from ..mechanism.coordinates import Coordinates
+from .named_motions import named_motions
 from .residuals import Claim, ratio
 from .twists import State, Twists, cross
 
 if TYPE_CHECKING:
     from ..description.description import Description
+    from ..mechanism.frames import ElementaryMotion, Frames
 
 
 class Motion(NamedTuple):
     """Which joints are driven or held, and which move as is claimed.
 
     Attributes:
-        drives: names of the driven joints.
-        held: held joints to their positions [rad or m].
+        drives: names of the driven joints and coordinates.
+        held: held joints and coordinates to their positions [rad or m].
         known: `(nv,)` whether a joint velocity is claimed to be known.
     """
 
     drives: tuple[str, ...]
     held: Mapping[str, float]
     known: Array
+
+
+def prescribed_motions(
+    frames: Frames, motion: Motion
+) -> tuple[list[ElementaryMotion], list[ElementaryMotion]]:
+    """Return the turns and slides that are driven, and those that are held."""
+    named = named_motions(frames)
+    return [named[name] for name in motion.drives], [named[name] for name in motion.held]
 
 
 class Constraints:
@@ -67,12 +77,12 @@ class Constraints:
         self._frames, self._length, self._known = twists.frames, length, motion.known
         self.rate_scale = np.ones(coordinates.model.nv)
         self.rate_scale[twists.rates[twists.sliding]] = length
-        rates, columns = coordinates.velocity_columns, coordinates.columns
-        self._drive_rates = [rates[name].start for name in motion.drives]
-        self._drive_columns = [columns[name].start for name in motion.drives]
+        driven, held = prescribed_motions(self._frames, motion)
+        self._drive_rates = [item.rate for item in driven]
+        self._drive_columns = [item.column for item in driven]
         self._unit_ratios = np.eye(len(motion.drives))
-        self._held_rates = [rates[name].start for name in motion.held]
-        self._held_columns = [columns[name].start for name in motion.held]
+        self._held_rates = [item.rate for item in held]
+        self._held_columns = [item.column for item in held]
         self._held_positions = np.array(list(motion.held.values()), dtype=float)
         self._lay_out_couplings(description, coordinates)
         self._signs = [self._signs_around(loop) for loop in range(len(self._frames.ends))]

@@ -19,7 +19,7 @@ import numpy as np
 from ..arrays import Array
 from ..mechanism.coordinates import Coordinates
 from ..mechanism.frames import Frames
-from .constraints import Constraints, Motion
+from .constraints import Constraints, Motion, prescribed_motions
 from .effort_balance import EffortBalance
 from .momentum import Inertial, MassiveBodies
 from .residuals import Claim, Residuals
@@ -122,14 +122,15 @@ class FreeBodies:
         self._massive = MassiveBodies(frames, setup.gravity, length)
         self._constraints = Constraints(description, coordinates, twists, length, setup.motion)
         self._efforts = EffortBalance(twists, self._sorted, self._constraints.rate_scale)
-        drives, held, known = setup.motion
+        known = setup.motion.known
         # The drives' efforts are all solved if the wrenches at their joints are, or if none is:
         # then virtual work gives the efforts.
-        driven = {frames.joints.index(name) for name in drives}
+        drives, held = prescribed_motions(frames, setup.motion)
+        driven = {motion.joint for motion in drives}
         self._power_known = bool(np.all(known)) and (
             not self.claimed or driven <= set(self.claimed)
         )
-        prescribed = {coordinates.velocity_columns[name].start for name in (*drives, *held)}
+        prescribed = {motion.rate for motion in (*drives, *held)}
         passives = [rate for rate in np.nonzero(known)[0].tolist() if rate not in prescribed]
         self._passives = np.array(passives, dtype=int)
 

@@ -269,7 +269,7 @@ def _domain(solver: ProblemSolver, interval: object) -> Domain:
             "was within a few turns; give the interval: response(interval=(low, high))"
         )
     # A period begins where the scene starts.
-    drive = problem.mechanism.coordinates.columns[problem.drives[0]].start
+    drive = problem.mechanism.coordinates.named[problem.drives[0]].column
     return Domain(float(solver.assembly.start[drive]), period, True)
 
 

@@ -77,9 +77,12 @@ def _efforts(problem: Problem, loads: object) -> dict[str, Array]:
                 "scene, and replaces efforts at joints only: build one of a scene with this "
                 "wrench"
             )
-        if name not in mechanism.joints:
+        if name not in mechanism.drivable:
+            reason = (
+                "it has no single coordinate" if name in mechanism else "no joint has this name"
+            )
             raise ArgumentError(
-                f"loads[{name!r}]: no joint has this name; the response has loads on: "
+                f"loads[{name!r}]: {reason}; the response has loads on: "
                 f"{choices(problem.joint_loads)}"
             )
         efforts[name] = numbers_given(f"loads[{name!r}]", value)

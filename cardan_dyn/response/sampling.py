@@ -154,7 +154,7 @@ class FunctionSampler:
         """Return the unit load `(1, nv)` of a column."""
         loads = np.zeros((1, self._problem.mechanism.model.nv))
         if column is not None and column.kind is Kind.JOINT_LOAD:
-            loads[:, self._problem.mechanism.coordinates.velocity_columns[column.name].start] = 1.0
+            loads[:, self._problem.mechanism.coordinates.named[column.name].rate] = 1.0
         return loads
 
     def _factor(self, column: Column) -> float:

@@ -62,9 +62,9 @@ def _source(
 ) -> SolvedSource:
     """Return the arrays of a solution as a sweep reads them."""
     problem = solver.problem
-    columns = problem.mechanism.coordinates.velocity_columns
+    coordinates = problem.mechanism.coordinates.named
     efforts = {
-        name: solution.efforts[:, columns[name].start]
+        name: solution.efforts[:, coordinates[name].rate]
         for name in (*problem.drives, *problem.held)
         if solver.knows_effort(name)
     }

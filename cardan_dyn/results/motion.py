@@ -85,42 +85,53 @@ class Motion(Frozen):
         Joints with several coordinates give them as columns, from the parent outwards:
         `cylindrical` slide and angle; `planar` two slides and angle; `universal` both angles;
         `spherical` a unit quaternion (x, y, z, w); `floating` three slides and a quaternion.
+        Instead of a quaternion there are three Cardan angles if the scene names one of them.
+
+        Args:
+            joint: name of a joint, or of a coordinate as in `Mechanism.drivable`.
 
         Raises:
-            ModelError: unknown joint, or one without a coordinate.
+            ModelError: unknown joint, one without a coordinate, or a Cardan angle of a ball that
+                was solved without such angles.
         """
-        columns = self._coordinates.columns[self._moving(joint)]
+        columns, _ = self._spans(joint)
         values = self._x[:, columns] + 2.0 * np.pi * self._turns[:, columns]
         return squeezed(values)
 
     def velocity(self, joint: str) -> Array:
         """Return a joint's velocity `(N,)` [rad/s or m/s], a column per coordinate.
 
+        Args:
+            joint: see `position`.
+
         Raises:
-            ModelError: unknown joint, or one without a coordinate.
+            ModelError: see `position`.
         """
-        return squeezed(self.v[:, self._coordinates.velocity_columns[self._moving(joint)]])
+        return squeezed(self.v[:, self._spans(joint)[1]])
 
     def acceleration(self, joint: str) -> Array:
         """Return a joint's acceleration `(N,)` [rad/s² or m/s²], a column per coordinate.
 
+        Args:
+            joint: see `position`.
+
         Raises:
-            ModelError: unknown joint, or one without a coordinate.
+            ModelError: see `position`.
         """
-        return squeezed(self.a[:, self._coordinates.velocity_columns[self._moving(joint)]])
+        return squeezed(self.a[:, self._spans(joint)[1]])
 
     def ratio(self, joint: str, drive: int | str = 0) -> Array:
         """Return a joint's velocity ratio `(N,)`: its velocity per unit drive velocity.
 
         Args:
-            joint: name of the joint.
+            joint: see `position`.
             drive: name of the drive, or its index in `Scene.drives`.
 
         Raises:
-            ModelError: unknown joint, or one without a coordinate.
+            ModelError: see `position`.
             ArgumentError: unknown drive.
         """
-        columns = self._coordinates.velocity_columns[self._moving(joint)]
+        _, columns = self._spans(joint)
         return squeezed(self._velocity_ratios.of_coordinates(columns, self._drive_index(drive)))
 
     def _drive_index(self, drive: object) -> int:
@@ -140,6 +151,26 @@ class Motion(Frozen):
         listed = [f"{index} ({name})" for index, name in enumerate(self.drives)]
         known = ", ".join(listed or map(str, range(count)))
         raise ArgumentError(f"no drive {described(drive)}; drives: {known}")
+
+    def _spans(self, name: str) -> tuple[slice, slice]:
+        """Return the columns of a joint or coordinate, in coordinates and in velocities.
+
+        Raises:
+            ModelError: see `position`.
+        """
+        coordinates, drivable = self._coordinates, self.mechanism.drivable
+        if isinstance(name, str) and name in drivable and name not in self.mechanism:
+            if name not in coordinates.named:
+                raise ModelError(
+                    f"{name!r} is a Cardan angle, but {drivable[name].joint!r} was solved as a "
+                    "ball; a scene that drives, holds, starts or loads one of its coordinates by "
+                    "name has them all",
+                    name=name,
+                )
+            scalar = coordinates.named[name]
+            return slice(scalar.column, scalar.column + 1), slice(scalar.rate, scalar.rate + 1)
+        joint = self._moving(name)
+        return coordinates.columns[joint], coordinates.velocity_columns[joint]
 
     def _moving(self, joint: str) -> str:
         """Return the name of a joint that has a coordinate.

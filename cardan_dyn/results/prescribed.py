@@ -16,17 +16,17 @@ class Prescribed(Frozen):
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism."""
+        """The mechanism, with those balls as turns of which the scene names an angle."""
         return self._problem.mechanism
 
     @property
     def drives(self) -> tuple[str, ...]:
-        """Names of the driven joints."""
+        """Names of the driven joints and coordinates."""
         return self._problem.drives
 
     @property
     def held(self) -> Mapping[str, float]:
-        """Held joints and their positions [rad or m]."""
+        """Held joints and coordinates, and their positions [rad or m]."""
         return self._problem.held
 
     @property

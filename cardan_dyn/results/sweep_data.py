@@ -110,6 +110,9 @@ class SweepData(Prescribed):
     def drive_effort(self) -> Array:
         """What the drive exerts `(N,)` [N·m or N], `(N, d)` for d drives.
 
+        With the load there, it is the component of the joint's wrench along the driven coordinate's
+        axis where that then is: see `Mechanism.drivable`.
+
         Raises:
             ModelError: the outputs of the scene leave it out.
         """
@@ -123,7 +126,7 @@ class SweepData(Prescribed):
 
     @cached_property
     def holding_effort(self) -> Mapping[str, Array]:
-        """Held joint to what holds it, `(N,)` [N·m or N]."""
+        """Held joint or coordinate to what holds it, `(N,)` [N·m or N], like `drive_effort`."""
         return self._source.holding_effort()
 
     @cached_property

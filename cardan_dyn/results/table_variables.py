@@ -139,7 +139,7 @@ def _efforts(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
 
 
 def _motion(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
-    """Return the motion of all joints with one coordinate."""
+    """Return the motion of all coordinates that turn or slide."""
     joints = _moving_joints(sweep)
     for name, per_time in _MOTIONS.items():
         # A motion is flat where a response was evaluated on a grid.
@@ -206,17 +206,17 @@ def unit_labels(sweep: SweepData) -> list[tuple[str, str, list[str]]]:
 
 
 def _moving_joints(sweep: SweepData) -> tuple[str, ...]:
-    """Return the names of the joints with one coordinate."""
-    return tuple(joint.name for joint in sweep.mechanism.joints.values() if joint.nv == 1)
+    """Return the names of the coordinates that turn or slide: of all joints but balls."""
+    return tuple(sweep.mechanism.coordinates.named)
 
 
 def _unit(sweep: SweepData, joint: str) -> str:
-    """Return the unit of a joint's only coordinate."""
-    return "m" if sweep.mechanism.joints[joint].parts[0].kind == "prismatic" else "rad"
+    """Return the unit of a coordinate."""
+    return "m" if sweep.mechanism.drivable[joint].slides else "rad"
 
 
 def _effort_unit(sweep: SweepData, joint: str) -> str:
-    """Return the unit of an effort along a joint's only coordinate."""
+    """Return the unit of an effort along a coordinate."""
     return "N" if _unit(sweep, joint) == "m" else "N·m"
 
 
@@ -226,6 +226,6 @@ def _coupling_unit(sweep: SweepData, name: str) -> str:
     (coupling,) = (item for item in mechanism.couplings if item.name == name)
     # No joint moves a successor that carries the predecessor: the ratio is taken as a plain number.
     column = (coupling.successor_columns or coupling.predecessor_columns)[0]
-    columns = mechanism.coordinates.velocity_columns
-    (joint,) = (joint for joint, span in columns.items() if span.start == column)
+    named = mechanism.coordinates.named
+    (joint,) = (name for name, coordinate in named.items() if coordinate.rate == column)
     return _effort_unit(sweep, joint)

@@ -6,7 +6,8 @@ Both hold the same variables. The dimensions of a Dataset are
 - `joint`: the outputs, with wrenches in the joints' own axes,
 - `component`: x, y, z, and `wrench_component`: the six flags of `unique`,
 - `drive`, where there are several, `held` and `coupling`,
-- `moving_joint`: joints with one coordinate.
+- `moving_joint`: joints with one coordinate, and the coordinates of others that turn or slide
+  (`joint.turn_1`).
 
 `position`, `speed`, `acceleration`, and loads and gravity that vary, are coordinates. What the
 outputs of a scene leave out is missing, or NaN for the motion of single joints. Every variable has

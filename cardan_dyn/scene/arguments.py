@@ -12,6 +12,7 @@ from ..checks import mapping
 from ..forces.link_loads import Wrench
 from ..frozen import frozen
 from ..mechanism.mechanism import Mechanism
+from ..problem.arguments import check_single
 from ..results.prescribed import Prescribed
 
 _MERGED = ("held", "loads")
@@ -105,12 +106,12 @@ def _merged(
     None instead of changes takes all names out: it means none, as it does for `Scene`.
 
     Raises:
-        ModelError: a name to be taken out is that of no joint or link.
+        ModelError: a name to be taken out is that of no joint, coordinate or link.
     """
     if changes is None:
         return {}
     merged = {**present, **mapping(name, changes)}
     for key, value in merged.items():
         if value is None and not (isinstance(key, str) and key in mechanism.links):
-            mechanism.joint(key)
+            check_single(mechanism, key, f"a key of {name},")
     return {key: value for key, value in merged.items() if value is not None}

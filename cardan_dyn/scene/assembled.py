@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..arrays import Array
+from ..checks import mapping
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, AssemblyError
 from ..kinematics.first_assembly import assembled_near
@@ -16,7 +17,7 @@ from ..kinematics.structure import Structure
 from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..mechanism.configuration import Configuration
 from ..mechanism.mechanism import Mechanism
-from ..problem.arguments import checked, held_positions
+from ..problem.arguments import checked, held_positions, with_named_balls
 
 _STEP = 0.1
 """Greatest part of a turn [rad], or of the characteristic length, by which the joints of `start`
@@ -37,13 +38,14 @@ def assembled(
         return configuration_of(ProblemSolver(problem))
     if held is not None or branch != "A":
         raise ArgumentError("held and branch need a drive; without one, give start")
+    mechanism = with_named_balls(mechanism, mapping("start", start))
     structure = Structure(mechanism)
     zero = mechanism.coordinates.neutral()
     zero_residual = _residual(structure, zero)
     wanted = held_positions(mechanism, start, "start")
     given = zero.copy()
     for name, value in wanted.items():
-        given[mechanism.coordinates.columns[name]] = value
+        given[mechanism.coordinates.named[name].column] = value
     if wanted and _residual(structure, given) < CLOSURE_TOLERANCE:
         return Configuration(mechanism, given, _residual(structure, given), zero_residual)
     x = _closed(structure, zero, {})
@@ -87,12 +89,9 @@ def _residual(structure: Structure, x: Array) -> float:
 def _shares(mechanism: Mechanism, x: Array, wanted: Mapping[str, float]) -> list[float]:
     """Return which part of what is left of the way to wanted positions each step takes."""
     coordinates = mechanism.coordinates
-    ways = [
-        abs(value - x[coordinates.columns[name].start])
-        * coordinates.scale[coordinates.columns[name].start]
-        for name, value in wanted.items()
-    ]
-    count = max(int(np.ceil(max(ways, default=0.0) / _STEP)), bool(wanted))
+    columns = coordinates.columns_of(wanted)
+    ways = np.abs(np.array(list(wanted.values())) - x[columns]) * coordinates.scale[columns]
+    count = max(int(np.ceil(np.max(ways, initial=0.0) / _STEP)), bool(wanted))
     return [1.0 / left for left in range(count, 0, -1)]
 
 
@@ -116,10 +115,10 @@ def _closed(
     moved = x.copy()
     pinned = []
     for name, value in wanted.items():
-        column = coordinates.columns[name].start
+        column = coordinates.named[name].column
         # The last step ends at the very number that was given.
         moved[column] = value if share == 1.0 else x[column] + share * (value - x[column])
-        pinned.append(coordinates.velocity_columns[name].start)
+        pinned.append(coordinates.named[name].rate)
     closed, residual = assembled_near(structure, moved, np.setdiff1d(every, pinned), every)
     if not residual < CLOSURE_TOLERANCE:
         raise _unclosed(mechanism, residual, wanted)

@@ -68,6 +68,7 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
         components=components,
         loops=[loops[index] for index in sorted(loops)],
         idle_rods=rods_by_name(mechanism, set(range(coordinates))),
+        drivable=tuple(mechanism.drivable),
         warnings=mechanism.warnings,
         place=place,
     )

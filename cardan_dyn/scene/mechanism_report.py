@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..errors import choices
+
 
 @dataclass(frozen=True)
 class LoopReport:
@@ -95,6 +97,7 @@ class MechanismReport:
         loops: the loops.
         idle_rods: joints at the ends of every rod that may spin about its line. These freedoms are
             part of the mobility, and need no drive.
+        drivable: names of the coordinates that a scene can drive or hold, see `Mechanism.drivable`.
         warnings: what is wrong with the description and was accepted.
         place: what the ranks are those of the surroundings of.
     """
@@ -108,6 +111,7 @@ class MechanismReport:
     components: list[ComponentReport]
     loops: list[LoopReport]
     idle_rods: list[tuple[str, ...]]
+    drivable: tuple[str, ...]
     warnings: tuple[str, ...]
     place: str = "the description's zero"
 
@@ -155,9 +159,10 @@ class MechanismReport:
         return any(component.is_counted for component in self.components)
 
     def _remarks(self) -> list[str]:
-        """Return what else there is to say: of several components, of singular zeros, warnings."""
+        """Return what else there is to say: of drives, components, singular zeros, warnings."""
         several = len(self.components) > 1
-        remarks = [f"component {component}" for component in self.components if several]
+        remarks = [f"can be driven or held: {choices(self.drivable)}"]
+        remarks += [f"component {component}" for component in self.components if several]
         remarks += [
             f"idle rod at {', '.join(rod)}: it may spin about its line and needs no drive"
             for rod in self.idle_rods

@@ -84,15 +84,18 @@ def plan_of(
 
 
 def _task(mechanism: Mechanism, group: Group) -> str:
-    """Return which loops and couplings a group closes, and which joints they decide."""
+    """Return which loops and couplings a group closes, and what they decide.
+
+    That is joints, or single coordinates where others of the joint are driven, held or left open.
+    """
     closed = [mechanism.loops[index].joint for index in group.loops]
     closed += [mechanism.couplings[index].name for index in group.couplings]
     columns = {int(column) for column in group.passives}
-    decided = [
-        name
-        for name, span in mechanism.coordinates.velocity_columns.items()
-        if columns.intersection(range(span.start, span.stop))
-    ]
+    decided: list[str] = []
+    for name, span in mechanism.coordinates.velocity_columns.items():
+        own = columns.intersection(range(span.start, span.stop))
+        is_whole = len(own) == mechanism.joints[name].nv
+        decided += [name] if is_whole else mechanism.coordinates.names_of(own)
     if not closed:
         carried = sorted(
             joint.name

@@ -8,16 +8,16 @@ from testkit.planar_linkages import five_bar, four_bar, rocker_range
 from testkit.scenes import text
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.presets import PRESETS, default_sweep
+from cardan_dyn.command_line.presets import PRESETS, default_sweep, slides
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 9)
 
 
-def single_joint(kind: str, limit: str = "") -> cd.Mechanism:
+def single_joint(kind: str, limit: str = "", words: str = "") -> cd.Mechanism:
     """One body on the ground, 2 m from its first joint to its second."""
     return cd.load(
         f'<robot name="single"><link name="ground"/><link name="arm"/><link name="tip"/>'
-        f'<joint name="j" type="{kind}"><parent link="ground"/><child link="arm"/>'
+        f'<joint name="j" type="{kind}" {words}><parent link="ground"/><child link="arm"/>'
         f'<axis xyz="0 0 1"/>{limit}</joint>'
         '<joint name="end" type="fixed"><parent link="arm"/><child link="tip"/>'
         '<origin xyz="2 0 0"/></joint></robot>'
@@ -133,3 +133,26 @@ def test_joints_that_the_description_drives_move_what_has_no_preset() -> None:
     mechanism = cd.load(described.replace(driven, f'{driven} independent="true"', 1))
     assert mechanism.independent_joints == ("crank_bearing",)
     assert default_sweep(mechanism, samples=3).drives == ("crank_bearing",)
+
+
+def test_coordinates_of_joints_with_several_are_driven() -> None:
+    """Turns go once around or swing, slides swing by a part of the length, the rest is held."""
+    ball = single_joint("spherical", words='independent="true"')
+    turn = default_sweep(ball, samples=9)
+    assert turn.drives == ("j.x", "j.y", "j.z")
+    np.testing.assert_allclose(turn.motion.position("j.x"), 0.3 * np.sin(TURN), atol=1e-15)
+    guide = single_joint("cylindrical")
+    turn = default_sweep(guide, drive=("j.turn",), held={"j.slide": 0.1}, samples=9)
+    np.testing.assert_array_equal(turn.motion.position("j.turn"), TURN)
+    turn = default_sweep(guide, drive=("j.slide",), held={"j.turn": 0.1}, samples=9)
+    reach = 0.05 * guide.characteristic_length
+    expected = swing(-reach, reach, 0.45)
+    np.testing.assert_allclose(turn.motion.position("j.slide"), expected, atol=1e-15)
+
+
+def test_slides_are_told_from_turns() -> None:
+    guide = single_joint("cylindrical")
+    assert slides(guide, "j.slide") and not slides(guide, "j.turn")
+    assert not slides(guide, "j")
+    with pytest.raises(cd.ModelError, match="no joint 'k'"):
+        slides(guide, "k")

@@ -57,6 +57,18 @@ def test_slides_are_held_in_metres() -> None:
     assert turn.held == {"slide": 0.25}
 
 
+def test_coordinates_are_held_in_degrees_or_metres() -> None:
+    mechanism = cd.load(
+        '<robot name="r"><link name="a"/><link name="b"/><link name="c"/>'
+        '<joint name="ball" type="spherical"><parent link="a"/><child link="b"/></joint>'
+        '<joint name="guide" type="cylindrical"><parent link="b"/><child link="c"/></joint></robot>'
+    )
+    held = {"ball.x": 30.0, "ball.z": -60.0, "guide.slide": 0.25, "guide.turn": 90.0}
+    turn = MotionOptions(("ball.y",), held, samples=3).sweep(mechanism)
+    radians = {"ball.x": np.pi / 6, "ball.z": -np.pi / 3, "guide.turn": np.pi / 2}
+    assert turn.held == pytest.approx({**radians, "guide.slide": 0.25})
+
+
 def test_what_is_not_given_is_the_presets(joint: cd.Mechanism) -> None:
     turn = MotionOptions((), {}, samples=5).sweep(joint)
     assert turn.drives == ("bearing_in",)

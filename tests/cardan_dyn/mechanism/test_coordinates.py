@@ -10,6 +10,7 @@ from testkit.mixed_chain import MIXED, moved, rows
 import cardan_dyn as cd
 
 STEP = 1e-4
+CROSS = ["cross.turn_1", "cross.turn_2"]
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +53,23 @@ def test_column_of_finds_the_columns_of_velocities(mechanism: cd.Mechanism) -> N
     velocities = np.array([coordinates.velocity_columns[name].start for name in names])
     expected = [coordinates.columns[name].start for name in names]
     assert coordinates.column_of(velocities).tolist() == expected
+
+
+def test_turns_and_slides_are_found_by_name(mechanism: cd.Mechanism) -> None:
+    coordinates = mechanism.coordinates
+    assert set(coordinates.named) == {*("turn", "slide", "swing", "hinge"), *CROSS}
+    assert coordinates.named["slide"].slides and not coordinates.named["cross.turn_2"].slides
+    first = coordinates.columns["cross"].start
+    assert coordinates.columns_of(CROSS) == [first, first + 1]
+    rate = coordinates.velocity_columns["cross"].start
+    assert coordinates.rates_of(CROSS[::-1]) == [rate + 1, rate]
+    ball = coordinates.velocity_columns["ball"].start
+    angles = ["ball.x", "ball.y", "ball.z"]
+    assert coordinates.names_of({ball + 1, rate + 1}) == [*angles, "cross.turn_2"]
+    variant = mechanism.with_cardan_angles(["ball"]).coordinates
+    assert variant.names_of({ball + 1}) == ["ball.y"]
+    assert variant.columns["ball"].stop - variant.columns["ball"].start == 3
+    assert variant.neutral().tolist() == [0.0] * 9
 
 
 def test_configurations_are_those_of_pinocchio(mechanism: cd.Mechanism) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.mechanism.joints import Joint, Part, elementary
+from cardan_dyn.mechanism.joints import Joint, Part, elementary, named_coordinates
 
 AXIS = np.array([0.0, 0.6, 0.8])
 AXIS_2 = np.array([1.0, 0.0, 0.0])
@@ -39,6 +39,33 @@ def test_axes_of_parts() -> None:
     assert np.linalg.det(axes) == pytest.approx(1.0)
     slides = np.array([axis for _, axis in elementary("floating", AXIS, AXIS_2)[:3]])
     np.testing.assert_array_equal(slides, np.eye(3))
+
+
+def test_balls_written_as_turns_turn_about_x_then_y_then_z() -> None:
+    for kind in ("spherical", "floating"):
+        parts = elementary(kind, AXIS, AXIS_2, cardan=True)
+        assert [part for part, _ in parts[-3:]] == ["revolute"] * 3
+        np.testing.assert_array_equal([axis for _, axis in parts[-3:]], np.eye(3))
+    for kind in PARTS.keys() - {"spherical", "floating"}:
+        assert [part for part, _ in elementary(kind, AXIS, AXIS_2, True)] == PARTS[kind]
+
+
+@pytest.mark.parametrize("kind", PARTS)
+@pytest.mark.parametrize("cardan", [False, True])
+def test_every_velocity_coordinate_has_a_name(kind: str, cardan: bool) -> None:
+    chain = elementary(kind, AXIS, AXIS_2, cardan)
+    parts = [Part(part, axis, 1 + index) for index, (part, axis) in enumerate(chain)]
+    joint = Joint("j", kind, AXIS, tuple(parts))
+    assert len(joint.coordinates) == joint.nv == len(set(joint.coordinates))
+    assert joint.coordinates == ("j",) * joint.nv or all(
+        name.startswith("j.") for name in joint.coordinates
+    )
+    found = named_coordinates([joint])
+    assert [item.offset for item in found.values()] == list(range(joint.nv))
+    # What is called a slide is one.
+    expected = [part.kind == "prismatic" for part in parts for _ in range(part.nv)]
+    assert [item.slides for item in found.values()] == expected
+    assert joint.has_ball == (not cardan and kind in ("spherical", "floating"))
 
 
 def test_a_joint_is_the_body_of_its_last_part() -> None:

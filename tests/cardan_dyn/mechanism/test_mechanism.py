@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 from testkit.mixed_chain import MIXED, joint, link
@@ -101,3 +103,32 @@ def test_tables_escape_names_and_list_couplings() -> None:
     table = cd.load(WHEELS)._repr_html_()
     assert "wheels &lt;1&gt;" in table and "wheels <1>" not in table
     assert "mesh: ratio -2.5" in table
+
+
+def test_a_variant_has_turns_instead_of_balls(mixed: cd.Mechanism) -> None:
+    variant = mixed.with_cardan_angles(["ball", "turn"])
+    assert variant is mixed.with_cardan_angles(["ball"]) is variant.with_cardan_angles(["ball"])
+    assert variant.base is mixed.base is mixed
+    assert mixed.with_cardan_angles(["turn"]) is mixed is variant.with_cardan_angles([])
+    assert (mixed["ball"].has_ball, variant["ball"].has_ball) == (True, False)
+    assert variant["ball"].type == "spherical"
+    np.testing.assert_array_equal(variant["ball"].axis, mixed["ball"].axis)
+    assert variant.model.nv == mixed.model.nv and variant.model.nq == mixed.model.nq - 1
+    assert list(variant.drivable.items()) == list(mixed.drivable.items())
+    assert variant.to_urdf() == mixed.to_urdf()
+    with pytest.raises(cd.ModelError, match="no joint 'nothing'"):
+        variant.with_cardan_angles(["nothing"])
+
+
+def test_variants_are_copied_with_their_base(mixed: cd.Mechanism) -> None:
+    again = pickle.loads(pickle.dumps(mixed.with_cardan_angles(["ball"])))
+    assert again.coordinates.cardan == {"ball"} and not again.base.coordinates.cardan
+    assert again.base.with_cardan_angles(["ball"]) is again
+    both = pickle.loads(pickle.dumps((mixed, mixed.with_cardan_angles(["ball"]))))
+    assert both[1].base is both[0]
+
+
+def test_coordinates_are_no_joints(mixed: cd.Mechanism) -> None:
+    assert "ball.x" in mixed.drivable and "ball.x" not in mixed
+    with pytest.raises(cd.ModelError, match=r"'ball.x' is a coordinate; name its joint, 'ball'"):
+        mixed.joint("ball.x")

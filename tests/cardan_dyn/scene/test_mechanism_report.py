@@ -17,6 +17,7 @@ REPORT = MechanismReport(
         LoopReport("bolt", "fixed", 6, {}),
     ],
     idle_rods=[("up", "down")],
+    drivable=("bolt.y", "bolt.x", "<i>pin"),
     warnings=("mass < 0",),
 )
 
@@ -30,6 +31,7 @@ def test_texts_of_a_report() -> None:
         "    leaves open at a<: force xyz",
         "    leaves open at b: moment x",
         "  loop bolt (fixed): rank 6 of 6, 0 redundant",
+        "  can be driven or held: <i>pin, bolt.x, bolt.y",
         "  idle rod at up, down: it may spin about its line and needs no drive",
         "  the description's zero is a singular configuration of <i>pin, bolt: "
         "only 5 of 6 equations are independent there",
@@ -47,7 +49,8 @@ def test_notebooks_show_escaped_texts() -> None:
         "<tr><td>&lt;i&gt;pin</td><td>continuous</td><td>3</td><td>3</td>"
         "<td>a&lt;: force xyz; b: moment x</td></tr>"
         "<tr><td>bolt</td><td>fixed</td><td>6</td><td>0</td><td></td></tr></tbody></table>"
-        "<ul><li>idle rod at up, down: it may spin about its line and needs no drive</li>"
+        "<ul><li>can be driven or held: &lt;i&gt;pin, bolt.x, bolt.y</li>"
+        "<li>idle rod at up, down: it may spin about its line and needs no drive</li>"
         "<li>the description&#x27;s zero is a singular configuration of &lt;i&gt;pin, bolt: "
         "only 5 of 6 equations are independent there</li><li>warning: mass &lt; 0</li></ul></div>"
     )
