@@ -18,7 +18,7 @@ from .description import Description, LinkDescription
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from .description import JointDescription, LoopDescription
+    from .description import CouplingDescription, JointDescription, LoopDescription
 
 
 def reread(description: Description) -> Description:
@@ -48,10 +48,25 @@ def reread(description: Description) -> Description:
             for loop in description.loops
         ),
         couplings=tuple(
-            replace(item, ratio=float(_child(couplings[item.name], "ratio").attrib["value"]))
+            _mimic(item, joints[item.successor])
+            if item.of_joints
+            else _coupling(item, couplings[item.name])
             for item in description.couplings
         ),
     )
+
+
+def _coupling(coupling: CouplingDescription, element: Element) -> CouplingDescription:
+    """Return a coupling of links with the number of its element."""
+    ratio = float(_child(element, "ratio").attrib["value"])
+    return replace(coupling, ratio=ratio, offset=0.0)
+
+
+def _mimic(coupling: CouplingDescription, joint: Element) -> CouplingDescription:
+    """Return a coupling of joints with the numbers of the joint that mimics the other."""
+    stated = _child(joint, "mimic")
+    ratio, offset = float(stated.get("multiplier", "1")), float(stated.get("offset", "0"))
+    return replace(coupling, ratio=ratio, offset=offset)
 
 
 def _link(name: str, element: Element) -> LinkDescription:

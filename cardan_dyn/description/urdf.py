@@ -34,6 +34,7 @@ from .elements import (
     only,
     placement,
 )
+from .mimics import mimics
 from .urdf_schema import check_words
 
 _INERTIA_TOLERANCE = 1e-9
@@ -83,7 +84,9 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     elif path is not None:
         left_out += notations.unread_files(path)
     loops, notation = notations.agreed(robot, link_names, beside, where)
-    couplings = tuple(_coupling(item, link_names, where) for item in robot.findall("coupling"))
+    couplings = [_coupling(item, link_names, where) for item in robot.findall("coupling")]
+    taken = [item.name for items in (loops, couplings) for item in items]
+    couplings += mimics(robot, joints, taken, where)
     named = [item.name for items in (joints, loops, couplings) for item in items]
     check_unique(named, "joint or loop", where)
     independent = _independent(robot, where)
@@ -96,7 +99,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         joints=tuple(joints),
         order=tuple(sorted(joint.name for joint in joints)),
         loops=loops,
-        couplings=couplings,
+        couplings=tuple(couplings),
         independent_joints=independent,
         notation=notation,
         warnings=(*unknown, *warnings, *left_out),
@@ -307,10 +310,8 @@ def _joint(
 
 
 def _left_out(element: ElementTree.Element, at: str) -> list[str]:
-    """Return warnings about what a joint says and no wrench considers: couplings, friction."""
+    """Return warnings about what a joint says and no wrench considers: friction."""
     warnings = []
-    if element.find("mimic") is not None:
-        warnings.append(f"{at}: <mimic> left out: write it as <coupling>")
     dynamics = only(element, "dynamics", at)
     if dynamics is not None:
         coefficients = {

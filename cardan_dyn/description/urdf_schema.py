@@ -34,7 +34,7 @@ _KNOWN: dict[str, str] = {
     "axis2": "xyz",
     "limit": "lower upper velocity effort",
     "dynamics": "damping friction",
-    "mimic": "joint multiplier offset",
+    "mimic": "joint multiplier offset name",
     "loop": "name type",
     "loop/": "predecessor successor axis axis2",
     "predecessor": f"link {_POSE}",

@@ -27,7 +27,8 @@ class ClosureEquations:
     """The loops and couplings of a group.
 
     A coupling adds one row, which needs no geometry: the displacements of its two sides are
-    proportional.
+    proportional. Its slip is the ratio times the predecessor's displacement plus the offset, less
+    the successor's displacement.
 
     Attributes:
         mechanism: the mechanism.
@@ -44,6 +45,7 @@ class ClosureEquations:
             wrenches are compared with lengths in units of the mechanism's length.
         coupled_columns: velocity coordinates that couplings count, held ones included.
         coupled_ratios: their coefficients in the couplings' rows, `(len(coupled_columns), G)`.
+        coupled_offsets: `(G,)` what their slips are at zero [rad or m].
         slip_units: `(G,)` the length where a slip is one, else 1.
     """
 
@@ -85,6 +87,7 @@ class ClosureEquations:
         self._coupling_rows = coupling_rows[self.movable]
         self.coupled_columns = np.nonzero(np.any(coupling_rows != 0.0, axis=1))[0]
         self.coupled_ratios = coupling_rows[self.coupled_columns]
+        self.coupled_offsets = np.array([coupling.offset for coupling in self.couplings])
         self.slip_units = np.array(
             [_slip_unit(coupling, slides, length) for coupling in self.couplings]
         )

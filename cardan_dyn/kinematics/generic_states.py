@@ -58,7 +58,7 @@ def generic_states(
     mechanism = structure.mechanism
     every = np.arange(mechanism.model.nv)
     result: list[GenericStates | GroupSolver] = []
-    zero = mechanism.coordinates.neutral()
+    zero = mechanism.zero
     for group in independent_groups(structure, every):
         solver = GroupSolver(mechanism, group)
         if group.passives.size > most_coordinates:

@@ -26,18 +26,34 @@ class Structure:
 
     Attributes:
         mechanism: the mechanism.
-        paths: per item: bodies between its two ends (0-based), ascending.
-        chains: per item: all bodies from the root to both ends, ascending.
+        paths: per loop: bodies between its two ends (0-based), ascending; per coupling: those
+            whose joints it couples.
+        chains: per item: all bodies from the root to these, ascending.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         model = mechanism.model
-        ends = [(item.predecessor, item.successor) for item in mechanism.loops]
-        ends += [(item.predecessor, item.successor) for item in mechanism.couplings]
-        chains = [tuple(set(ancestors(model, body)) for body in pair) for pair in ends]
-        self.paths = [sorted(first ^ second) for first, second in chains]
-        self.chains = [sorted(first | second) for first, second in chains]
+        body_of = {
+            column: index - 1
+            for index in range(1, model.njoints)
+            for column in range(model.idx_vs[index], model.idx_vs[index] + model.nvs[index])
+        }
+        loops = [
+            tuple(set(ancestors(model, body)) for body in (loop.predecessor, loop.successor))
+            for loop in mechanism.loops
+        ]
+        coupled = [
+            {body_of[column] for column in (*item.predecessor_columns, *item.successor_columns)}
+            for item in mechanism.couplings
+        ]
+        self.paths = [sorted(first ^ second) for first, second in loops]
+        self.paths += [sorted(bodies) for bodies in coupled]
+        self.chains = [sorted(first | second) for first, second in loops]
+        self.chains += [
+            sorted({link for body in bodies for link in ancestors(model, body + 1)})
+            for bodies in coupled
+        ]
         self._columns = [
             list(range(model.idx_vs[index], model.idx_vs[index] + model.nvs[index]))
             for index in range(1, model.njoints)
@@ -49,7 +65,7 @@ class Structure:
         }
 
     def coordinates_on(self, item: int) -> list[int]:
-        """Return the velocity coordinates between the ends of a loop or coupling."""
+        """Return the velocity coordinates between the ends of a loop, or in a coupling."""
         return [column for body in self.paths[item] for column in self._columns[body]]
 
     def ranks(self, x: Array, moving: set[int]) -> list[int]:

@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pinocchio
 
+from ..arrays import Array
+from ..description.description import shown_ratio
 from ..description.read import read
 from ..errors import ModelError, choices
-from ..frozen import Frozen, FrozenDict
+from ..frozen import Frozen, FrozenDict, read_only
 from .coordinates import Coordinates
 from .joints import Joint, Part
 from .tree import TreeBuilder, ancestors, se3
@@ -59,23 +61,22 @@ class Loop(NamedTuple):
 
 
 class Coupling(NamedTuple):
-    """A velocity ratio between two links: ratio times the predecessor's motion is the successor's.
+    """A ratio between two motions: ratio times the predecessor's plus offset is the successor's.
 
-    Motions are angles or slides, summed up over the joints from the nearest common ancestor of both
-    links.
+    The motions are those of two joints, or those of two links: angles or slides, summed up over the
+    joints from their nearest common ancestor.
 
     Attributes:
         name: its name in the description.
         ratio: motion of the successor per motion of the predecessor.
-        predecessor, successor: indices of the links' bodies in `Mechanism.model`.
-        predecessor_columns, successor_columns: velocity coordinates between them and their
-            nearest common ancestor.
+        offset: motion of the successor while the predecessor is at zero [rad or m].
+        predecessor_columns, successor_columns: velocity coordinates of the two joints, or of the
+            joints between the two links and their nearest common ancestor.
     """
 
     name: str
     ratio: float
-    predecessor: int
-    successor: int
+    offset: float
     predecessor_columns: tuple[int, ...]
     successor_columns: tuple[int, ...]
 
@@ -98,7 +99,7 @@ class Mechanism(Frozen):
         joints: mapping of joint names to `Joint`, tree joints first, then loops.
         links: mapping of link names to `(index in model, pin.SE3 placement in that body)`.
         loops: the welds.
-        couplings: the velocity ratios between links.
+        couplings: the ratios between the motions of links or joints.
         independent_joints: names of the joints that the description's author drives.
         auxiliary_bodies: indices of the bodies in `model` that only carry a loop's joint to the
             world. Their artificial inertia keeps the inertia matrix of `model` regular; it has no
@@ -217,6 +218,22 @@ class Mechanism(Frozen):
             placements[index - 1] = parent * self.model.jointPlacements[index]
         return placements
 
+    @cached_property
+    def zero(self) -> Array:
+        """Coordinates `(size,)` of the description's zero, which need not close its loops.
+
+        All joints are at zero, except that those which mimic others are where their offsets say.
+        """
+        x = self.coordinates.neutral()
+        described = [item for item in self.description.couplings if item.of_joints]
+        columns = self.coordinates.columns
+        for _ in described:  # A joint may mimic one that mimics another itself, further below.
+            for item in described:
+                mimicked = x[columns[item.predecessor].start]
+                x[columns[item.successor].start] = item.ratio * mimicked + item.offset
+        read_only(x)
+        return x
+
     def to_urdf(self) -> str:
         """Return the description as URDF+ text, which `load` reads back; without visuals."""
         from ..description.write import to_urdf
@@ -252,6 +269,12 @@ class Mechanism(Frozen):
         )
 
     def _coupling(self, coupling: CouplingDescription) -> Coupling:
+        if coupling.of_joints:
+            mimicked, joint = (
+                int(self.model.idx_vs[self.joints[name].id])
+                for name in (coupling.predecessor, coupling.successor)
+            )
+            return Coupling(coupling.name, coupling.ratio, coupling.offset, (mimicked,), (joint,))
         bodies = [self.links[name][0] for name in (coupling.predecessor, coupling.successor)]
         chains = [set(ancestors(self.model, body)) for body in bodies]
         first, second = (
@@ -263,7 +286,7 @@ class Mechanism(Frozen):
                 f"{self.name}: coupling {coupling.name!r}: no joint moves {coupling.predecessor!r} "
                 f"relative to {coupling.successor!r}"
             )
-        return Coupling(coupling.name, coupling.ratio, bodies[0], bodies[1], first, second)
+        return Coupling(coupling.name, coupling.ratio, coupling.offset, first, second)
 
     def _coupled_columns(self, coupling: str, bodies: set[int]) -> list[int]:
         """Return the velocity coordinates of the joints that move some bodies (0-based).
@@ -315,7 +338,7 @@ def _joints(description: Description, parts: dict[str, list[Part]]) -> dict[str,
 
 
 def _shown(coupling: Coupling) -> str:
-    return f"{coupling.name}: ratio {coupling.ratio:g}"
+    return f"{coupling.name}: {shown_ratio(coupling.ratio, coupling.offset)}"
 
 
 def _constraint_models(

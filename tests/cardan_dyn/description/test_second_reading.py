@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from testkit import scenes
 from testkit.linkages import coupling, four_bar, gears, loop
+from testkit.mimicking import finger, mimic
 from testkit.mixed_chain import MIXED
 
 from cardan_dyn.description import second_reading
@@ -51,6 +52,7 @@ TEXTS = {
     **{name: scenes.text(name) for name in bundled_names()},
     "mixed": MIXED,
     "gears": gears(coupling("g", "a", "b", -2.5), coupling("h", "b", "c", 0.1), third=True),
+    "mimics": finger(mimic("knuckle", -1.5, 0.4), '<mimic joint="middle"/>'),
 }
 
 
