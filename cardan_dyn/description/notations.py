@@ -17,6 +17,7 @@ import numpy as np
 from ..errors import ModelError, choices
 from .description import LoopDescription
 from .elements import JOINT_TYPES, check_unique, loop
+from .encoding import yaml_text
 
 GEPETTO_TYPES = {"6d": "fixed", "3d": "spherical"}
 """Gepetto's word for a closure to the type of the loop that it is."""
@@ -232,7 +233,7 @@ def _content(path: Path, where: str) -> _Content | None:
     import yaml
 
     try:
-        loader = yaml.SafeLoader(path.read_text(encoding="utf-8-sig"))
+        loader = yaml.SafeLoader(yaml_text(path.read_bytes(), where))
         try:
             node = loader.get_single_node()
             content = None if node is None else loader.construct_document(node)

@@ -54,11 +54,13 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
     if isinstance(source, str) and source.lstrip(_BLANK).startswith("<"):
         return _parse(source.lstrip(_BLANK), "text", None, strict)
     path = _find(_name(source))
+    from .encoding import xml_text
+
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError, MemoryError) as error:
-        raise ModelError(f"{path}: cannot be read as text ({error})") from error
-    return _parse(text, str(path), path, strict)
+        data = path.read_bytes()
+    except (OSError, MemoryError) as error:
+        raise ModelError(f"{path}: cannot be read ({error})") from error
+    return _parse(xml_text(data, str(path)), str(path), path, strict)
 
 
 def _parse(text: str, where: str, path: Path | None, strict: bool) -> Description:
