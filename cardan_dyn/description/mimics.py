@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 from ..errors import ModelError, choices
 from .description import CouplingDescription, JointDescription
 from .elements import numbers, only, unique
+from .left_out import line_of
 
 _SINGLE = frozenset({"revolute", "continuous", "prismatic"})
 """Types of joints that have one coordinate."""
@@ -22,8 +23,11 @@ def mimics(
     joints: Iterable[JointDescription],
     taken: Collection[str],
     where: str,
-) -> list[CouplingDescription]:
-    """Return the couplings that the joints of a URDF state, in the order of the joints.
+) -> tuple[list[CouplingDescription], list[str]]:
+    """Return the couplings that the joints of a URDF state, and warnings about what is left out.
+
+    The couplings have the order of the joints. A fixed joint follows nothing: robots whose grippers
+    were fixed still have its mimics.
 
     Args:
         robot: outermost element of the URDF.
@@ -42,13 +46,17 @@ def mimics(
         if mimic is not None:
             stated[name] = mimic
     names = {*known, *taken, *(mimic.get("name", "") for mimic in stated.values())}
+    at_rest = [joint for joint in stated if known[joint].type == "fixed"]
     result = []
     for joint, mimic in stated.items():
+        if joint in at_rest:
+            continue
         name = mimic.get("name") or unique(default_name(joint), names)
         names.add(name)
         result.append(_mimic(name, joint, mimic, known, f"{where}: joint {joint!r}: <mimic>"))
     check_mimics(result, where)
-    return result
+    line = line_of(where, "<mimic>", at_rest, "fixed joints follow nothing")
+    return result, [line] if line else []
 
 
 def default_name(joint: str) -> str:
@@ -114,7 +122,7 @@ def _mimic(
         if end.type not in _SINGLE:
             raise ModelError(
                 f"{at}: joint {end.name!r} is {end.type}; only joints with one coordinate mimic "
-                f"and are mimicked: {choices(single)}"
+                f"and are mimicked: {choices(single)}; remove <mimic>, or change the type"
             )
     multiplier = float(numbers(mimic.get("multiplier"), 1, "1", f"{at} multiplier")[0])
     if multiplier == 0.0:

@@ -78,6 +78,7 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
     from . import urdf
     from .description import SourceText
     from .elements import check_doctype, check_size
+    from .left_out import limits_left_out
 
     try:
         root = ElementTree.fromstring(text)
@@ -87,16 +88,21 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
     if root.tag == "mujoco":
         from .mjcf import reader as mjcf
 
-        at = "MJCF text" if path is None else where
-        description = mjcf.parse(root, at, path, strict)
-        check_size(len(description.links), at)
+        where = "MJCF text" if path is None else where
+        description = mjcf.parse(root, where, path, strict)
+        check_size(len(description.links), where)
     elif root.tag == "robot":
-        description = urdf.parse(root, "URDF text" if path is None else where, path, strict)
+        where = "URDF text" if path is None else where
+        description = urdf.parse(root, where, path, strict)
     else:
         raise ModelError(
             f"{where}: the outermost element is <{root.tag}>, expected <robot> or <mujoco>"
         )
-    return replace(description, source=SourceText(text, path))
+    warnings = description.warnings
+    # The bundled files have limits only because URDF demands them of hinges and slides.
+    if path is None or path.parent != bundled_directory():
+        warnings += tuple(limits_left_out(description.joints, where))
+    return replace(description, warnings=warnings, source=SourceText(text, path))
 
 
 def _name(source: object) -> str:

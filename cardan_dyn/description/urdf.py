@@ -34,6 +34,7 @@ from .elements import (
     only,
     placement,
 )
+from .left_out import elements_left_out
 from .mimics import mimics
 from .urdf_schema import check_words
 
@@ -78,7 +79,10 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     changed_types: Mapping[str, notations.ChangedType] = (
         {} if beside is None else beside.joint_types
     )
-    joints, left_out = _joints(robot, link_names, changed_types, where)
+    joints = [
+        _joint(element, link_names, changed_types, where) for element in robot.findall("joint")
+    ]
+    left_out = elements_left_out(robot, where)
     if beside is not None:
         left_out += beside.warnings
     elif path is not None:
@@ -86,7 +90,9 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     loops, notation = notations.agreed(robot, link_names, beside, where)
     couplings = [_coupling(item, link_names, where) for item in robot.findall("coupling")]
     taken = [item.name for items in (loops, couplings) for item in items]
-    couplings += mimics(robot, joints, taken, where)
+    mimicking, at_rest = mimics(robot, joints, taken, where)
+    couplings += mimicking
+    left_out += at_rest
     named = [item.name for items in (joints, loops, couplings) for item in items]
     check_unique(named, "joint or loop", where)
     independent = _independent(robot, where)
@@ -251,28 +257,13 @@ def tensor_of(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) 
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def _joints(
-    robot: ElementTree.Element,
-    links: dict[str, None],
-    changed_types: Mapping[str, notations.ChangedType],
-    where: str,
-) -> tuple[list[JointDescription], list[str]]:
-    """Return the tree joints, and warnings about what is left out of them."""
-    joints, warnings = [], []
-    for element in robot.findall("joint"):
-        joint, left_out = _joint(element, links, changed_types, where)
-        joints.append(joint)
-        warnings.extend(left_out)
-    return joints, warnings
-
-
 def _joint(
     element: ElementTree.Element,
     links: dict[str, None],
     changed_types: Mapping[str, notations.ChangedType],
     where: str,
-) -> tuple[JointDescription, list[str]]:
-    """Return a tree joint, and warnings about what is left out of it.
+) -> JointDescription:
+    """Return a tree joint.
 
     Args:
         element: the `<joint>`.
@@ -295,8 +286,7 @@ def _joint(
         axis, axis_2 = changed.axes
     elif kind != "fixed":
         axis, axis_2 = axes_of(element, kind, at)
-    warnings = _left_out(element, at)
-    joint = JointDescription(
+    return JointDescription(
         name=name,
         type=kind,
         parent=link_of(element, "parent", links, at),
@@ -306,22 +296,6 @@ def _joint(
         axis_2=axis_2,
         limits=_limits(element, kind, at),
     )
-    return joint, warnings
-
-
-def _left_out(element: ElementTree.Element, at: str) -> list[str]:
-    """Return warnings about what a joint says and no wrench considers: friction."""
-    warnings = []
-    dynamics = only(element, "dynamics", at)
-    if dynamics is not None:
-        coefficients = {
-            key: float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0])
-            for key in ("damping", "friction")
-        }
-        listed = ", ".join(f"{key} {value:g}" for key, value in coefficients.items() if value)
-        if listed:
-            warnings.append(f"{at}: {listed} of <dynamics> left out: wrenches are without friction")
-    return warnings
 
 
 def _limits(element: ElementTree.Element, kind: str, at: str) -> Limits:

@@ -62,7 +62,7 @@ _CHILDREN = {
 _NOT_OF_WRENCHES = frozenset(
     {"material", "visual", "collision", "contact", "calibration", "safety_controller"}
 )
-"""Known elements that have nothing to do with wrenches, and need no warning."""
+"""Known elements that have nothing to do with wrenches; what is in them is not read."""
 
 
 def check_words(robot: ElementTree.Element, where: str, strict: bool) -> list[str]:
@@ -96,10 +96,16 @@ def check_words(robot: ElementTree.Element, where: str, strict: bool) -> list[st
                     )
                 label = f"{kind} {word!r} of <{element.tag}>"
                 unknown[label] = unknown.get(label, 0) + 1
+    spaces = {
+        child.tag[1:].partition("}")[0]: None
+        for element in _elements_read(robot)
+        for child in element
+        if isinstance(child.tag, str) and child.tag.startswith("{")
+    }
     return [
         f"{where}: {label} is unknown and was passed over" + (f" ({count} times)" * (count > 1))
         for label, count in unknown.items()
-    ]
+    ] + [f"{where}: elements of the namespace {space!r} were passed over" for space in spaces]
 
 
 def _elements_read(robot: ElementTree.Element) -> list[ElementTree.Element]:

@@ -71,14 +71,32 @@ def test_two_mimics_and_misspelled_ones_are_refused() -> None:
         read(finger('<mimic joint="knuckle" ofset="1"/>'))
 
 
-@pytest.mark.parametrize("kind", ["fixed", "planar", "floating", "spherical", "cylindrical"])
-@pytest.mark.parametrize("mimicking", [False, True])
-def test_joints_without_exactly_one_coordinate(kind: str, mimicking: bool) -> None:
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("knuckle", "fixed"),
+        *((name, kind) for name in ("knuckle", "middle") for kind in ("planar", "spherical")),
+        *((name, kind) for name in ("knuckle", "middle") for kind in ("floating", "cylindrical")),
+    ],
+)
+def test_joints_without_exactly_one_coordinate(name: str, kind: str) -> None:
     text = finger(mimic("knuckle"))
-    name = "middle" if mimicking else "knuckle"
     text = text.replace(f'name="{name}" type="continuous"', f'name="{name}" type="{kind}"')
     with pytest.raises(cd.ModelError, match=f"joint '{name}' is {kind}; only joints with one"):
         read(text)
+
+
+def test_fixed_joints_follow_nothing() -> None:
+    """As in robots whose grippers were fixed, whatever their joints mimic."""
+    for mimicked in ("plunger", "knuckle", "nothing"):
+        text = finger(mimic(mimicked)).replace(
+            '"middle" type="continuous"', '"middle" type="fixed"'
+        )
+        description = read(text)
+        assert description.couplings == ()
+        assert description.warnings[0] == (
+            "URDF text: <mimic> of 1 joint (middle) left out: fixed joints follow nothing"
+        )
 
 
 def test_circles() -> None:
