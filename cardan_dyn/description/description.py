@@ -78,10 +78,12 @@ class SourceText:
     Attributes:
         text: the whole text.
         path: the file, beside which meshes are found; None for text.
+        beside: the text of the YAML file that lists loops of a URDF; empty without one.
     """
 
     text: str
     path: Path | None
+    beside: str = ""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -23,17 +23,19 @@ def mimics(
     joints: Iterable[JointDescription],
     taken: Collection[str],
     where: str,
+    solved: Collection[str] = (),
 ) -> tuple[list[CouplingDescription], list[str]]:
     """Return the couplings that the joints of a URDF state, and warnings about what is left out.
 
     The couplings have the order of the joints. A fixed joint follows nothing: robots whose grippers
-    were fixed still have its mimics.
+    were fixed still have its mimics. Nor does a joint that loops decide.
 
     Args:
         robot: outermost element of the URDF.
         joints: its joints.
         taken: names of its loops and of its couplings of links.
         where: how messages name the source of the text.
+        solved: joints that loops decide, which their mimics only approximate.
 
     Raises:
         ModelError: what is wrong with one of them.
@@ -49,14 +51,18 @@ def mimics(
     at_rest = [joint for joint in stated if known[joint].type == "fixed"]
     result = []
     for joint, mimic in stated.items():
-        if joint in at_rest:
+        if joint in at_rest or joint in solved:
             continue
         name = mimic.get("name") or unique(default_name(joint), names)
         names.add(name)
         result.append(_mimic(name, joint, mimic, known, f"{where}: joint {joint!r}: <mimic>"))
     check_mimics(result, where)
-    line = line_of(where, "<mimic>", at_rest, "fixed joints follow nothing")
-    return result, [line] if line else []
+    decided = [joint for joint in stated if joint in solved and joint not in at_rest]
+    lines = (
+        line_of(where, "<mimic>", at_rest, "fixed joints follow nothing"),
+        line_of(where, "<mimic>", decided, "loops decide where these joints are"),
+    )
+    return result, [line for line in lines if line]
 
 
 def default_name(joint: str) -> str:

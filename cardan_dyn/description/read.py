@@ -38,8 +38,9 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
     """Read a bundled description by name, a file by path, or text.
 
     A file's loops may be written in URDF+ notation (`<loop>`, `<coupling>`), in that of NVIDIA
-    Isaac (`<loop_joint>`), in Gepetto's YAML file of the same name beside the URDF, or as
-    `<equality>` of an MJCF file.
+    Isaac (`<loop_joint>`), as `<constraint>` proposed for ROS, as closing frames of
+    onshape-to-robot, in Gepetto's YAML file of the same name beside the URDF, in a file
+    `loop_closures.yaml` there, or as `<equality>` of an MJCF file.
 
     Args:
         source: name in `bundled_names()`, path, or text that starts with `<`.
@@ -102,7 +103,8 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
     # The bundled files have limits only because URDF demands them of hinges and slides.
     if path is None or path.parent != bundled_directory():
         warnings += tuple(limits_left_out(description.joints, where))
-    return replace(description, warnings=warnings, source=SourceText(text, path))
+    beside = "" if description.source is None else description.source.beside
+    return replace(description, warnings=warnings, source=SourceText(text, path, beside))
 
 
 def _name(source: object) -> str:

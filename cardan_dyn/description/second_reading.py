@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def reread(description: Description) -> Description:
     """Return a description with the numbers of its text: masses, origins, axes, ratios.
 
-    MJCF, and loops that stand beside a URDF, keep the numbers that were read first.
+    MJCF keeps the numbers that were read first.
     """
     source = description.source
     if source is None:
@@ -36,15 +36,27 @@ def reread(description: Description) -> Description:
         return description
     links, joints, loops, couplings = (
         {item.attrib["name"]: item for tag in tags for item in robot.findall(tag)}
-        # Where both notations close the same loops, <loop> comes last and replaces the other.
-        for tags in (("link",), ("joint",), ("loop_joint", "loop"), ("coupling",))
+        # Where notations close the same loops, the one that is used comes last and replaces others.
+        for tags in (
+            ("link",),
+            ("joint",),
+            ("constraint", "loop_joint", "loop"),
+            ("coupling",),
+        )
     )
+    placed = tuple(_joint(joint, joints[joint.name]) for joint in description.joints)
+    beside: dict[str, LoopDescription] = {}
+    if source.beside:
+        from .second_reading_beside import reread_beside
+
+        others = [loop for loop in description.loops if loop.name not in loops]
+        beside = reread_beside(others, placed, source.beside)
     return replace(
         description,
         links=tuple(_link(link.name, links[link.name]) for link in description.links),
-        joints=tuple(_joint(joint, joints[joint.name]) for joint in description.joints),
+        joints=placed,
         loops=tuple(
-            _loop(loop, loops[loop.name]) if loop.name in loops else loop
+            _loop(loop, loops[loop.name]) if loop.name in loops else beside.get(loop.name, loop)
             for loop in description.loops
         ),
         couplings=tuple(
@@ -101,13 +113,15 @@ def _joint(joint: JointDescription, element: Element) -> JointDescription:
 def _loop(loop: LoopDescription, element: Element) -> LoopDescription:
     """Return a loop with the placements and axes of its element."""
     predecessor, successor = _ends(element)
-    axis = _axis(element, "axis")
+    is_constraint = element.tag == "constraint"
+    first, second = ("parent_axis", "child_axis") if is_constraint else ("axis", "axis2")
+    axis = _axis(element, first)
     return replace(
         loop,
         predecessor_origin=predecessor,
         successor_origin=successor,
         axis=axis,
-        axis_2=_axis(element, "axis2") if loop.type == "universal" else axis,
+        axis_2=_axis(element, second) if loop.type == "universal" else axis,
     )
 
 
@@ -119,6 +133,10 @@ def _axis(element: Element, tag: str) -> Array:
 
 def _ends(loop: Element) -> tuple[Array, Array]:
     """Return the `(4, 4)` placements of a loop's frame in its predecessor and its successor."""
+    if loop.tag == "constraint":
+        origins = (loop.find("parent_origin"), loop.find("child_origin"))
+        first, second = (np.eye(4) if end is None else _frame(end) for end in origins)
+        return first, second
     sides = ("link1", "link2") if loop.tag == "loop_joint" else ("predecessor", "successor")
     ends = [_child(loop, side) for side in sides]
     predecessor, successor = (

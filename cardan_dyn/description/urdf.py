@@ -17,8 +17,15 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..errors import ModelError, choices
-from . import notations
-from .description import CouplingDescription, Description, JointDescription, Limits, LinkDescription
+from .beside import Beside, ChangedType
+from .description import (
+    CouplingDescription,
+    Description,
+    JointDescription,
+    Limits,
+    LinkDescription,
+    SourceText,
+)
 from .elements import (
     ADDED_TYPES,
     JOINT_TYPES,
@@ -34,8 +41,11 @@ from .elements import (
     only,
     placement,
 )
+from .gepetto import gepetto, unread_files
 from .left_out import elements_left_out
+from .loop_closures import loop_closures
 from .mimics import mimics
+from .notations import agreed
 from .urdf_schema import check_words
 
 _INERTIA_TOLERANCE = 1e-9
@@ -49,7 +59,8 @@ _READ = frozenset(
     {
         *("link", "inertial", "mass", "inertia", "origin"),
         *("joint", "parent", "child", "axis", "axis2", "limit", "dynamics", "coupling", "ratio"),
-        *("loop", "predecessor", "successor", "loop_joint", "link1", "link2"),
+        *("loop", "predecessor", "successor", "loop_joint", "link1", "link2", "mimic"),
+        *("constraint", "parent_origin", "child_origin", "parent_axis", "child_axis"),
     }
 )
 """Elements that are read."""
@@ -61,7 +72,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     Args:
         robot: its outermost element.
         where: how messages name the source of the text.
-        path: the file, beside which Gepetto's YAML file may stand.
+        path: the file, beside which a YAML file may list its loops.
         strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
             words of a URDF, forces in an MJCF file that no wrench considers.
 
@@ -76,9 +87,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     # keeps the links in file order.
     link_names = dict.fromkeys(link.name for link in links)
     beside = _file_beside(robot, where, path, strict)
-    changed_types: Mapping[str, notations.ChangedType] = (
-        {} if beside is None else beside.joint_types
-    )
+    changed_types: Mapping[str, ChangedType] = {} if beside is None else beside.joint_types
     joints = [
         _joint(element, link_names, changed_types, where) for element in robot.findall("joint")
     ]
@@ -86,13 +95,15 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     if beside is not None:
         left_out += beside.warnings
     elif path is not None:
-        left_out += notations.unread_files(path)
-    loops, notation = notations.agreed(robot, link_names, beside, where)
+        left_out += unread_files(path)
+    loops, notation, open_types = agreed(robot, link_names, beside, where)
+    left_out += open_types
     couplings = [_coupling(item, link_names, where) for item in robot.findall("coupling")]
     taken = [item.name for items in (loops, couplings) for item in items]
-    mimicking, at_rest = mimics(robot, joints, taken, where)
+    solved = frozenset() if beside is None else beside.solved
+    mimicking, without = mimics(robot, joints, taken, where, solved)
     couplings += mimicking
-    left_out += at_rest
+    left_out += without
     named = [item.name for items in (joints, loops, couplings) for item in items]
     check_unique(named, "joint or loop", where)
     independent = _independent(robot, where)
@@ -109,15 +120,28 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         independent_joints=independent,
         notation=notation,
         warnings=(*unknown, *warnings, *left_out),
+        source=None if beside is None else SourceText("", path, beside.text),
     )
 
 
 def _file_beside(
     robot: ElementTree.Element, where: str, path: Path | None, strict: bool
-) -> notations.Gepetto | None:
-    """Return what Gepetto's YAML file says about a URDF, None where there is no such file."""
-    joint_names = names(robot, "joint", where)
-    return None if path is None else notations.gepetto(path, robot, set(joint_names), strict)
+) -> Beside | None:
+    """Return what a YAML file says about a URDF, None where there is no such file.
+
+    Raises:
+        ModelError: there are two.
+    """
+    joint_names = set(names(robot, "joint", where))
+    if path is None:
+        return None
+    readers = (gepetto, loop_closures)
+    found = [file for reader in readers if (file := reader(path, robot, joint_names, strict))]
+    if len(found) > 1:
+        raise ModelError(
+            f"{where}: both {found[0].path} and {found[1].path} list its loops; keep one of them"
+        )
+    return found[0] if found else None
 
 
 def _check_namespaces(robot: ElementTree.Element, where: str) -> None:
@@ -260,7 +284,7 @@ def tensor_of(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) 
 def _joint(
     element: ElementTree.Element,
     links: dict[str, None],
-    changed_types: Mapping[str, notations.ChangedType],
+    changed_types: Mapping[str, ChangedType],
     where: str,
 ) -> JointDescription:
     """Return a tree joint.
@@ -279,7 +303,7 @@ def _joint(
             f"{at}: type {kind!r} is not supported; types: {choices(JOINT_TYPES)}, and beyond "
             f"URDF: {choices(ADDED_TYPES)}"
         )
-    changed = changed_types.get(name, notations.ChangedType(kind))
+    changed = changed_types.get(name, ChangedType(kind))
     kind = changed.type
     axis = axis_2 = np.array([1.0, 0.0, 0.0])
     if changed.axes:

@@ -19,7 +19,9 @@ robots that mean something else are farther from URDF's: `gear_velocity`, `surfa
 _POSE = "xyz rpy"
 _KNOWN: dict[str, str] = {
     "robot": "name version",
-    "robot/": "link joint loop loop_joint coupling material transmission gazebo mujoco drake",
+    "robot/": (
+        "link joint loop loop_joint constraint coupling material transmission gazebo mujoco drake"
+    ),
     "link": "name type",
     "link/": "inertial visual collision contact",
     "inertial/": "origin mass inertia",
@@ -47,6 +49,12 @@ _KNOWN: dict[str, str] = {
     "link1/": "origin",
     "link2": f"link {_POSE}",
     "link2/": "origin",
+    "constraint": "name type",
+    "constraint/": "parent child parent_origin child_origin parent_axis child_axis",
+    "parent_origin": f"{_POSE} quat_xyzw",
+    "child_origin": f"{_POSE} quat_xyzw",
+    "parent_axis": "xyz",
+    "child_axis": "xyz",
     "coupling": "name",
     "coupling/": "predecessor successor ratio",
     "ratio": "value",

@@ -313,8 +313,9 @@ def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
 
     Args:
         source: name of a bundled description, path of a URDF or MJCF file, or URDF text. Loops
-            may be written in URDF+, as Isaac's `<loop_joint>`, in Gepetto's YAML file beside the
-            URDF, or as `<equality>` in MJCF.
+            may be written in URDF+, as Isaac's `<loop_joint>`, ROS' `<constraint>` or closing
+            frames, in Gepetto's YAML file or `loop_closures.yaml` beside the URDF, or as
+            `<equality>` in MJCF.
         strict: refuse what is probably wrong: inertias that no body can have, misspelled words of a
             URDF, forces in an MJCF file that no wrench considers. Many published robots have some:
             with False they are accepted (a mass of zero as no mass) and listed in

@@ -10,7 +10,9 @@ import pytest
 from testkit.linkages import four_bar, loop
 
 import cardan_dyn as cd
-from cardan_dyn.description.notations import Gepetto, agreed, gepetto, unread_files
+from cardan_dyn.description.beside import Beside
+from cardan_dyn.description.gepetto import gepetto, unread_files
+from cardan_dyn.description.notations import agreed
 
 PLUS = four_bar(loop("continuous"))
 TREE = PLUS[: PLUS.index("<loop")] + "</robot>"
@@ -30,7 +32,7 @@ def robot(*elements: str) -> Element:
     return fromstring(f"<robot>{''.join(elements)}</robot>")
 
 
-def beside_text(tmp_path: Path, yaml: str, suffix: str = ".yaml") -> Gepetto | None:
+def beside_text(tmp_path: Path, yaml: str, suffix: str = ".yaml") -> Beside | None:
     """Return what a YAML file says beside a URDF of the links a, b, c and the joints j, k."""
     (tmp_path / f"robot{suffix}").write_text(yaml, encoding="utf-8")
     urdf = robot(
@@ -41,14 +43,14 @@ def beside_text(tmp_path: Path, yaml: str, suffix: str = ".yaml") -> Gepetto | N
 
 
 def test_a_tree_has_no_loops() -> None:
-    assert agreed(robot(), LINKS, None, "x") == ((), "no loops")
+    assert agreed(robot(), LINKS, None, "x") == ((), "no loops", ())
 
 
 def test_loops_keep_their_order_and_their_notation() -> None:
     urdf = robot(
         URDF_PLUS.format("m", "fixed", "a", "b"), URDF_PLUS.format("l", "planar", "b", "c")
     )
-    loops, notation = agreed(urdf, LINKS, None, "x")
+    loops, notation, _ = agreed(urdf, LINKS, None, "x")
     assert notation == "URDF+ <loop>"
     assert [(item.name, item.type, item.predecessor, item.successor) for item in loops] == [
         ("m", "fixed", "a", "b"),
@@ -58,7 +60,7 @@ def test_loops_keep_their_order_and_their_notation() -> None:
 
 def test_isaac_places_the_loop_by_attributes_of_its_sides() -> None:
     urdf = robot(ISAAC.format("l", "spherical", "c", "a"))
-    (item,), notation = agreed(urdf, LINKS, None, "x")
+    (item,), notation, _ = agreed(urdf, LINKS, None, "x")
     assert notation == "Isaac <loop_joint>"
     assert (item.predecessor, item.successor) == ("c", "a")
     assert item.predecessor_origin[:3, 3].tolist() == [1.0, 2.0, 3.0]
@@ -72,13 +74,13 @@ def test_the_first_of_three_notations_is_used(tmp_path: Path, swapped: bool) -> 
     extra = beside_text(tmp_path, "closed_loop: [[b, a]]")
     plus = URDF_PLUS.format("l", "fixed", "a", "b")
     isaac = ISAAC.format("m", "fixed", *ends)
-    loops, notation = agreed(robot(isaac, plus), LINKS, extra, "x")
+    loops, notation, _ = agreed(robot(isaac, plus), LINKS, extra, "x")
     assert [item.name for item in loops] == ["l"]
     assert notation == (
         "URDF+ <loop>; Isaac <loop_joint> says the same and is not used; "
         "Gepetto robot.yaml says the same and is not used"
     )
-    loops, notation = agreed(robot(isaac), LINKS, extra, "x")
+    loops, notation, _ = agreed(robot(isaac), LINKS, extra, "x")
     assert [item.name for item in loops] == ["m"]
     assert notation == "Isaac <loop_joint>; Gepetto robot.yaml says the same and is not used"
 
@@ -162,7 +164,7 @@ def test_a_file_with_a_byte_order_mark(tmp_path: Path) -> None:
 
 def test_a_file_that_is_no_text(tmp_path: Path) -> None:
     (tmp_path / "robot.yaml").write_bytes(b"closed_loop: \xff")
-    with pytest.raises(cd.ModelError, match=r"robot.yaml: cannot be read as YAML: .*codec"):
+    with pytest.raises(cd.ModelError, match=r"robot.yaml: cannot be read as text: .*codec"):
         gepetto(tmp_path / "robot.urdf", robot(), set())
 
 
