@@ -127,7 +127,8 @@ def _places(path: Path) -> list[Path]:
 def placements_at_zero(robot: ElementTree.Element, where: str) -> dict[str, Array]:
     """Return the `(4, 4)` placements of all links in the root, with every joint at zero.
 
-    Links that no chain of joints connects to a root are left out.
+    Links that no chain of joints connects to a root, which the check of the tree refuses later, are
+    at the root.
     """
     children: dict[str, list[tuple[str, Array]]] = {}
     carried = set()
@@ -150,7 +151,7 @@ def placements_at_zero(robot: ElementTree.Element, where: str) -> dict[str, Arra
             if link not in placed:
                 placed[link] = placed[parent_link] @ origin
                 waiting.append(link)
-    return placed
+    return {link.get("name", ""): np.eye(4) for link in robot.findall("link")} | placed
 
 
 _Entry = Mapping[object, object]

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
 from .beside import Beside
-from .closing_frames import closing_loops
+from .closing_frames import closing_loops, has_closing_frames
 from .constraint import constraint
 from .description import LoopDescription
 from .elements import loop
@@ -74,6 +74,8 @@ def agreed(
                 f"{choices(map(str, _link_pairs(written[notation])))}; keep one of them"
             )
     remarks = "".join(f"; {notation} says the same and is not used" for notation in repeating)
+    if has_closing_frames(links):
+        remarks += "; closing frames are not used"
     return Agreed(written[used], used + remarks)
 
 

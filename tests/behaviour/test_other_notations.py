@@ -60,6 +60,19 @@ def test_wrenches_are_those_of_the_loop_in_urdf_plus(notation: str, tmp_path: Pa
     assert max(found.loop_residual, found.balance_residual, found.power_residual) < 1e-11
 
 
+def test_balls_are_those_of_urdf_plus(tmp_path: Path) -> None:
+    """The coupler ends in a ball, and its joint with the crank, a hinge of the URDF, is another."""
+    yaml = PINS.replace("pin_loops", "ball_loops").replace("    axis: [0.0, 0.0, 2.0]\n", "")
+    found = cd.load(written(tmp_path, yaml.replace("upgrades: []", "upgrades: [b]"), inside="."))
+    plus = PLUS.replace('name="c" type="revolute"', 'name="c" type="spherical"')
+    plus = plus.replace('name="b" type="continuous"', 'name="b" type="spherical"')
+    first, second = sweep(found), sweep(cd.load(plus))
+    assert relative(first.drive_effort, second.drive_effort) < 1e-11
+    assert relative(first["knee"].force, second["c"].force) < 1e-11
+    assert found.independent_joints == ("a",)
+    assert first.balance_residual < 1e-11
+
+
 @pytest.mark.parametrize("notation", NOTATIONS)
 def test_they_can_be_written_copied_and_pickled(notation: str, tmp_path: Path) -> None:
     mechanism = load(notation, tmp_path)

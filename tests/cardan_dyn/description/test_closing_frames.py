@@ -45,7 +45,7 @@ def test_another_notation_counts_more() -> None:
     text = closing_frames(first="3 2 0") + loop("fixed").replace("ROCKER", "2.5")
     description = framed(text)
     assert [(item.name, item.type) for item in description.loops] == [("c", "fixed")]
-    assert description.notation == "URDF+ <loop>"
+    assert description.notation == "URDF+ <loop>; closing frames are not used"
 
 
 def test_frames_without_a_partner_are_named() -> None:

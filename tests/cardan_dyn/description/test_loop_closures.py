@@ -156,6 +156,16 @@ def test_two_files_are_refused(tmp_path: Path) -> None:
         read(path)
 
 
+def test_a_ring_of_joints_is_what_is_wrong(tmp_path: Path) -> None:
+    """Not the file, whose links exist."""
+    ring = PLUS[: PLUS.index("<loop")] + "</robot>"
+    ring = ring.replace('<parent link="ground"/><child link="rocker"/>', "{}").format(
+        '<parent link="coupler"/><child link="crank"/>'
+    )
+    with pytest.raises(cd.ModelError, match="joint 'd': link 'crank' has two parents"):
+        read(written(tmp_path, CLOSURES, ring))
+
+
 def test_the_urdf_says_the_same(tmp_path: Path) -> None:
     description = read(written(tmp_path, CLOSURES, PLUS))
     assert description.notation == (

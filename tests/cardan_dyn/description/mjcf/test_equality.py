@@ -131,6 +131,27 @@ def test_couplings_count_from_the_initial_configuration() -> None:
     np.testing.assert_allclose(turn.motion.position("e"), [0.4, 0.15], rtol=1e-13)
 
 
+CHAIN = """<mujoco><worldbody>
+<body name="A" pos="0 0 1"><joint name="e" axis="0 1 0" ref="40"/>
+  <inertial pos=".1 0 0" mass="1" diaginertia="1 1 1"/>
+  <body name="B" pos=".5 0 0"><joint name="f" type="slide" axis="1 0 0" ref=".3"/>
+    <inertial pos="0 .1 0" mass="2" diaginertia="1 1 1"/></body></body>
+<body name="C" pos="1 0 0"><joint name="g" axis="0 1 0"/>
+  <inertial pos="0 0 .2" mass="1" diaginertia="1 1 1"/></body></worldbody>
+<equality><joint joint1="f" joint2="e" polycoef=".4 -.5 0 0 0"/>
+<joint joint1="g" joint2="f" polycoef="-.2 3 0 0 0"/></equality></mujoco>"""
+
+
+def test_a_chain_of_couplings_against_mujoco() -> None:
+    """Place of B and effort of e at 0.7 rad, where MuJoCo 4.0.0 finds both equalities met."""
+    scene = cd.Scene(cd.load(CHAIN), drive="e", gravity=(0.0, 0.0, -9.81))
+    turn = scene.sweep([0.7])
+    at = {name: float(turn.motion.position(name)[0]) for name in "efg"}
+    place = placed(scene.mechanism, at)["B"].translation
+    np.testing.assert_allclose(place, [0.420663203006, 0.0, 0.645680272019], atol=1e-12)
+    np.testing.assert_allclose(turn.drive_effort, -2.831035412074858, rtol=1e-13)
+
+
 def test_couplings_stand_in_the_order_of_their_joints() -> None:
     gears = '<joint name="{0}" joint1="{0}" joint2="{1}"/>'
     text = FREE.format(gears.format("g", "e") + gears.format("f", "e"))
