@@ -94,6 +94,8 @@ def loop_closures(
         key: list_of_names(content.get(key) or [], f"{where}: {key}")
         for key in ("dependent", "independent", "ball_upgrades", "actuated_joints")
     }
+    # Where all loops were passed over, nothing but their mimics decides these joints.
+    solved = frozenset(named["dependent"]) & joints if loops else frozenset()
     every = [name for names in named.values() for name in names]
     if strict:
         check_joints(every, joints, where)
@@ -110,7 +112,7 @@ def loop_closures(
         joint_types={
             name: ChangedType("spherical") for name in named["ball_upgrades"] if name in joints
         },
-        solved=frozenset(named["dependent"]) & joints,
+        solved=solved,
         warnings=(*warnings, *passed_over(every, joints, where)),
     )
 
