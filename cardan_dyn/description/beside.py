@@ -12,6 +12,8 @@ from .description import LoopDescription
 from .elements import check_unique
 from .encoding import yaml_text
 
+LOOP_CLOSURES = "loop_closures.yaml"
+"""Name of the file in which several programs list loops, whatever the URDF is called."""
 YamlContent = dict[object, object]
 """What a YAML file says, by key."""
 
@@ -52,6 +54,19 @@ class Beside:
     joint_types: dict[str, ChangedType] = field(default_factory=dict)
     solved: frozenset[str] = frozenset()
     warnings: tuple[str, ...] = ()
+
+
+def loop_closures_of(path: Path) -> Path | None:
+    """Return the file `loop_closures.yaml` that belongs to a URDF, None without one.
+
+    It stands beside the URDF; or one directory above it or in `config` there, where the URDF is in
+    a directory called `urdf`.
+    """
+    places = [path.parent]
+    if path.parent.name == "urdf":
+        places += [path.parent.parent, path.parent.parent / "config"]
+    files = (place / LOOP_CLOSURES for place in places)
+    return next((file for file in files if file.is_file()), None)
 
 
 def read_yaml(path: Path, where: str) -> tuple[str, YamlContent]:

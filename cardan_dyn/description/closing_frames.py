@@ -40,11 +40,6 @@ class _Frame(NamedTuple):
     origin: np.ndarray
 
 
-def has_closing_frames(links: Collection[str]) -> bool:
-    """Return whether links have names of such frames."""
-    return any(_FRAME.fullmatch(link) for link in links)
-
-
 def closing_loops(
     robot: ElementTree.Element, links: Collection[str], where: str
 ) -> tuple[list[LoopDescription], list[str]]:

@@ -30,6 +30,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ModelError, choices
 from .beside import (
+    LOOP_CLOSURES,
     Beside,
     ChangedType,
     YamlContent,
@@ -41,7 +42,6 @@ from .beside import (
 from .description import LoopDescription
 from .elements import GREATEST, placement
 
-FILE = "loop_closures.yaml"
 _LISTS = ("closures", "pin_loops", "ball_loops")
 """Keys of a file that list loops."""
 _KEYS = {
@@ -57,22 +57,20 @@ with six digits have."""
 
 
 def loop_closures(
-    path: Path, robot: ElementTree.Element, joints: set[str], strict: bool = True
+    path: Path, file: Path, robot: ElementTree.Element, joints: set[str], strict: bool = True
 ) -> Beside | None:
-    """Read the file of loop closures that belongs to a URDF, if there is one.
+    """Read a file of loop closures; return None where it lists none.
 
     Args:
         path: of the URDF.
-        robot: its outermost element.
+        file: of its loop closures, see `beside.loop_closures_of`.
+        robot: outermost element of the URDF.
         joints: names of its joints.
         strict: whether names that do not exist are refused; else what names them is passed over.
 
     Raises:
         ModelError: the file is malformed, or names a link or joint that does not exist.
     """
-    file = next((file for file in _places(path) if file.is_file()), None)
-    if file is None:
-        return None
     where = str(file)
     text, content = read_yaml(file, where)
     if not any(content.get(key) for key in _LISTS):
@@ -105,7 +103,7 @@ def loop_closures(
     warnings += _unknown_keys(content, where)
     return Beside(
         path=file,
-        notation=FILE,
+        notation=LOOP_CLOSURES,
         text=text,
         loops=tuple(loops),
         motors=tuple(name for name in dict.fromkeys(motors) if name in joints),
@@ -115,15 +113,6 @@ def loop_closures(
         solved=solved,
         warnings=(*warnings, *passed_over(every, joints, where)),
     )
-
-
-def _places(path: Path) -> list[Path]:
-    """Return where the file of a URDF may be, the nearest place first."""
-    places = [path.parent / FILE]
-    if path.parent.name == "urdf":
-        above = path.parent.parent
-        places += [above / FILE, above / "config" / FILE]
-    return places
 
 
 def placements_at_zero(robot: ElementTree.Element, where: str) -> dict[str, Array]:

@@ -13,8 +13,6 @@ from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
 from .beside import Beside
-from .closing_frames import closing_loops, has_closing_frames
-from .constraint import constraint
 from .description import LoopDescription
 from .elements import loop
 
@@ -54,17 +52,13 @@ def agreed(
         "Isaac <loop_joint>": tuple(
             loop(item, ("link1", "link2"), links, where) for item in robot.findall("loop_joint")
         ),
-        "ROS <constraint>": tuple(
-            constraint(item, links, where) for item in robot.findall("constraint")
-        ),
+        "ROS <constraint>": _constraints(robot, links, where),
     }
     if beside is not None:
         by_notation[beside.notation] = beside.loops
     written = {notation: loops for notation, loops in by_notation.items() if loops}
     if not written:
-        closing, warnings = closing_loops(robot, links, where)
-        notation = "closing frames of onshape-to-robot" if closing else "no loops"
-        return Agreed(tuple(closing), notation, tuple(warnings))
+        return _of_closing_frames(robot, links, where)
     used, *repeating = written
     for notation in repeating:
         if _link_pairs(written[notation]) != _link_pairs(written[used]):
@@ -74,9 +68,37 @@ def agreed(
                 f"{choices(map(str, _link_pairs(written[notation])))}; keep one of them"
             )
     remarks = "".join(f"; {notation} says the same and is not used" for notation in repeating)
-    if has_closing_frames(links):
+    if _may_have_closing_frames(links):
         remarks += "; closing frames are not used"
     return Agreed(written[used], used + remarks)
+
+
+def _constraints(
+    robot: ElementTree.Element, links: Collection[str], where: str
+) -> tuple[LoopDescription, ...]:
+    """Return the loops that `<constraint>` elements are."""
+    elements = robot.findall("constraint")
+    if not elements:
+        return ()
+    from .constraint import constraint  # Few descriptions have any.
+
+    return tuple(constraint(item, links, where) for item in elements)
+
+
+def _may_have_closing_frames(links: Collection[str]) -> bool:
+    """Return whether there are links whose names begin like those of closing frames."""
+    return any(link.startswith("closing_") for link in links)
+
+
+def _of_closing_frames(robot: ElementTree.Element, links: Collection[str], where: str) -> Agreed:
+    """Return the loops of a description that states none but may have closing frames."""
+    if not _may_have_closing_frames(links):
+        return Agreed((), "no loops")
+    from .closing_frames import closing_loops  # Few descriptions have any.
+
+    closing, warnings = closing_loops(robot, links, where)
+    notation = "closing frames of onshape-to-robot" if closing else "no loops"
+    return Agreed(tuple(closing), notation, tuple(warnings))
 
 
 def _link_pairs(loops: tuple[LoopDescription, ...]) -> list[tuple[str, ...]]:

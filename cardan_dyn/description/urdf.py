@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..errors import ModelError, choices
-from .beside import Beside, ChangedType
+from .beside import Beside, ChangedType, loop_closures_of
 from .description import (
     CouplingDescription,
     Description,
@@ -43,8 +43,6 @@ from .elements import (
 )
 from .gepetto import gepetto, unread_files
 from .left_out import elements_left_out
-from .loop_closures import loop_closures
-from .mimics import mimics
 from .notations import agreed
 from .urdf_schema import check_words
 
@@ -101,9 +99,12 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     couplings = [_coupling(item, link_names, where) for item in robot.findall("coupling")]
     taken = [item.name for items in (loops, couplings) for item in items]
     solved = frozenset() if beside is None else beside.solved
-    mimicking, without = mimics(robot, joints, taken, where, solved)
-    couplings += mimicking
-    left_out += without
+    if robot.find("joint/mimic") is not None:
+        from .mimics import mimics  # Most descriptions have none.
+
+        mimicking, without = mimics(robot, joints, taken, where, solved)
+        couplings += mimicking
+        left_out += without
     named = [item.name for items in (joints, loops, couplings) for item in items]
     check_unique(named, "joint or loop", where)
     independent = _independent(robot, where)
@@ -135,13 +136,18 @@ def _file_beside(
     joint_names = set(names(robot, "joint", where))
     if path is None:
         return None
-    readers = (gepetto, loop_closures)
-    found = [file for reader in readers if (file := reader(path, robot, joint_names, strict))]
-    if len(found) > 1:
+    named = gepetto(path, robot, joint_names, strict)
+    file = loop_closures_of(path)
+    if file is None:
+        return named
+    from .loop_closures import loop_closures  # Few descriptions have such a file.
+
+    found = loop_closures(path, file, robot, joint_names, strict)
+    if named and found:
         raise ModelError(
-            f"{where}: both {found[0].path} and {found[1].path} list its loops; keep one of them"
+            f"{where}: both {named.path} and {found.path} list its loops; keep one of them"
         )
-    return found[0] if found else None
+    return named or found
 
 
 def _check_namespaces(robot: ElementTree.Element, where: str) -> None:

@@ -18,7 +18,6 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array
-from ..description.description import shown_ratio
 from ..description.read import read
 from ..errors import ModelError, choices
 from ..frozen import Frozen, FrozenDict, read_only
@@ -339,6 +338,8 @@ def _joints(description: Description, parts: dict[str, list[Part]]) -> dict[str,
 
 
 def _shown(coupling: Coupling) -> str:
+    from ..description.description import shown_ratio  # Only notebooks show it.
+
     return f"{coupling.name}: {shown_ratio(coupling.ratio, coupling.offset)}"
 
 
