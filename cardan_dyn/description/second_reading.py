@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from .description import CouplingDescription, JointDescription, LoopDescription
 
 
+_VANISHING = 1e-150
+"""Mass [kg] below which a lenient reading takes a link as massless: its square is no double."""
+
+
 def reread(description: Description) -> Description:
     """Return a description with the numbers of its text: masses, origins, axes, ratios.
 
@@ -84,7 +88,7 @@ def _mimic(coupling: CouplingDescription, joint: Element) -> CouplingDescription
 def _link(name: str, element: Element) -> LinkDescription:
     """Return a link with the mass and inertia of its element."""
     inertial = element.find("inertial")
-    if inertial is None or float(_child(inertial, "mass").attrib["value"]) == 0.0:
+    if inertial is None or float(_child(inertial, "mass").attrib["value"]) < _VANISHING:
         return LinkDescription(name)
     frame = _origin(inertial)
     inertia = _child(inertial, "inertia")
