@@ -78,10 +78,12 @@ class SourceText:
     Attributes:
         text: the whole text.
         path: the file, beside which meshes are found; None for text.
+        beside: the text of the YAML file that lists loops of a URDF; empty without one.
     """
 
     text: str
     path: Path | None
+    beside: str = ""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -180,16 +182,26 @@ class LoopDescription(Record):
 
 @dataclass(frozen=True, eq=False)
 class CouplingDescription(Record):
-    """A coupling of two links' motions, in URDF+ notation.
+    """A coupling of two motions, either of links, as URDF+ has it, or of joints.
 
-    The angle or slide of the successor is `ratio` times that of the predecessor, both summed up
-    over the joints from their nearest common ancestor.
+    The motion of the successor is `ratio` times that of the predecessor plus `offset`. The motion
+    of a link is its angle or slide, summed up over the joints from the nearest common ancestor of
+    both links; that of a joint is its coordinate.
+
+    Attributes:
+        name: its name.
+        predecessor, successor: names of the two links, or of the two joints of the tree.
+        ratio: motion of the successor per motion of the predecessor.
+        offset: motion of the successor while the predecessor is at zero [rad or m].
+        of_joints: whether it couples joints, as `<mimic>` does.
     """
 
     name: str
     predecessor: str
     successor: str
     ratio: float
+    offset: float = 0.0
+    of_joints: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -249,7 +261,11 @@ class Description(Record):
             ],
             "loops": [_of_joint(loop, loop.predecessor, loop.successor) for loop in self.loops],
             "couplings": [
-                (item.name, f"ratio {item.ratio:g}", f"{item.predecessor} -> {item.successor}")
+                (
+                    item.name,
+                    shown_ratio(item.ratio, item.offset),
+                    f"{item.predecessor} -> {item.successor}",
+                )
                 for item in self.couplings
             ],
         }
@@ -258,6 +274,11 @@ class Description(Record):
             if rows:
                 lines += [f"{title}:", *_aligned(rows)]
         return "\n".join(lines)
+
+
+def shown_ratio(ratio: float, offset: float) -> str:
+    """Return the ratio of a coupling, and its offset where there is one, as a text."""
+    return f"ratio {ratio:g}, offset {offset:g}" if offset else f"ratio {ratio:g}"
 
 
 def _of_link(link: LinkDescription) -> tuple[str, ...]:

@@ -111,6 +111,15 @@ def check_unique(names: list[str], what: str, where: str) -> None:
         raise ModelError(f"{where}: {what} names that occur twice: {choices(repeated)}")
 
 
+def unique(name: str, taken: set[str]) -> str:
+    """Return a name that is not taken: `name`, or `name` with the first free number behind it."""
+    candidate, count = name, 1
+    while candidate in taken:
+        count += 1
+        candidate = f"{name}_{count}"
+    return candidate
+
+
 def name_of(element: ElementTree.Element, where: str) -> str:
     """Return the name of an element, which must have one."""
     name = element.get("name")
@@ -205,19 +214,28 @@ def axis_of(element: ElementTree.Element, at: str, tag: str = "axis") -> np.ndar
     return axis / length
 
 
-def axes_of(element: ElementTree.Element, kind: str, at: str) -> tuple[np.ndarray, np.ndarray]:
+def axes_of(
+    element: ElementTree.Element, kind: str, at: str, tags: tuple[str, str] = ("axis", "axis2")
+) -> tuple[np.ndarray, np.ndarray]:
     """Return both `(3,)` unit axes of a joint of a kind; only a `universal` one has a second.
+
+    Args:
+        element: the joint.
+        kind: its type.
+        at: how messages name it.
+        tags: the elements that state its axes.
 
     Raises:
         ModelError: an axis has no direction, or those of a universal joint are not at right angles.
     """
-    axis = axis_of(element, at)
+    first, second = tags
+    axis = axis_of(element, at, first)
     if kind != "universal":
         return axis, axis
-    axis_2 = axis_of(element, at, "axis2")
+    axis_2 = axis_of(element, at, second)
     if abs(float(axis @ axis_2)) > _RIGHT_ANGLE_TOLERANCE:
         raise ModelError(
-            f"{at}: a universal joint needs <axis> and <axis2> at right angles, not "
+            f"{at}: a universal joint needs <{first}> and <{second}> at right angles, not "
             f"{axis.tolist()} and {axis_2.tolist()}"
         )
     return axis, axis_2

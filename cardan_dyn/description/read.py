@@ -38,8 +38,9 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
     """Read a bundled description by name, a file by path, or text.
 
     A file's loops may be written in URDF+ notation (`<loop>`, `<coupling>`), in that of NVIDIA
-    Isaac (`<loop_joint>`), in Gepetto's YAML file of the same name beside the URDF, or as
-    `<equality>` of an MJCF file.
+    Isaac (`<loop_joint>`), as `<constraint>` proposed for ROS, as closing frames of
+    onshape-to-robot, in Gepetto's YAML file of the same name beside the URDF, in a file
+    `loop_closures.yaml` there, or as `<equality>` of an MJCF file.
 
     Args:
         source: name in `bundled_names()`, path, or text that starts with `<`.
@@ -54,11 +55,13 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
     if isinstance(source, str) and source.lstrip(_BLANK).startswith("<"):
         return _parse(source.lstrip(_BLANK), "text", None, strict)
     path = _find(_name(source))
+    from .encoding import xml_text
+
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError, MemoryError) as error:
-        raise ModelError(f"{path}: cannot be read as text ({error})") from error
-    return _parse(text, str(path), path, strict)
+        data = path.read_bytes()
+    except (OSError, MemoryError) as error:
+        raise ModelError(f"{path}: cannot be read ({error})") from error
+    return _parse(xml_text(data, str(path)), str(path), path, strict)
 
 
 def _parse(text: str, where: str, path: Path | None, strict: bool) -> Description:
@@ -76,6 +79,7 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
     from . import urdf
     from .description import SourceText
     from .elements import check_doctype, check_size
+    from .left_out import limits_left_out
 
     try:
         root = ElementTree.fromstring(text)
@@ -85,16 +89,22 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
     if root.tag == "mujoco":
         from .mjcf import reader as mjcf
 
-        at = "MJCF text" if path is None else where
-        description = mjcf.parse(root, at, path, strict)
-        check_size(len(description.links), at)
+        where = "MJCF text" if path is None else where
+        description = mjcf.parse(root, where, path, strict)
+        check_size(len(description.links), where)
     elif root.tag == "robot":
-        description = urdf.parse(root, "URDF text" if path is None else where, path, strict)
+        where = "URDF text" if path is None else where
+        description = urdf.parse(root, where, path, strict)
     else:
         raise ModelError(
             f"{where}: the outermost element is <{root.tag}>, expected <robot> or <mujoco>"
         )
-    return replace(description, source=SourceText(text, path))
+    warnings = description.warnings
+    # The bundled files have limits only because URDF demands them of hinges and slides.
+    if path is None or path.parent != bundled_directory():
+        warnings += tuple(limits_left_out(description.joints, where))
+    beside = "" if description.source is None else description.source.beside
+    return replace(description, warnings=warnings, source=SourceText(text, path, beside))
 
 
 def _name(source: object) -> str:

@@ -18,13 +18,17 @@ from .description import Description, LinkDescription
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from .description import JointDescription, LoopDescription
+    from .description import CouplingDescription, JointDescription, LoopDescription
+
+
+_VANISHING = 1e-150
+"""Mass [kg] below which a lenient reading takes a link as massless: its square is no double."""
 
 
 def reread(description: Description) -> Description:
     """Return a description with the numbers of its text: masses, origins, axes, ratios.
 
-    MJCF, and loops that stand beside a URDF, keep the numbers that were read first.
+    MJCF keeps the numbers that were read first.
     """
     source = description.source
     if source is None:
@@ -36,28 +40,55 @@ def reread(description: Description) -> Description:
         return description
     links, joints, loops, couplings = (
         {item.attrib["name"]: item for tag in tags for item in robot.findall(tag)}
-        # Where both notations close the same loops, <loop> comes last and replaces the other.
-        for tags in (("link",), ("joint",), ("loop_joint", "loop"), ("coupling",))
+        # Where notations close the same loops, the one that is used comes last and replaces others.
+        for tags in (
+            ("link",),
+            ("joint",),
+            ("constraint", "loop_joint", "loop"),
+            ("coupling",),
+        )
     )
+    placed = tuple(_joint(joint, joints[joint.name]) for joint in description.joints)
+    beside: dict[str, LoopDescription] = {}
+    if source.beside:
+        from .second_reading_beside import reread_beside
+
+        others = [loop for loop in description.loops if loop.name not in loops]
+        beside = reread_beside(others, placed, source.beside)
     return replace(
         description,
         links=tuple(_link(link.name, links[link.name]) for link in description.links),
-        joints=tuple(_joint(joint, joints[joint.name]) for joint in description.joints),
+        joints=placed,
         loops=tuple(
-            _loop(loop, loops[loop.name]) if loop.name in loops else loop
+            _loop(loop, loops[loop.name]) if loop.name in loops else beside.get(loop.name, loop)
             for loop in description.loops
         ),
         couplings=tuple(
-            replace(item, ratio=float(_child(couplings[item.name], "ratio").attrib["value"]))
+            _mimic(item, joints[item.successor])
+            if item.of_joints
+            else _coupling(item, couplings[item.name])
             for item in description.couplings
         ),
     )
 
 
+def _coupling(coupling: CouplingDescription, element: Element) -> CouplingDescription:
+    """Return a coupling of links with the number of its element."""
+    ratio = float(_child(element, "ratio").attrib["value"])
+    return replace(coupling, ratio=ratio, offset=0.0)
+
+
+def _mimic(coupling: CouplingDescription, joint: Element) -> CouplingDescription:
+    """Return a coupling of joints with the numbers of the joint that mimics the other."""
+    stated = _child(joint, "mimic")
+    ratio, offset = float(stated.get("multiplier", "1")), float(stated.get("offset", "0"))
+    return replace(coupling, ratio=ratio, offset=offset)
+
+
 def _link(name: str, element: Element) -> LinkDescription:
     """Return a link with the mass and inertia of its element."""
     inertial = element.find("inertial")
-    if inertial is None or float(_child(inertial, "mass").attrib["value"]) == 0.0:
+    if inertial is None or float(_child(inertial, "mass").attrib["value"]) < _VANISHING:
         return LinkDescription(name)
     frame = _origin(inertial)
     inertia = _child(inertial, "inertia")
@@ -86,13 +117,15 @@ def _joint(joint: JointDescription, element: Element) -> JointDescription:
 def _loop(loop: LoopDescription, element: Element) -> LoopDescription:
     """Return a loop with the placements and axes of its element."""
     predecessor, successor = _ends(element)
-    axis = _axis(element, "axis")
+    is_constraint = element.tag == "constraint"
+    first, second = ("parent_axis", "child_axis") if is_constraint else ("axis", "axis2")
+    axis = _axis(element, first)
     return replace(
         loop,
         predecessor_origin=predecessor,
         successor_origin=successor,
         axis=axis,
-        axis_2=_axis(element, "axis2") if loop.type == "universal" else axis,
+        axis_2=_axis(element, second) if loop.type == "universal" else axis,
     )
 
 
@@ -104,6 +137,10 @@ def _axis(element: Element, tag: str) -> Array:
 
 def _ends(loop: Element) -> tuple[Array, Array]:
     """Return the `(4, 4)` placements of a loop's frame in its predecessor and its successor."""
+    if loop.tag == "constraint":
+        origins = (loop.find("parent_origin"), loop.find("child_origin"))
+        first, second = (np.eye(4) if end is None else _frame(end) for end in origins)
+        return first, second
     sides = ("link1", "link2") if loop.tag == "loop_joint" else ("predecessor", "successor")
     ends = [_child(loop, side) for side in sides]
     predecessor, successor = (

@@ -17,8 +17,15 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..errors import ModelError, choices
-from . import notations
-from .description import CouplingDescription, Description, JointDescription, Limits, LinkDescription
+from .beside import Beside, ChangedType, loop_closures_of
+from .description import (
+    CouplingDescription,
+    Description,
+    JointDescription,
+    Limits,
+    LinkDescription,
+    SourceText,
+)
 from .elements import (
     ADDED_TYPES,
     JOINT_TYPES,
@@ -34,6 +41,9 @@ from .elements import (
     only,
     placement,
 )
+from .gepetto import gepetto, unread_files
+from .left_out import elements_left_out
+from .notations import agreed
 from .urdf_schema import check_words
 
 _INERTIA_TOLERANCE = 1e-9
@@ -47,7 +57,8 @@ _READ = frozenset(
     {
         *("link", "inertial", "mass", "inertia", "origin"),
         *("joint", "parent", "child", "axis", "axis2", "limit", "dynamics", "coupling", "ratio"),
-        *("loop", "predecessor", "successor", "loop_joint", "link1", "link2"),
+        *("loop", "predecessor", "successor", "loop_joint", "link1", "link2", "mimic"),
+        *("constraint", "parent_origin", "child_origin", "parent_axis", "child_axis"),
     }
 )
 """Elements that are read."""
@@ -59,7 +70,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     Args:
         robot: its outermost element.
         where: how messages name the source of the text.
-        path: the file, beside which Gepetto's YAML file may stand.
+        path: the file, beside which a YAML file may list its loops.
         strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
             words of a URDF, forces in an MJCF file that no wrench considers.
 
@@ -74,16 +85,26 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     # keeps the links in file order.
     link_names = dict.fromkeys(link.name for link in links)
     beside = _file_beside(robot, where, path, strict)
-    changed_types: Mapping[str, notations.ChangedType] = (
-        {} if beside is None else beside.joint_types
-    )
-    joints, left_out = _joints(robot, link_names, changed_types, where)
+    changed_types: Mapping[str, ChangedType] = {} if beside is None else beside.joint_types
+    joints = [
+        _joint(element, link_names, changed_types, where) for element in robot.findall("joint")
+    ]
+    left_out = elements_left_out(robot, where)
     if beside is not None:
         left_out += beside.warnings
     elif path is not None:
-        left_out += notations.unread_files(path)
-    loops, notation = notations.agreed(robot, link_names, beside, where)
-    couplings = tuple(_coupling(item, link_names, where) for item in robot.findall("coupling"))
+        left_out += unread_files(path)
+    loops, notation, open_types = agreed(robot, link_names, beside, where)
+    left_out += open_types
+    couplings = [_coupling(item, link_names, where) for item in robot.findall("coupling")]
+    taken = [item.name for items in (loops, couplings) for item in items]
+    solved = frozenset() if beside is None else beside.solved
+    if robot.find("joint/mimic") is not None:
+        from .mimics import mimics  # Most descriptions have none.
+
+        mimicking, without = mimics(robot, joints, taken, where, solved)
+        couplings += mimicking
+        left_out += without
     named = [item.name for items in (joints, loops, couplings) for item in items]
     check_unique(named, "joint or loop", where)
     independent = _independent(robot, where)
@@ -96,19 +117,37 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         joints=tuple(joints),
         order=tuple(sorted(joint.name for joint in joints)),
         loops=loops,
-        couplings=couplings,
+        couplings=tuple(couplings),
         independent_joints=independent,
         notation=notation,
         warnings=(*unknown, *warnings, *left_out),
+        source=None if beside is None else SourceText("", path, beside.text),
     )
 
 
 def _file_beside(
     robot: ElementTree.Element, where: str, path: Path | None, strict: bool
-) -> notations.Gepetto | None:
-    """Return what Gepetto's YAML file says about a URDF, None where there is no such file."""
-    joint_names = names(robot, "joint", where)
-    return None if path is None else notations.gepetto(path, robot, set(joint_names), strict)
+) -> Beside | None:
+    """Return what a YAML file says about a URDF, None where there is no such file.
+
+    Raises:
+        ModelError: there are two.
+    """
+    joint_names = set(names(robot, "joint", where))
+    if path is None:
+        return None
+    named = gepetto(path, robot, joint_names, strict)
+    file = loop_closures_of(path)
+    if file is None:
+        return named
+    from .loop_closures import loop_closures  # Few descriptions have such a file.
+
+    found = loop_closures(path, file, robot, joint_names, strict)
+    if named and found:
+        raise ModelError(
+            f"{where}: both {named.path} and {found.path} list its loops; keep one of them"
+        )
+    return named or found
 
 
 def _check_namespaces(robot: ElementTree.Element, where: str) -> None:
@@ -248,28 +287,13 @@ def tensor_of(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) 
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def _joints(
-    robot: ElementTree.Element,
-    links: dict[str, None],
-    changed_types: Mapping[str, notations.ChangedType],
-    where: str,
-) -> tuple[list[JointDescription], list[str]]:
-    """Return the tree joints, and warnings about what is left out of them."""
-    joints, warnings = [], []
-    for element in robot.findall("joint"):
-        joint, left_out = _joint(element, links, changed_types, where)
-        joints.append(joint)
-        warnings.extend(left_out)
-    return joints, warnings
-
-
 def _joint(
     element: ElementTree.Element,
     links: dict[str, None],
-    changed_types: Mapping[str, notations.ChangedType],
+    changed_types: Mapping[str, ChangedType],
     where: str,
-) -> tuple[JointDescription, list[str]]:
-    """Return a tree joint, and warnings about what is left out of it.
+) -> JointDescription:
+    """Return a tree joint.
 
     Args:
         element: the `<joint>`.
@@ -285,15 +309,14 @@ def _joint(
             f"{at}: type {kind!r} is not supported; types: {choices(JOINT_TYPES)}, and beyond "
             f"URDF: {choices(ADDED_TYPES)}"
         )
-    changed = changed_types.get(name, notations.ChangedType(kind))
+    changed = changed_types.get(name, ChangedType(kind))
     kind = changed.type
     axis = axis_2 = np.array([1.0, 0.0, 0.0])
     if changed.axes:
         axis, axis_2 = changed.axes
     elif kind != "fixed":
         axis, axis_2 = axes_of(element, kind, at)
-    warnings = _left_out(element, at)
-    joint = JointDescription(
+    return JointDescription(
         name=name,
         type=kind,
         parent=link_of(element, "parent", links, at),
@@ -303,24 +326,6 @@ def _joint(
         axis_2=axis_2,
         limits=_limits(element, kind, at),
     )
-    return joint, warnings
-
-
-def _left_out(element: ElementTree.Element, at: str) -> list[str]:
-    """Return warnings about what a joint says and no wrench considers: couplings, friction."""
-    warnings = []
-    if element.find("mimic") is not None:
-        warnings.append(f"{at}: <mimic> left out: write it as <coupling>")
-    dynamics = only(element, "dynamics", at)
-    if dynamics is not None:
-        coefficients = {
-            key: float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0])
-            for key in ("damping", "friction")
-        }
-        listed = ", ".join(f"{key} {value:g}" for key, value in coefficients.items() if value)
-        if listed:
-            warnings.append(f"{at}: {listed} of <dynamics> left out: wrenches are without friction")
-    return warnings
 
 
 def _limits(element: ElementTree.Element, kind: str, at: str) -> Limits:

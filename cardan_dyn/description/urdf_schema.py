@@ -19,7 +19,9 @@ robots that mean something else are farther from URDF's: `gear_velocity`, `surfa
 _POSE = "xyz rpy"
 _KNOWN: dict[str, str] = {
     "robot": "name version",
-    "robot/": "link joint loop loop_joint coupling material transmission gazebo mujoco drake",
+    "robot/": (
+        "link joint loop loop_joint constraint coupling material transmission gazebo mujoco drake"
+    ),
     "link": "name type",
     "link/": "inertial visual collision contact",
     "inertial/": "origin mass inertia",
@@ -34,7 +36,7 @@ _KNOWN: dict[str, str] = {
     "axis2": "xyz",
     "limit": "lower upper velocity effort",
     "dynamics": "damping friction",
-    "mimic": "joint multiplier offset",
+    "mimic": "joint multiplier offset name",
     "loop": "name type",
     "loop/": "predecessor successor axis axis2",
     "predecessor": f"link {_POSE}",
@@ -47,6 +49,12 @@ _KNOWN: dict[str, str] = {
     "link1/": "origin",
     "link2": f"link {_POSE}",
     "link2/": "origin",
+    "constraint": "name type",
+    "constraint/": "parent child parent_origin child_origin parent_axis child_axis",
+    "parent_origin": f"{_POSE} quat_xyzw",
+    "child_origin": f"{_POSE} quat_xyzw",
+    "parent_axis": "xyz",
+    "child_axis": "xyz",
     "coupling": "name",
     "coupling/": "predecessor successor ratio",
     "ratio": "value",
@@ -62,7 +70,7 @@ _CHILDREN = {
 _NOT_OF_WRENCHES = frozenset(
     {"material", "visual", "collision", "contact", "calibration", "safety_controller"}
 )
-"""Known elements that have nothing to do with wrenches, and need no warning."""
+"""Known elements that have nothing to do with wrenches; what is in them is not read."""
 
 
 def check_words(robot: ElementTree.Element, where: str, strict: bool) -> list[str]:
@@ -96,10 +104,16 @@ def check_words(robot: ElementTree.Element, where: str, strict: bool) -> list[st
                     )
                 label = f"{kind} {word!r} of <{element.tag}>"
                 unknown[label] = unknown.get(label, 0) + 1
+    spaces = {
+        child.tag[1:].partition("}")[0]: None
+        for element in _elements_read(robot)
+        for child in element
+        if isinstance(child.tag, str) and child.tag.startswith("{")
+    }
     return [
         f"{where}: {label} is unknown and was passed over" + (f" ({count} times)" * (count > 1))
         for label, count in unknown.items()
-    ]
+    ] + [f"{where}: elements of the namespace {space!r} were passed over" for space in spaces]
 
 
 def _elements_read(robot: ElementTree.Element) -> list[ElementTree.Element]:

@@ -1,8 +1,8 @@
 """Write: a description as URDF+ text that `read` turns into an equal description.
 
-Names, masses, lengths, ratios and limits come back to the last bit. Rotations are written as roll,
-pitch and yaw, and axes are scaled to the length 1 when they are read, so their entries may differ
-by rounding, some 1e-16; `Description.agrees` compares with such a tolerance.
+Names, masses, lengths, ratios, offsets and limits come back to the last bit. Rotations are written
+as roll, pitch and yaw, and axes are scaled to the length 1 when they are read, so their entries may
+differ by rounding, some 1e-16; `Description.agrees` compares with such a tolerance.
 
 What was read from another notation than URDF becomes what a URDF can say:
 
@@ -26,6 +26,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ModelError, choices
 from .elements import LOOP_TYPES, TREE_TYPES, rotation
+from .mimics import check_mimics, default_name
 
 if TYPE_CHECKING:
     from .description import (
@@ -51,7 +52,7 @@ def to_urdf(description: Description) -> str:
     Raises:
         ModelError: something in a description made by hand has no notation in URDF+: an unknown
             type, a mass of zero with an inertia, a matrix that is no rotation, limits of position
-            on a continuous joint.
+            on a continuous joint, a joint that is coupled with several others or in a circle.
     """
     urdf = with_links_at_joints(description)
     known = {joint.name for joint in urdf.joints}
@@ -64,12 +65,17 @@ def to_urdf(description: Description) -> str:
     robot = Element("robot", name=urdf.name)
     for link in urdf.links:
         _write_link(robot, link)
+    check_mimics(urdf.couplings, urdf.name)
+    mimics = {item.successor: item for item in urdf.couplings if item.of_joints}
     for joint in _in_order_of_drives(urdf):
-        _write_joint(robot, joint, joint.name in urdf.independent_joints)
+        element = _write_joint(robot, joint, joint.name in urdf.independent_joints)
+        if joint.name in mimics:
+            _write_mimic(element, mimics[joint.name])
     for loop in urdf.loops:
         _write_loop(robot, loop)
     for coupling in urdf.couplings:
-        _write_coupling(robot, coupling)
+        if not coupling.of_joints:
+            _write_coupling(robot, coupling)
     indent(robot)
     return f'<?xml version="1.0"?>\n{tostring(robot, encoding="unicode")}\n'
 
@@ -154,7 +160,7 @@ def _write_link(robot: Element, link: LinkDescription) -> None:
     SubElement(inertial, "inertia", moments)
 
 
-def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> None:
+def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> Element:
     at = f"joint {joint.name!r}"
     _check_type(joint.type, TREE_TYPES, at)
     element = SubElement(robot, "joint", name=joint.name, type=joint.type)
@@ -166,6 +172,17 @@ def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> 
     if joint.type != "fixed":
         _write_axes(element, joint)
     _write_limits(element, joint.limits, joint.type, at)
+    return element
+
+
+def _write_mimic(joint: Element, coupling: CouplingDescription) -> None:
+    """Add a `<mimic>` to a joint; with a name where it is not the one that the joint gives it."""
+    mimic = SubElement(joint, "mimic", joint=coupling.predecessor)
+    mimic.set("multiplier", _words([coupling.ratio]))
+    if coupling.offset:
+        mimic.set("offset", _words([coupling.offset]))
+    if coupling.name != default_name(coupling.successor):
+        mimic.set("name", coupling.name)
 
 
 def _write_limits(joint: Element, limits: Limits, kind: str, at: str) -> None:

@@ -14,7 +14,8 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array, cross
-from ..mechanism.mechanism import Coupling, Mechanism
+from ..mechanism.couplings import Coupling
+from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import ancestors
 from ..mechanism.welds import Loop
 from .batch_model import BatchModel, UnitTwists
@@ -28,7 +29,8 @@ class ClosureEquations:
     """The loops and couplings of a group.
 
     A coupling adds one row, which needs no geometry: the displacements of its two sides are
-    proportional.
+    proportional. Its slip is the ratio times the predecessor's displacement plus the offset, less
+    the successor's displacement.
 
     Attributes:
         mechanism: the mechanism.
@@ -45,6 +47,7 @@ class ClosureEquations:
             wrenches are compared with lengths in units of the mechanism's length.
         coupled_columns: velocity coordinates that couplings count, held ones included.
         coupled_ratios: their coefficients in the couplings' rows, `(len(coupled_columns), G)`.
+        coupled_offsets: `(G,)` what their slips are at zero [rad or m].
         slip_units: `(G,)` the length where a slip is one, else 1.
     """
 
@@ -86,6 +89,7 @@ class ClosureEquations:
         self._coupling_rows = coupling_rows[self.movable]
         self.coupled_columns = np.nonzero(np.any(coupling_rows != 0.0, axis=1))[0]
         self.coupled_ratios = coupling_rows[self.coupled_columns]
+        self.coupled_offsets = np.array([coupling.offset for coupling in self.couplings])
         self.slip_units = np.array(
             [_slip_unit(coupling, slides, length) for coupling in self.couplings]
         )

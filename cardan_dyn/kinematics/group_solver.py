@@ -370,12 +370,13 @@ class GroupSolver:
         return state._replace(correction=correction)
 
     def _slips(self, x: Array, turns: Array | None) -> Array:
-        """Return how far the couplings are from their ratio `(N, G)` [rad or m]."""
-        if not self.equations.couplings:
+        """Return how far the couplings are from ratio and offset `(N, G)` [rad or m]."""
+        equations = self.equations
+        if not equations.couplings:
             return np.zeros((len(x), 0))
         angles = x if turns is None else x + 2.0 * np.pi * turns
-        columns = self.coordinates.column_of(self.equations.coupled_columns)
-        return np.asarray(angles[:, columns] @ self.equations.coupled_ratios)
+        columns = self.coordinates.column_of(equations.coupled_columns)
+        return np.asarray(angles[:, columns] @ equations.coupled_ratios + equations.coupled_offsets)
 
 
 def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:

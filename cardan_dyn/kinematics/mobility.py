@@ -79,7 +79,7 @@ def check_mobility(
     held_text = f" with {choices(held)} held" if held else ""
     raise MobilityError(
         f"{mechanism.name}: driven by {choices(drives)}{held_text}, {loops}: "
-        f"{_advice(mobility, len(drives), names)}",
+        f"{_advice(mechanism, mobility, [*drives, *held], len(drives), names)}",
         mobility=mobility,
         free=names,
     )
@@ -114,11 +114,48 @@ def _freedom(state: ClosedState, undecided: set[int]) -> int:
     return count + len(undecided)
 
 
-def _advice(mobility: int, drive_count: int, undecided: list[str]) -> str:
+def _advice(
+    mechanism: Mechanism,
+    mobility: int,
+    prescribed: list[str],
+    drive_count: int,
+    undecided: list[str],
+) -> str:
     """Return what to change where the drives do not match the mobility."""
+    coupled = _coupled(mechanism, prescribed) if drive_count > mobility else ""
+    if coupled:
+        return coupled
     if mobility == 0:
         return "it is locked: stop holding a joint, or check loops and couplings"
     if drive_count > mobility:
         return "drop a drive or stop holding a joint"
     advice = f"drive or hold {mobility - drive_count} of them"
     return f"nothing decides the motion of: {choices(undecided)}; {advice}"
+
+
+def _coupled(mechanism: Mechanism, prescribed: list[str]) -> str:
+    """Return which couplings connect prescribed joints, and what to do; empty without any.
+
+    Couplings of one joint with another are followed from joint to joint, like a train of wheels.
+    """
+    velocities = mechanism.coordinates.velocity_columns
+    names = {velocities[name].start: name for name in velocities}
+    edges = [
+        (item.name, item.predecessor_columns[0], item.successor_columns[0])
+        for item in mechanism.couplings
+        if len(item.predecessor_columns) == len(item.successor_columns) == 1
+    ]
+    for first in prescribed:
+        reached, used = [velocities[first].start], []
+        for column in reached:
+            for name, *ends in edges:
+                if column in ends and name not in used:
+                    used.append(name)
+                    reached += [end for end in ends if end not in reached]
+        both = [names[column] for column in reached if names[column] in prescribed]
+        if len(both) > 1:
+            return (
+                f"{choices(used)} couple{'s' * (len(used) == 1)} {choices(both)}: "
+                "drive or hold only one of them"
+            )
+    return ""

@@ -61,8 +61,7 @@ class StartSearch:
         Raises:
             AssemblyError: the loops cannot be closed.
         """
-        coordinates = self._problem.mechanism.coordinates
-        zero = coordinates.neutral()
+        zero = self._problem.mechanism.zero
         wanted = self._with(zero, self._problem.start)
         if self._is_complete():
             state = self._kinematics.evaluate(wanted[None, :])

@@ -26,19 +26,39 @@ class Structure:
 
     Attributes:
         mechanism: the mechanism.
-        paths: per item: bodies between its two ends (0-based), ascending.
-        bases: per item: the nearest body (0-based) from which both ends hang, -1 for the world.
-            It may be one of the ends.
+        paths: per loop: bodies between its two ends (0-based), ascending; per coupling: those
+            whose joints it couples.
+        bases: per item: the nearest body (0-based) from which all of these hang, -1 for the world.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         model = mechanism.model
-        ends = [(item.predecessor, item.successor) for item in mechanism.loops]
-        ends += [(item.predecessor, item.successor) for item in mechanism.couplings]
-        chains = [tuple(set(ancestors(model, body)) for body in pair) for pair in ends]
-        self.paths = [sorted(first ^ second) for first, second in chains]
-        self.bases = [max(first & second, default=-1) for first, second in chains]
+        body_of = {
+            column: index - 1
+            for index in range(1, model.njoints)
+            for column in range(model.idx_vs[index], model.idx_vs[index] + model.nvs[index])
+        }
+        loops = [
+            tuple(set(ancestors(model, body)) for body in (loop.predecessor, loop.successor))
+            for loop in mechanism.loops
+        ]
+        coupled = [
+            {body_of[column] for column in (*item.predecessor_columns, *item.successor_columns)}
+            for item in mechanism.couplings
+        ]
+        self.paths = [sorted(first ^ second) for first, second in loops]
+        self.paths += [sorted(bodies) for bodies in coupled]
+        self.bases = [max(first & second, default=-1) for first, second in loops]
+        self.bases += [
+            max(
+                set.intersection(
+                    *(set(ancestors(model, model.parents[body + 1])) for body in bodies)
+                ),
+                default=-1,
+            )
+            for bodies in coupled
+        ]
         self._columns = [
             list(range(model.idx_vs[index], model.idx_vs[index] + model.nvs[index]))
             for index in range(1, model.njoints)
@@ -50,7 +70,7 @@ class Structure:
         }
 
     def coordinates_on(self, item: int) -> list[int]:
-        """Return the velocity coordinates between the ends of a loop or coupling."""
+        """Return the velocity coordinates between the ends of a loop, or in a coupling."""
         return [column for body in self.paths[item] for column in self._columns[body]]
 
     def ranks(self, x: Array, moving: set[int]) -> list[int]:

@@ -12,21 +12,22 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import pinocchio
 
+from ..arrays import Array
 from ..description.read import read
 from ..errors import ModelError, choices
-from ..frozen import Frozen, FrozenDict
+from ..frozen import Frozen, FrozenDict, read_only
 from .coordinates import Coordinates
+from .couplings import coupling_of, zero_of
 from .joints import Joint, NamedCoordinate, described_joints, named_coordinates
-from .tree import TreeBuilder, ancestors
+from .tree import TreeBuilder
 from .welds import characteristic_length, constraint_models, weld
 
 if TYPE_CHECKING:
     from ..description.description import (
-        CouplingDescription,
         Description,
     )
     from .configuration import Configuration
@@ -36,28 +37,6 @@ if TYPE_CHECKING:
 _SHORTEST = 1e-30
 """Characteristic length [m] below which a mechanism is refused: powers of it and their reciprocals
 have to stay within the range of doubles, which ends at 1e-308."""
-
-
-class Coupling(NamedTuple):
-    """A velocity ratio between two links: ratio times the predecessor's motion is the successor's.
-
-    Motions are angles or slides, summed up over the joints from the nearest common ancestor of both
-    links.
-
-    Attributes:
-        name: its name in the description.
-        ratio: motion of the successor per motion of the predecessor.
-        predecessor, successor: indices of the links' bodies in `Mechanism.model`.
-        predecessor_columns, successor_columns: velocity coordinates between them and their
-            nearest common ancestor.
-    """
-
-    name: str
-    ratio: float
-    predecessor: int
-    successor: int
-    predecessor_columns: tuple[int, ...]
-    successor_columns: tuple[int, ...]
 
 
 class Mechanism(Frozen):
@@ -82,7 +61,7 @@ class Mechanism(Frozen):
         joints: mapping of joint names to `Joint`, tree joints first, then loops.
         links: mapping of link names to `(index in model, pin.SE3 placement in that body)`.
         loops: the welds.
-        couplings: the velocity ratios between links.
+        couplings: the ratios between the motions of links or joints.
         independent_joints: names of the joints that the description's author drives.
         auxiliary_bodies: indices of the bodies in `model` that only carry a loop's joint to the
             world. Their artificial inertia keeps the inertia matrix of `model` regular; it has no
@@ -116,7 +95,9 @@ class Mechanism(Frozen):
         self.loops = tuple(
             weld(loop, self.links, self.joints[loop.name].id) for loop in description.loops
         )
-        self.couplings = tuple(self._coupling(item) for item in description.couplings)
+        self.couplings = tuple(
+            coupling_of(item, self.model, self.joints, self.links) for item in description.couplings
+        )
         self.independent_joints = description.independent_joints
         self.auxiliary_bodies = tuple(
             loop.predecessor
@@ -298,6 +279,14 @@ class Mechanism(Frozen):
 
         return assembled(self, start=start, drive=drive, held=held, branch=branch)
 
+    @cached_property
+    def zero(self) -> Array:
+        """Coordinates `(size,)` of the description's zero, which need not close its loops.
+
+        All joints are at zero, except that those which mimic others are where their offsets say.
+        """
+        return read_only(zero_of(self.description, self.coordinates))
+
     def to_urdf(self) -> str:
         """Return the description as URDF+ text, which `load` reads back; without visuals."""
         from ..description.write import to_urdf
@@ -309,31 +298,9 @@ class Mechanism(Frozen):
         return f"<Mechanism {self.name!r}: {len(self.joints)} joints, loops: {loops}>"
 
     def _repr_html_(self) -> str:
-        from ..markup import table  # Imported here: only notebooks show it.
+        from .mechanism_markup import html_of  # Imported here: only notebooks show it.
 
-        rows = [
-            ("notation", self.notation),
-            ("characteristic length", f"{self.characteristic_length:.4g} m"),
-            ("joints", "\n".join(f"{joint.name}: {joint.type}" for joint in self.joints.values())),
-            ("loops", ", ".join(loop.joint for loop in self.loops) or "none"),
-            ("couplings", "\n".join(map(_shown, self.couplings)) or "none"),
-            ("warnings", "\n".join(self.warnings) or "none"),
-        ]
-        return table(("property", "value"), rows, caption=self.name)
-
-    def _coupling(self, coupling: CouplingDescription) -> Coupling:
-        bodies = [self.links[name][0] for name in (coupling.predecessor, coupling.successor)]
-        chains = [set(ancestors(self.model, body)) for body in bodies]
-        first, second = (
-            tuple(_coupled_columns(self, coupling.name, side - opposite))
-            for side, opposite in (chains, chains[::-1])
-        )
-        if not (first or second):
-            raise ModelError(
-                f"{self.name}: coupling {coupling.name!r}: no joint moves {coupling.predecessor!r} "
-                f"relative to {coupling.successor!r}"
-            )
-        return Coupling(coupling.name, coupling.ratio, bodies[0], bodies[1], first, second)
+        return html_of(self)
 
 
 def _variant(base: Mechanism, cardan: Collection[str]) -> Mechanism:
@@ -345,8 +312,9 @@ def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
 
     Args:
         source: name of a bundled description, path of a URDF or MJCF file, or URDF text. Loops
-            may be written in URDF+, as Isaac's `<loop_joint>`, in Gepetto's YAML file beside the
-            URDF, or as `<equality>` in MJCF.
+            may be written in URDF+, as Isaac's `<loop_joint>`, ROS' `<constraint>` or closing
+            frames, in Gepetto's YAML file or `loop_closures.yaml` beside the URDF, or as
+            `<equality>` in MJCF.
         strict: refuse what is probably wrong: inertias that no body can have, misspelled words of a
             URDF, forces in an MJCF file that no wrench considers. Many published robots have some:
             with False they are accepted (a mass of zero as no mass) and listed in
@@ -356,27 +324,3 @@ def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
         ModelError: the description is missing, malformed or impossible.
     """
     return Mechanism(read(source, strict))
-
-
-def _coupled_columns(mechanism: Mechanism, coupling: str, bodies: set[int]) -> list[int]:
-    """Return the velocity coordinates of the joints that move some bodies (0-based).
-
-    Raises:
-        ModelError: one of them has several coordinates, which the coupling cannot count.
-    """
-    columns = []
-    for joint in mechanism.joints.values():
-        for part in joint.parts:
-            if part.id - 1 not in bodies:
-                continue
-            if joint.nv != 1:
-                raise ModelError(
-                    f"{mechanism.name}: coupling {coupling!r}: joint {joint.name!r} between its "
-                    f"links is {joint.type}; only joints with one coordinate can be coupled"
-                )
-            columns.append(mechanism.model.idx_vs[part.id])
-    return columns
-
-
-def _shown(coupling: Coupling) -> str:
-    return f"{coupling.name}: ratio {coupling.ratio:g}"

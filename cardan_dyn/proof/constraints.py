@@ -1,13 +1,13 @@
 """Constraints: what positions and rates have to satisfy, checked for the proof.
 
-Loops stay closed, couplings keep their velocity ratio, drives have the prescribed positions and
+Loops stay closed, couplings keep their ratio and offset, drives have the prescribed positions and
 rates, and held joints rest. Everything is computed from frames and twists of plain forward
 kinematics, not from the closure equations that the motion was solved with.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from .residuals import Claim, ratio
 from .twists import State, Twists, cross
 
 if TYPE_CHECKING:
-    from ..description.description import Description
+    from ..description.description import CouplingDescription, Description
     from ..mechanism.frames import ElementaryMotion, Frames
 
 
@@ -102,21 +102,14 @@ class Constraints:
         frames, count = self._frames, len(description.couplings)
         self.coupling_factors = np.zeros((count, coordinates.model.nv))
         self._column_factors = np.zeros((count, coordinates.size))
+        self._offsets = np.array([coupling.offset for coupling in description.couplings])
         for row, coupling in enumerate(description.couplings):
-            predecessor, successor = (
-                frames.path(frames.links[link][0])
-                for link in (coupling.predecessor, coupling.successor)
-            )
-            # Joints on both paths move both links alike, which the coupling does not feel.
-            for joints, factor in (
-                (set(predecessor) - set(successor), -coupling.ratio),
-                (set(successor) - set(predecessor), 1.0),
-            ):
-                for joint in joints:
-                    name = frames.joints[joint]
-                    rate = coordinates.velocity_columns[name].start
-                    self.coupling_factors[row, rate] = factor
-                    self._column_factors[row, coordinates.columns[name].start] = factor
+            predecessors, successors = _coupled_joints(coupling, frames)
+            factors = dict.fromkeys(predecessors, -coupling.ratio) | dict.fromkeys(successors, 1.0)
+            for name, factor in factors.items():
+                rate = coordinates.velocity_columns[name].start
+                self.coupling_factors[row, rate] = factor
+                self._column_factors[row, coordinates.columns[name].start] = factor
         self.couplings = [
             row for row in range(count) if np.all(self._known[self.coupling_factors[row] != 0])
         ]
@@ -157,6 +150,7 @@ class Constraints:
         if self.couplings:
             positions = claim.x + 2.0 * np.pi * claim.turns
             slip = positions @ self._column_factors[self.couplings].T
+            slip -= self._offsets[self.couplings]
             worst = np.maximum(worst, np.max(np.abs(slip) / self._slip_scale, axis=1))
         for columns, prescribed, rates in (
             (self._drive_columns, claim.positions, self._drive_rates),
@@ -249,3 +243,17 @@ class Constraints:
         """Return `(N,)` the greatest of the known rates `(nv, N)`, slides over the length."""
         known = np.abs(rates[self._known]) / self.rate_scale[self._known, None]
         return np.asarray(np.max(known, axis=0, initial=0.0))
+
+
+def _coupled_joints(
+    coupling: CouplingDescription, frames: Frames
+) -> tuple[Collection[str], Collection[str]]:
+    """Return the joints that move the predecessor of a coupling, and those of its successor."""
+    if coupling.of_joints:
+        return [coupling.predecessor], [coupling.successor]
+    first, second = (
+        {frames.joints[joint] for joint in frames.path(frames.links[link][0])}
+        for link in (coupling.predecessor, coupling.successor)
+    )
+    # Joints on both paths move both links alike, which the coupling does not feel.
+    return first - second, second - first

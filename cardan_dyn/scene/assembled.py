@@ -40,7 +40,7 @@ def assembled(
         raise ArgumentError("held and branch need a drive; without one, give start")
     mechanism = with_named_balls(mechanism, mapping("start", start))
     structure = Structure(mechanism)
-    zero = mechanism.coordinates.neutral()
+    zero = mechanism.zero
     zero_residual = _residual(structure, zero)
     wanted = held_positions(mechanism, start, "start")
     given = zero.copy()
@@ -67,7 +67,7 @@ def configuration_of(solver: ProblemSolver) -> Configuration:
     problem, assembly = solver.problem, solver.assembly
     mechanism, x = problem.mechanism, assembly.start
     structure = Structure(mechanism)
-    zero_residual = _residual(structure, mechanism.coordinates.neutral())
+    zero_residual = _residual(structure, mechanism.zero)
     left_out = np.setdiff1d(problem.passive_columns, assembly.decided)
     if left_out.size:
         x, _ = assembled_near(structure, x, left_out, left_out)

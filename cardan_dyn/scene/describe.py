@@ -46,7 +46,7 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
             f"describe() takes a mechanism from load(), or a configuration of one, not "
             f"{type(mechanism).__name__}"
         )
-    start = mechanism.coordinates.neutral() if start is None else start
+    start = mechanism.zero if start is None else start
     structure = Structure(mechanism)
     components, loops = [], {}
     for item in generic_states(structure, _MOST_COORDINATES, start):

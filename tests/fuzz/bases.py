@@ -194,6 +194,10 @@ def geared(rng: Random) -> Base:
         + '<coupling name="teeth"><predecessor link="one"/><successor link="two"/>'
         f'<ratio value="{rng.choice(["-2", "0.5", "1"])}"/></coupling></robot>'
     )
+    if rng.random() < 0.5:
+        mimic = f'<mimic joint="first" multiplier="-2" offset="{rng.choice(["0", "0.7", "-9"])}"/>'
+        text = text[: text.index("<coupling")] + "</robot>"
+        text = text.replace('<child link="two"/>', f'<child link="two"/>{mimic}')
     return Base(text, ("first",))
 
 
@@ -208,6 +212,34 @@ def isaac(rng: Random) -> Base:
     if rng.random() < 0.2:
         text = text.replace("</robot>", _loop(kind, "coupler", "rocker") + "</robot>")
     return Base(text, ("a",))
+
+
+def constraint(rng: Random) -> Base:
+    """Return a four-bar with the `<constraint>` that is proposed for ROS."""
+    kind = rng.choice(["revolute", "revolute_joint", "spherical", "link", "universal"])
+    second = '<child_axis xyz="0 1 0"/>' if kind == "universal" else ""
+    text = (
+        f'{_tree(rng)}<constraint name="c" type="{kind}"><parent link="coupler"/>'
+        '<parent_origin xyz="2 2 0" rpy="0 0 0"/><parent_axis xyz="0 0 1"/><child link="rocker"/>'
+        f'<child_origin xyz="0 2.5 0"/>{second}</constraint></robot>'
+    )
+    return Base(text, ("a",))
+
+
+def loop_closures(rng: Random) -> Base:
+    """Return a four-bar with `loop_closures.yaml` beside it, in one of its formats."""
+    kind = rng.choice(["closures", "pin_loops", "ball_loops"])
+    if kind == "closures":
+        yaml = (
+            "closures: [{link_a: coupler, link_b: rocker, point: [2, 2.5, 0], axis: [0, 0, 1]}]\n"
+        )
+        yaml += "dependent: [b, d]\nindependent: [a]\n"
+    else:
+        axis = ", axis: [0, 0, 1]" if kind == "pin_loops" else ""
+        yaml = f"{kind}: [{{name: c, parent: coupler, child: rocker, parent_xyz: [2, 2, 0], "
+        yaml += f"child_xyz: [0, 2.5, 0]{axis}}}]\nball_upgrades: []\nactuated_joints: [a]\n"
+    beside = {"loop_closures.yaml": yaml}
+    return Base(f"{_tree(rng)}</robot>", ("a",), name="robot.urdf", beside=beside)
 
 
 GEPETTO = """closed_loop: [['{one}', '{two}']]
@@ -343,6 +375,8 @@ BASES: tuple[tuple[float, Callable[[Random], Base]], ...] = (
     (10.0, arm),
     (4.0, geared),
     (8.0, isaac),
+    (4.0, constraint),
+    (6.0, loop_closures),
     (12.0, gepetto),
     (20.0, mjcf),
     (0.25, deep),

@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import Array
 from ...errors import ModelError, choices
 from ..description import CouplingDescription, JointDescription, LoopDescription
-from ..elements import numbers
+from ..elements import numbers, unique
 from .elements import Attributes, DefaultClasses, flag, number, rotation_of_quaternion
 from .schema import check_attributes, keyword
 
@@ -78,6 +78,9 @@ def equalities(
             couplings.append(_coupling(attributes, name, frames, where, at))
         else:
             loops.append(_loop(element.tag, attributes, name, frames, at))
+    # In the order of the joints, as a URDF lists them.
+    order = {name: index for index, name in enumerate(frames.joints)}
+    couplings.sort(key=lambda coupling: order[coupling.successor])
     return loops, couplings, warnings
 
 
@@ -88,15 +91,6 @@ def _are_disabled(root: ElementTree.Element, where: str) -> bool:
         keyword(item.get("equality", "enable"), words, at) == "disable"
         for item in root.iterfind("option/flag")
     )
-
-
-def unique(name: str, taken: set[str]) -> str:
-    """Return a name that is not taken: `name`, or `name` with the first free number behind it."""
-    candidate, count = name, 1
-    while candidate in taken:
-        count += 1
-        candidate = f"{name}_{count}"
-    return candidate
 
 
 def _items(root: ElementTree.Element) -> Iterator[ElementTree.Element]:
@@ -179,10 +173,10 @@ def _across(first: str, second: str, frames: Frames) -> Array:
 def _coupling(
     attributes: Attributes, name: str, frames: Frames, where: str, at: str
 ) -> CouplingDescription:
-    """Return the coupling that an equality of two joints is, where its polynomial is a ratio.
+    """Return the coupling that an equality of two joints is, where its polynomial is linear.
 
-    A coupling adds up rotations from the nearest common ancestor of its links. So it means the
-    same only of hinges on the same body.
+    The polynomial counts both coordinates from the initial configuration, where those of a
+    description are zero.
     """
     driven = _named(attributes, "joint1", frames.joints, at)
     driving = None
@@ -192,16 +186,16 @@ def _coupling(
     if (
         driving is None
         or driven is driving
-        or not {driven.type, driving.type} <= {"revolute", "continuous"}
-        or frames.rigid[driven.parent] != frames.rigid[driving.parent]
+        or not {driven.type, driving.type} <= {"revolute", "continuous", "prismatic"}
         or factors[1] == 0.0
-        or np.any(factors[[0, 2, 3, 4]])
+        or np.any(factors[2:])
     ):
         raise ModelError(
             f"{where}: <equality> <joint> is not supported except as a coupling: {name!r} needs "
-            'two hinges on the same body and polycoef="0 ratio 0 0 0"'
+            'two hinges or slides and polycoef="offset ratio 0 0 0", the ratio not zero'
         )
-    return CouplingDescription(name, driving.child, driven.child, float(factors[1]))
+    offset, ratio = factors[:2].tolist()
+    return CouplingDescription(name, driving.name, driven.name, ratio, offset, of_joints=True)
 
 
 def _named(attributes: Attributes, key: str, known: Mapping[str, Named], at: str) -> Named:

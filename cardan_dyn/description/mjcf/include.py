@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 from ...errors import ModelError
 from ..elements import check_doctype
+from ..encoding import xml_text
 from .schema import check_attributes
 
 DEPTH = 300
@@ -75,11 +76,11 @@ def _included(
         existing = [file for file in (main / name, beside / name) if file.is_file()]
         if not existing:
             raise ModelError(f"{at}: there is no file {str(main / name)!r}")
-        content = existing[0].read_text(encoding="utf-8-sig").lstrip(" \t\r\n")
+        content = xml_text(existing[0].read_bytes(), at).lstrip(" \t\r\n")
         included = ElementTree.fromstring(content)
     except ElementTree.ParseError as error:
         raise ModelError(f"{at}: malformed XML: {error}") from error
     except (OSError, ValueError) as error:
-        raise ModelError(f"{at}: cannot be read as text ({error})") from error
+        raise ModelError(f"{at}: cannot be read ({error})") from error
     check_doctype(content, at)
     return included, existing[0]

@@ -88,7 +88,10 @@ CHANGES = [
     (Limits(), {"lower": 0.0, "upper": 1.0, "velocity": 2.0, "effort": 3.0}),
     (
         CouplingDescription("m", "a", "b", 1.0),
-        {"name": "n", "predecessor": "c", "successor": "c", "ratio": 1.0 + 2.0**-52},
+        {
+            **{"name": "n", "predecessor": "c", "successor": "c", "ratio": 1.0 + 2.0**-52},
+            **{"offset": 1e-300, "of_joints": True},
+        },
     ),
     (
         example(),

@@ -208,7 +208,7 @@ def test_unknown_name_or_file(tmp_path: Path) -> None:
     with pytest.raises(cd.ModelError, match="not NoneType"):
         cd.load(None)
     binary = tmp_path / "binary.urdf"
-    binary.write_bytes(b"\xff\xfe\x00<robot>")
+    binary.write_bytes(b"\xff\x00<robot>")
     with pytest.raises(cd.ModelError, match="cannot be read as text"):
         cd.load(binary)
 

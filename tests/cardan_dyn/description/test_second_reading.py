@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from testkit import scenes
 from testkit.linkages import coupling, four_bar, gears, loop
+from testkit.mimicking import finger, mimic
 from testkit.mixed_chain import MIXED
 
 from cardan_dyn.description import second_reading
@@ -51,6 +52,7 @@ TEXTS = {
     **{name: scenes.text(name) for name in bundled_names()},
     "mixed": MIXED,
     "gears": gears(coupling("g", "a", "b", -2.5), coupling("h", "b", "c", 0.1), third=True),
+    "mimics": finger(mimic("knuckle", -1.5, 0.4), '<mimic joint="middle"/>'),
 }
 
 
@@ -109,8 +111,9 @@ def test_attributes_that_are_not_stated_have_their_defaults() -> None:
     assert description.links[1].inertia.tolist() == np.eye(3).tolist()
 
 
-def test_a_mass_of_zero_is_a_massless_link() -> None:
-    urdf = """<robot name="r"><link name="a"><inertial><origin xyz="1 2 3"/><mass value="0"/>
+@pytest.mark.parametrize("mass", ["0", "1e-320"])
+def test_a_mass_of_zero_is_a_massless_link(mass: str) -> None:
+    urdf = f"""<robot name="r"><link name="a"><inertial><origin xyz="1 2 3"/><mass value="{mass}"/>
     <inertia ixx="1" iyy="1" izz="1"/></inertial></link></robot>"""
     assert reread(disturbed(read(urdf, strict=False))) == read(urdf, strict=False)
 

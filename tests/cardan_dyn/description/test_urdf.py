@@ -104,10 +104,9 @@ def test_a_universal_joint_of_the_tree_is_two_hinges() -> None:
 
 
 def test_what_is_left_out_is_said() -> None:
-    description = read(more='<mimic joint="k"/><dynamics damping="2" friction="0"/>')
+    description = read(more='<dynamics damping="2" friction="0"/>')
     assert description.warnings == (
-        "here: joint 'j': <mimic> left out: write it as <coupling>",
-        "here: joint 'j': damping 2 of <dynamics> left out: wrenches are without friction",
+        "here: damping or friction of 1 joint (j) left out: wrenches are without it",
     )
     assert read(more="<dynamics/>").warnings == ()
 

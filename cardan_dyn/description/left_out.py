@@ -1,0 +1,84 @@
+"""Left out: what a description says and no wrench considers, one line of warning per kind."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import astuple
+from xml.etree import ElementTree
+
+from ..errors import choices
+from .description import JointDescription
+from .elements import numbers, only
+
+_MOST_NAMED = 3
+"""Joints that a line names; it counts the others."""
+_OF_JOINTS = {
+    "safety_controller": "safety controllers",
+    "calibration": "calibrations",
+}
+"""Elements of joints that play no part, with what they are called."""
+_OF_PROGRAMS = ("transmission", "gazebo", "mujoco", "drake")
+"""Elements of `<robot>` that are for other programs."""
+
+
+def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
+    """Return warnings about elements of a URDF that wrenches are without.
+
+    Args:
+        robot: its outermost element.
+        where: how messages name the source of the text.
+
+    Raises:
+        ModelError: coefficients of `<dynamics>` are no numbers.
+    """
+    joints = robot.findall("joint")
+    rubbing = [name for joint in joints if (name := joint.get("name", "")) and _rubs(joint, where)]
+    lines = [line_of(where, "damping or friction", rubbing, "wrenches are without it")]
+    for tag, label in _OF_JOINTS.items():
+        named = [joint.get("name", "") for joint in joints if joint.find(tag) is not None]
+        lines.append(line_of(where, label, named, "no wrench considers them"))
+    touching = [
+        link.get("name", "") for link in robot.findall("link") if link.find("contact") is not None
+    ]
+    lines.append(line_of(where, "<contact>", touching, "no wrench considers it", "link"))
+    for tag in _OF_PROGRAMS:
+        count = len(robot.findall(tag))
+        if count:
+            times = f" ({count} times)" if count > 1 else ""
+            lines.append(f"{where}: <{tag}>{times} is for other programs and was passed over")
+    return [line for line in lines if line]
+
+
+def limits_left_out(joints: Iterable[JointDescription], where: str) -> list[str]:
+    """Return a warning about limits of joints, if there are any.
+
+    Args:
+        joints: of the tree.
+        where: how messages name the source of the text.
+    """
+    limited = [joint.name for joint in joints if any(map(math.isfinite, astuple(joint.limits)))]
+    line = line_of(where, "limits", limited, "what lies beyond them is computed like all else")
+    return [line] if line else []
+
+
+def line_of(where: str, what: str, names: list[str], result: str, owner: str = "joint") -> str:
+    """Return a warning about something of some joints or links; empty where there are none."""
+    if not names:
+        return ""
+    listed = choices(names, most=_MOST_NAMED)
+    owners = f"{len(names)} {owner}{'s' * (len(names) > 1)}"
+    return f"{where}: {what} of {owners} ({listed}) left out: {result}"
+
+
+def _rubs(joint: ElementTree.Element, where: str) -> bool:
+    """Return whether a joint has damping or friction."""
+    at = f"{where}: joint {joint.get('name')!r}"
+    dynamics = only(joint, "dynamics", at)
+    if dynamics is None:
+        return False
+    damping, friction = (
+        float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0])
+        for key in ("damping", "friction")
+    )
+    return damping != 0.0 or friction != 0.0

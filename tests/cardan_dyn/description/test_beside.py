@@ -1,0 +1,65 @@
+"""YAML files beside a URDF: their content, and the names in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn.description.beside import (
+    Beside,
+    check_joints,
+    list_of_names,
+    passed_over,
+    read_yaml,
+    yaml_content,
+)
+
+
+def test_files_are_read_as_unicode(tmp_path: Path) -> None:
+    for encoding in ("utf-8", "utf-8-sig", "utf-16"):
+        (tmp_path / "a.yaml").write_bytes("joint: [\u00e4]".encode(encoding))
+        assert read_yaml(tmp_path / "a.yaml", "x") == ("joint: [\u00e4]", {"joint": ["\u00e4"]})
+    with pytest.raises(cd.ModelError, match="x: cannot be read"):
+        read_yaml(tmp_path / "none.yaml", "x")
+
+
+@pytest.mark.parametrize("text", ["", "[1, 2]", "3", "--- word"])
+def test_what_is_no_mapping_says_nothing(text: str) -> None:
+    assert yaml_content(text, "x") == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a: [", "x: cannot be read as YAML"),
+        ("a: 1\nb: 2\na: 3", "x: key names that occur twice: a"),
+        ("a: !!python/object:x {}", "x: cannot be read as YAML"),
+        ("a: 1\n---\nb: 2", "x: cannot be read as YAML"),
+    ],
+)
+def test_malformed_files(text: str, message: str) -> None:
+    with pytest.raises(cd.ModelError, match=message):
+        yaml_content(text, "x")
+
+
+def test_lists_of_names() -> None:
+    assert list_of_names(["a", "b"], "x") == ["a", "b"]
+    for value, message in (("a", "x is not a list of names"), ([1], "x: int is not a name")):
+        with pytest.raises(cd.ModelError, match=message):
+            list_of_names(value, "x")
+
+
+def test_joints_that_do_not_exist() -> None:
+    check_joints(["a"], {"a", "b"}, "x")
+    with pytest.raises(cd.ModelError, match=r"x: joint 'c' does not exist; joints: a, b; load\("):
+        check_joints(["a", "c"], {"a", "b"}, "x")
+    assert passed_over(["c", "a", "c"], {"a"}, "x") == (
+        "x: joint 'c' does not exist and was passed over",
+    )
+
+
+def test_files_add_nothing_unless_they_say_so() -> None:
+    plain = Beside(Path("a"), "n", "", ())
+    assert (plain.motors, plain.joint_types, plain.solved, plain.warnings) == ((), {}, set(), ())
