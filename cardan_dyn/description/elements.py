@@ -111,6 +111,15 @@ def check_unique(names: list[str], what: str, where: str) -> None:
         raise ModelError(f"{where}: {what} names that occur twice: {choices(repeated)}")
 
 
+def unique(name: str, taken: set[str]) -> str:
+    """Return a name that is not taken: `name`, or `name` with the first free number behind it."""
+    candidate, count = name, 1
+    while candidate in taken:
+        count += 1
+        candidate = f"{name}_{count}"
+    return candidate
+
+
 def name_of(element: ElementTree.Element, where: str) -> str:
     """Return the name of an element, which must have one."""
     name = element.get("name")

@@ -9,16 +9,18 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, inverse
 from ...errors import ModelError, choices
 from ..description import CouplingDescription, JointDescription, LoopDescription
-from ..elements import numbers
+from ..elements import numbers, unique
 from .elements import Attributes, DefaultClasses, flag, number, rotation_of_quaternion
 from .schema import check_attributes, keyword
 
 Named = TypeVar("Named")
 LOOPS = ("connect", "weld")
 """Kinds of <equality> that close loops."""
+_COUPLED = frozenset({"revolute", "continuous", "prismatic"})
+"""Types of joints that a coupling can have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,15 +92,6 @@ def _are_disabled(root: ElementTree.Element, where: str) -> bool:
     )
 
 
-def unique(name: str, taken: set[str]) -> str:
-    """Return a name that is not taken: `name`, or `name` with the first free number behind it."""
-    candidate, count = name, 1
-    while candidate in taken:
-        count += 1
-        candidate = f"{name}_{count}"
-    return candidate
-
-
 def _items(root: ElementTree.Element) -> Iterator[ElementTree.Element]:
     return root.iterfind("equality/*")
 
@@ -154,7 +147,7 @@ def _of_bodies(
         if "anchor" not in attributes:
             raise ModelError(f'{at}: anchor="..." is missing')
         origin_1 = _at_point(numbers(attributes["anchor"], 3, "", f"{at}: anchor"))
-        return (first, second), (origin_1, _inverse(across) @ origin_1)
+        return (first, second), (origin_1, inverse(across) @ origin_1)
     origin_2 = _at_point(numbers(attributes.get("anchor"), 3, "0 0 0", f"{at}: anchor"))
     origin_1 = across @ origin_2
     relative_pose = numbers(attributes.get("relpose"), 7, "0 1 0 0 0 0 0", f"{at}: relpose")
@@ -173,7 +166,7 @@ def _check_apart(first: str, second: str, at: str) -> None:
 
 def _across(first: str, second: str, frames: Frames) -> Array:
     """Return the initial `(4, 4)` placement of the second link in the first."""
-    return _inverse(frames.links[first]) @ frames.links[second]
+    return inverse(frames.links[first]) @ frames.links[second]
 
 
 def _coupling(
@@ -181,8 +174,8 @@ def _coupling(
 ) -> CouplingDescription:
     """Return the coupling that an equality of two joints is, where its polynomial is a ratio.
 
-    A coupling adds up rotations from the nearest common ancestor of its links. So it means the
-    same only of hinges on the same body.
+    A coupling adds up motions from the nearest common ancestor of its links. So it means the same
+    only of hinges and slides on the same body.
     """
     driven = _named(attributes, "joint1", frames.joints, at)
     driving = None
@@ -192,14 +185,14 @@ def _coupling(
     if (
         driving is None
         or driven is driving
-        or not {driven.type, driving.type} <= {"revolute", "continuous"}
+        or not {driven.type, driving.type} <= _COUPLED
         or frames.rigid[driven.parent] != frames.rigid[driving.parent]
         or factors[1] == 0.0
         or np.any(factors[[0, 2, 3, 4]])
     ):
         raise ModelError(
             f"{where}: <equality> <joint> is not supported except as a coupling: {name!r} needs "
-            'two hinges on the same body and polycoef="0 ratio 0 0 0"'
+            'two hinges or slides on the same body and polycoef="0 ratio 0 0 0"'
         )
     return CouplingDescription(name, driving.child, driven.child, float(factors[1]))
 
@@ -218,12 +211,4 @@ def _at_point(point: Array) -> Array:
     """Return the `(4, 4)` placement at a point, axes parallel."""
     result = np.eye(4)
     result[:3, 3] = point
-    return result
-
-
-def _inverse(placement: Array) -> Array:
-    """Return the inverse of a `(4, 4)` placement."""
-    result = np.eye(4)
-    result[:3, :3] = placement[:3, :3].T
-    result[:3, 3] = -placement[:3, :3].T @ placement[:3, 3]
     return result

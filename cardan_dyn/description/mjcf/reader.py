@@ -15,9 +15,9 @@ import numpy as np
 from ...arrays import Array
 from ...errors import ModelError
 from ..description import Description, JointDescription, LinkDescription
-from ..elements import check_size, check_unique
+from ..elements import check_size, check_unique, unique
 from .elements import Attributes, Compiler, DefaultClasses, flag, pose
-from .equality import Frames, equalities, unique
+from .equality import Frames, equalities
 from .forces import Forces
 from .include import with_includes
 from .inertia import Shape, frame_of, link, scaled_to

@@ -9,7 +9,7 @@ from testkit.mjcf import CONNECTS, HALVES, ROCKER, placed
 
 import cardan_dyn as cd
 from cardan_dyn.description.description import LoopDescription
-from cardan_dyn.description.mjcf.equality import unique
+from cardan_dyn.description.elements import unique
 from cardan_dyn.description.read import read
 
 
@@ -115,9 +115,18 @@ def test_couplings_of_two_joints() -> None:
             cd.ModelError, match="<equality> <joint> is not supported except as a coupling"
         ):
             read(wheels.format(other))
-    slide = wheels.replace('name="f"', 'name="f" type="slide"')
-    with pytest.raises(cd.ModelError, match="needs two hinges on the same body"):
-        read(slide.format(gear))
+    ball = wheels.replace('name="f"', 'name="f" type="ball"')
+    with pytest.raises(cd.ModelError, match="needs two hinges or slides on the same body"):
+        read(ball.format(gear))
+
+
+def test_a_slide_may_be_coupled_to_a_hinge() -> None:
+    gear = '<joint name="g" joint1="e" joint2="f" polycoef="0 -2.5 0 0 0"/>'
+    rack = TWO.replace("<joint/>", '<joint name="f" type="slide"/>').replace('euler="40 0 0"', "")
+    mass = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+    mechanism = cd.load(rack.format(gear).replace("<site", mass + "<site"))
+    turn = cd.Scene(mechanism, drive="f").sweep([0.1, 0.2], acceleration=1.0)
+    np.testing.assert_allclose(turn.motion.position("e"), [-0.25, -0.5], rtol=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -158,7 +167,7 @@ def test_couplings_of_hinges_on_bodies_that_are_fixed_to_each_other() -> None:
     gear = '<joint name="c" joint1="g" joint2="f" polycoef="0 3 0 0 0"/>'
     (found,) = read(FREE.format(gear)).couplings
     assert (found.name, found.predecessor, found.successor, found.ratio) == ("c", "b2", "b3", 3.0)
-    with pytest.raises(cd.ModelError, match="needs two hinges on the same body"):
+    with pytest.raises(cd.ModelError, match="needs two hinges or slides on the same body"):
         read(FREE.format(gear.replace('"g"', '"e"')))
 
 
