@@ -38,13 +38,13 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
     """Read a bundled description by name, a file by path, or text.
 
     A file's loops may be written in URDF+ notation (`<loop>`, `<coupling>`), in that of NVIDIA
-    Isaac (`<loop_joint>`), in Gepetto's YAML file of the same name beside the URDF, or as
-    `<equality>` of an MJCF file.
+    Isaac (`<loop_joint>`), in Gepetto's YAML file of the same name beside the URDF, as
+    `<equality>` of an MJCF file, or as joints of an SDF file that do not belong to its tree.
 
     Args:
         source: name in `bundled_names()`, path, or text that starts with `<`.
         strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
-            words of a URDF, forces in an MJCF file that no wrench considers.
+            words of a URDF or SDF file, forces in an MJCF or SDF file that no wrench considers.
 
     Raises:
         ModelError: what is wrong, where, and the valid choices.
@@ -88,11 +88,15 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
         at = "MJCF text" if path is None else where
         description = mjcf.parse(root, at, path, strict)
         check_size(len(description.links), at)
+    elif root.tag == "sdf":
+        from .sdf import reader as sdf
+
+        description = sdf.parse(root, "SDF text" if path is None else where, strict)
     elif root.tag == "robot":
         description = urdf.parse(root, "URDF text" if path is None else where, path, strict)
     else:
         raise ModelError(
-            f"{where}: the outermost element is <{root.tag}>, expected <robot> or <mujoco>"
+            f"{where}: the outermost element is <{root.tag}>, expected <robot>, <mujoco> or <sdf>"
         )
     return replace(description, source=SourceText(text, path))
 
