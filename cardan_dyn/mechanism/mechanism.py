@@ -10,8 +10,9 @@ no joint: its weld connects the two links directly.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -223,6 +224,38 @@ class Mechanism(Frozen):
 
         return to_urdf(self.description)
 
+    def write(
+        self, path: str | os.PathLike[str], *, at: Mapping[str, object] | None = None
+    ) -> Path:
+        """Write the description to a file, which `load` reads back; without visuals.
+
+        A file that exists is replaced.
+
+        Args:
+            path: file whose suffix says in which notation: `.urdf` for URDF+, as `to_urdf` returns
+                it; `.xml` or `.mjcf` for MJCF, see `description.mjcf.writer` for what it becomes
+                there.
+            at: closed configuration that becomes the zero of the written coordinates: name of every
+                moving joint, loops included, to its position as `Motion.position` gives it for a
+                sample. Limits are counted from there as well. Without it the zero stays.
+
+        Returns:
+            The path.
+
+        Raises:
+            ArgumentError: unknown suffix, no such directory, or `at` is incomplete, malformed or
+                not closed.
+            ModelError: the notation cannot say something of the description.
+        """
+        from ..description.files import write
+
+        description = self.description
+        if at is not None:
+            from .rezero import rezeroed
+
+            description = rezeroed(description, at)
+        return write(description, path)
+
     def __repr__(self) -> str:
         loops = ", ".join(loop.joint for loop in self.loops) or "none"
         return f"<Mechanism {self.name!r}: {len(self.joints)} joints, loops: {loops}>"
@@ -289,12 +322,12 @@ def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
     """Load a mechanism with closed loops.
 
     Args:
-        source: name of a bundled description, path of a URDF or MJCF file, or URDF text. Loops
-            may be written in URDF+, as Isaac's `<loop_joint>`, in Gepetto's YAML file beside the
-            URDF, or as `<equality>` in MJCF.
+        source: name of a bundled description, path of a URDF, MJCF or SDF file, or their text.
+            Loops may be written in URDF+, as Isaac's `<loop_joint>`, in Gepetto's YAML file beside
+            the URDF, as `<equality>` in MJCF, or as joints of SDF that do not belong to its tree.
         strict: refuse what is probably wrong: inertias that no body can have, misspelled words of a
-            URDF, forces in an MJCF file that no wrench considers. Many published robots have some:
-            with False they are accepted (a mass of zero as no mass) and listed in
+            URDF or SDF file, forces in an MJCF or SDF file that no wrench considers. Many published
+            robots have some: with False they are accepted (a mass of zero as no mass) and listed in
             `Mechanism.warnings`. A negative mass is refused in any case.
 
     Raises:
