@@ -186,6 +186,19 @@ class Frames:
             name = self._known(name, at).carrier
         return name
 
+    def check(self) -> None:
+        """Refuse names that lead nowhere, also those of frames that nothing refers to.
+
+        Raises:
+            ModelError: there is no such frame, or it is placed or attached in a ring.
+        """
+        for name in self._frames:
+            at = f"{self._where}: {name!r}"
+            self.placement(name, at)
+            self.link(name, at)
+        for name in self._joints:
+            self.joint_placement(name, f"{self._where}: joint {name!r}")
+
     def _known(self, name: str, at: str) -> _Frame:
         if name not in self._frames:
             known = [*self._frames, MODEL, WORLD]

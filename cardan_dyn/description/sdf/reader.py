@@ -139,6 +139,7 @@ class _Reader:
         self._model, self._version = model, version
         self._where, self._strict = where, strict
         self._frames = Frames(model, version, where)
+        self._frames.check()
         self._forces = Forces(where)
         self._warnings: list[str] = []
         self._placements = {WORLD: np.eye(4)}

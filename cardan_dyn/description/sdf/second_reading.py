@@ -83,10 +83,12 @@ class _Numbers:
     ) -> dict[str, Array]:
         left = dict(waiting)
         while left:
-            for name, (base, local) in list(left.items()):
-                if base in known:
-                    known[name] = known[base] @ local
-                    del left[name]
+            ready = [name for name, (base, _) in left.items() if base in known]
+            if not ready:
+                raise ValueError(f"{sorted(left)} stand nowhere, which the first reader places")
+            for name in ready:
+                base, local = left.pop(name)
+                known[name] = known[base] @ local
         return known
 
     @staticmethod

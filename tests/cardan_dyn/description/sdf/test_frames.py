@@ -117,6 +117,8 @@ def test_names_that_lead_nowhere() -> None:
         found.placement("c", "x")
     with pytest.raises(cd.ModelError, match="x: no frame 'c'"):
         found.link("c", "x")
+    with pytest.raises(cd.ModelError, match="at: 'b': the pose of 'b' is stated relative to"):
+        found.check()
     text = model(LINK).replace('name="m"', 'name="m" canonical_link="c"')
     with pytest.raises(cd.ModelError, match="canonical_link 'c' does not exist; links: a"):
         frames(text)

@@ -154,6 +154,18 @@ def test_worlds() -> None:
             "the pose of <inertial> is in the link",
         ),
         (model('<static>maybe</static><link name="a"/>'), "static is 'maybe'"),
+        (
+            model(
+                f'{LINK}{STAND}<frame name="f"><pose relative_to="n::f">0 0 0 0 0 0</pose></frame>'
+            ),
+            "'f': no frame 'n::f'",
+        ),
+        (
+            model(
+                f'{LINK}{STAND}<frame name="f" attached_to="g"/><frame name="g" attached_to="f"/>'
+            ),
+            "stated relative to itself",
+        ),
         (model("<lnik/>"), "element 'lnik' is unknown.*did you mean 'link'"),
         (
             model(
