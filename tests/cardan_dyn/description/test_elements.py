@@ -184,3 +184,10 @@ def test_documents_that_are_not_read(prolog: str) -> None:
 )
 def test_texts_that_refer_to_no_other_document(prolog: str) -> None:
     elements.check_doctype(f'{prolog}<robot name="SYSTEM"/>', "x")
+
+
+def test_unique_names() -> None:
+    assert elements.unique("a", set()) == "a"
+    assert elements.unique("a", {"b"}) == "a"
+    assert elements.unique("a", {"a"}) == "a_2"
+    assert elements.unique("a", {"a", "a_2", "a_4"}) == "a_3"

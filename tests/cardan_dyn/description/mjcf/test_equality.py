@@ -9,7 +9,6 @@ from testkit.mjcf import CONNECTS, HALVES, ROCKER, placed
 
 import cardan_dyn as cd
 from cardan_dyn.description.description import LoopDescription
-from cardan_dyn.description.elements import unique
 from cardan_dyn.description.read import read
 
 
@@ -149,13 +148,6 @@ def test_a_slide_may_be_coupled_to_a_hinge() -> None:
 def test_refused(text: str, message: str) -> None:
     with pytest.raises(cd.ModelError, match=message):
         read(text)
-
-
-def test_unique_names() -> None:
-    assert unique("a", set()) == "a"
-    assert unique("a", {"b"}) == "a"
-    assert unique("a", {"a"}) == "a_2"
-    assert unique("a", {"a", "a_2", "a_4"}) == "a_3"
 
 
 FREE = """<mujoco><worldbody><body name="b1"><joint name="e"/>
