@@ -122,7 +122,7 @@ def test_messages_name_the_kind_of_text() -> None:
         ("<mujoco><nothing/></mujoco>", "MJCF text: "),
         ("<robot/>", "URDF text: "),
         ("<robot", "text: malformed"),
-        ("<sdf/>", "text: the outermost"),
+        ("<svg/>", "text: the outermost"),
         ("<robot>\ud800</robot>", "text: malformed"),
     ):
         with pytest.raises(cd.ModelError) as caught:
