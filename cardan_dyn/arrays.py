@@ -25,6 +25,14 @@ def quaternion_product(a: Array, b: Array) -> Array:
     return np.concatenate([vector, scalar], axis=1)
 
 
+def inverse(placement: Array) -> Array:
+    """Return the inverse of a `(4, 4)` placement."""
+    result = np.eye(4)
+    result[:3, :3] = placement[:3, :3].T
+    result[:3, 3] = -placement[:3, :3].T @ placement[:3, 3]
+    return result
+
+
 def generic(rows: int, columns: int) -> Array:
     """Return numbers `(rows, columns)` between -1 and 1 without a pattern, always the same ones.
 

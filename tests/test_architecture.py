@@ -31,7 +31,8 @@ UPWARDS = {
     "cardan_dyn.mechanism.mechanism": {
         "cardan_dyn.scene.assembled",
         "cardan_dyn.mechanism.configuration",
-    }
+    },
+    "cardan_dyn.mechanism.presentation": {"cardan_dyn.mechanism.configuration"},
 }
 """What is imported from above, when it is called: methods that users look for on a mechanism, and
 what they return."""

@@ -40,12 +40,13 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
     A file's loops may be written in URDF+ notation (`<loop>`, `<coupling>`), in that of NVIDIA
     Isaac (`<loop_joint>`), as `<constraint>` proposed for ROS, as closing frames of
     onshape-to-robot, in Gepetto's YAML file of the same name beside the URDF, in a file
-    `loop_closures.yaml` there, or as `<equality>` of an MJCF file.
+    `loop_closures.yaml` there, as `<equality>` of an MJCF file, or as joints of an SDF file that
+    do not belong to its tree.
 
     Args:
         source: name in `bundled_names()`, path, or text that starts with `<`.
         strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
-            words of a URDF, forces in an MJCF file that no wrench considers.
+            words of a URDF or SDF file, forces in an MJCF or SDF file that no wrench considers.
 
     Raises:
         ModelError: what is wrong, where, and the valid choices.
@@ -92,12 +93,16 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
         where = "MJCF text" if path is None else where
         description = mjcf.parse(root, where, path, strict)
         check_size(len(description.links), where)
+    elif root.tag == "sdf":
+        from .sdf import reader as sdf
+
+        description = sdf.parse(root, "SDF text" if path is None else where, strict)
     elif root.tag == "robot":
         where = "URDF text" if path is None else where
         description = urdf.parse(root, where, path, strict)
     else:
         raise ModelError(
-            f"{where}: the outermost element is <{root.tag}>, expected <robot> or <mujoco>"
+            f"{where}: the outermost element is <{root.tag}>, expected <robot>, <mujoco> or <sdf>"
         )
     warnings = description.warnings
     # The bundled files have limits only because URDF demands them of hinges and slides.

@@ -1,4 +1,4 @@
-"""Second reading: the numbers of a URDF, read once more for the proof.
+"""Second reading: the numbers of a URDF or SDF text, read once more for the proof.
 
 A proof that took its masses and lengths from where the solution has them could not detect an error
 that was made when they were read. So the text is read a second time, by code that shares nothing
@@ -36,6 +36,10 @@ def reread(description: Description) -> Description:
     from xml.etree import ElementTree
 
     robot = ElementTree.fromstring(source.text)
+    if robot.tag == "sdf":
+        from .sdf import second_reading as sdf
+
+        return sdf.reread(description, robot)
     if robot.tag != "robot":
         return description
     links, joints, loops, couplings = (

@@ -6,8 +6,8 @@ differ by rounding, some 1e-16; `Description.agrees` compares with such a tolera
 
 What was read from another notation than URDF becomes what a URDF can say:
 
-- A URDF's link has the frame of the joint that carries it. Where a joint of MJCF stands elsewhere
-  in its child, the link is described in the joint's frame, which moves the link's frame.
+- A URDF's link has the frame of the joint that carries it. Where a joint of MJCF or SDF stands
+  elsewhere in its child, the link is described in the joint's frame, which moves the link's frame.
 - The order of joints in Pinocchio's model is then that of a URDF, alphabetical.
 
 Visuals, comments and warnings are no part of a description and are not written.

@@ -19,10 +19,11 @@ import pinocchio
 from ..arrays import Array
 from ..description.read import read
 from ..errors import ModelError, choices
-from ..frozen import Frozen, FrozenDict, read_only
+from ..frozen import FrozenDict, read_only
 from .coordinates import Coordinates
 from .couplings import coupling_of, zero_of
 from .joints import Joint, NamedCoordinate, described_joints, named_coordinates
+from .presentation import Presentation
 from .tree import TreeBuilder
 from .welds import characteristic_length, constraint_models, weld
 
@@ -39,7 +40,7 @@ _SHORTEST = 1e-30
 have to stay within the range of doubles, which ends at 1e-308."""
 
 
-class Mechanism(Frozen):
+class Mechanism(Presentation):
     """A closed-chain mechanism; `load` makes one.
 
     It cannot be changed; copies and pickles are made anew from its description.
@@ -287,21 +288,6 @@ class Mechanism(Frozen):
         """
         return read_only(zero_of(self.description, self.coordinates))
 
-    def to_urdf(self) -> str:
-        """Return the description as URDF+ text, which `load` reads back; without visuals."""
-        from ..description.write import to_urdf
-
-        return to_urdf(self.description)
-
-    def __repr__(self) -> str:
-        loops = ", ".join(loop.joint for loop in self.loops) or "none"
-        return f"<Mechanism {self.name!r}: {len(self.joints)} joints, loops: {loops}>"
-
-    def _repr_html_(self) -> str:
-        from .mechanism_markup import html_of  # Imported here: only notebooks show it.
-
-        return html_of(self)
-
 
 def _variant(base: Mechanism, cardan: Collection[str]) -> Mechanism:
     return base.with_cardan_angles(cardan)
@@ -311,13 +297,13 @@ def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
     """Load a mechanism with closed loops.
 
     Args:
-        source: name of a bundled description, path of a URDF or MJCF file, or URDF text. Loops
-            may be written in URDF+, as Isaac's `<loop_joint>`, ROS' `<constraint>` or closing
-            frames, in Gepetto's YAML file or `loop_closures.yaml` beside the URDF, or as
-            `<equality>` in MJCF.
+        source: name of a bundled description, path of a URDF, MJCF or SDF file, or their text.
+            Loops may be written in URDF+, as Isaac's `<loop_joint>`, ROS' `<constraint>` or
+            closing frames, in Gepetto's YAML file or `loop_closures.yaml` beside the URDF, as
+            `<equality>` in MJCF, or as joints of SDF that do not belong to its tree.
         strict: refuse what is probably wrong: inertias that no body can have, misspelled words of a
-            URDF, forces in an MJCF file that no wrench considers. Many published robots have some:
-            with False they are accepted (a mass of zero as no mass) and listed in
+            URDF or SDF file, forces in an MJCF or SDF file that no wrench considers. Many published
+            robots have some: with False they are accepted (a mass of zero as no mass) and listed in
             `Mechanism.warnings`. A negative mass is refused in any case.
 
     Raises:

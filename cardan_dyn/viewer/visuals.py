@@ -65,7 +65,7 @@ class Shape:
 def shapes(mechanism: Mechanism) -> list[Shape]:
     """Return the visuals of all links; none if the description has none.
 
-    An MJCF model is shown without visuals.
+    An MJCF or SDF model is shown without visuals.
 
     Raises:
         ModelError: a visual is malformed, or a mesh cannot be read from its file.

@@ -40,7 +40,7 @@ RING = (
 BAD = {
     "not XML": ("<robot", "malformed XML"),
     "cut off": (JOINT[: len(JOINT) // 2], "malformed XML"),
-    "not a robot": ("<sdf/>", "outermost element is <sdf>, expected <robot>"),
+    "not a robot": ("<svg/>", "outermost element is <svg>, expected <robot>"),
     "empty": (with_root(""), "there is no <link>"),
     "two roots": (with_root(LOOSE), "exactly one root link; links without a parent: a, b"),
     "ring of joints": (with_root(RING), "not connected to the root 'c': a, b"),

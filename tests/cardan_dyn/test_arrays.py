@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cardan_dyn.arrays import cross, generic, quaternion_product
+from cardan_dyn.arrays import cross, generic, inverse, quaternion_product
 
 INTEGERS = st.integers(-1000, 1000)
 
@@ -72,3 +72,9 @@ def test_generic_numbers_do_not_repeat() -> None:
     """The least distance of 1000 numbers drawn at random between -1 and 1 is about 2e-6."""
     ordered = np.sort(generic(1, 1000)[0])
     assert np.min(np.diff(ordered)) > 1e-8
+
+
+def test_inverse_placements() -> None:
+    placement = pin.SE3(pin.rpy.rpyToMatrix(0.3, -0.4, 0.5), np.array([1.0, 2.0, 3.0]))
+    expected = placement.inverse().homogeneous
+    np.testing.assert_allclose(inverse(placement.homogeneous), expected, atol=1e-15)

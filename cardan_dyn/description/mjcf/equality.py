@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, inverse
 from ...errors import ModelError, choices
 from ..description import CouplingDescription, JointDescription, LoopDescription
 from ..elements import numbers, unique
@@ -19,6 +19,8 @@ from .schema import check_attributes, keyword
 Named = TypeVar("Named")
 LOOPS = ("connect", "weld")
 """Kinds of <equality> that close loops."""
+_COUPLED = frozenset({"revolute", "continuous", "prismatic"})
+"""Types of joints that a coupling can have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +150,7 @@ def _of_bodies(
         if "anchor" not in attributes:
             raise ModelError(f'{at}: anchor="..." is missing')
         origin_1 = _at_point(numbers(attributes["anchor"], 3, "", f"{at}: anchor"))
-        return (first, second), (origin_1, _inverse(across) @ origin_1)
+        return (first, second), (origin_1, inverse(across) @ origin_1)
     origin_2 = _at_point(numbers(attributes.get("anchor"), 3, "0 0 0", f"{at}: anchor"))
     origin_1 = across @ origin_2
     relative_pose = numbers(attributes.get("relpose"), 7, "0 1 0 0 0 0 0", f"{at}: relpose")
@@ -167,7 +169,7 @@ def _check_apart(first: str, second: str, at: str) -> None:
 
 def _across(first: str, second: str, frames: Frames) -> Array:
     """Return the initial `(4, 4)` placement of the second link in the first."""
-    return _inverse(frames.links[first]) @ frames.links[second]
+    return inverse(frames.links[first]) @ frames.links[second]
 
 
 def _coupling(
@@ -212,12 +214,4 @@ def _at_point(point: Array) -> Array:
     """Return the `(4, 4)` placement at a point, axes parallel."""
     result = np.eye(4)
     result[:3, 3] = point
-    return result
-
-
-def _inverse(placement: Array) -> Array:
-    """Return the inverse of a `(4, 4)` placement."""
-    result = np.eye(4)
-    result[:3, :3] = placement[:3, :3].T
-    result[:3, 3] = -placement[:3, :3].T @ placement[:3, 3]
     return result

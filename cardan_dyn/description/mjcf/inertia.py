@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -94,7 +95,7 @@ def _mass_of(inertial: Shape | None, geoms: list[Shape], compiler: Compiler) -> 
     if compiler.inertiafromgeom == "true" or (
         compiler.inertiafromgeom == "auto" and inertial is None
     ):
-        from_geoms = _sum([_of_geom(geom, compiler) for geom in geoms])
+        from_geoms = total([_of_geom(geom, compiler) for geom in geoms])
     if from_geoms is not None:
         return from_geoms, ""
     return (_NOTHING, "") if inertial is None else _of_inertial(inertial, compiler)
@@ -226,7 +227,7 @@ def _solid(kind: str, size: Array) -> tuple[float, Array]:
     return ball + rod, np.array([moment, moment, (1.0 - share) * along + share * ball_moment])
 
 
-def _sum(masses: list[Mass | None]) -> Mass | None:
+def total(masses: Sequence[Mass | None]) -> Mass | None:
     """Return several masses as one; None where nothing has a mass."""
     positive = [item for item in masses if item is not None and item.mass > 0.0]
     if not positive:

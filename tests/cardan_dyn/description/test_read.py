@@ -122,7 +122,7 @@ def test_messages_name_the_kind_of_text() -> None:
         ("<mujoco><nothing/></mujoco>", "MJCF text: "),
         ("<robot/>", "URDF text: "),
         ("<robot", "text: malformed"),
-        ("<sdf/>", "text: the outermost"),
+        ("<svg/>", "text: the outermost"),
         ("<robot>\ud800</robot>", "text: malformed"),
     ):
         with pytest.raises(cd.ModelError) as caught:
@@ -184,8 +184,10 @@ def test_the_outermost_element_chooses_the_reader() -> None:
     mjcf = read(f'<mujoco model="m">{BODY}</mujoco>')
     assert (urdf.name, urdf.joints) == ("r", ())
     assert (mjcf.name, mjcf.joints[0].type) == ("m", "floating")
-    with pytest.raises(cd.ModelError, match="element is <sdf>, expected <robot> or <mujoco>"):
-        read("<sdf/>")
+    sdf = read('<sdf version="1.9"><model name="s"><link name="a"/></model></sdf>')
+    assert (sdf.name, sdf.joints[0].type) == ("s", "floating")
+    with pytest.raises(cd.ModelError, match="is <svg>, expected <robot>, <mujoco> or <sdf>"):
+        read("<svg/>")
 
 
 @pytest.mark.parametrize("strict", [True, np.True_, False, np.False_])

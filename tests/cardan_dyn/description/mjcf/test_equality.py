@@ -158,6 +158,15 @@ def test_couplings_stand_in_the_order_of_their_joints() -> None:
     assert [coupling.name for coupling in read(text).couplings] == ["f_2", "g_2"]
 
 
+def test_a_slide_may_be_coupled_to_a_hinge() -> None:
+    gear = '<joint name="g" joint1="e" joint2="f" polycoef="0 -2.5 0 0 0"/>'
+    rack = TWO.replace("<joint/>", '<joint name="f" type="slide"/>').replace('euler="40 0 0"', "")
+    mass = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+    mechanism = cd.load(rack.format(gear).replace("<site", mass + "<site"))
+    turn = cd.Scene(mechanism, drive="f").sweep([0.1, 0.2], acceleration=1.0)
+    np.testing.assert_allclose(turn.motion.position("e"), [-0.25, -0.5], rtol=1e-13)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

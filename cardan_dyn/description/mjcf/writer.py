@@ -1,0 +1,329 @@
+"""Writer of MJCF: a description as a model for MuJoCo 3.2 or later.
+
+Links become nested bodies, the root one that is fixed in the world. Joints with several
+coordinates become a hinge, slide or ball each; the last of them has the joint's name. A loop of
+type `spherical` is a `connect`, one of type `fixed` a `weld`, both between sites, which hold in any
+configuration. Any other loop becomes what it is in a mechanism's own model: its joint carries a
+body on the predecessor, with a share of the successor's inertia, and a `weld` holds this body to
+the successor. Read back, the weld is a joint of its own, over which least norms are then taken as
+well; whatever the laws of motion decide is the same.
+
+MuJoCo accepts no moving body without mass. A massless link that carries one joint is written as a
+body with the joints before and behind it; others are refused.
+
+Bodies nested more than 300 deep are written, but not read back by this package.
+
+Limits of position are written where both are finite, no others; nor names of fixed joints, the
+joints that the author drives, visuals and warnings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from ...arrays import Array, inverse
+from ...errors import ModelError, choices
+from ..description import Description, JointDescription, LinkDescription, LoopDescription
+from ..elements import unique
+from .rigid_groups import RigidGroups
+from .written_elements import (
+    check_kinds,
+    check_rotation,
+    elementary_joints,
+    inertial_of,
+    pose_of,
+    range_of,
+    words,
+)
+
+_DIRECT = {"spherical": "connect", "fixed": "weld"}
+"""Types of loops that are an equality, and its kind."""
+_SIMPLE = frozenset({"revolute", "continuous", "prismatic"})
+"""Types of joints with one coordinate."""
+_WORLD = "world"
+"""Name of MuJoCo's outermost body."""
+
+
+@dataclass
+class _Body:
+    """A body to be written.
+
+    Attributes:
+        name: its name; empty for what stands in the world itself.
+        placement: `(4, 4)` in the body around it.
+        lines: its joints, inertia and sites.
+        children: bodies in it.
+    """
+
+    name: str
+    placement: Array
+    lines: list[str] = field(default_factory=list)
+    children: list[_Body] = field(default_factory=list)
+
+
+def to_mjcf(description: Description) -> str:
+    """Return a description as MJCF text, which `read` and MuJoCo read.
+
+    Raises:
+        ModelError: something has no notation in MJCF: a moving link without mass, a coupling of
+            other joints than two on the same body, a matrix that is no rotation.
+    """
+    return _Writer(description).text()
+
+
+class _Writer:
+    """Writes a description."""
+
+    def __init__(self, description: Description) -> None:
+        self._description = description
+        self._groups = RigidGroups(description)
+        self._bodies: dict[str, _Body] = {}
+        self._world = _Body("", np.eye(4))
+        self._equalities: list[str] = []
+        joints = [item.name for item in description.joints]
+        joints += [item.name for item in description.loops]
+        self._taken = {"body": {link.name for link in description.links}, "joint": set(joints)}
+        self._taken["equality"] = self._taken["joint"] | {
+            item.name for item in description.couplings
+        }
+        self._carried: dict[str, list[JointDescription | LoopDescription]] = {
+            link.name: [] for link in description.links
+        }
+        for joint in description.joints:
+            self._carried[joint.parent].append(joint)
+        for loop in description.loops:
+            if loop.type not in _DIRECT:
+                self._carried[loop.predecessor].append(loop)
+
+    def text(self) -> str:
+        """Return the whole text."""
+        description = self._description
+        names = [link.name for link in description.links if link.name != description.root]
+        if _WORLD in names:
+            raise ModelError(f"{description.name}: MJCF keeps the name {_WORLD!r} for the world")
+        self._write_tree()
+        for loop in description.loops:
+            self._write_loop(loop)
+        for coupling in description.couplings:
+            first, second = coupling.predecessor, coupling.successor
+            if not coupling.of_joints:
+                first, second = (
+                    self._coupled(*links, coupling.name)
+                    for links in ((first, second), (second, first))
+                )
+            self._equalities.append(
+                f"<joint name={quoteattr(coupling.name)} joint1={quoteattr(second)} "
+                f"joint2={quoteattr(first)} "
+                f'polycoef="{words([coupling.offset, coupling.ratio])} 0 0 0"/>'
+            )
+        lines = [
+            f"<mujoco model={quoteattr(description.name)}>",
+            '  <compiler angle="radian" autolimits="true"/>',
+            '  <option gravity="0 0 0"/>',
+            *_of_world(self._world),
+        ]
+        if self._equalities:
+            indented = (f"    {line}" for line in self._equalities)
+            lines += ["  <equality>", *indented, "  </equality>"]
+        return "\n".join([*lines, "</mujoco>", ""])
+
+    def _write_tree(self) -> None:
+        """Add the bodies of all links, and those that carry the joints of loops."""
+        root = self._description.root
+        body = self._world
+        if root != _WORLD:
+            body = self._add(self._world, root, np.eye(4))
+            body.lines += self._inertial(self._groups.link(root), 1)
+        self._bodies[root] = body
+        waiting: list[tuple[str, list[JointDescription]]] = [(root, [])]
+        while waiting:
+            link, before = waiting.pop()
+            for item in reversed(self._carried[link]):
+                chain: list[JointDescription | LoopDescription] = [*before, item]
+                if isinstance(item, LoopDescription):
+                    self._write_helper(chain, item)
+                elif self._is_passed_through(item):
+                    waiting.append((item.child, [*before, item]))
+                else:
+                    self._write_link(chain, item)
+                    waiting.append((item.child, []))
+
+    def _is_passed_through(self, joint: JointDescription) -> bool:
+        """Return whether the link of a joint has no mass and no body of its own.
+
+        Raises:
+            ModelError: it has no mass, but has to be a body.
+        """
+        link = joint.child
+        if joint.type == "fixed" or self._groups.mass(link) > 0.0:
+            return False
+        carried = self._carried[link]
+        is_used = any(
+            link == loop.successor or (link == loop.predecessor and loop.type in _DIRECT)
+            for loop in self._description.loops
+        )
+        if len(carried) == 1 and carried[0].type != "fixed" and not is_used:
+            return True
+        raise ModelError(
+            f"{self._description.name}: link {link!r} moves and has no mass, which MuJoCo does not "
+            "accept; give it one"
+        )
+
+    def _write_link(
+        self, chain: list[JointDescription | LoopDescription], joint: JointDescription
+    ) -> None:
+        """Add the body of the link that a joint carries; `chain` ends with that joint."""
+        link = self._groups.link(joint.child)
+        body = self._body(chain, link.name, joint.child_placement)
+        body.lines += self._inertial(link, self._groups.shares(link.name))
+        self._bodies[link.name] = body
+
+    def _write_helper(
+        self, chain: list[JointDescription | LoopDescription], loop: LoopDescription
+    ) -> None:
+        """Add the body that carries the joint of a loop; `chain` ends with that joint."""
+        name = unique(f"{loop.name}_half", self._taken["body"])
+        self._taken["body"].add(name)
+        body = self._body(chain, name, np.eye(4))
+        body.lines.append(inertial_of(self._groups.helper(loop, name)))
+        self._bodies[loop.name] = body
+
+    def _body(
+        self,
+        chain: list[JointDescription | LoopDescription],
+        name: str,
+        child_placement: Array,
+    ) -> _Body:
+        """Return the new body behind one or several joints.
+
+        Args:
+            chain: the joints, with massless links between them.
+            name: of the body.
+            child_placement: `(4, 4)` of the body in the frame of the last joint.
+        """
+        # From the body backwards, the placement of each joint's frame in it.
+        behind, frames = child_placement, []
+        for position, item in enumerate(reversed(chain)):
+            if position and isinstance(item, JointDescription):
+                behind = item.child_placement @ behind
+            frames.append(inverse(behind))
+            behind = _origin(item) @ behind
+        check_kinds([kind for item in chain for kind, _ in _parts(item)], name)
+        parent = _parent(chain[0])
+        if chain[0].type == "floating" and self._groups.is_fixed(parent):
+            return self._free(chain, name, behind)
+        body = self._add(self._bodies[parent], name, behind)
+        for item, frame in zip(chain, reversed(frames), strict=True):
+            body.lines += self._joint_lines(item, frame)
+        return body
+
+    def _free(
+        self, chain: list[JointDescription | LoopDescription], name: str, placement: Array
+    ) -> _Body:
+        """Return the body of a joint with all freedoms, which MuJoCo knows in the world only."""
+        joint = chain[0]
+        if not isinstance(joint, JointDescription) or len(chain) > 1:
+            raise ModelError(
+                f"{self._description.name}: link of the floating joint {joint.name!r} has no mass, "
+                "which MuJoCo does not accept; give it one"
+            )
+        body = self._add(self._world, name, self._groups.placement(joint.parent) @ placement)
+        body.lines.append(f"<freejoint name={quoteattr(joint.name)}/>")
+        return body
+
+    def _add(self, carrier: _Body, name: str, placement: Array) -> _Body:
+        check_rotation(placement, name)
+        body = _Body(name, placement)
+        carrier.children.append(body)
+        return body
+
+    def _joint_lines(self, item: JointDescription | LoopDescription, frame: Array) -> list[str]:
+        """Return the elements of a joint whose `(4, 4)` frame in the body is given."""
+        parts = _parts(item)
+        lines = []
+        for count, (kind, axis) in enumerate(parts, start=1):
+            name = item.name
+            if count < len(parts):
+                name = unique(f"{item.name}_{count}", self._taken["joint"])
+                self._taken["joint"].add(name)
+            attributes = f'name={quoteattr(name)} type="{kind}" pos="{words(frame[:3, 3])}"'
+            if kind != "ball":
+                attributes += f' axis="{words(frame[:3, :3] @ axis)}"'
+            if len(parts) == 1 and isinstance(item, JointDescription):
+                attributes += range_of(item)
+            lines.append(f"<joint {attributes}/>")
+        return lines
+
+    def _inertial(self, link: LinkDescription, shares: int) -> list[str]:
+        if link.mass == 0.0:
+            if np.any(link.inertia):
+                raise ModelError(f"link {link.name!r}: an inertia without a mass cannot be written")
+            return []
+        share = replace(link, mass=link.mass / shares, inertia=link.inertia / shares)
+        return [inertial_of(share)]
+
+    def _write_loop(self, loop: LoopDescription) -> None:
+        """Add the equality of a loop, and the sites between which it holds."""
+        ends = [
+            (loop.predecessor, loop.predecessor_origin),
+            (loop.successor, loop.successor_origin),
+        ]
+        name = loop.name
+        if loop.type not in _DIRECT:
+            ends[0] = loop.name, np.eye(4)
+            name = unique(f"{loop.name}_weld", self._taken["equality"])
+            self._taken["equality"].add(name)
+        sites = []
+        for side, (body, origin) in zip(("predecessor", "successor"), ends, strict=True):
+            site = f"{loop.name}_{side}"
+            check_rotation(origin, site)
+            self._bodies[body].lines.append(f"<site name={quoteattr(site)}{pose_of(origin)}/>")
+            sites.append(quoteattr(site))
+        kind = _DIRECT.get(loop.type, "weld")
+        self._equalities.append(
+            f"<{kind} name={quoteattr(name)} site1={sites[0]} site2={sites[1]}/>"
+        )
+
+    def _coupled(self, link: str, other: str, coupling: str) -> str:
+        """Return the one joint that moves a link of a coupling against the common ancestor."""
+        common = {joint.name for joint in self._groups.path(other)}
+        joints = [joint for joint in self._groups.path(link) if joint.name not in common]
+        if len(joints) != 1 or joints[0].type not in _SIMPLE:
+            raise ModelError(
+                f"{self._description.name}: coupling {coupling!r}: MJCF couples two joints with "
+                f"one coordinate; between {link!r} and the common ancestor with {other!r} are "
+                f"{choices([f'{joint.name} ({joint.type})' for joint in joints])}"
+            )
+        return joints[0].name
+
+
+def _parts(item: JointDescription | LoopDescription) -> list[tuple[str, Array]]:
+    return elementary_joints(item.type, item.axis, item.axis_2)
+
+
+def _parent(item: JointDescription | LoopDescription) -> str:
+    return item.parent if isinstance(item, JointDescription) else item.predecessor
+
+
+def _origin(item: JointDescription | LoopDescription) -> Array:
+    return item.origin if isinstance(item, JointDescription) else item.predecessor_origin
+
+
+def _of_world(world: _Body) -> list[str]:
+    """Return the lines of `<worldbody>` with all bodies in it; nested ones without recursion."""
+    lines = ["  <worldbody>", *(f"    {line}" for line in world.lines)]
+    waiting: list[tuple[_Body, int, bool]] = [(body, 2, True) for body in reversed(world.children)]
+    while waiting:
+        body, depth, is_opened = waiting.pop()
+        indent = "  " * depth
+        if not is_opened:
+            lines.append(f"{indent}</body>")
+            continue
+        lines.append(f"{indent}<body name={quoteattr(body.name)}{pose_of(body.placement)}>")
+        lines += [f"{indent}  {line}" for line in body.lines]
+        waiting.append((body, depth, False))
+        waiting += [(child, depth + 1, True) for child in reversed(body.children)]
+    return [*lines, "  </worldbody>"]

@@ -1,0 +1,81 @@
+"""Forces that an SDF text states and no wrench considers: springs, friction, wind, added mass."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+from ...errors import ModelError
+from ..elements import only
+from .elements import flag, number, text
+
+_SHOWN = 8
+"""How many of them a message lists, so that it stays readable."""
+_OF_AXIS = ("damping", "friction", "spring_stiffness")
+_AXES = ("axis", "axis2")
+_DECAYS = ("linear", "angular")
+
+
+class Forces:
+    """Collects such forces while a text is read."""
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+        self._noted: list[str] = []
+
+    def of_model(self, model: ElementTree.Element) -> None:
+        """Note what a model states for all its links."""
+        self._of_flag(model, "enable_wind", "false", "model")
+
+    def of_link(self, link: ElementTree.Element, at: str) -> None:
+        """Note what a link states: weight that is switched off, wind, decay, added mass."""
+        name = f"link {link.get('name')!r}"
+        self._of_flag(link, "gravity", "true", name)
+        self._of_flag(link, "enable_wind", "false", name)
+        self._of_flag(link, "kinematic", "false", name)
+        decay = only(link, "velocity_decay", at)
+        if decay is not None:
+            self._of_numbers(decay, _DECAYS, f"{name}: velocity_decay")
+        inertial = only(link, "inertial", at)
+        added = None if inertial is None else only(inertial, "fluid_added_mass", at)
+        if added is not None:
+            self._of_numbers(added, [child.tag for child in added], f"{name}: fluid_added_mass")
+
+    def of_joint(self, joint: ElementTree.Element, at: str) -> None:
+        """Note what the axes of a joint state, and a motor of the physics engine ODE."""
+        name = f"joint {joint.get('name')!r}"
+        for tag in _AXES:
+            axis = only(joint, tag, at)
+            dynamics = None if axis is None else only(axis, "dynamics", at)
+            if dynamics is not None:
+                self._of_numbers(dynamics, _OF_AXIS, f"{name}: {tag}")
+        for ode in joint.iterfind("physics/ode"):
+            self._of_numbers(ode, ("max_force",), f"{name}: physics")
+
+    def left_out(self, strict: bool) -> list[str]:
+        """Return a warning for each force that was noted.
+
+        Raises:
+            ModelError: there are some, and `strict` refuses them.
+        """
+        if strict and self._noted:
+            more = len(self._noted) - _SHOWN
+            listed = "; ".join(self._noted[:_SHOWN]) + (f"; and {more} more" if more > 0 else "")
+            raise ModelError(
+                f"{self._where}: forces that wrenches leave out: {listed}; load(..., strict=False) "
+                "accepts the file and leaves them out"
+            )
+        return [f"{self._where}: {force} left out of the wrenches" for force in self._noted]
+
+    def _of_flag(self, element: ElementTree.Element, tag: str, default: str, name: str) -> None:
+        word = text(element, tag, default, f"{self._where}: {name}")
+        if flag(word, f"{self._where}: {name}: {tag}") != (default == "true"):
+            self._noted.append(f"{name}: {tag} {word}")
+
+    def _of_numbers(
+        self, element: ElementTree.Element, tags: list[str] | tuple[str, ...], name: str
+    ) -> None:
+        at = f"{self._where}: {name}"
+        values = {tag: number(element, tag, "0", at) for tag in tags}
+        acting = [f"{tag} {value:g}" for tag, value in values.items() if value]
+        if acting:
+            self._noted.append(f"{name}: {', '.join(acting)}")

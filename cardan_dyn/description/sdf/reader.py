@@ -1,0 +1,285 @@
+"""SDF: a model of SDFormat, versions 1.4 to 1.12, to a checked description.
+
+Links, joints, masses and gears of one model are read. A joint is an edge of a graph here: a link
+may be the child of several joints, and joints may form rings. `spanning_tree` says which of them
+become loops. All coordinates are zero in the poses of the links, which close all loops.
+
+The world is the root. A link that no joint carries from the world is free in SDF: it gets a
+`floating` joint, and a warning says how to hold it. A static model stands still as a whole.
+
+Springs, friction and wind would change wrenches as well: they are refused, or left out with a
+warning. An element that cannot be read exactly is refused, and the message names it.
+"""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...arrays import Array
+from ...errors import ModelError, choices
+from ..description import CouplingDescription, Description, JointDescription, LinkDescription
+from ..elements import LEAST_MASS, check_size, numbers, only, unique
+from ..urdf import check_inertia, tensor_of
+from .couplings import Couplings
+from .elements import flag, number, pose, text
+from .forces import Forces
+from .frames import WORLD, Frames
+from .joints import GEARBOX, Edge, edge, kind_of
+from .schema import check_words
+from .spanning_tree import SpanningTree, spanning_tree
+
+_VERSIONS = ((1, 4), (1, 12))
+"""First and last version that is read."""
+_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_IGNORED = ("plugin", "gripper")
+"""Elements of a model that may make forces of their own."""
+
+
+def parse(root: ElementTree.Element, where: str, strict: bool) -> Description:
+    """Read the model of an SDF text.
+
+    Args:
+        root: its outermost element.
+        where: how messages name the source of the text.
+        strict: whether inertias that no body can have are refused, unknown words, and forces that
+            no wrench considers.
+
+    Raises:
+        ModelError: what is wrong, where, and the valid choices.
+    """
+    version = _version(root, where)
+    warnings = check_words(root, where, strict)
+    model, besides = _only_model(root, where, strict)
+    check_size(1 + len(model.findall("link")), where)
+    _check_contents(model, where)
+    reader = _Reader(model, version, where, strict)
+    return reader.description([*warnings, *besides])
+
+
+def _version(root: ElementTree.Element, where: str) -> tuple[int, int]:
+    """Return the version of the format."""
+    stated = root.get("version") or ""
+    if not re.fullmatch(r"[0-9]+\.[0-9]+", stated):
+        raise ModelError(f"{where}: <sdf> needs its version, such as 1.9, not {stated!r}")
+    major, minor = (int(word) for word in stated.split("."))
+    first, last = _VERSIONS
+    if not first <= (major, minor) <= last:
+        raise ModelError(
+            f"{where}: SDF {stated} is not read, only versions {first[0]}.{first[1]} to "
+            f"{last[0]}.{last[1]}; `gz sdf -p FILE` converts older ones"
+        )
+    return major, minor
+
+
+def _only_model(
+    root: ElementTree.Element, where: str, strict: bool
+) -> tuple[ElementTree.Element, list[str]]:
+    """Return the model of a text, and warnings about what stands beside it.
+
+    Static models beside another one, as the ground in most worlds, touch nothing and are left out.
+    """
+    scopes = [root, *root.findall("world")]
+    models = [model for scope in scopes for model in scope.findall("model")]
+    moving = [model for model in models if not _is_static(model, where)]
+    chosen = moving or models
+    if len(chosen) != 1:
+        listed = choices([model.get("name", "") for model in chosen])
+        raise ModelError(
+            f"{where}: there are {len(chosen)} models ({listed}), expected one; models act on each "
+            "other by contact alone, which is not considered: load them one by one"
+        )
+    warnings = [
+        f"{where}: static model {model.get('name')!r} left out"
+        for model in models
+        if model is not chosen[0]
+    ]
+    for tag in ("include", "frame", "joint"):
+        for world in root.findall("world"):
+            count = len(world.findall(tag))
+            if count and (strict or tag != "include"):
+                raise ModelError(
+                    f"{where}: <{tag}> in <world> is not read: write it into the <model>"
+                    + ("; load(..., strict=False) leaves it out" if tag == "include" else "")
+                )
+            if count:
+                warnings.append(f"{where}: {count} <include> of the world left out")
+    return chosen[0], warnings
+
+
+def _is_static(model: ElementTree.Element, where: str) -> bool:
+    at = f"{where}: model {model.get('name')!r}"
+    return flag(text(model, "static", "false", at), f"{at}: static")
+
+
+def _check_contents(model: ElementTree.Element, where: str) -> None:
+    """Refuse what would add links to the model, or places that older versions left open."""
+    for tag, advice in (
+        ("include", "write the included model's links and joints into the file"),
+        ("model", "write the links and joints of the model in the model into the outer one"),
+        ("link/frame", "write it in the <model>"),
+        ("joint/frame", "write it in the <model>"),
+        ("link/inertial/frame", "write a <pose>"),
+    ):
+        if model.find(tag) is not None:
+            parent = tag.rpartition("/")[0].rpartition("/")[2] or "model"
+            raise ModelError(
+                f"{where}: <{tag.rpartition('/')[2]}> in <{parent}> is not read: {advice}"
+            )
+
+
+class _Reader:
+    """Reads a model."""
+
+    def __init__(
+        self, model: ElementTree.Element, version: tuple[int, int], where: str, strict: bool
+    ) -> None:
+        self._model, self._version = model, version
+        self._where, self._strict = where, strict
+        self._frames = Frames(model, version, where)
+        self._frames.check()
+        self._forces = Forces(where)
+        self._warnings: list[str] = []
+        self._placements = {WORLD: np.eye(4)}
+        self._joint_names = {item.get("name", "") for item in model.findall("joint")}
+
+    def description(self, warnings: list[str]) -> Description:
+        """Return the model's description; `warnings` are those that were found before."""
+        links = [LinkDescription(WORLD), *(self._link(item) for item in self._of("link"))]
+        edges = [self._edge(item) for item in self._of("joint") if not self._is_gearbox(item)]
+        if _is_static(self._model, self._where):
+            tree, joints, couplings = SpanningTree(), self._held(edges), []
+        else:
+            tree = spanning_tree(self._frames.links, self._frames.canonical, edges)
+            joints = self._joints(tree, edges)
+            couplings = self._couplings(joints)
+        self._forces.of_model(self._model)
+        for tag in _IGNORED:
+            for item in self._of(tag):
+                self._warnings.append(
+                    f"{self._where}: <{tag}> {item.get('name', '')!r} passed over: forces that it "
+                    "makes are unknown here"
+                )
+        left_out = self._forces.left_out(self._strict)
+        return Description(
+            name=self._model.get("name") or "mechanism",
+            links=tuple(links),
+            joints=tuple(joints),
+            order=tuple(joint.name for joint in joints),
+            loops=tuple(item.loop(self._placements) for item in tree.loops),
+            couplings=tuple(couplings),
+            notation="SDF joints beyond a tree" if tree.loops else "no loops",
+            warnings=(*warnings, *self._warnings, *left_out),
+        )
+
+    def _of(self, tag: str) -> list[ElementTree.Element]:
+        return self._model.findall(tag)
+
+    def _is_gearbox(self, joint: ElementTree.Element) -> bool:
+        return kind_of(joint, f"{self._where}: joint {joint.get('name')!r}") == GEARBOX
+
+    def _edge(self, element: ElementTree.Element) -> Edge:
+        found, warnings = edge(element, self._frames, self._version, self._where)
+        self._warnings += warnings
+        self._forces.of_joint(element, f"{self._where}: joint {found.name!r}")
+        return found
+
+    def _link(self, element: ElementTree.Element) -> LinkDescription:
+        """Return a link, and note its placement."""
+        name = element.get("name", "")
+        at = f"{self._where}: link {name!r}"
+        self._placements[name] = self._frames.placement(name, at)
+        self._forces.of_link(element, at)
+        inertial = only(element, "inertial", at)
+        if inertial is None:
+            self._warnings.append(f"{at}: without <inertial>, SDF gives it 1 kg and 1 kg·m²")
+            return LinkDescription(name, 1.0, np.zeros(3), np.eye(3))
+        if flag(inertial.get("auto", "false"), f"{at}: inertial auto"):
+            raise ModelError(
+                f"{at}: its inertia is to be computed from its collision shapes, which are not "
+                "read; `gz sdf -p --expand-auto-inertials FILE` writes it into the file"
+            )
+        stated = only(inertial, "pose", at)
+        if stated is not None and (stated.get("relative_to") or stated.get("frame")):
+            raise ModelError(f"{at}: the pose of <inertial> is in the link; it names no frame")
+        return self._massive(name, inertial, pose(inertial, f"{at}: inertial"), at)
+
+    def _massive(
+        self, name: str, inertial: ElementTree.Element, frame: Array, at: str
+    ) -> LinkDescription:
+        """Return a link with the mass and inertia of an `<inertial>` whose frame is given."""
+        mass = number(inertial, "mass", "1", at)
+        tensor = self._tensor(inertial, at)
+        if mass == 0.0 and (not self._strict or not np.any(tensor)):
+            if np.any(tensor):
+                self._warnings.append(f"{at}: mass 0 kg with an inertia: taken as massless")
+            return LinkDescription(name)
+        if mass < LEAST_MASS:
+            raise ModelError(
+                f"{at}: mass {mass:g} kg is not positive; a massless link has moments of zero, too"
+                + ("; load(..., strict=False) takes zero for that" if mass == 0.0 else "")
+            )
+        warning = check_inertia(tensor, at, self._strict)
+        if warning:
+            self._warnings.append(warning)
+        turn = frame[:3, :3]
+        return LinkDescription(name, mass, frame[:3, 3], turn @ tensor @ turn.T)
+
+    def _tensor(self, inertial: ElementTree.Element, at: str) -> Array:
+        """Return the inertia `(3, 3)` about the centre of mass, in the axes of `<inertial>`."""
+        inertia = only(inertial, "inertia", at)
+        if inertia is None:
+            self._warnings.append(f"{at}: without <inertia>, SDF gives it 1 kg·m²")
+            return np.eye(3)
+        moments = []
+        for tag in _MOMENTS:
+            default = "" if tag in ("ixx", "iyy", "izz") else "0"
+            value = text(inertia, tag, default, at)
+            moments.append(float(numbers(value, 1, "", f"{at}: inertia {tag}")[0]))
+        return tensor_of(*moments)
+
+    def _joints(self, tree: SpanningTree, edges: list[Edge]) -> list[JointDescription]:
+        """Return the joints of the tree in file order, after those of links that float."""
+        joints = []
+        for link in tree.floating:
+            joint = self._to_world(link, "floating")
+            joints.append(joint)
+            self._warnings.append(
+                f"{self._where}: link {link!r} floats (joint {joint.name!r}), as no joint carries "
+                f'it from the world; <joint type="fixed"> with parent world holds it'
+            )
+        reversed_of = {item.name: is_reversed for item, is_reversed in tree.joints}
+        joints += [
+            item.joint(self._placements, reversed_of[item.name])
+            for item in edges
+            if item.name in reversed_of
+        ]
+        return joints
+
+    def _held(self, edges: list[Edge]) -> list[JointDescription]:
+        """Return the joints that hold each link of a static model, whose own do not move."""
+        self._warnings += [
+            f"{self._where}: joint {item.name!r} left out: the model is static" for item in edges
+        ]
+        return [self._to_world(link, "fixed") for link in self._frames.links]
+
+    def _to_world(self, link: str, kind: str) -> JointDescription:
+        """Return a joint of a type between the world and a link, which the file does not have."""
+        name = unique(f"{link}_{kind}", self._joint_names)
+        self._joint_names.add(name)
+        axis = np.array([1.0, 0.0, 0.0])
+        return JointDescription(name, kind, WORLD, link, self._placements[link], axis, axis)
+
+    def _couplings(self, joints: list[JointDescription]) -> list[CouplingDescription]:
+        """Return the gears between joints."""
+        found = Couplings(joints, self._frames, self._version, self._joint_names, self._where)
+        for element in self._of("joint"):
+            if self._is_gearbox(element):
+                found.add_gearbox(element)
+            for tag in ("axis", "axis2"):
+                mimic = element.find(f"{tag}/mimic")
+                if mimic is not None:
+                    found.add_mimic(element, tag, mimic)
+        return found.couplings

@@ -1,0 +1,91 @@
+"""Presentation: how a mechanism shows itself, and the files that it is written to."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..frozen import Frozen
+from .couplings import Coupling, shown
+from .joints import Joint
+
+if TYPE_CHECKING:
+    from ..description.description import Description
+    from .configuration import Configuration
+    from .welds import Loop
+
+
+class Presentation(Frozen):
+    """The part of a `Mechanism` that shows and writes it; see there for the attributes."""
+
+    name: str
+    description: Description
+    notation: str
+    warnings: tuple[str, ...]
+    joints: Mapping[str, Joint]
+    loops: tuple[Loop, ...]
+    couplings: tuple[Coupling, ...]
+    characteristic_length: float
+
+    def to_urdf(self) -> str:
+        """Return the description as URDF+ text, which `load` reads back; without visuals."""
+        from ..description.write import to_urdf
+
+        return to_urdf(self.description)
+
+    def write(
+        self, path: str | os.PathLike[str], *, at: Mapping[str, object] | None = None
+    ) -> Path:
+        """Write the description to a file, which `load` reads back; without visuals.
+
+        A file that exists is replaced.
+
+        Args:
+            path: file whose suffix says in which notation: `.urdf` for URDF+, as `to_urdf` returns
+                it; `.xml` or `.mjcf` for MJCF, see `description.mjcf.writer` for what it becomes
+                there.
+            at: closed configuration that becomes the zero of the written coordinates: name of every
+                moving joint, loops included, to its position as `Configuration.positions` has it.
+                Limits are counted from there as well. Without it the zero stays if its loops are
+                closed, otherwise `assembled` finds a configuration near it.
+
+        Returns:
+            The path.
+
+        Raises:
+            ArgumentError: unknown suffix, no such directory, or `at` is incomplete, malformed or
+                not closed.
+            ModelError: the notation cannot say something of the description.
+            AssemblyError: the loops are open at zero and cannot be closed near it; `to_urdf`
+                returns the description as it is.
+        """
+        from ..description.files import write
+        from .rezero import is_closed, rezeroed
+
+        if at is None and not is_closed(self.description):
+            at = self.assembled().positions
+        description = self.description if at is None else rezeroed(self.description, at)
+        return write(description, path)
+
+    def assembled(self) -> Configuration:
+        """See `Mechanism.assembled`."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        loops = ", ".join(loop.joint for loop in self.loops) or "none"
+        return f"<Mechanism {self.name!r}: {len(self.joints)} joints, loops: {loops}>"
+
+    def _repr_html_(self) -> str:
+        from ..markup import table  # Imported here: only notebooks show it.
+
+        rows = [
+            ("notation", self.notation),
+            ("characteristic length", f"{self.characteristic_length:.4g} m"),
+            ("joints", "\n".join(f"{joint.name}: {joint.type}" for joint in self.joints.values())),
+            ("loops", ", ".join(loop.joint for loop in self.loops) or "none"),
+            ("couplings", "\n".join(map(shown, self.couplings)) or "none"),
+            ("warnings", "\n".join(self.warnings) or "none"),
+        ]
+        return table(("property", "value"), rows, caption=self.name)

@@ -1,0 +1,79 @@
+"""Mechanisms written to files: the zero of their coordinates may be any closed configuration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from testkit import linkages, sdf
+
+import cardan_dyn as cd
+from cardan_dyn.command_line.presets import default_sweep
+
+
+def placed(mechanism: cd.Mechanism, q: np.ndarray) -> dict[str, np.ndarray]:
+    data = mechanism.model.createData()
+    pin.forwardKinematics(mechanism.model, data, q)
+    return {
+        name: (data.oMi[body] * frame).homogeneous
+        for name, (body, frame) in mechanism.links.items()
+    }
+
+
+@pytest.mark.parametrize("suffix", ["urdf", "xml"])
+@pytest.mark.parametrize("name", cd.bundled_names())
+def test_links_stand_at_zero_where_they_stood(tmp_path: Path, name: str, suffix: str) -> None:
+    mechanism = cd.load(name)
+    motion = default_sweep(mechanism, samples=9).motion
+    at = {joint: motion.position(joint)[5] for joint in mechanism if mechanism[joint].parts}
+    path = mechanism.write(tmp_path / f"{name}.{suffix}", at=at)
+    assert path == tmp_path / f"{name}.{suffix}"
+    again = cd.load(path)
+    expected, found = placed(mechanism, motion.q[5]), placed(again, pin.neutral(again.model))
+    for link in set(expected) & set(found):
+        np.testing.assert_allclose(found[link], expected[link], atol=1e-13)
+    assert len(set(expected) - set(found)) == (name == "thoma_rig" and suffix == "xml")
+    # Where loops are closed at zero, assembling moves nothing.
+    for loop in again.loops:
+        ends = [
+            item.homogeneous
+            for item in (
+                again.placements_at_zero[loop.predecessor - 1] * loop.predecessor_placement,
+                again.placements_at_zero[loop.successor - 1] * loop.successor_placement,
+            )
+        ]
+        np.testing.assert_allclose(ends[0], ends[1], atol=1e-13)
+
+
+def test_without_a_configuration_the_zero_stays(tmp_path: Path) -> None:
+    mechanism = cd.load("needle_drive")
+    path = mechanism.write(str(tmp_path / "a.urdf"))
+    assert path.read_text(encoding="utf-8") == mechanism.to_urdf()
+
+
+def test_any_notation_becomes_any_other(tmp_path: Path) -> None:
+    """A four-bar from SDF to URDF+ to MJCF and back: the effort of its drive stays."""
+    mechanism = cd.load(sdf.four_bar())
+    scene = {"drive": "a", "loads": {"d": -3.0}, "gravity": (0.0, -9.0, 0.0)}
+    reference = cd.Scene(mechanism, **scene).sweep(linkages.POSITIONS, **linkages.RATES)
+    for suffix in ("urdf", "mjcf", "urdf", "xml"):
+        mechanism = cd.load(mechanism.write(tmp_path / f"four_bar.{suffix}"))
+        found = cd.Scene(mechanism, **scene).sweep(linkages.POSITIONS, **linkages.RATES)
+        np.testing.assert_allclose(
+            found.drive_effort,
+            reference.drive_effort,
+            atol=1e-11 * np.max(np.abs(reference.drive_effort)),
+        )
+        assert sdf.compare(found, reference, 1e-10, decided=True)
+
+
+def test_what_is_wrong_with_a_configuration(tmp_path: Path) -> None:
+    mechanism = cd.load("four_bar")
+    path = tmp_path / "a.urdf"
+    with pytest.raises(cd.ArgumentError, match="there is no position of crank_pin, rocker"):
+        mechanism.write(path, at={"crank_bearing": 0.1})
+    with pytest.raises(cd.ArgumentError, match="the loop 'rocker_pin' is open by"):
+        mechanism.write(path, at=dict.fromkeys(mechanism, 0.3))
+    assert not path.exists()
