@@ -25,17 +25,12 @@ from .guess_cache import Guess, GuessCache
 from .idle_rods import rods_by_name
 from .loop_system import LoopSystem
 from .needs import columns_of, needs
+from .reach import reach_of
 from .redundancy import RedundancyStudy
+from .singularities import singularity_at
 from .start_search import StartSearch
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
 
-_REACH_OF_SLIDE = 10.0
-"""Characteristic lengths over which a sliding drive is followed to each side of the start before
-its range counts as unlimited there. A slide that loops limit moves by about the lengths of their
-links."""
-_REACH_OF_ANGLE = 4.0 * np.pi
-"""Displacement [rad] over which a turning drive that does not repeat is followed to find its
-limits: they lie within a turn of each other, and the start lies less than a turn from them."""
 _FIRST_MODE = "A"
 """Name of the assembly mode that the description's zero leads to, see `mode_name`."""
 
@@ -70,6 +65,7 @@ class Assembly:
         study = RedundancyStudy(problem, self.groups, self.needed, self._open_kinematics)
         # The start itself may be singular; judge the rank from all states on the way to it.
         redundancy = study.of_states(np.array(states))
+        study.refuse_locked(redundancy, self._first_mode)
         self.start = self._first_mode
         if problem.branch != _FIRST_MODE:
             self.start = self._mode_called(problem.branch)
@@ -113,12 +109,14 @@ class Assembly:
             )
         worst = int(np.argmax(state.condition))
         if state.condition[worst] > SINGULAR_CONDITION:
+            singularity = singularity_at(guess.kinematics, state.x[worst], self.start)
             raise SingularConfigurationError(
-                f"drive position {as_text(positions[worst])} is a dead point: the closure "
-                f"equations have condition {state.condition[worst]:.1e}; leave it out or choose "
+                f"drive position {as_text(positions[worst])} is singular (condition "
+                f"{state.condition[worst]:.1e}), {singularity.text}; leave it out or choose "
                 "another drive",
                 position=as_position(positions[worst]),
                 condition=float(state.condition[worst]),
+                **singularity.details,
             )
         return state
 
@@ -143,17 +141,9 @@ class Assembly:
             return -np.inf, np.inf
         drive = self._problem.drives[0]
         branch = self._system.branch(drive, self._open_kinematics, self.start)
-        if self._drive_slides:
-            reach = _REACH_OF_SLIDE * self._problem.mechanism.characteristic_length
-        else:
-            try:
-                if branch.find_period():
-                    return -np.inf, np.inf
-            except (AssemblyError, SingularConfigurationError):
-                pass  # It does not turn through; the limits say how far it goes.
-            reach = _REACH_OF_ANGLE
         start = self.start[self._problem.mechanism.coordinates.columns[drive].start]
-        return branch.limit(start - reach), branch.limit(start + reach)
+        length = self._problem.mechanism.characteristic_length
+        return reach_of(branch, float(start), self._drive_slides, length)
 
     def modes(self) -> dict[str, Array]:
         """Return the assembly modes with the drives where the description's own mode starts.

@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import AssemblyError, CardanError, SingularConfigurationError
 from .all_groups import Kinematics
 from .branch_table import BranchTable
+from .singularities import singularity_at
 from .tolerances import CLOSURE_TOLERANCE, SINGULAR_CONDITION
 
 _STEEP = 100.0
@@ -68,23 +69,26 @@ def refused(
         attempt: the last one to go on.
     """
     nearest = limit(kinematics, table, end, unit)
+    middle = table.states[table.size // 2]
+    singularity = singularity_at(kinematics, table.states[end.node], middle)
     error: CardanError
     if attempt.residual < CLOSURE_TOLERANCE or attempt.condition > SINGULAR_CONDITION:
         condition = float(kinematics.evaluate(table.states[[end.node]]).condition[0])
         error = SingularConfigurationError(
             f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "
-            f"equations become singular there (condition {condition:.1e}), and the way on is "
-            "not unique; sweep on one side of it or choose another drive",
+            f"equations become singular there (condition {condition:.1e}), {singularity.text}",
             position=nearest,
             condition=condition,
+            **singularity.details,
         )
     else:
         error = AssemblyError(
             f"the loops cannot be closed at drive position {attempt.position:.9g}; the nearest "
-            f"position that can be reached is {nearest:.9g}, a dead point of the drive",
+            f"position that can be reached is {nearest:.9g}, {singularity.text}",
             position=attempt.position,
             nearest=nearest,
             residual=attempt.residual,
+            finding=singularity.text,
         )
     return end._replace(error=error)
 

@@ -8,6 +8,7 @@ from ..arrays import Array
 from ..errors import SingularConfigurationError
 from .all_groups import ClosedState, Kinematics
 from .branch_table import BranchTable, nodes_of
+from .singularities import singularity_at
 from .tolerances import SAFE_CORRECTION
 
 EXACT_CORRECTION = 2e-16
@@ -75,9 +76,11 @@ def _check_mode(
     is_lost |= state.correction > _LOST_CORRECTION
     if np.any(is_lost):
         first = int(np.argmax(is_lost))
+        singularity = singularity_at(kinematics, table.states[left[first]], table.states[0])
         raise SingularConfigurationError(
-            f"the branch cannot be resolved near drive position {middle[first]:.9g}: "
-            f"the closure equations have condition {nodes.condition[first]:.1e} there",
+            f"the branch cannot be resolved near drive position {middle[first]:.9g}, which is "
+            f"singular (condition {nodes.condition[first]:.1e}): {singularity.text}",
             position=float(middle[first]),
             condition=float(nodes.condition[first]),
+            **singularity.details,
         )

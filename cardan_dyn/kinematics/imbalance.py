@@ -1,0 +1,256 @@
+"""Imbalance: why the drives of a scene do not decide its motion, and what would mend it.
+
+What is judged are generic configurations, in which as many closure equations as possible are
+independent: a scene that starts in a dead point does not lack a drive, and one that starts where a
+locked mechanism can be shaken is locked.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import (
+    CardanError,
+    MobilityError,
+    SingularConfigurationError,
+    as_position,
+    as_text,
+    choices,
+)
+from ..mechanism.mechanism import Mechanism
+from ..mechanism.tree import ancestors
+from .freedoms import Freedoms, freedoms_at, freedoms_near
+from .motion_text import motion_text
+from .singularities import Singularity
+from .structure import Structure
+
+_MOST_MOTIONS = 3
+"""Motions that a message describes; the others are counted."""
+_MOST_TRIED = 10
+"""Held joints, and drives, that are left out by way of trial: a message lists no more."""
+
+
+class _Prescribed(NamedTuple):
+    """A scene's drives and held joints.
+
+    Attributes:
+        mechanism: the mechanism.
+        drives: names of the driven joints.
+        held: names of the held joints.
+    """
+
+    mechanism: Mechanism
+    drives: tuple[str, ...]
+    held: list[str]
+
+    def columns(self, names: tuple[str, ...] | list[str]) -> list[int]:
+        """Return velocity coordinates of joints with one coordinate."""
+        velocities = self.mechanism.coordinates.velocity_columns
+        return [velocities[name].start for name in names]
+
+    def names(self, columns: set[int] | list[int]) -> list[str]:
+        """Return the joints that velocity coordinates belong to."""
+        wanted = set(columns)
+        return [
+            name
+            for name, owned in self.mechanism.coordinates.velocity_columns.items()
+            if wanted.intersection(range(owned.start, owned.stop))
+        ]
+
+    def candidates(self) -> list[int]:
+        """Return the coordinates that could be driven, those that the author drives first."""
+        mechanism = self.mechanism
+        taken = {*self.drives, *self.held}
+        # Motors mostly sit near the ground, and so do the joints that a scene holds.
+        near_first = sorted(mechanism.joints, key=self._depth)
+        ordered = dict.fromkeys((*mechanism.independent_joints, *near_first))
+        single = [name for name in ordered if mechanism.joints[name].nv == 1]
+        return self.columns([name for name in single if name not in taken])
+
+    def _depth(self, name: str) -> int:
+        """Return how many bodies carry a joint; a loop comes after all joints of the tree."""
+        item = self.mechanism.joints[name]
+        is_loop = any(loop.joint == name for loop in self.mechanism.loops)
+        return (
+            self.mechanism.model.njoints
+            if is_loop
+            else len(ancestors(self.mechanism.model, item.id))
+        )
+
+
+def imbalance(
+    mechanism: Mechanism,
+    x: Array,
+    drives: tuple[str, ...],
+    held: list[str],
+    passives: set[int],
+    condition: float,
+) -> CardanError:
+    """Return the error that says why a scene's drives do not decide its motion.
+
+    Args:
+        mechanism: the mechanism.
+        x: `(size,)` closed coordinates.
+        drives: names of the driven joints.
+        held: names of the held joints.
+        passives: velocity coordinates that something must decide.
+        condition: of the closure equations at the closed coordinates.
+    """
+    scene = _Prescribed(mechanism, drives, held)
+    structure = Structure(mechanism)
+    driven, resting = scene.columns(drives), set(scene.columns(held))
+    needed = passives | set(driven)
+    found = freedoms_near(structure, x, resting, set(driven), needed)
+    # The first one is where the scene starts, unless that is singular.
+    best = found[int(np.argmax([item.rank_of(driven) for item in found]))]
+    decided = best.rank_of(driven)
+    if _decides([best], driven):
+        here = freedoms_at(structure, x, resting, set(driven), needed)
+        return _dead_point(scene, here, best, condition)
+    surplus = []
+    if decided < len(drives):
+        surplus = _surplus(scene, structure, x, needed)
+    loops = f"its loops leave mobility {best.number}" if mechanism.loops else "it has no loop"
+    held_text = f" with {choices(held)} held" if held else ""
+    left = best.while_resting(driven)
+    free = scene.names(left.moving(passives))
+    advised = scene.names(best.chosen(scene.candidates(), driven))
+    reasons = []
+    if best.number == 0:
+        reasons.append(_locked(surplus))
+    elif decided < len(drives):
+        reasons.append(_too_many(scene, best, surplus))
+    if left.number:
+        reasons.append(_too_few(scene, best, free, advised))
+    return MobilityError(
+        f"{mechanism.name}: driven by {choices(drives)}{held_text}, {loops}: {'; '.join(reasons)}",
+        mobility=best.number,
+        free=free,
+        advised=advised,
+        surplus=surplus,
+    )
+
+
+def _dead_point(
+    scene: _Prescribed, here: Freedoms, elsewhere: Freedoms, condition: float
+) -> SingularConfigurationError:
+    """Return the error for a start that is singular, with the joints that are concerned."""
+    mechanism = scene.mechanism
+    columns = [mechanism.coordinates.columns[name].start for name in scene.drives]
+    position = here.x[columns]
+    every = set(range(mechanism.model.nv))
+    lost = scene.names(elsewhere.moving(every) - here.moving(every))
+    moving = scene.names(here.while_resting(scene.columns(scene.drives)).moving(every))
+    singularity = Singularity(
+        tuple(lost), tuple(moving), scene.drives, here.number > elsewhere.number
+    )
+    return SingularConfigurationError(
+        f"{mechanism.name}: position {as_text(position)} of {choices(scene.drives)}, where the "
+        f"scene starts, is singular: {singularity.text}. Give start={{joint: position}} to begin "
+        "elsewhere, or choose another drive",
+        position=as_position(position),
+        condition=condition,
+        **singularity.details,
+    )
+
+
+def _surplus(scene: _Prescribed, structure: Structure, x: Array, needed: set[int]) -> list[str]:
+    """Return the held joints and drives that are one too many: without any of them it moves.
+
+    Args:
+        scene: its drives and held joints.
+        structure: of the mechanism.
+        x: `(size,)` closed coordinates.
+        needed: velocity coordinates whose motion matters.
+    """
+    driven = scene.columns(scene.drives)
+    result = []
+    for name in scene.held[:_MOST_TRIED]:
+        (released,) = scene.columns([name])
+        resting = {column for column in scene.columns(scene.held) if column != released}
+        found = freedoms_near(structure, x, resting, set(driven), needed | {released})
+        if _decides(found, driven):
+            result.append(name)
+    resting = set(scene.columns(scene.held))
+    for name in scene.drives[:_MOST_TRIED] if len(scene.drives) > 1 else ():
+        others = [column for column in driven if column not in scene.columns([name])]
+        if _decides(freedoms_near(structure, x, resting, set(others), needed), others):
+            result.append(name)
+    return result
+
+
+def _decides(found: list[Freedoms], driven: list[int]) -> bool:
+    """Return whether drives decide all motions in some generic configuration."""
+    return any(item.rank_of(driven) == len(driven) == item.number for item in found)
+
+
+def _locked(surplus: list[str]) -> str:
+    """Return what to do about a locked mechanism."""
+    if surplus:
+        return f"it is locked: stop holding {_one_of(surplus)}"
+    return "it is locked: stop holding some joints, or check loops and couplings"
+
+
+def _too_many(scene: _Prescribed, best: Freedoms, surplus: list[str]) -> str:
+    """Return which drives contradict each other or what is held, and what to do about it."""
+    advice = "drop a drive or stop holding a joint"
+    if surplus:
+        advice += f": {_one_of(surplus)}"
+    still = scene.names(
+        [column for column in scene.columns(scene.drives) if not best.moving([column])]
+    )
+    if still and not surplus:
+        return f"{choices(still)} cannot move, and cannot be driven"
+    return f"{choices(still)} cannot move: {advice}" if still else advice
+
+
+def _one_of(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"one of: {choices(names)}"
+
+
+def _too_few(scene: _Prescribed, best: Freedoms, free: list[str], advised: list[str]) -> str:
+    """Return which motions are left, and what can be driven to remove them."""
+    driven = scene.columns(scene.drives)
+    left = best.while_resting(driven)
+    mechanism = scene.mechanism
+    columns = scene.columns(advised)
+    # Where there are several, what the most links do says enough of each.
+    most = None if left.number == 1 else 1
+    texts = []
+    for column in columns[:_MOST_MOTIONS]:
+        others = [other for other in columns if other != column]
+        motion = left.while_resting(others).motions
+        # Besides motions of joints that cannot be driven, one is left, that moves this joint.
+        texts.append(motion_text(mechanism, best.x, motion @ motion[column], most))
+    undrivable = left.while_resting(columns).motions
+    texts += [
+        motion_text(mechanism, best.x, motion, most)
+        for motion in undrivable.T[: max(_MOST_MOTIONS - len(texts), 0)]
+    ]
+    more = left.number - len(texts)
+    listed = "; ".join(texts) + (f"; and {more} more" if more > 0 else "")
+    freedoms = "1 freedom is" if left.number == 1 else f"{left.number} freedoms are"
+    return (
+        f"nothing decides the motion of: {choices(free)}; {freedoms} left over: {listed}; "
+        f"{_advice(scene, best, advised, undrivable.shape[1])}"
+    )
+
+
+def _advice(scene: _Prescribed, best: Freedoms, advised: list[str], undrivable: int) -> str:
+    """Return which joints to drive or hold."""
+    if not advised:
+        return "none of these joints has a single coordinate that could be driven or held"
+    if len(advised) > 1:
+        advice = f"drive or hold {len(advised)} of them, such as {choices(advised, most=20)}"
+    else:
+        left = best.while_resting(scene.columns(scene.drives))
+        rates = np.linalg.norm(left.motions, axis=1)
+        columns = scene.candidates()
+        useful = [column for column in columns if rates[column] > 0.1 * np.max(rates[columns])]
+        advice = f"drive or hold one of: {choices(scene.names(useful))}"
+    if undrivable:
+        advice += f"; {undrivable} of the motions left move no joint that could be driven or held"
+    return advice
