@@ -175,7 +175,7 @@ class Assembly:
         """Return closed coordinates `(size,)` of an assembly mode, by its name."""
         modes = self.modes()
         if name not in modes:
-            raise ArgumentError(f"branch {name!r} does not exist; branches: {choices(modes)}")
+            raise ArgumentError(f"branch {name!r} does not exist; branches: {choices(modes, name)}")
         return modes[name]
 
     def _states_to_start(self, kinematics: Kinematics) -> list[Array]:

@@ -15,7 +15,7 @@ from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from .generic_states import states_around
 from .group_solver import GroupSolver
-from .idle_rods import idle_rods
+from .idle_rods import IdleRod, idle_rods
 from .loop_groups import Group, independent_groups
 from .stacked import ranks
 from .structure import Structure
@@ -83,7 +83,12 @@ _GOOD = 0.5
 
 
 def freedoms_near(
-    structure: Structure, x: Array, held: set[int], drives: set[int], needed: set[int]
+    structure: Structure,
+    x: Array,
+    held: set[int],
+    drives: set[int],
+    needed: set[int],
+    with_spins: bool = False,
 ) -> list[Freedoms]:
     """Return the freedoms in generic configurations around a closed one.
 
@@ -93,9 +98,11 @@ def freedoms_near(
         held: velocity coordinates that rest.
         drives: velocity coordinates of the drives; they move as all others do.
         needed: velocity coordinates whose motion matters.
+        with_spins: whether spins of idle rods count as freedoms.
     """
     mechanism = structure.mechanism
     free = sorted(set(range(mechanism.model.nv)) - held)
+    idle = [] if with_spins else idle_rods(mechanism, set(free) - drives)
     solvers = _solvers(structure, free)
     states = [states_around(solver, x) for solver in solvers]
     result = []
@@ -108,7 +115,7 @@ def freedoms_near(
             changed = item.x[chosen] != x
             at[changed] = item.x[chosen][changed]
             null.append(_null(solver.group, item.group.scaled_rows[chosen], item.rank))
-        result.append(_freedoms(mechanism, at, free, drives, needed, null))
+        result.append(_freedoms(mechanism, at, free, idle, needed, null))
     return result
 
 
@@ -123,7 +130,8 @@ def freedoms_at(
         state, _ = solver.evaluate(x[None, :], solver.equations.full())
         rank = int(ranks(state.scaled_rows)[0])
         null.append(_null(solver.group, state.scaled_rows[0], rank))
-    return _freedoms(mechanism, x, free, drives, needed, null)
+    idle = idle_rods(mechanism, set(free) - drives)
+    return _freedoms(mechanism, x, free, idle, needed, null)
 
 
 def _solvers(structure: Structure, free: list[int]) -> list[GroupSolver]:
@@ -141,7 +149,7 @@ def _freedoms(
     mechanism: Mechanism,
     x: Array,
     free: list[int],
-    drives: set[int],
+    idle: list[IdleRod],
     needed: set[int],
     null: list[tuple[Array, Array]],
 ) -> Freedoms:
@@ -151,7 +159,7 @@ def _freedoms(
         mechanism: the mechanism.
         x: `(size,)` the configuration.
         free: velocity coordinates that may move.
-        drives: those of the drives.
+        idle: rods whose spins do not count.
         needed: those whose motion matters.
         null: velocity coordinates and their motions, per set of loops.
     """
@@ -163,7 +171,7 @@ def _freedoms(
     for columns, block in blocks:
         motions[columns, first : first + block.shape[1]] = block
         first += block.shape[1]
-    for rod in idle_rods(mechanism, set(free) - drives):
+    for rod in idle:
         others = [column for column in free if column not in rod.columns]
         motions = motions @ _row_space(motions[others])
     kept = sorted(needed & set(free))

@@ -109,7 +109,11 @@ def imbalance(
     decided = best.rank_of(driven)
     if _decides([best], driven):
         here = freedoms_at(structure, x, resting, set(driven), needed)
-        return _dead_point(scene, here, best, condition)
+        if not _decides([here], driven):
+            return _dead_point(scene, here, best, condition)
+        # Then spins of rods are left over that the rule for idle rods does not decide.
+        found = freedoms_near(structure, x, resting, set(driven), needed, with_spins=True)
+        best = found[0]
     surplus = []
     if decided < len(drives):
         surplus = _surplus(scene, structure, x, needed)
@@ -120,9 +124,11 @@ def imbalance(
     advised = scene.names(best.chosen(scene.candidates(), driven))
     reasons = []
     if best.number == 0:
-        reasons.append(_locked(surplus))
+        reasons.append(_locked(surplus, bool(held)))
     elif decided < len(drives):
-        reasons.append(_too_many(scene, best, surplus))
+        still = scene.names([column for column in driven if not best.moving([column])])
+        reasons.append(_too_many(still, surplus))
+        surplus = surplus or still
     if left.number:
         reasons.append(_too_few(scene, best, free, advised))
     return MobilityError(
@@ -187,23 +193,21 @@ def _decides(found: list[Freedoms], driven: list[int]) -> bool:
     return any(item.rank_of(driven) == len(driven) == item.number for item in found)
 
 
-def _locked(surplus: list[str]) -> str:
-    """Return what to do about a locked mechanism."""
+def _locked(surplus: list[str], holds: bool) -> str:
+    """Return what to do about a locked mechanism, some joints of which may be held."""
     if surplus:
         return f"it is locked: stop holding {_one_of(surplus)}"
-    return "it is locked: stop holding some joints, or check loops and couplings"
+    release = "stop holding more than one joint, or " if holds else ""
+    return f"it is locked: {release}check loops and couplings"
 
 
-def _too_many(scene: _Prescribed, best: Freedoms, surplus: list[str]) -> str:
-    """Return which drives contradict each other or what is held, and what to do about it."""
+def _too_many(still: list[str], surplus: list[str]) -> str:
+    """Return which drives cannot move or contradict what is held, and what to do about it."""
+    if still and not surplus:
+        return f"{choices(still)} cannot move, and cannot be driven"
     advice = "drop a drive or stop holding a joint"
     if surplus:
         advice += f": {_one_of(surplus)}"
-    still = scene.names(
-        [column for column in scene.columns(scene.drives) if not best.moving([column])]
-    )
-    if still and not surplus:
-        return f"{choices(still)} cannot move, and cannot be driven"
     return f"{choices(still)} cannot move: {advice}" if still else advice
 
 

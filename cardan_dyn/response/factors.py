@@ -80,7 +80,7 @@ def _efforts(problem: Problem, loads: object) -> dict[str, Array]:
         if name not in mechanism.joints:
             raise ArgumentError(
                 f"loads[{name!r}]: no joint has this name; the response has loads on: "
-                f"{choices(problem.joint_loads)}"
+                f"{choices(problem.joint_loads, name)}"
             )
         efforts[name] = numbers_given(f"loads[{name!r}]", value)
     return efforts
