@@ -197,6 +197,6 @@ class Assembly:
         except CardanError:
             # A MobilityError explains the failure better than a closure error does.
             study = RedundancyStudy(problem, self.groups, self.needed, kinematics)
-            study.of_states(np.array(states))
+            study.refuse_locked(study.of_states(np.array(states)), states[-1])
             raise
         return states

@@ -121,7 +121,7 @@ def imbalance(
     held_text = f" with {choices(held)} held" if held else ""
     left = best.while_resting(driven)
     free = scene.names(left.moving(passives))
-    advised = scene.names(best.chosen(scene.candidates(), driven))
+    advised = scene.names(_advised(scene, structure, best, needed))
     reasons = []
     if best.number == 0:
         reasons.append(_locked(surplus, bool(held)))
@@ -138,6 +138,21 @@ def imbalance(
         advised=advised,
         surplus=surplus,
     )
+
+
+def _advised(
+    scene: _Prescribed, structure: Structure, best: Freedoms, needed: set[int]
+) -> list[int]:
+    """Return velocity coordinates that decide the motion once they are driven or held as well."""
+    driven, resting = scene.columns(scene.drives), set(scene.columns(scene.held))
+    result = more = best.chosen(scene.candidates(), driven)
+    while more:
+        # A rod whose joint is driven is no longer idle, and what else turns with it may be free.
+        known = [*driven, *result]
+        found = freedoms_near(structure, best.x, resting, set(known), needed)
+        more = found[0].chosen(scene.candidates(), known)
+        result = [*result, *more]
+    return result
 
 
 def _dead_point(

@@ -20,6 +20,9 @@ _MEETING = 100.0
 """How many times the smallest singular value with the drives may exceed the one without them where
 assembly modes meet: both vanish together there. At a dead point of the drive the former does not
 vanish."""
+_REGULAR = 1e-2
+"""Ratio of singular values from which on a position where a drive stops is not singular: the drive
+is locked there. Singular positions are followed to ratios of 1e-4 and less."""
 
 
 class Singularity(NamedTuple):
@@ -41,10 +44,12 @@ class Singularity(NamedTuple):
     @property
     def text(self) -> str:
         """What it is in words, for a message that says where."""
+        if not self.moving:
+            return f"{choices(self.lost)} cannot move"
         verb = "rests" if len(self.resting) == 1 else "rest"
         moving = f"{choices(self.moving)} can move while {choices(self.resting)} {verb}"
         if self.modes_meet:
-            return f"assembly modes meet there, and {moving}"
+            return f"assembly modes meet, and {moving}"
         lost = f"{choices(self.lost)} cannot move there, and " if self.lost else ""
         return f"it is a dead point: {lost}{moving}"
 
@@ -67,6 +72,10 @@ def singularity_at(kinematics: Kinematics, x: Array, regular: Array) -> Singular
     passives = group.group.passives
     left, values, _ = np.linalg.svd(group.scaled_rows[0])
     last = min(len(passives) - len(group.group.idle), len(values)) - 1
+    resting = joints_of(kinematics.coordinates, set(kinematics.drives.tolist()))
+    if last < 0 or values[last] > _REGULAR * values[0]:
+        # The passives can follow no motion of the drives, and none of their own.
+        return Singularity(resting, (), resting, modes_meet=False)
     rates = np.abs(left[:, last])
     moving = passives[rates > _RESTS * np.max(rates)]
     with_drives = np.linalg.svd(group.all_scaled_rows[0], compute_uv=False)
@@ -84,7 +93,7 @@ def singularity_at(kinematics: Kinematics, x: Array, regular: Array) -> Singular
     return Singularity(
         joints_of(coordinates, lost),
         joints_of(coordinates, set(moving.tolist())),
-        joints_of(coordinates, set(kinematics.drives.tolist())),
+        resting,
         modes_meet,
     )
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..checks import samples
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
-from ..errors import MobilityError
+from ..errors import MobilityError, choices
 from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import checked
 from ..results.collect import sweep_of
@@ -255,7 +255,9 @@ class Scene(SceneArguments):
         """
         if len(self.drives) > 1:
             raise MobilityError(
-                f"the range of one drive depends on the positions of the others: {self.drives}"
+                f"the range of one drive depends on the positions of the others: "
+                f"{choices(self.drives)}; hold all but one of them",
+                mobility=len(self.drives),
             )
         return self._solver.assembly.motion_range()
 
