@@ -6,23 +6,24 @@ anywhere else. What a scene lacks shows in generic ones nearby.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
-from ..mechanism.mechanism import Mechanism
 from .generic_states import states_around
 from .group_solver import GroupSolver
-from .idle_rods import IdleRod, idle_rods
-from .loop_groups import Group, independent_groups
+from .idle_rods import idle_rods
+from .loop_groups import independent_groups
 from .stacked import ranks
 from .structure import Structure
 
 MOVES = 1e-6
 """Component of a unit vector of free motion above which a joint counts as moving. Joints that the
 loops decide have components there as well, by rounding of about 1e-16."""
+_GOOD = 0.5
+"""Part of the fastest candidate's rate with which another one decides a motion as well."""
 
 
 class Freedoms(NamedTuple):
@@ -78,104 +79,136 @@ class Freedoms(NamedTuple):
         return result
 
 
-_GOOD = 0.5
-"""Part of the fastest candidate's rate with which another one decides a motion as well."""
+class Surroundings:
+    """Generic configurations around a closed one, with any joints held.
 
-
-def freedoms_near(
-    structure: Structure,
-    x: Array,
-    held: set[int],
-    drives: set[int],
-    needed: set[int],
-    with_spins: bool = False,
-) -> list[Freedoms]:
-    """Return the freedoms in generic configurations around a closed one.
-
-    Args:
-        structure: of the mechanism.
-        x: `(size,)` closed coordinates, the first configuration unless it is singular.
-        held: velocity coordinates that rest.
-        drives: velocity coordinates of the drives; they move as all others do.
-        needed: velocity coordinates whose motion matters.
-        with_spins: whether spins of idle rods count as freedoms.
+    What was found for some held joints is kept: their ranks take longer than all that follows.
     """
-    mechanism = structure.mechanism
-    free = sorted(set(range(mechanism.model.nv)) - held)
-    idle = [] if with_spins else idle_rods(mechanism, set(free) - drives)
-    solvers = _solvers(structure, free)
-    states = [states_around(solver, x) for solver in solvers]
-    result = []
-    for index in range(max((len(item.x) for item in states), default=1)):
-        at = x.copy()
-        null = []
-        for solver, item in zip(solvers, states, strict=True):
-            # Sets of loops without a common joint may be combined in any way.
-            chosen = index % len(item.x)
-            changed = item.x[chosen] != x
-            at[changed] = item.x[chosen][changed]
-            null.append(_null(solver.group, item.group.scaled_rows[chosen], item.rank))
-        result.append(_freedoms(mechanism, at, free, idle, needed, null))
-    return result
+
+    def __init__(self, structure: Structure, x: Array) -> None:
+        """Begin with nothing.
+
+        Args:
+            structure: of the mechanism.
+            x: `(size,)` closed coordinates.
+        """
+        self._structure = structure
+        self._x = x
+        self._near: dict[frozenset[int], list[_SetOfLoops]] = {}
+
+    def freedoms(
+        self, held: set[int], drives: set[int], needed: set[int], with_spins: bool = False
+    ) -> list[Freedoms]:
+        """Return the freedoms in the configurations, in the closed one first unless it is singular.
+
+        Args:
+            held: velocity coordinates that rest.
+            drives: velocity coordinates of the drives; they move as all others do.
+            needed: velocity coordinates whose motion matters.
+            with_spins: whether spins of idle rods count as freedoms.
+        """
+        key = frozenset(held)
+        if key not in self._near:
+            self._near[key] = [_SetOfLoops.near(solver, self._x) for solver in self._solvers(held)]
+        sets = self._near[key]
+        count = max((len(item.x) for item in sets), default=1)
+        return [
+            self._joined(sets, index, held, drives, needed, with_spins) for index in range(count)
+        ]
+
+    def freedoms_here(self, held: set[int], drives: set[int], needed: set[int]) -> Freedoms:
+        """Return the freedoms in the closed configuration, singular or not; see `freedoms`."""
+        sets = [_SetOfLoops.at(solver, self._x) for solver in self._solvers(held)]
+        return self._joined(sets, 0, held, drives, needed, False)
+
+    def _solvers(self, held: set[int]) -> Iterator[GroupSolver]:
+        """Make what solves each set of loops that has no joint in common with others."""
+        free = np.array(self._free(held), dtype=int)
+        for group in independent_groups(self._structure, free):
+            if group.passives.size:
+                yield GroupSolver(self._structure.mechanism, group)
+
+    def _free(self, held: set[int]) -> list[int]:
+        return sorted(set(range(self._structure.mechanism.model.nv)) - held)
+
+    def _joined(
+        self,
+        sets: list[_SetOfLoops],
+        index: int,
+        held: set[int],
+        drives: set[int],
+        needed: set[int],
+        with_spins: bool,
+    ) -> Freedoms:
+        """Return the freedoms of all sets of loops and of what is on none; see `freedoms`.
+
+        Args:
+            sets: of loops; their configurations may be combined in any way.
+            index: which of their configurations.
+            held: see `freedoms`.
+            drives: see `freedoms`.
+            needed: see `freedoms`.
+            with_spins: see `freedoms`.
+        """
+        mechanism, free = self._structure.mechanism, self._free(held)
+        x = self._x.copy()
+        for item in sets:
+            chosen = item.x[index % len(item.x)]
+            x[chosen != self._x] = chosen[chosen != self._x]
+        null = [(item.columns, item.null[index % len(item.x)]) for item in sets]
+        motions = _block_diagonal(null, free, mechanism.model.nv)
+        for rod in () if with_spins else idle_rods(mechanism, set(free) - drives):
+            others = [column for column in free if column not in rod.columns]
+            motions = motions @ _row_space(motions[others])
+        return Freedoms(x, motions @ _row_space(motions[sorted(needed & set(free))]))
 
 
-def freedoms_at(
-    structure: Structure, x: Array, held: set[int], drives: set[int], needed: set[int]
-) -> Freedoms:
-    """Return the freedoms at closed coordinates, singular or not; see `freedoms_near`."""
-    mechanism = structure.mechanism
-    free = sorted(set(range(mechanism.model.nv)) - held)
-    null = []
-    for solver in _solvers(structure, free):
+class _SetOfLoops(NamedTuple):
+    """Loops and couplings that have no joint in common with others, in K configurations.
+
+    Attributes:
+        columns: `(p,)` velocity coordinates on them.
+        x: `(K, size)` closed configurations.
+        null: `(K, p, n)` motions that they leave.
+    """
+
+    columns: Array
+    x: Array
+    null: Array
+
+    @staticmethod
+    def near(solver: GroupSolver, x: Array) -> _SetOfLoops:
+        """Return generic configurations around closed coordinates `(size,)`."""
+        states = states_around(solver, x)
+        left, _, _ = np.linalg.svd(states.group.scaled_rows)
+        return _SetOfLoops(solver.group.passives, states.x, left[:, :, states.rank :])
+
+    @staticmethod
+    def at(solver: GroupSolver, x: Array) -> _SetOfLoops:
+        """Return closed coordinates `(size,)` alone, with their own rank."""
         state, _ = solver.evaluate(x[None, :], solver.equations.full())
+        left, _, _ = np.linalg.svd(state.scaled_rows)
         rank = int(ranks(state.scaled_rows)[0])
-        null.append(_null(solver.group, state.scaled_rows[0], rank))
-    idle = idle_rods(mechanism, set(free) - drives)
-    return _freedoms(mechanism, x, free, idle, needed, null)
+        return _SetOfLoops(solver.group.passives, x[None, :], left[:, :, rank:])
 
 
-def _solvers(structure: Structure, free: list[int]) -> list[GroupSolver]:
-    groups = independent_groups(structure, np.array(free, dtype=int))
-    return [GroupSolver(structure.mechanism, group) for group in groups if group.passives.size]
-
-
-def _null(group: Group, rows: Array, rank: int) -> tuple[Array, Array]:
-    """Return velocity coordinates and the motions `(p, p - rank)` that rows `(p, R)` leave them."""
-    left, _, _ = np.linalg.svd(rows)
-    return group.passives, left[:, rank:]
-
-
-def _freedoms(
-    mechanism: Mechanism,
-    x: Array,
-    free: list[int],
-    idle: list[IdleRod],
-    needed: set[int],
-    null: list[tuple[Array, Array]],
-) -> Freedoms:
-    """Return the freedoms that loops leave, without spins of idle rods.
+def _block_diagonal(null: list[tuple[Array, Array]], free: list[int], nv: int) -> Array:
+    """Return motions `(nv, m)`: those of sets of loops, and each free coordinate on none of them.
 
     Args:
-        mechanism: the mechanism.
-        x: `(size,)` the configuration.
+        null: velocity coordinates `(p,)` and their motions `(p, n)`, per set of loops.
         free: velocity coordinates that may move.
-        idle: rods whose spins do not count.
-        needed: those whose motion matters.
-        null: velocity coordinates and their motions, per set of loops.
+        nv: how many there are.
     """
     on_loops = {int(column) for columns, _ in null for column in columns}
     loose = np.array([column for column in free if column not in on_loops], dtype=int)
     blocks = [*null, (loose, np.eye(len(loose)))]
-    motions = np.zeros((mechanism.model.nv, sum(block.shape[1] for _, block in blocks)))
+    motions = np.zeros((nv, sum(block.shape[1] for _, block in blocks)))
     first = 0
     for columns, block in blocks:
         motions[columns, first : first + block.shape[1]] = block
         first += block.shape[1]
-    for rod in idle:
-        others = [column for column in free if column not in rod.columns]
-        motions = motions @ _row_space(motions[others])
-    kept = sorted(needed & set(free))
-    return Freedoms(x, motions @ _row_space(motions[kept]))
+    return motions
 
 
 def _row_space(rows: Array) -> Array:

@@ -22,7 +22,7 @@ from ..errors import (
 )
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import ancestors
-from .freedoms import Freedoms, freedoms_at, freedoms_near
+from .freedoms import Freedoms, Surroundings
 from .motion_text import motion_text
 from .singularities import Singularity
 from .structure import Structure
@@ -100,28 +100,28 @@ def imbalance(
         condition: of the closure equations at the closed coordinates.
     """
     scene = _Prescribed(mechanism, drives, held)
-    structure = Structure(mechanism)
+    around = Surroundings(Structure(mechanism), x)
     driven, resting = scene.columns(drives), set(scene.columns(held))
     needed = passives | set(driven)
-    found = freedoms_near(structure, x, resting, set(driven), needed)
+    found = around.freedoms(resting, set(driven), needed)
     # The first one is where the scene starts, unless that is singular.
     best = found[int(np.argmax([item.rank_of(driven) for item in found]))]
     decided = best.rank_of(driven)
     if _decides([best], driven):
-        here = freedoms_at(structure, x, resting, set(driven), needed)
+        here = around.freedoms_here(resting, set(driven), needed)
         if not _decides([here], driven):
             return _dead_point(scene, here, best, condition)
         # Then spins of rods are left over that the rule for idle rods does not decide.
-        found = freedoms_near(structure, x, resting, set(driven), needed, with_spins=True)
+        found = around.freedoms(resting, set(driven), needed, with_spins=True)
         best = found[0]
     surplus = []
     if decided < len(drives):
-        surplus = _surplus(scene, structure, x, needed)
+        surplus = _surplus(scene, around, needed)
     loops = f"its loops leave mobility {best.number}" if mechanism.loops else "it has no loop"
     held_text = f" with {choices(held)} held" if held else ""
     left = best.while_resting(driven)
     free = scene.names(left.moving(passives))
-    advised = scene.names(_advised(scene, structure, best, needed))
+    advised = scene.names(_advised(scene, around, best, needed))
     reasons = []
     if best.number == 0:
         reasons.append(_locked(surplus, bool(held)))
@@ -141,7 +141,7 @@ def imbalance(
 
 
 def _advised(
-    scene: _Prescribed, structure: Structure, best: Freedoms, needed: set[int]
+    scene: _Prescribed, around: Surroundings, best: Freedoms, needed: set[int]
 ) -> list[int]:
     """Return velocity coordinates that decide the motion once they are driven or held as well."""
     driven, resting = scene.columns(scene.drives), set(scene.columns(scene.held))
@@ -149,7 +149,7 @@ def _advised(
     while more:
         # A rod whose joint is driven is no longer idle, and what else turns with it may be free.
         known = [*driven, *result]
-        found = freedoms_near(structure, best.x, resting, set(known), needed)
+        found = around.freedoms(resting, set(known), needed)
         more = found[0].chosen(scene.candidates(), known)
         result = [*result, *more]
     return result
@@ -178,13 +178,12 @@ def _dead_point(
     )
 
 
-def _surplus(scene: _Prescribed, structure: Structure, x: Array, needed: set[int]) -> list[str]:
+def _surplus(scene: _Prescribed, around: Surroundings, needed: set[int]) -> list[str]:
     """Return the held joints and drives that are one too many: without any of them it moves.
 
     Args:
         scene: its drives and held joints.
-        structure: of the mechanism.
-        x: `(size,)` closed coordinates.
+        around: the configurations to judge by.
         needed: velocity coordinates whose motion matters.
     """
     driven = scene.columns(scene.drives)
@@ -192,13 +191,13 @@ def _surplus(scene: _Prescribed, structure: Structure, x: Array, needed: set[int
     for name in scene.held[:_MOST_TRIED]:
         (released,) = scene.columns([name])
         resting = {column for column in scene.columns(scene.held) if column != released}
-        found = freedoms_near(structure, x, resting, set(driven), needed | {released})
+        found = around.freedoms(resting, set(driven), needed | {released})
         if _decides(found, driven):
             result.append(name)
     resting = set(scene.columns(scene.held))
     for name in scene.drives[:_MOST_TRIED] if len(scene.drives) > 1 else ():
         others = [column for column in driven if column not in scene.columns([name])]
-        if _decides(freedoms_near(structure, x, resting, set(others), needed), others):
+        if _decides(around.freedoms(resting, set(others), needed), others):
             result.append(name)
     return result
 

@@ -7,7 +7,7 @@ from testkit.ball_rods import as_balls
 from testkit.planar_linkages import five_bar, four_bar, solver
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.freedoms import Freedoms, freedoms_at, freedoms_near
+from cardan_dyn.kinematics.freedoms import Freedoms, Surroundings
 from cardan_dyn.kinematics.structure import Structure
 
 
@@ -17,7 +17,9 @@ def columns(mechanism: cd.Mechanism, names: str) -> list[int]:
 
 def near(mechanism: cd.Mechanism, x: np.ndarray, held: str = "") -> list[Freedoms]:
     every = set(range(mechanism.model.nv))
-    return freedoms_near(Structure(mechanism), x, set(columns(mechanism, held)), set(), every)
+    return Surroundings(Structure(mechanism), x).freedoms(
+        set(columns(mechanism, held)), set(), every
+    )
 
 
 def test_the_motion_of_a_four_bar_is_the_difference_of_its_positions() -> None:
@@ -64,17 +66,16 @@ def test_where_modes_meet_there_is_one_freedom_more_than_around() -> None:
     for name, sign in (("A", 1.0), ("B", -1.0), ("D", 1.0), ("C", 1.0)):
         x[flat.coordinates.columns[name]] = 0.5 * np.pi * sign
     every = set(range(flat.model.nv))
-    assert freedoms_at(Structure(flat), x, set(), set(), every).number == 2
+    assert Surroundings(Structure(flat), x).freedoms_here(set(), set(), every).number == 2
     assert {item.number for item in near(flat, x)} == {1}
 
 
 def test_spins_of_idle_rods_count_only_if_they_are_asked_for() -> None:
     mechanism = cd.load(as_balls())
-    structure, every = Structure(mechanism), set(range(mechanism.model.nv))
-    start = mechanism.coordinates.neutral()
+    every = set(range(mechanism.model.nv))
+    around = Surroundings(Structure(mechanism), mechanism.coordinates.neutral())
     numbers = [
-        freedoms_near(structure, start, set(), set(), every, with_spins)[0].number
-        for with_spins in (False, True)
+        around.freedoms(set(), set(), every, with_spins)[0].number for with_spins in (False, True)
     ]
     assert numbers[1] == numbers[0] + 1 == cd.describe(mechanism).mobility
 
@@ -83,6 +84,6 @@ def test_only_the_motion_of_needed_joints_matters() -> None:
     mechanism = five_bar()
     _, start = solver(mechanism, "A", "D")
     (a,) = columns(mechanism, "A")
-    (item, *_) = freedoms_near(Structure(mechanism), start, set(), set(), {a})
+    (item, *_) = Surroundings(Structure(mechanism), start).freedoms(set(), set(), {a})
     assert item.number == 1
     assert item.moving([a]) == {a}

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 from testkit.planar_linkages import four_bar, rocker_range, solver
 
+import cardan_dyn as cd
 from cardan_dyn.kinematics.singularities import Singularity, singularity_at
 
 
-def in_line(mechanism, side: float = 1.0) -> np.ndarray:
+def in_line(mechanism: cd.Mechanism) -> np.ndarray:
     x = mechanism.coordinates.neutral()
     for name, sign in (("A", 1.0), ("B", -1.0), ("D", 1.0), ("C", 1.0)):
-        x[mechanism.coordinates.columns[name]] = 0.5 * np.pi * sign * side
+        x[mechanism.coordinates.columns[name]] = 0.5 * np.pi * sign
     return x
 
 
