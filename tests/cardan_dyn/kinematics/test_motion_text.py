@@ -90,3 +90,17 @@ def test_rest_is_seen_far_from_the_worlds_origin(distance: float) -> None:
     found = text(far, wave=1.0)
     assert found.startswith("link 'flag' turns about (0, 0, 1) through (1")
     assert "rope" not in found
+    # A slow link does not rest because another one's axis is far from the world's origin.
+    assert "link 'rope' slides along (0, 0, 1)" in text(far, wave=1.0, pull=0.01)
+
+
+def test_the_axis_of_two_parallel_hinges_lies_where_their_rates_balance() -> None:
+    """Rates ω and -2 ω at p and q: the outer link turns about 2 q - p."""
+    arm = chain(
+        link("upper"),
+        plain("shoulder", "continuous", "base", "upper", "0.1 0.2 0", "0 0 1"),
+        link("lower"),
+        plain("elbow", "continuous", "upper", "lower", "0.4 -0.3 0", "0 0 1"),
+    )
+    found = text(arm, shoulder=1.0, elbow=-2.0)
+    assert "link 'lower' turns about (0, 0, 1) through (0.9, -0.4, 0)" in found
