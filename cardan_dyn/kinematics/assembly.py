@@ -25,9 +25,7 @@ from .guess_cache import Guess, GuessCache
 from .idle_rods import rods_by_name
 from .loop_system import LoopSystem
 from .needs import columns_of, needs
-from .reach import reach_of
 from .redundancy import RedundancyStudy
-from .singularities import singularity_at
 from .start_search import StartSearch
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
 
@@ -109,6 +107,8 @@ class Assembly:
             )
         worst = int(np.argmax(state.condition))
         if state.condition[worst] > SINGULAR_CONDITION:
+            from .singularities import singularity_at  # Imported here: only errors need it.
+
             singularity = singularity_at(guess.kinematics, state.x[worst], self.start)
             raise SingularConfigurationError(
                 f"drive position {as_text(positions[worst])} is singular (condition "
@@ -139,6 +139,8 @@ class Assembly:
         """Return the limits of the only drive [rad or m], ±inf where it has none."""
         if not self.decided.size:
             return -np.inf, np.inf
+        from .reach import reach_of  # Most scenes are swept without.
+
         drive = self._problem.drives[0]
         branch = self._system.branch(drive, self._open_kinematics, self.start)
         start = self.start[self._problem.mechanism.coordinates.columns[drive].start]

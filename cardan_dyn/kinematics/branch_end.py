@@ -9,7 +9,6 @@ import numpy as np
 from ..errors import AssemblyError, CardanError, SingularConfigurationError
 from .all_groups import Kinematics
 from .branch_table import BranchTable
-from .singularities import singularity_at
 from .tolerances import CLOSURE_TOLERANCE, SINGULAR_CONDITION
 
 _STEEP = 100.0
@@ -68,6 +67,8 @@ def refused(
         unit: drive displacement that counts as one radian [rad or m].
         attempt: the last one to go on.
     """
+    from .singularities import singularity_at  # Imported here: only errors need it.
+
     nearest = limit(kinematics, table, end, unit)
     middle = table.states[table.size // 2]
     singularity = singularity_at(kinematics, table.states[end.node], middle)

@@ -8,7 +8,6 @@ from ..arrays import Array
 from ..errors import SingularConfigurationError
 from .all_groups import ClosedState, Kinematics
 from .branch_table import BranchTable, nodes_of
-from .singularities import singularity_at
 from .tolerances import SAFE_CORRECTION
 
 EXACT_CORRECTION = 2e-16
@@ -75,6 +74,8 @@ def _check_mode(
     is_lost = is_unsafe & ~kinematics.same_side(state, nodes.inverses)
     is_lost |= state.correction > _LOST_CORRECTION
     if np.any(is_lost):
+        from .singularities import singularity_at  # Imported here: only errors need it.
+
         first = int(np.argmax(is_lost))
         singularity = singularity_at(kinematics, table.states[left[first]], table.states[0])
         raise SingularConfigurationError(

@@ -18,10 +18,8 @@ from .idle_rods import idle_rods
 from .loop_groups import independent_groups
 from .stacked import ranks
 from .structure import Structure
+from .tolerances import MOVES
 
-MOVES = 1e-6
-"""Component of a unit vector of free motion above which a joint counts as moving. Joints that the
-loops decide have components there as well, by rounding of about 1e-16."""
 _GOOD = 0.5
 """Part of the fastest candidate's rate with which another one decides a motion as well."""
 

@@ -14,7 +14,6 @@ from .all_groups import Kinematics
 from .branch import Branch
 from .following import follow
 from .loop_system import LoopSystem
-from .reach import Aim, all_out_of_reach, out_of_reach, reach_of
 from .redundancy import STATES_STUDIED, Redundancy, RedundancyStudy
 
 _MOST_TURNS = 1000
@@ -137,6 +136,8 @@ class GuessCache:
         try:
             x = follow(self._study.open_kinematics, self.start, self._columns, positions)
         except AssemblyError as error:
+            from .reach import all_out_of_reach  # Imported here: only errors need it.
+
             raise all_out_of_reach(self._drives, positions, error) from error
         self._learn(x[:: 1 + len(x) // STATES_STUDIED])
         return Guess(x, np.zeros_like(x), self.kinematics, False)
@@ -202,6 +203,8 @@ class GuessCache:
 
     def _beyond(self, branch: Branch, targets: Array, error: CardanError) -> CardanError:
         """Return the error for the first of some drive positions `(N,)` that is out of reach."""
+        from .reach import Aim, out_of_reach, reach_of  # Imported here: only errors need it.
+
         start = float(self.start[self._columns[0]])
         low, high = reach_of(branch, start, self._slides, self._length)
         nearest = error.details["nearest" if isinstance(error, AssemblyError) else "position"]

@@ -163,7 +163,11 @@ def _dead_point(
     columns = [mechanism.coordinates.columns[name].start for name in scene.drives]
     position = here.x[columns]
     every = set(range(mechanism.model.nv))
-    lost = scene.names(elsewhere.moving(every) - here.moving(every))
+    lost = [
+        name
+        for name in scene.names(elsewhere.moving(every) - here.moving(every))
+        if name not in scene.names(here.moving(every))
+    ]
     moving = scene.names(here.while_resting(scene.columns(scene.drives)).moving(every))
     singularity = Singularity(
         tuple(lost), tuple(moving), scene.drives, here.number > elsewhere.number

@@ -9,10 +9,8 @@ import numpy as np
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from .all_groups import ClosedState, Kinematics
-from .freedoms import MOVES
-from .imbalance import imbalance
 from .stacked import ranks
-from .tolerances import CLOSURE_TOLERANCE
+from .tolerances import CLOSURE_TOLERANCE, MOVES
 
 _SHORT_WAY = 1e-3
 """Displacement of a drive [rad, or lengths of the mechanism] that shows whether it can move: where
@@ -56,6 +54,8 @@ def check_mobility(
     balance = _balance(state, passives)
     if not balance.undecided and not balance.excess:
         return
+    from .imbalance import imbalance  # Imported here, as all that explains errors: few need it.
+
     raise imbalance(mechanism, state.x[-1], drives, held, passives, float(np.max(state.condition)))
 
 

@@ -16,7 +16,6 @@ from ..errors import MobilityError
 from ..problem.problem import Problem
 from .all_groups import ClosedState, Kinematics
 from .branch import Branch
-from .imbalance import imbalance
 from .loop_groups import Group
 from .mobility import can_move, check_mobility
 from .needs import Needs, columns_of
@@ -118,6 +117,8 @@ class RedundancyStudy:
         """
         if redundancy.settled or can_move(redundancy.kinematics, start):
             return
+        from .imbalance import imbalance  # Imported here: only errors need it.
+
         problem = self._problem
         error = imbalance(
             problem.mechanism, start, problem.drives, list(problem.held), self._to_decide, np.inf

@@ -10,7 +10,7 @@ from ..arrays import Array
 from ..errors import choices
 from ..mechanism.coordinates import Coordinates
 from .all_groups import Kinematics
-from .freedoms import MOVES
+from .tolerances import MOVES
 
 _RESTS = 1e-2
 """Rate, as a fraction of the fastest joint's, below which a joint rests near a singular position: a
@@ -89,13 +89,10 @@ def singularity_at(kinematics: Kinematics, x: Array, regular: Array) -> Singular
         lost = {column for column in concerned if moves[column]}
         if len(kinematics.drives) == 1:
             lost |= set(kinematics.drives.tolist())
-    coordinates = kinematics.coordinates
-    return Singularity(
-        joints_of(coordinates, lost),
-        joints_of(coordinates, set(moving.tolist())),
-        resting,
-        modes_meet,
-    )
+    can_move = joints_of(kinematics.coordinates, set(moving.tolist()))
+    # A joint with several coordinates may lose one of them and move along another.
+    cannot = [name for name in joints_of(kinematics.coordinates, lost) if name not in can_move]
+    return Singularity(tuple(cannot), can_move, resting, modes_meet)
 
 
 def joints_of(coordinates: Coordinates, columns: set[int]) -> tuple[str, ...]:

@@ -16,7 +16,6 @@ from ..errors import AssemblyError, SingularConfigurationError
 from ..problem.problem import Problem
 from .all_groups import Kinematics
 from .loop_system import LoopSystem
-from .reach import Aim, degrees_hint, out_of_reach
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION
 
 _ZERO_NEWTON_STEPS = 50
@@ -109,6 +108,8 @@ class StartSearch:
 
     def _not_closed(self, positions: Mapping[str, float], error: AssemblyError) -> AssemblyError:
         """Return the error for joints that cannot be at their positions all together."""
+        from .reach import degrees_hint  # Imported here: only errors need it.
+
         listed = ", ".join(f"{name}: {value:g}" for name, value in positions.items())
         mechanism = self._problem.mechanism
         angles = [
@@ -218,6 +219,8 @@ class StartSearch:
         try:
             return self._system.moved(state, joint, value, passives, left_out)
         except (AssemblyError, SingularConfigurationError) as error:
+            from .reach import Aim, out_of_reach  # Imported here: only errors need it.
+
             role = "held" if joint in self._problem.held else "start"
             slides = self._problem.mechanism.joints[joint].type == "prismatic"
             who = f"{role} joint {joint!r} cannot be brought to"
