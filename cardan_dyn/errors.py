@@ -5,7 +5,8 @@ Also how positions and names are written in messages and attributes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -31,16 +32,17 @@ class CardanError(Exception):
     def __init__(self, message: str, **details: object) -> None:
         super().__init__(message)
         self.details = details
-
-    def __getattr__(self, name: str) -> object:
-        details = self.__dict__.get("details", {})
-        if name in details:
-            return details[name]
-        raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        self.__dict__.update(details)
 
 
 class ModelError(CardanError):
-    """A description is malformed, or a name is given that it does not contain."""
+    """A description is malformed, or a name is given that it does not contain.
+
+    Attributes:
+        name: the unknown name of a joint or link; None where it is something else.
+    """
+
+    name: str | None = None
 
 
 class ArgumentError(CardanError, ValueError):
@@ -55,30 +57,66 @@ class AssemblyError(CardanError):
     """The loops cannot be closed at a position.
 
     Attributes:
-        position: drive position at which the loops were to be closed [rad or m]; a number for one
-            drive, `(d,)` for d drives; None where no drive position was at fault.
-        nearest: nearest drive position that was reached on the branch, likewise; None where no
-            branch was followed.
-        residual: closure error that remained there, see `Sweep.loop_residual`.
+        position: position at which the loops were to be closed, as it was asked for [rad or m]: of
+            the drive, `(d,)` of d drives, or of `joint`. None where none was asked for.
+        nearest: nearest position that was reached on the way there, likewise; None where the
+            mechanism was not moved.
+        residual: closure error that remained, see `Sweep.loop_residual`.
+        finding: what ends the way there, in words; empty where it is not known.
+        joint: the held or started joint that was to be brought there; None where it is the drives.
+        sample: index of the drive position among those of the sweep; None elsewhere.
+        reach: lower and upper limit of the positions that can be reached; None where they are not
+            known, ±inf where there is no limit.
     """
+
+    position: float | np.ndarray | None = None
+    nearest: float | np.ndarray | None = None
+    residual: float = float("nan")
+    finding: str = ""
+    joint: str | None = None
+    sample: int | None = None
+    reach: tuple[float, float] | None = None
 
 
 class SingularConfigurationError(CardanError):
-    """The drive does not determine the motion at a position: a dead point, a locked joint.
+    """The drive does not determine the motion at a position: a dead point, meeting modes.
 
     Attributes:
-        position: drive position, a number for one drive, `(d,)` for d drives.
+        position: the singular position of the drive, `(d,)` of d drives, or of `joint`.
         condition: condition number of the closure equations there.
+        joints: names of the joints that lose their freedom there; none where assembly modes meet.
+        moving: names of the joints that can move there while the drives rest.
+        finding: the same in words; empty where it is not known.
+        joint: the held or started joint that was to be moved past it; None where it is the drives.
+        sample: index of the drive position that was asked for in the sweep; None elsewhere.
+        reach: lower and upper limit of the positions that can be reached; None where they are not
+            known, ±inf where there is no limit.
     """
+
+    position: float | np.ndarray | None = None
+    condition: float = float("inf")
+    joints: tuple[str, ...] = ()
+    moving: tuple[str, ...] = ()
+    finding: str = ""
+    joint: str | None = None
+    sample: int | None = None
+    reach: tuple[float, float] | None = None
 
 
 class MobilityError(CardanError):
     """The drives do not match the mobility of the mechanism.
 
     Attributes:
-        mobility: number of drives that the scene needs.
+        mobility: number of drives that the scene needs; None where it was not determined.
         free: names of the coordinates whose motion is not determined, as in `Mechanism.drivable`.
+        advised: names of coordinates that decide it, once they are driven or held as well.
+        surplus: names of drives and held joints, one of which is too many.
     """
+
+    mobility: int | None = None
+    free: Sequence[str] = ()
+    advised: Sequence[str] = ()
+    surplus: Sequence[str] = ()
 
 
 class IndeterminateError(CardanError):
@@ -87,6 +125,8 @@ class IndeterminateError(CardanError):
     Attributes:
         components: joint to the names of its statically indeterminate components.
     """
+
+    components: Mapping[str, list[str]] = MappingProxyType({})
 
 
 class AccuracyError(CardanError):
@@ -98,6 +138,10 @@ class AccuracyError(CardanError):
         position: drive position of the worst sample, a number for one drive, `(d,)` for d drives;
             None where the error does not belong to a single sample.
     """
+
+    residual: float = float("nan")
+    tolerance: float = float("nan")
+    position: float | np.ndarray | None = None
 
 
 class MissingExtraError(CardanError):

@@ -306,8 +306,8 @@ def _joint(
     kind = element.get("type")
     if kind not in TREE_TYPES:
         raise ModelError(
-            f"{at}: type {kind!r} is not supported; types: {choices(JOINT_TYPES)}, and beyond "
-            f"URDF: {choices(ADDED_TYPES)}"
+            f"{at}: type {kind!r} is not supported; types: {choices(JOINT_TYPES, kind)}, and "
+            f"beyond URDF: {choices(ADDED_TYPES, kind)}"
         )
     changed = changed_types.get(name, ChangedType(kind))
     kind = changed.type

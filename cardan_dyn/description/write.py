@@ -60,7 +60,7 @@ def to_urdf(description: Description) -> str:
     if unknown:
         raise ModelError(
             f"{urdf.name}: independent joints that are no joints of the tree: {choices(unknown)}; "
-            f"joints: {choices(known)}"
+            f"joints: {choices(known, min(unknown))}"
         )
     robot = Element("robot", name=urdf.name)
     for link in urdf.links:
@@ -217,7 +217,7 @@ def _write_coupling(robot: Element, coupling: CouplingDescription) -> None:
 
 def _check_type(kind: str, types: Iterable[str], at: str) -> None:
     if kind not in types:
-        raise ModelError(f"{at}: type {kind!r} cannot be written; types: {choices(types)}")
+        raise ModelError(f"{at}: type {kind!r} cannot be written; types: {choices(types, kind)}")
 
 
 def _write_axes(element: Element, joint: JointDescription | LoopDescription) -> None:

@@ -173,7 +173,7 @@ def _diagrams(
     """Draw a force or a moment, `quantity`, with one diagram per joint and frame."""
     for frame in names(frames):
         if frame not in FRAMES:
-            raise ArgumentError(f"frame {frame!r} is unknown; frames: {choices(FRAMES)}")
+            raise ArgumentError(f"frame {frame!r} is unknown; frames: {choices(FRAMES, frame)}")
     shown = [(joint, frame) for joint in names(joints) for frame in names(frames)]
     columns = min(len(shown), 3 if len(shown) > 4 else 2)
     rows = -(-len(shown) // columns)

@@ -34,13 +34,6 @@ from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
 if TYPE_CHECKING:
     from .assembly_modes import AssemblyModes
 
-_REACH_OF_SLIDE = 10.0
-"""Characteristic lengths over which a sliding drive is followed to each side of the start before
-its range counts as unlimited there. A slide that loops limit moves by about the lengths of their
-links."""
-_REACH_OF_ANGLE = 4.0 * np.pi
-"""Displacement [rad] over which a turning drive that does not repeat is followed to find its
-limits: they lie within a turn of each other, and the start lies less than a turn from them."""
 _FIRST_MODE = "A"
 """Name of the assembly mode that the description's zero leads to, see `mode_name`."""
 
@@ -75,6 +68,7 @@ class Assembly:
         study = RedundancyStudy(problem, self.groups, self.needed, self._open_kinematics)
         # The start itself may be singular; judge the rank from all states on the way to it.
         redundancy = study.of_states(np.array(states))
+        study.refuse_locked(redundancy, self._first_mode)
         self.start = self._first_mode
         if problem.branch != _FIRST_MODE:
             self.start = self._mode_called(problem.branch)
@@ -118,16 +112,18 @@ class Assembly:
             )
         worst = int(np.argmax(state.condition))
         if state.condition[worst] > SINGULAR_CONDITION:
-            from .gimbal_lock import gimbal_note  # Only errors need it.
+            from .gimbal_lock import gimbal_note  # Imported here: only errors need it.
+            from .singularities import singularity_at
 
-            solved = (group_state.group for group_state in state.groups)
-            note = gimbal_note(guess.kinematics.coordinates, state.x[worst], solved)
+            singularity = singularity_at(guess.kinematics, state.x[worst], self.start)
+            note = gimbal_note(guess.kinematics.coordinates, state.x[worst], self.decided.tolist())
             raise SingularConfigurationError(
-                f"drive position {as_text(positions[worst])} is a dead point: the closure "
-                f"equations have condition {state.condition[worst]:.1e}; leave it out or choose "
+                f"drive position {as_text(positions[worst])} is singular (condition "
+                f"{state.condition[worst]:.1e}), {singularity.text}; leave it out or choose "
                 f"another drive{note}",
                 position=as_position(positions[worst]),
                 condition=float(state.condition[worst]),
+                **singularity.details,
             )
         return state
 
@@ -150,19 +146,13 @@ class Assembly:
         """Return the limits of the only drive [rad or m], ±inf where it has none."""
         if not self.decided.size:
             return -np.inf, np.inf
+        from .reach import reach_of  # Most scenes are swept without.
+
         drive = self._problem.drives[0]
         branch = self._system.branch(drive, self._open_kinematics, self.start)
-        if self._drive_slides:
-            reach = _REACH_OF_SLIDE * self._problem.mechanism.characteristic_length
-        else:
-            try:
-                if branch.find_period():
-                    return -np.inf, np.inf
-            except (AssemblyError, SingularConfigurationError):
-                pass  # It does not turn through; the limits say how far it goes.
-            reach = _REACH_OF_ANGLE
         start = self.start[self._problem.mechanism.coordinates.named[drive].column]
-        return branch.limit(start - reach), branch.limit(start + reach)
+        length = self._problem.mechanism.characteristic_length
+        return reach_of(branch, float(start), self._drive_slides, length)
 
     def modes(self) -> AssemblyModes:
         """Return the assembly modes with the drives where the description's own mode starts."""
@@ -189,7 +179,7 @@ class Assembly:
         """Return closed coordinates `(size,)` of an assembly mode, by its name."""
         modes = self.modes().named()
         if name not in modes:
-            raise ArgumentError(f"branch {name!r} does not exist; branches: {choices(modes)}")
+            raise ArgumentError(f"branch {name!r} does not exist; branches: {choices(modes, name)}")
         return modes[name]
 
     def _states_to_start(self, kinematics: Kinematics) -> list[Array]:
@@ -211,6 +201,6 @@ class Assembly:
         except CardanError:
             # A MobilityError explains the failure better than a closure error does.
             study = RedundancyStudy(problem, self.groups, self.needed, kinematics)
-            study.of_states(np.array(states))
+            study.refuse_locked(study.of_states(np.array(states)), states[-1])
             raise
         return states

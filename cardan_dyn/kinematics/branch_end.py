@@ -67,28 +67,32 @@ def refused(
         unit: drive displacement that counts as one radian [rad or m].
         attempt: the last one to go on.
     """
-    nearest = limit(kinematics, table, end, unit)
-    from .gimbal_lock import gimbal_note  # Only errors need it.
+    from .gimbal_lock import gimbal_note  # Imported here: only errors need it.
+    from .singularities import singularity_at
 
-    solved = (solver.group for solver in kinematics.solvers)
-    note = gimbal_note(kinematics.coordinates, table.states[end.node], solved)
+    nearest = limit(kinematics, table, end, unit)
+    middle, last = table.states[table.size // 2], table.states[end.node]
+    singularity = singularity_at(kinematics, last, middle)
+    passives = [column for solver in kinematics.solvers for column in solver.group.passives]
+    finding = singularity.text + gimbal_note(kinematics.coordinates, last, passives)
     error: CardanError
     if attempt.residual < CLOSURE_TOLERANCE or attempt.condition > SINGULAR_CONDITION:
         condition = float(kinematics.evaluate(table.states[[end.node]]).condition[0])
         error = SingularConfigurationError(
             f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "
-            f"equations become singular there (condition {condition:.1e}), and the way on is "
-            f"not unique; sweep on one side of it or choose another drive{note}",
+            f"equations become singular there (condition {condition:.1e}), {finding}",
             position=nearest,
             condition=condition,
+            **{**singularity.details, "finding": finding},
         )
     else:
         error = AssemblyError(
             f"the loops cannot be closed at drive position {attempt.position:.9g}; the nearest "
-            f"position that can be reached is {nearest:.9g}, a dead point of the drive{note}",
+            f"position that can be reached is {nearest:.9g}, {finding}",
             position=attempt.position,
             nearest=nearest,
             residual=attempt.residual,
+            finding=finding,
         )
     return end._replace(error=error)
 

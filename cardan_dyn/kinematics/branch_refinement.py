@@ -74,10 +74,14 @@ def _check_mode(
     is_lost = is_unsafe & ~kinematics.same_side(state, nodes.inverses)
     is_lost |= state.correction > _LOST_CORRECTION
     if np.any(is_lost):
+        from .singularities import singularity_at  # Imported here: only errors need it.
+
         first = int(np.argmax(is_lost))
+        singularity = singularity_at(kinematics, table.states[left[first]], table.states[0])
         raise SingularConfigurationError(
-            f"the branch cannot be resolved near drive position {middle[first]:.9g}: "
-            f"the closure equations have condition {nodes.condition[first]:.1e} there",
+            f"the branch cannot be resolved near drive position {middle[first]:.9g}, which is "
+            f"singular (condition {nodes.condition[first]:.1e}): {singularity.text}",
             position=float(middle[first]),
             condition=float(nodes.condition[first]),
+            **singularity.details,
         )

@@ -51,7 +51,7 @@ def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: 
         if reached:
             result[count : count + reached] = state.x[:reached]
         else:
-            result[count] = _several_steps(kinematics, last, columns, targets[0])
+            result[count] = _several_steps(kinematics, last, columns, targets[0], count)
             reached = 1
         count += reached
         last = result[count - 1]
@@ -81,10 +81,15 @@ def _one_step(
     return state, is_safe
 
 
-def _several_steps(kinematics: Kinematics, last: Array, columns: list[int], target: Array) -> Array:
+def _several_steps(
+    kinematics: Kinematics, last: Array, columns: list[int], target: Array, sample: int
+) -> Array:
     """Return closed coordinates `(size,)` at a target `(d,)`, in as many steps as it takes.
 
     All drives move along the straight line from where they are.
+
+    Raises:
+        AssemblyError: the target, of this sample, cannot be reached.
     """
     share = 0.5
     while True:
@@ -101,12 +106,14 @@ def _several_steps(kinematics: Kinematics, last: Array, columns: list[int], targ
         if share < _SMALLEST_SHARE:
             from .gimbal_lock import gimbal_note  # Only errors need it.
 
-            solved = (solver.group for solver in kinematics.solvers)
-            note = gimbal_note(kinematics.coordinates, last, solved)
+            passives = [column for solver in kinematics.solvers for column in solver.group.passives]
+            note = gimbal_note(kinematics.coordinates, last, passives)
             raise AssemblyError(
                 f"the loops cannot be closed at drive positions {as_text(target)}; on the way "
                 f"there the nearest that were reached are {as_text(last[columns])}{note}",
                 position=target.copy(),
                 nearest=last[columns].copy(),
                 residual=float(state.residual[0]),
+                sample=sample,
+                finding=note,
             )

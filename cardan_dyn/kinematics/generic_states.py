@@ -31,13 +31,15 @@ class GenericStates(NamedTuple):
     """Closed configurations of loops and couplings that have no joint in common with others.
 
     Attributes:
-        group: their closure equations, all of them, at K closed configurations in which as many as
-            possible are independent.
+        x: `(K, size)` closed configurations in which as many equations as possible are independent;
+            the one that they lie around is the first, if it is one of them.
+        group: their closure equations there, all of them.
         rank: how many are independent there.
         rank_at_start: how many are independent at the coordinates that were given, or where the
             loops are assembled near them.
     """
 
+    x: Array
     group: GroupState
     rank: int
     rank_at_start: int
@@ -74,20 +76,24 @@ def generic_states(
                 nearest=None,
                 residual=residual,
             )
-        result.append(_around(solver, first))
+        result.append(states_around(solver, first))
     return result
 
 
-def _around(solver: GroupSolver, first: Array) -> GenericStates:
-    """Return generic states around closed coordinates `(size,)`."""
+def states_around(solver: GroupSolver, first: Array) -> GenericStates:
+    """Return generic states around closed coordinates `(size,)`; only the passives move."""
     step = _AROUND * generic(_STATES, len(solver.group.passives))
     step[0] = 0.0
     starts = solver.moved(np.repeat(first[None, :], _STATES, axis=0), step)
     reached, residual = closed_from(solver, starts)
-    reached = reached[residual < CLOSURE_TOLERANCE]
+    is_closed = residual < CLOSURE_TOLERANCE
+    # The first one was closed by the caller, if only to the rounding of its badly conditioned rows.
+    is_closed[0] = True
+    reached = reached[is_closed]
     full = solver.equations.full()
     state, _ = solver.evaluate(reached, full)
     rank = ranks(state.scaled_rows)
     greatest = int(np.max(rank))
-    regular, _ = solver.evaluate(reached[rank == greatest], full)
-    return GenericStates(regular, greatest, int(rank[0]))
+    reached = reached[rank == greatest]
+    regular, _ = solver.evaluate(reached, full)
+    return GenericStates(reached, regular, greatest, int(rank[0]))

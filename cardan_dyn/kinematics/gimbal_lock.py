@@ -8,7 +8,6 @@ import numpy as np
 
 from ..arrays import Array
 from ..mechanism.coordinates import Coordinates
-from .loop_groups import Group
 
 _NEAR = 1e-3
 """Distance [rad] of the middle angle from ±90° up to which a singularity that was found counts as
@@ -16,7 +15,7 @@ gimbal lock. The condition number is the reciprocal of that distance, and errors
 is a million or more."""
 
 
-def gimbal_note(coordinates: Coordinates, x: Array, groups: Iterable[Group]) -> str:
+def gimbal_note(coordinates: Coordinates, x: Array, passives: Iterable[int]) -> str:
     """Return what to add to the message of an error, if a ball is in gimbal lock.
 
     With its middle angle at ±90°, the axes of the first and of the last turn coincide. That makes
@@ -25,11 +24,11 @@ def gimbal_note(coordinates: Coordinates, x: Array, groups: Iterable[Group]) -> 
     Args:
         coordinates: layout of the row.
         x: `(size,)` coordinates at or near the singularity.
-        groups: those that are solved.
+        passives: velocity coordinates that neither drives nor the scene prescribe.
     """
     if not coordinates.cardan:
         return ""
-    passives = {column for group in groups for column in group.passives.tolist()}
+    passives = set(passives)
     names = {item.column: name for name, item in coordinates.named.items()}
     for joint in sorted(coordinates.cardan):
         columns, rates = coordinates.columns[joint], coordinates.velocity_columns[joint]

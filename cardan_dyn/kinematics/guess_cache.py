@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..errors import AssemblyError
+from ..errors import AssemblyError, CardanError, SingularConfigurationError
 from ..problem.problem import Problem
 from .all_groups import Kinematics
 from .branch import Branch
@@ -86,6 +86,8 @@ class GuessCache:
         self._size = coordinates.size
         self._columns = coordinates.columns_of(problem.drives)
         drive = coordinates.named[problem.drives[0]]
+        self._length = problem.mechanism.characteristic_length
+        self._slides = drive.slides
         # URDF's `revolute` joints have limits; no other type that turns has.
         is_limited = problem.mechanism.joints[drive.joint].type == "revolute"
         self._turns_freely = not (drive.slides or is_limited)
@@ -134,7 +136,12 @@ class GuessCache:
 
     def _followed(self, positions: Array) -> Guess:
         """Return guesses for several drives, followed from sample to sample."""
-        x = follow(self._study.open_kinematics, self.start, self._columns, positions)
+        try:
+            x = follow(self._study.open_kinematics, self.start, self._columns, positions)
+        except AssemblyError as error:
+            from .reach import all_out_of_reach  # Imported here: only errors need it.
+
+            raise all_out_of_reach(self._drives, positions, error) from error
         self._learn(x[:: 1 + len(x) // STATES_STUDIED])
         return Guess(x, np.zeros_like(x), self.kinematics, False)
 
@@ -166,15 +173,22 @@ class GuessCache:
 
         Returns:
             `(N,)` whole periods to subtract from the positions, so that they lie on the branch.
+
+        Raises:
+            AssemblyError, SingularConfigurationError: a position is out of reach.
         """
         low, high = float(np.min(targets)), float(np.max(targets))
         leaves_turn = high - low >= _TURN or max(high, -low) > _TURN
         is_far = self._turns_freely and leaves_turn
+        turns_through = True
         if is_far and branch.period is None:
-            branch.find_period()
+            try:
+                branch.find_period()
+            except (AssemblyError, SingularConfigurationError):
+                turns_through = False  # The samples may lie on this side of what stops it.
         if branch.period is not None:
             return np.asarray(np.floor((targets - branch.span[0]) / branch.period))
-        if is_far and high - low > _MOST_TURNS * _TURN:
+        if is_far and turns_through and high - low > _MOST_TURNS * _TURN:
             raise AssemblyError(
                 f"the mechanism does not repeat within a few turns of {self._drives[0]!r}, so "
                 f"{(high - low) / _TURN:.0f} turns cannot be followed; sweep over at most "
@@ -182,9 +196,29 @@ class GuessCache:
                 position=high,
                 nearest=branch.span[1],
                 residual=0.0,
+                sample=int(np.argmax(targets)),
             )
-        branch.cover(low, high)
+        try:
+            branch.cover(low, high)
+        except (AssemblyError, SingularConfigurationError) as error:
+            raise self._beyond(branch, targets, error) from error
         return np.zeros(len(targets))
+
+    def _beyond(self, branch: Branch, targets: Array, error: CardanError) -> CardanError:
+        """Return the error for the first of some drive positions `(N,)` that is out of reach."""
+        from .reach import Aim, out_of_reach, reach_of  # Imported here: only errors need it.
+
+        start = float(self.start[self._columns[0]])
+        low, high = reach_of(branch, start, self._slides, self._length)
+        nearest = error.details["nearest" if isinstance(error, AssemblyError) else "position"]
+        # Samples may lie beyond both ends; the error is that of one of them.
+        sign = -1.0 if nearest < start else 1.0  # type: ignore[operator]
+        beyond = sign * targets > sign * (low if sign < 0.0 else high)
+        # An end is known to some digits only: a sample that is refused may seem to lie before it.
+        sample = int(np.argmax(beyond if np.any(beyond) else sign * targets))
+        who = f"drive {self._drives[0]!r} cannot be brought to"
+        aim = Aim(who, float(targets[sample]), self._slides, sample)
+        return out_of_reach(aim, error, (low, high))
 
     def _learn(self, states: Array, branch: Branch | None = None) -> None:
         """Find redundant rows from closed states `(K, size)`, unless no state can add to them."""

@@ -12,11 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from ..errors import MobilityError
 from ..problem.problem import Problem
 from .all_groups import ClosedState, Kinematics
 from .branch import Branch
 from .loop_groups import Group
-from .mobility import check_mobility
+from .mobility import can_move, check_mobility
 from .needs import Needs, columns_of
 from .tolerances import CLOSURE_TOLERANCE
 
@@ -100,6 +101,31 @@ class RedundancyStudy:
             self._to_decide,
         )
         return Redundancy(kinematics)
+
+    def refuse_locked(self, redundancy: Redundancy, start: Array) -> None:
+        """Refuse a scene that starts in a position where a locked mechanism can be shaken.
+
+        There, fewer closure equations are independent than anywhere around it, as if the drives
+        could move. No position around it can be closed.
+
+        Args:
+            redundancy: of the start.
+            start: `(size,)` closed coordinates.
+
+        Raises:
+            MobilityError: the mechanism is locked.
+        """
+        if redundancy.settled or can_move(redundancy.kinematics, start):
+            return
+        from .imbalance import imbalance  # Imported here: only errors need it.
+
+        problem = self._problem
+        error = imbalance(
+            problem.mechanism, start, problem.drives, list(problem.held), self._to_decide, np.inf
+        )
+        # A start in which all ways on are singular is refused where it is used.
+        if isinstance(error, MobilityError):
+            raise error
 
     def _is_determined(self, state: ClosedState) -> bool:
         """Return whether every group has as many independent equations as passives somewhere."""

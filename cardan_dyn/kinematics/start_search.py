@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from ..arrays import Array
-from ..errors import AssemblyError, CardanError, SingularConfigurationError
+from ..errors import AssemblyError, SingularConfigurationError
 from ..problem.problem import Problem
 from .all_groups import Kinematics
 from .loop_system import LoopSystem
@@ -27,8 +27,6 @@ step was shortened, since the solver takes up to half a radian at once."""
 _SAME_POSITION = 1e-9
 """Difference [rad, or lengths of the mechanism] up to which a joint is where `start` wants it:
 positions that Newton's method has reached are off by some 1e-15 times the condition number."""
-_GREATEST_ANGLE = 2.0 * np.pi
-"""Position [rad] beyond which a joint that cannot be reached was probably given in degrees."""
 
 
 class StartSearch:
@@ -69,14 +67,16 @@ class StartSearch:
                 return wanted
         try:
             return self._moved_to_start(self._closed_zero(zero))
-        except (AssemblyError, SingularConfigurationError):
+        except (AssemblyError, SingularConfigurationError) as first:
             if not self._problem.start:
                 raise
             try:
                 return self._closed_near(wanted, self._free(self._problem.start))
-            except AssemblyError:
-                pass  # The first error says more: how far the joints could be followed.
-            raise
+            except AssemblyError as error:
+                # An end of the way says more: how far the joints could be followed.
+                if isinstance(first, AssemblyError):
+                    raise first from error
+                raise self._not_closed(self._problem.start, error) from error
 
     def at_start(self, state: Array) -> Array:
         """Return closed coordinates `(size,)` in which all of `start` is met as well as `held`.
@@ -103,13 +103,25 @@ class StartSearch:
         try:
             return self._closed_near(self._with(moved, prescribed), self._free(prescribed))
         except AssemblyError as error:
-            positions = ", ".join(f"{name}: {value:g}" for name, value in prescribed.items())
-            raise AssemblyError(
-                f"{self._problem.mechanism.name}: the loops cannot be closed with all joints of "
-                f"start and held at their positions ({positions}); the least closure error is "
-                f"{error.details['residual']:.1e}: leave one of them out, or change it",
-                **error.details,
-            ) from error
+            raise self._not_closed(prescribed, error) from error
+
+    def _not_closed(self, positions: Mapping[str, float], error: AssemblyError) -> AssemblyError:
+        """Return the error for joints that cannot be at their positions all together."""
+        from .reach import degrees_hint  # Imported here: only errors need it.
+
+        listed = ", ".join(f"{name}: {value:g}" for name, value in positions.items())
+        mechanism = self._problem.mechanism
+        angles = [
+            degrees_hint(value)
+            for name, value in positions.items()
+            if mechanism.joints[name].type != "prismatic"
+        ]
+        return AssemblyError(
+            f"{mechanism.name}: the loops cannot be closed with all joints of start and held at "
+            f"their positions ({listed}); the least closure error is {error.residual:.1e}: leave "
+            f"one of them out, or change it{next(filter(None, angles), '')}",
+            **error.details,
+        )
 
     def _is_complete(self) -> bool:
         """Return whether `start` names all coordinates of the joints on loops.
@@ -205,14 +217,10 @@ class StartSearch:
         left_out = set(self._problem.passive_columns.tolist()) - set(self._decided.tolist())
         try:
             return self._system.moved(state, joint, value, passives, left_out)
-        except CardanError as error:
+        except (AssemblyError, SingularConfigurationError) as error:
+            from .reach import Aim, out_of_reach  # Imported here: only errors need it.
+
+            role = "held" if joint in self._problem.held else "start"
             slides = self._problem.mechanism.drivable[joint].slides
-            hint = ""
-            if not slides and abs(value) > _GREATEST_ANGLE:
-                hint = (
-                    f". Positions are in rad; if {value:g} degrees were meant, give "
-                    f"{np.deg2rad(value):.6g}"
-                )
-            raise type(error)(
-                f"joint {joint!r} cannot be brought to {value:g}: {error}{hint}", **error.details
-            ) from error
+            who = f"{role} joint {joint!r} cannot be brought to"
+            raise out_of_reach(Aim(who, value, slides, joint=joint), error) from error

@@ -118,18 +118,18 @@ class Structure:
             part, start = self._parts[body]
             moves = self._columns[body][0] in moving
             if moves:
-                displacement = _generic_displacement(part, value, length)
+                moved = _generic_displacement(part, value, length)
             else:
-                displacement = _displacement(part, x[start : start + 4])
+                moved = displacement(part, x[start : start + 4])
             origin = model.jointPlacements[body + 1]
             parent = placements.get(model.parents[body + 1] - 1)
             if parent is None:
                 shifted = pinocchio.SE3(origin.rotation, origin.translation - corner)
-                placements[body] = shifted * displacement
+                placements[body] = shifted * moved
             else:
-                placements[body] = parent * origin * displacement
+                placements[body] = parent * origin * moved
             if moves:
-                units = _unit_twists(part, length)
+                units = unit_twists(part, length)
                 twists.extend(placements[body].action @ unit for unit in units)
         return np.array(twists).reshape(-1, 6) * np.repeat([1.0 / length, 1.0], 3)
 
@@ -142,7 +142,7 @@ def _generic_displacement(part: Part, value: Array, length: float) -> pinocchio.
     return pinocchio.SE3(pinocchio.exp3(turn), np.zeros(3))
 
 
-def _displacement(part: Part, x: Array) -> pinocchio.SE3:
+def displacement(part: Part, x: Array) -> pinocchio.SE3:
     """Return how a part is displaced at its coordinates, the first ones of `x`."""
     if part.kind == "prismatic":
         return pinocchio.SE3(np.eye(3), part.axis * x[0])
@@ -152,7 +152,7 @@ def _displacement(part: Part, x: Array) -> pinocchio.SE3:
     return pinocchio.SE3(rotation, np.zeros(3))
 
 
-def _unit_twists(part: Part, length: float) -> Array:
+def unit_twists(part: Part, length: float) -> Array:
     """Return unit twists `(k, 6)` of a part in its frame; a slide's unit is the length."""
     if part.kind == "revolute":
         return np.concatenate([np.zeros(3), part.axis])[None]

@@ -71,14 +71,17 @@ def build(solver: ProblemSolver, tolerance: object, interval: object) -> Respons
     scales = Scales(solver.problem.mechanism, sampler.layout)
     nodes, between = domain.nodes(_FIRST_COUNT), _check_positions(domain)
     # One call costs less than two, and the positions in between prove the result.
-    samples, proven = sampler.prove(np.concatenate([nodes, between]))
+    try:
+        samples, proven = sampler.prove(np.concatenate([nodes, between]))
+    except (AssemblyError, SingularConfigurationError) as error:
+        raise _beyond_reach(solver.problem, domain, error) from error
     # A component that is indeterminate at a few positions is so at all of them: if the scene is
     # strict, no more need to be solved.
     solver.refuse_indeterminate(samples.unique)
     values = samples.values[:, len(nodes) :]
     checks = Checks(between, values, scales.cancellation(values, proven))
     first = samples.first(len(nodes))
-    samples, error = _refined(sampler, scales, checked_tolerance, domain, first, checks)
+    samples, reached = _refined(sampler, scales, checked_tolerance, domain, first, checks)
     solver.refuse_indeterminate(samples.unique)
     zero, constant, left_out = _simplified(samples.values, scales)
     return ResponseData(
@@ -90,7 +93,7 @@ def build(solver: ProblemSolver, tolerance: object, interval: object) -> Respons
         _unique_couplings(solver, samples),
         Proof(
             tolerance=checked_tolerance,
-            error=max(error, left_out, _EPS * samples.condition),
+            error=max(reached, left_out, _EPS * samples.condition),
             condition=samples.condition,
             cancellation=checks.cancellation,
             loop_residual=float(np.max(proven.loop_error)),
@@ -99,6 +102,32 @@ def build(solver: ProblemSolver, tolerance: object, interval: object) -> Respons
             rate_residual=proven.residuals.rate,
             unproven=tuple(solver.inverse_dynamics.bodies.unproven),
         ),
+    )
+
+
+def _beyond_reach(
+    problem: Problem, domain: Domain, error: AssemblyError | SingularConfigurationError
+) -> CardanError:
+    """Return the error for an interval that the drive cannot move through.
+
+    Args:
+        problem: what is solved.
+        domain: the interval.
+        error: of one of its positions, which nobody asked for.
+    """
+    if domain.periodic or error.reach is None:
+        return error
+    low, high = error.reach
+    ends = domain.interval
+    details = {**error.details, "sample": None}
+    if isinstance(error, AssemblyError):
+        nearest = error.details["nearest"]
+        details["position"] = ends[0] if nearest == low else ends[1]
+    return type(error)(
+        f"{problem.mechanism.name}: a response from {ends[0]:.9g} to {ends[1]:.9g} goes beyond "
+        f"what drive {problem.drives[0]!r} can reach, {low:.9g} to {high:.9g}: at the end "
+        f"{error.finding}; give an interval within this range",
+        **details,
     )
 
 
@@ -260,7 +289,7 @@ def _domain(solver: ProblemSolver, interval: object) -> Domain:
         low, high = solver.assembly.motion_range()
         raise CardanError(
             f"{problem.mechanism.name}: drive {problem.drives[0]!r} moves only between {low:.9g} "
-            f"and {high:.9g}, its dead points; give an interval between them: "
+            f"and {high:.9g}: at the end {error.finding}; give an interval between them: "
             "response(interval=(low, high))"
         ) from error
     if period is None:

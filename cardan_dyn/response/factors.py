@@ -83,7 +83,7 @@ def _efforts(problem: Problem, loads: object) -> dict[str, Array]:
             )
             raise ArgumentError(
                 f"loads[{name!r}]: {reason}; the response has loads on: "
-                f"{choices(problem.joint_loads)}"
+                f"{choices(problem.joint_loads, name)}"
             )
         efforts[name] = numbers_given(f"loads[{name!r}]", value)
     return efforts

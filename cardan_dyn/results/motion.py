@@ -150,6 +150,9 @@ class Motion(Frozen):
                 return index
         listed = [f"{index} ({name})" for index, name in enumerate(self.drives)]
         known = ", ".join(listed or map(str, range(count)))
+        # The suggestion alone is wanted of the names, which are listed with their indices.
+        _, _, suggestion = choices(self.drives, drive).partition(" (")
+        known += f" ({suggestion}" if suggestion else ""
         raise ArgumentError(f"no drive {described(drive)}; drives: {known}")
 
     def _spans(self, name: str) -> tuple[slice, slice]:

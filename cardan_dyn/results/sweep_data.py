@@ -185,7 +185,9 @@ class SweepData(Prescribed):
                 f"which are: {choices(self.outputs)}"
             )
         if not isinstance(frame, str) or frame not in FRAMES:
-            raise ArgumentError(f"frame {described(frame)} is unknown; frames: {choices(FRAMES)}")
+            raise ArgumentError(
+                f"frame {described(frame)} is unknown; frames: {choices(FRAMES, frame)}"
+            )
         index = self.outputs.index(joint)
         components, axis = self._source.wrench(index), self.mechanism.joints[joint].axis
         if frame != "joint":

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..checks import mapping
+from ..errors import choices
 from ..forces.link_loads import Wrench
 from ..frozen import frozen
 from ..mechanism.mechanism import Mechanism
@@ -89,7 +90,8 @@ def replaced(scene: SceneArguments, changes: Mapping[str, Any]) -> dict[str, Any
     }
     unknown = set(changes) - set(arguments)
     if unknown:
-        raise TypeError(f"Scene has no argument {', '.join(sorted(unknown))}")
+        listed = choices(arguments, min(unknown))
+        raise TypeError(f"Scene has no argument {choices(unknown)}; arguments: {listed}")
     for name, value in changes.items():
         if name in _MERGED:
             arguments[name] = _merged(problem.mechanism, name, arguments[name], value)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..checks import samples
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
-from ..errors import MobilityError
+from ..errors import MobilityError, choices
 from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import checked
 from ..results.collect import sweep_of
@@ -251,16 +251,17 @@ class Scene(SceneArguments):
 
         `<limit>` elements of the description are not regarded: a sweep may go beyond them.
 
-        Returns:
-            The limits, dead points of the drive or positions where assembly modes meet; ±inf where
-            it turns through, or slides by more than ten lengths of the mechanism.
+        They are dead points of the drive or positions where assembly modes meet; ±inf where it
+        turns through, or slides by more than ten lengths of the mechanism.
 
         Raises:
             MobilityError: the scene has several drives.
         """
         if len(self.drives) > 1:
             raise MobilityError(
-                f"the range of one drive depends on the positions of the others: {self.drives}"
+                f"the range of one drive depends on the positions of the others: "
+                f"{choices(self.drives)}; hold all but one of them",
+                mobility=len(self.drives),
             )
         return self._solver.assembly.motion_range()
 

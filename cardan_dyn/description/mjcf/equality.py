@@ -69,8 +69,8 @@ def equalities(
             continue
         if element.tag not in (*LOOPS, "joint"):
             raise ModelError(
-                f"{where}: <equality> <{element.tag}> is not supported; kinds: {choices(LOOPS)}, "
-                "and joint for couplings"
+                f"{where}: <equality> <{element.tag}> is not supported; kinds: "
+                f"{choices((*LOOPS, 'joint'), element.tag)}; joint is a coupling"
             )
         is_coupling = element.tag == "joint"
         check_attributes(element, at, "equality joint" if is_coupling else None)

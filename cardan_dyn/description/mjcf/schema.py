@@ -89,7 +89,7 @@ def check_attributes(element: ElementTree.Element, at: str, kind: str | None = N
     if known and unknown:
         raise ModelError(
             f"{at}: <{element.tag}> has no attribute {choices(unknown)}; attributes: "
-            f"{choices(known)}"
+            f"{choices(known, min(unknown))}"
         )
 
 

@@ -103,6 +103,8 @@ def test_a_joint_that_cannot_be_brought_to_its_position_is_named(
     with pytest.raises(cd.AssemblyError, match="joint 'D' cannot be brought to ") as caught:
         assembly_of(mechanism(), "A", **options)
     assert f"brought to {value:g}: " in str(caught.value)
+    assert (caught.value.position, caught.value.joint) == (value, "D")
+    assert "D cannot move there" in str(caught.value)
     assert 0.0 < caught.value.nearest / value < 1.0
 
 
@@ -175,11 +177,13 @@ def test_a_dead_point_is_refused_when_it_is_closed() -> None:
         x[:, mechanism.coordinates.columns[name]] = 0.5 * np.pi * sign
     flat = np.array([[0.5 * np.pi]])
     with pytest.raises(
-        cd.SingularConfigurationError, match=r"1\.57079632679 is a dead point"
+        cd.SingularConfigurationError, match=r"1\.57079632679 is singular .* assembly modes meet"
     ) as caught:
         assembly.close(guess._replace(x=x), flat)
     assert caught.value.position == 0.5 * np.pi
     assert caught.value.condition > 1e12
+    assert caught.value.joints == ()
+    assert set(caught.value.moving) == set("BCD")
 
 
 def test_periods() -> None:

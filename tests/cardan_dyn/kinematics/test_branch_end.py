@@ -93,7 +93,9 @@ def test_open_loops_and_ambiguous_ways_on_are_different_errors(
         assert end.error.condition == kinematics.evaluate(table.states[1:]).condition[0]
     else:
         assert isinstance(end.error, cd.AssemblyError)
-        assert end.error.details == {"position": 1.6, "nearest": reached, "residual": residual}
+        assert (end.error.position, end.error.nearest) == (1.6, reached)
+        assert end.error.residual == residual
+    assert "assembly modes meet" in end.error.finding
 
 
 def test_limits_of_a_rocker_are_those_of_its_triangle() -> None:

@@ -7,7 +7,6 @@ from testkit.compound_joints import body, joint, robot
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.gimbal_lock import gimbal_note
-from cardan_dyn.kinematics.loop_groups import Group
 
 PLAIN = cd.load(
     robot(
@@ -25,9 +24,7 @@ def note(passives: list[str], **positions: float) -> str:
     x = coordinates.neutral()
     for name, value in positions.items():
         x[coordinates.named[name.replace("__", ".")].column] = value
-    columns = np.array(coordinates.rates_of(passives), dtype=int)
-    group = Group((), (), columns, np.zeros(0, dtype=int), [], -1, set())
-    return gimbal_note(coordinates, x, [group])
+    return gimbal_note(coordinates, x, coordinates.rates_of(passives))
 
 
 def test_both_outer_angles_have_to_be_passive() -> None:
@@ -50,5 +47,4 @@ def test_the_middle_angle_has_to_be_there() -> None:
 
 def test_balls_have_no_gimbal_lock() -> None:
     coordinates = PLAIN.coordinates
-    group = Group((), (), np.arange(9), np.zeros(0, dtype=int), [], -1, set())
-    assert not gimbal_note(coordinates, coordinates.neutral(), [group])
+    assert not gimbal_note(coordinates, coordinates.neutral(), range(9))

@@ -45,7 +45,7 @@ def test_the_right_number_of_drives_passes() -> None:
 @pytest.mark.parametrize("held", [(), ("D",)])
 def test_too_many_drives(held: tuple[str, ...]) -> None:
     drives = ("A",) if held else ("A", "D")
-    advice = "it is locked" if held else "drop a drive or stop holding a joint"
+    advice = "it is locked: stop holding D$" if held else "drop a drive .*: one of: A, D$"
     with pytest.raises(cd.MobilityError, match=advice) as caught:
         check(four_bar(), *drives, held=held)
     assert caught.value.mobility == (0 if held else 1)
@@ -114,16 +114,20 @@ def test_advice_counts_what_is_missing(joint: cd.Mechanism) -> None:
         cd.Scene(joint, drive="bearing_in")
     assert str(caught.value) == (
         "universal_joint: driven by bearing_in, its loops leave mobility 2: nothing decides the "
-        "motion of: joint_angle, pin_out; drive or hold 1 of them"
+        "motion of: joint_angle, pin_out; 1 freedom is left over: links housing_out, shaft_out "
+        "turn about (0, 0, 1) through (0, 0, 0); drive or hold one of: joint_angle, pin_out"
     )
+    assert caught.value.advised == ["joint_angle"]
     held = {"joint_angle": 0.5, "bearing_out": 0.1}
     with pytest.raises(cd.MobilityError, match=r"with bearing_out, joint_angle held, .* is locked"):
         cd.Scene(joint, drive="bearing_in", held=held)
 
 
 def test_advice_names_joints_that_can_be_driven() -> None:
-    with pytest.raises(cd.MobilityError, match="drive or hold 5 of them") as caught:
+    with pytest.raises(cd.MobilityError, match="drive or hold 5 of them, such as ") as caught:
         cd.Scene(cd.load("stewart_platform"), drive="leg_1")
+    assert len(caught.value.advised) == 5
+    assert not any(name.startswith("ball") for name in caught.value.advised)
     # Of the legs' balls, the first is written as three hinges, the others as balls.
     assert {"ball_1_x", "ball_2.x", "leg_2"} <= set(caught.value.free)
     assert set(caught.value.free) <= set(cd.load("stewart_platform").drivable)

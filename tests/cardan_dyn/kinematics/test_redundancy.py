@@ -95,9 +95,10 @@ def test_a_single_dead_point_is_refused() -> None:
     assert caught.value.position == low
 
 
-def test_a_single_position_where_modes_meet_shows_too_much_mobility() -> None:
+def test_a_single_position_where_modes_meet_is_singular() -> None:
+    """There the loop leaves two freedoms, everywhere else one: no drive is missing."""
     item = subject(parallelogram(), ["A"])
-    with pytest.raises(cd.MobilityError, match="leave mobility 2"):
+    with pytest.raises(cd.SingularConfigurationError, match="modes meet, and B, C, D can"):
         item.study.of_states(in_line(item.mechanism, 1.0)[None])
 
 

@@ -6,6 +6,7 @@ same points and directions, but from no description, model or solver.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -27,14 +28,15 @@ class Hinge(NamedTuple):
 
     @property
     def frame(self) -> Array:
-        """Placement `(4, 4)` of a frame whose z axis is the hinge's."""
+        """Placement `(4, 4)` of a frame whose z axis is the hinge's, its x axis anywhere."""
         helper = np.eye(3)[np.argmin(np.abs(self.direction))]
         x = np.cross(helper, self.direction)
         x /= np.linalg.norm(x)
         frame = np.eye(4)
         frame[:3, :3] = np.stack([x, np.cross(self.direction, x), self.direction], axis=1)
         frame[:3, 3] = self.point
-        return frame
+        # Turned a little, so that no angle between such frames is at the end of its range.
+        return np.asarray(frame @ _step(0.4, 0.0, 0.0))
 
 
 def hinge(point: object, direction: object) -> Hinge:
@@ -49,14 +51,19 @@ def origin(frame: Array) -> str:
     return '<origin xyz="{}" rpy="{}"/>'.format(*values)
 
 
-def description(hinges: list[Hinge], prefix: str = "") -> str:
-    """Elements of a loop whose first link is the world and whose last hinge closes it."""
+def description(hinges: list[Hinge], prefix: str = "", turned: Sequence[float] = ()) -> str:
+    """Elements of a loop whose first link is the world and whose last hinge closes it.
+
+    The hinges of the tree are where they belong at the angles `turned`, zero unless given: with
+    other angles the loop is open at zero.
+    """
     frames = [item.frame for item in hinges]
+    angles = [*turned, *[0.0] * (len(hinges) - len(turned))]
     links, joints = [], []
     previous = np.eye(4)
     for index, frame in enumerate(frames):
         parent = f"{prefix}l{index}" if index else "ground"
-        placed = origin(np.linalg.solve(previous, frame))
+        placed = origin(np.linalg.solve(previous, frame) @ _step(-angles[index], 0.0, 0.0))
         if index + 1 < len(frames):
             links.append(
                 f'<link name="{prefix}l{index + 1}"><inertial><origin xyz="0.1 0.05 -0.02"/>'
@@ -166,6 +173,92 @@ def spherical() -> list[Hinge]:
     return [
         hinge(centre + 0.4 * (k + 1) * np.array(item), item) for k, item in enumerate(directions)
     ]
+
+
+def goldberg_5(alpha: float = 1.1, beta: float = 0.6, gamma: float = 0.8) -> list[Hinge]:
+    """Five hinges: two Bennett loops that share a link, which is left out: Goldberg (1943)."""
+    first = _bennett_frames(np.eye(4), alpha, beta, 1.0)
+    second = _bennett_frames(first[1], beta, gamma, 0.7)
+    one, _, three, four = map(_hinge_of, first)
+    _, _, five, six = map(_hinge_of, second)
+    # The links from hinge 2 to hinges 1 and 6 are one link now.
+    return [one, six, five, three, four]
+
+
+def goldberg_6(delta: float = 0.5) -> list[Hinge]:
+    """Six hinges: a third Bennett loop shares a link of Goldberg's five-hinge loop."""
+    first = _bennett_frames(np.eye(4), 1.1, 0.6, 1.0)
+    second = _bennett_frames(first[1], 0.6, 0.8, 0.7)
+    third = _bennett_frames(second[2], 0.6, delta, 1.3)
+    one, _, three, four = map(_hinge_of, first)
+    five, _, eight, seven = map(_hinge_of, third)
+    return [one, eight, seven, five, three, four]
+
+
+def line_symmetric(*three: Hinge) -> list[Hinge]:
+    """Three hinges, and three more that a half turn about a line makes of them: Bricard (1927).
+
+    The loop may stay symmetric about the line, which leaves it one motion more than the count.
+    """
+    chosen = three or (
+        hinge((0.9, 0.1, -0.3), (0.2, 1.0, 0.5)),
+        hinge((0.7, 0.8, 0.2), (1.0, -0.3, 0.6)),
+        hinge((-0.2, 1.0, 0.5), (0.4, 0.5, 1.0)),
+    )
+    half_turn = np.diag([-1.0, -1.0, 1.0])
+    return [
+        *chosen,
+        *(hinge(half_turn @ item.point, half_turn @ item.direction) for item in chosen),
+    ]
+
+
+def altmann() -> list[Hinge]:
+    """Six hinges, every other link with axes that meet at right angles: Altmann (1954)."""
+    corner = np.array([0.6, 0.5, 0.3])
+    second, third = np.array([1.0, 2.0, -1.0]), np.array([3.0, -1.0, 1.0])
+    return line_symmetric(
+        hinge((1.0, -0.4, 0.2), (0.3, -0.2, 1.0)), hinge(corner, second), hinge(corner, third)
+    )
+
+
+def stretched_sarrus() -> list[Hinge]:
+    """Sarrus's loop with both chains stretched: a singular configuration."""
+    heights = (0.0, 0.6, 1.3)
+    chains = (((1.0, 0.0), (0.0, 1.0, 0.0)), ((0.0, 1.2), (1.0, 0.0, 0.0)))
+    askew = Rotation.from_rotvec([0.3, -0.4, 0.5]).as_matrix()
+    first, second = (
+        [hinge(askew @ np.array((*place, height)), askew @ np.array(axis)) for height in heights]
+        for place, axis in chains
+    )
+    return [*first, *reversed(second)]
+
+
+def flat_spherical() -> list[Hinge]:
+    """Four hinges whose axes meet in a point and lie in a plane: a singular configuration."""
+    angles = (0.1, 0.5, 1.6, 1.1)
+    return [hinge((0, 0, 0), (np.cos(angle), np.sin(angle), 0.0)) for angle in angles]
+
+
+def _bennett_frames(start: Array, alpha: float, beta: float, theta: float) -> list[Array]:
+    """Frames `(4, 4)` of Bennett's four hinges, x along the link to the next one.
+
+    Args:
+        start: the first of them; its link has the twist `alpha`.
+        alpha, beta: twists of the links, whose lengths are their sines.
+        theta: turn of the second hinge.
+    """
+    ratio = np.sin(0.5 * (alpha + beta)) / np.sin(0.5 * (alpha - beta))
+    other = 2.0 * np.arctan(ratio / np.tan(0.5 * theta))
+    frame, frames = start, []
+    for twist, turn in ((alpha, theta), (beta, other), (alpha, -theta), (beta, -other)):
+        frames.append(frame)
+        frame = frame @ _step(0.0, np.sin(twist), twist) @ _step(turn, 0.0, 0.0)
+    assert np.max(np.abs(frame - start)) < 1e-9
+    return frames
+
+
+def _hinge_of(frame: Array) -> Hinge:
+    return hinge(frame[:3, 3], frame[:3, 2])
 
 
 def _step(turn: float, length: float, twist: float) -> Array:

@@ -170,7 +170,10 @@ def test_a_slide_may_be_coupled_to_a_hinge() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (TWO.format('<tendon tendon1="t"/>'), "<tendon> is not supported; kinds: connect, weld"),
+        (
+            TWO.format('<tendon tendon1="t"/>'),
+            "<tendon> is not supported; kinds: connect, joint, weld",
+        ),
         (TWO.format("<flex/>"), "<equality> <flex> is not supported"),
         (TWO.format('<connect body1="b1"/>'), 'anchor="..." is missing'),
         (TWO.format('<connect body2="b1" anchor="0 0 0"/>'), 'body1="..." is missing'),

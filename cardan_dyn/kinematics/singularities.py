@@ -1,0 +1,104 @@
+"""Singularities: which joints lose their freedom where drives stop deciding the motion."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import choices
+from ..mechanism.coordinates import Coordinates
+from .all_groups import Kinematics
+from .tolerances import MOVES
+
+_RESTS = 1e-2
+"""Rate, as a fraction of the fastest joint's, below which a joint rests near a singular position: a
+dead point is followed to a billionth of the drive's way, where the motion that the drive does not
+decide is found to the square root of that."""
+_MEETING = 100.0
+"""How many times the smallest singular value with the drives may exceed the one without them where
+assembly modes meet: both vanish together there. At a dead point of the drive the former does not
+vanish."""
+_REGULAR = 1e-2
+"""Ratio of singular values from which on a position where a drive stops is not singular: the drive
+is locked there. Singular positions are followed to ratios of 1e-4 and less."""
+
+
+class Singularity(NamedTuple):
+    """What happens at a singular position.
+
+    Attributes:
+        lost: names of the joints that cannot move there, as they can elsewhere; none where assembly
+            modes meet.
+        moving: names of the joints that can move while the drives rest.
+        resting: names of the drives.
+        modes_meet: whether two assembly modes meet, rather than a drive being in a dead point.
+    """
+
+    lost: tuple[str, ...]
+    moving: tuple[str, ...]
+    resting: tuple[str, ...]
+    modes_meet: bool
+
+    @property
+    def text(self) -> str:
+        """What it is in words, for a message that says where."""
+        if not self.moving:
+            return f"{choices(self.lost)} cannot move"
+        verb = "rests" if len(self.resting) == 1 else "rest"
+        moving = f"{choices(self.moving)} can move while {choices(self.resting)} {verb}"
+        if self.modes_meet:
+            return f"assembly modes meet, and {moving}"
+        lost = f"{choices(self.lost)} cannot move there, and " if self.lost else ""
+        return f"it is a dead point: {lost}{moving}"
+
+    @property
+    def details(self) -> dict[str, object]:
+        """What errors carry of it."""
+        return {"joints": self.lost, "moving": self.moving, "finding": self.text}
+
+
+def singularity_at(kinematics: Kinematics, x: Array, regular: Array) -> Singularity:
+    """Return what happens at, or very near, a singular position.
+
+    Args:
+        kinematics: solves the motion.
+        x: `(size,)` closed coordinates there.
+        regular: `(size,)` closed coordinates somewhere else.
+    """
+    state = kinematics.evaluate(np.stack([x, regular]))
+    group = max(state.groups, key=lambda item: float(item.condition[0]))
+    passives = group.group.passives
+    left, values, _ = np.linalg.svd(group.scaled_rows[0])
+    last = min(len(passives) - len(group.group.idle), len(values)) - 1
+    resting = joints_of(kinematics.coordinates, set(kinematics.drives.tolist()))
+    if last < 0 or values[last] > _REGULAR * values[0]:
+        # The passives can follow no motion of the drives, and none of their own.
+        return Singularity(resting, (), resting, modes_meet=False)
+    rates = np.abs(left[:, last])
+    moving = passives[rates > _RESTS * np.max(rates)]
+    with_drives = np.linalg.svd(group.all_scaled_rows[0], compute_uv=False)
+    modes_meet = bool(with_drives[last] < _MEETING * values[last])
+    lost: set[int] = set()
+    if not modes_meet:
+        with np.errstate(all="ignore"):  # The other position may be singular as well.
+            usual = np.abs(kinematics.rates(state, np.ones((2, len(kinematics.drives))))[1])
+        moves = usual > MOVES * np.max(usual)
+        concerned = {*passives.tolist(), *kinematics.drives.tolist()} - set(moving.tolist())
+        lost = {column for column in concerned if moves[column]}
+        if len(kinematics.drives) == 1:
+            lost |= set(kinematics.drives.tolist())
+    can_move = joints_of(kinematics.coordinates, set(moving.tolist()))
+    # A joint with several coordinates may lose one of them and move along another.
+    cannot = [name for name in joints_of(kinematics.coordinates, lost) if name not in can_move]
+    return Singularity(tuple(cannot), can_move, resting, modes_meet)
+
+
+def joints_of(coordinates: Coordinates, columns: set[int]) -> tuple[str, ...]:
+    """Return the names of the joints that velocity coordinates belong to."""
+    return tuple(
+        name
+        for name, owned in coordinates.velocity_columns.items()
+        if columns.intersection(range(owned.start, owned.stop))
+    )
