@@ -274,8 +274,7 @@ class Scene(SceneArguments):
     def branches(self) -> Branches:
         """Return the assembly modes with the drives where the scene starts.
 
-        `A` is the mode of the description, the others follow by their distance from it, whichever
-        of them the scene is in.
+        `A` is that of the description, the others follow by their distance from it.
         """
         from .branches import Branches  # Most scenes need no other mode.
 
