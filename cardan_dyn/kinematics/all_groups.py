@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import NamedTuple
 
@@ -82,14 +83,56 @@ class Kinematics:
         """Return the same with other rows of every group."""
         return Kinematics(self.coordinates, self.drives, self.solvers, reductions, self._rounding)
 
-    def with_amplitudes(self, states: Array) -> Kinematics:
+    def with_amplitudes(self, states: Mapping[int, Array | None]) -> Kinematics:
         """Return the same with Newton tolerances for the amplitudes of a motion.
 
         Args:
-            states: `(K, size)` coordinates all over the motion.
+            states: by group, `(K, size)` coordinates all over its motion; None if they are unknown.
         """
-        rounding = [solver.rounding(states) for solver in self.solvers]
+        rounding = list(self._rounding)
+        for index, known in states.items():
+            if known is not None:
+                rounding[index] = self.solvers[index].rounding(known)
         return Kinematics(self.coordinates, self.drives, self.solvers, self.reductions, rounding)
+
+    def part(self, drives: list[int], groups: list[int]) -> Kinematics:
+        """Return the kinematics of some groups for some drives, both by their indices."""
+        return Kinematics(
+            self.coordinates,
+            self.drives[drives],
+            [self.solvers[index] for index in groups],
+            [self.reductions[index] for index in groups],
+            [self._rounding[index] for index in groups],
+        )
+
+    @property
+    def moved(self) -> Array:
+        """Velocity coordinates of the drives and of all passives."""
+        passives = [solver.group.passives for solver in self.solvers]
+        return np.concatenate([self.drives, *passives])
+
+    def independent_parts(self) -> list[tuple[list[int], list[int]]]:
+        """Return sets of drives that meet in groups, with the groups whose passives they move.
+
+        Drives and groups are given by their indices, ascending.
+        """
+        if self.depends is None:
+            return [([0], list(range(len(self.solvers))))]
+        part_of = list(range(len(self.drives)))
+        moving = [
+            np.nonzero(np.any(self.depends[solver.group.passives], axis=0))[0].tolist()
+            for solver in self.solvers
+        ]
+        for drives in moving:
+            joined = {part_of[drive] for drive in drives}
+            part_of = [min(joined) if part in joined else part for part in part_of]
+        return [
+            (
+                [drive for drive, own in enumerate(part_of) if own == part],
+                [k for k, drives in enumerate(moving) if drives and part_of[drives[0]] == part],
+            )
+            for part in sorted(set(part_of))
+        ]
 
     def with_open_reductions(self, x: Array) -> Kinematics:
         """Return the same with the rows that open loops can reach, see `GroupSolver`.

@@ -162,6 +162,10 @@ class Branch:
         """
         return self._table.guess(positions)
 
+    def values(self, positions: Array, columns: Array) -> Array:
+        """Return `(N, k)` some coordinates near the branch, see `BranchTable.values`."""
+        return self._table.values(positions, columns)
+
     def states(self) -> Array:
         """Return closed coordinates `(K, size)` at positions distributed over the branch."""
         return self._table.states

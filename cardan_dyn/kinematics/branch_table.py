@@ -69,14 +69,22 @@ class BranchTable(NamedTuple):
         Args:
             positions: `(N,)` drive positions.
         """
+        return self._with_drive(self.values(positions, slice(None)), positions)
+
+    def values(self, positions: Array, columns: Array | slice) -> Array:
+        """Return `(N, k)` some coordinates near the branch; see `guess`.
+
+        Args:
+            positions: `(N,)` drive positions.
+            columns: of a row; quaternions come without their unit length.
+        """
+        nodes = self.nodes[:, :, columns]
         if self.size == 1:
-            rows = np.repeat(self.states, len(positions), axis=0)
-        else:
-            left = np.clip(np.searchsorted(self.positions, positions) - 1, 0, self.size - 2)
-            width = self.positions[left + 1] - self.positions[left]
-            share = (positions - self.positions[left]) / width
-            rows = _hermite(self.nodes[left], self.nodes[left + 1], width[:, None], share[:, None])
-        return self._with_drive(rows, positions)
+            return np.repeat(nodes[:, 0], len(positions), axis=0)
+        left = np.clip(np.searchsorted(self.positions, positions) - 1, 0, self.size - 2)
+        width = self.positions[left + 1] - self.positions[left]
+        share = (positions - self.positions[left]) / width
+        return _hermite(nodes[left], nodes[left + 1], width[:, None], share[:, None])
 
     def extrapolated(self, indices: list[int], positions: Array) -> Array:
         """Return coordinates `(E, size)` beyond nodes, by Taylor polynomials of second order.

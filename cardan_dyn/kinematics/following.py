@@ -11,7 +11,11 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import AssemblyError, as_text
+from ..problem.problem import Problem
 from .all_groups import ClosedState, Kinematics
+from .drive_motion import Followed
+from .loop_system import LoopSystem
+from .redundancy import STATES_STUDIED
 from .tolerances import CLOSURE_TOLERANCE
 
 _SAFE_CORRECTION = 0.1
@@ -27,6 +31,69 @@ reach."""
 _NEWTON_STEPS = 6
 """Greatest number of Newton steps per sample. Convergence is quadratic: from a safe extrapolation
 about four steps reach rounding. What needs more is tried again from nearer by."""
+
+
+class JointMotion:
+    """The motion of what several drives move together, followed from sample to sample.
+
+    Attributes:
+        groups: indices of the groups whose passives they move.
+        is_exact: see `DriveMotion`.
+    """
+
+    is_exact = False
+
+    def __init__(
+        self,
+        problem: Problem,
+        system: LoopSystem,
+        kinematics: Kinematics,
+        start: Array,
+        drives: list[int],
+        groups: list[int],
+    ) -> None:
+        """Begin at the start; arguments as of `DriveMotion`, with several drives."""
+        del system  # No branch leads along several drives.
+        self.groups = groups
+        self._drives = drives
+        self._names = tuple(problem.drives[index] for index in drives)
+        self._kinematics = kinematics.part(drives, groups)
+        self._start = start
+        coordinates = problem.mechanism.coordinates
+        self._drive_columns = coordinates.columns_of(self._names)
+        self._columns = coordinates.columns_moved_by(self._kinematics.moved)
+        self.states = start[None, :]
+
+    @property
+    def amplitudes(self) -> Array | None:
+        """None: how far joints move is not known."""
+        return None
+
+    def more_states(self) -> Array:
+        """Return no states `(0, size)` besides those that were followed."""
+        return self.states[:0]
+
+    def followed(self, positions: Array) -> Followed:
+        """Follow the motion to drive positions `(N, d)`, of all drives of the scene.
+
+        Raises:
+            AssemblyError: a position is out of reach.
+        """
+        own = positions[:, self._drives]
+        try:
+            x = follow(self._kinematics, self._start, self._drive_columns, own)
+        except AssemblyError as error:
+            from .reach import all_out_of_reach  # Imported here: only errors need it.
+
+            raise all_out_of_reach(self._names, own, error) from error
+        self.states = x[:: 1 + len(x) // STATES_STUDIED]
+        return Followed(x[:, self._columns], True)
+
+    def write(
+        self, followed: Followed, positions: Array, x: Array, turns: Array, kinematics: Kinematics
+    ) -> None:
+        """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
+        x[:, self._columns] = followed.values
 
 
 def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: Array) -> Array:

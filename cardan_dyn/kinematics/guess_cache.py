@@ -1,30 +1,27 @@
-"""Guess cache: coordinates near closed ones, from what earlier calls learned about the motion."""
+"""Guess cache: coordinates near closed ones, from what earlier calls learned about the motion.
+
+Drives that move no group of loops together move their joints independently of each other: what one
+of them moves is a function of its position alone. Only drives that meet in a group have to be
+followed together.
+"""
 
 from __future__ import annotations
 
 import threading
-from typing import NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import AssemblyError, CardanError, SingularConfigurationError
 from ..problem.problem import Problem
 from .all_groups import Kinematics
-from .branch import Branch
-from .following import follow
+from .drive_motion import DriveMotion
 from .loop_system import LoopSystem
-from .redundancy import STATES_STUDIED, Redundancy, RedundancyStudy
+from .redundancy import Redundancy, RedundancyStudy
 
-_MOST_TURNS = 1000
-"""Greatest number of turns over which a drive that does not repeat is followed: each turn costs at
-least eight nodes, which are followed one by one."""
-_SAMPLES_PER_NODE = 24
-"""Samples that have to use a branch before it gets one more node. On the bundled universal joint,
-four-bar and double shaft a node took 14 to 18 µs and the Newton step that a finer branch saves took
-4 to 6 µs per sample: at this rate nodes cost less than a fifth of what they can save."""
-_TURN = 2.0 * np.pi
-"""One turn of the drive [rad]. Sweeps over more than that look for a period."""
+if TYPE_CHECKING:
+    from .following import JointMotion
 
 
 class Guess(NamedTuple):
@@ -77,22 +74,12 @@ class GuessCache:
             motionless: whether no passive joint is solved, so that nothing has to be learned.
         """
         self.start = start
-        self._drives = problem.drives
+        self._problem = problem
         self._system = system
         self._study = study
         self._redundancy = redundancy
         self._motionless = motionless
-        coordinates = problem.mechanism.coordinates
-        self._size = coordinates.size
-        self._columns = coordinates.columns_of(problem.drives)
-        drive = coordinates.named[problem.drives[0]]
-        self._length = problem.mechanism.characteristic_length
-        self._slides = drive.slides
-        # URDF's `revolute` joints have limits; no other type that turns has.
-        is_limited = problem.mechanism.joints[drive.joint].type == "revolute"
-        self._turns_freely = not (drive.slides or is_limited)
-        self._branch: Branch | None = None
-        self._samples_served = 0
+        self._columns = problem.mechanism.coordinates.columns_of(problem.drives)
         self._lock = threading.RLock()
 
     @property
@@ -108,119 +95,62 @@ class GuessCache:
             MobilityError: the drives do not decide the motion.
             SingularConfigurationError: a dead point lies on the way.
         """
+        x = np.repeat(self.start[None, :], len(positions), axis=0)
+        turns = np.zeros_like(x)
         with self._lock:
             if self._motionless:
-                return self._at_start(positions)
-            if len(self._drives) > 1:
-                return self._followed(positions)
-            return self._interpolated(positions)
+                x[:, self._columns] = positions
+                return Guess(x, turns, self.kinematics, False)
+            followed = [part.followed(positions) for part in self._parts]
+            if any(item.is_new for item in followed):
+                self._learn()
+            for part, item in zip(self._parts, followed, strict=True):
+                part.write(item, positions, x, turns, self.kinematics)
+            x[:, self._columns] = positions
+            turns[:, self._columns] = 0.0
+            self._problem.mechanism.coordinates.normalised(x)
+            kinematics = self.kinematics.with_amplitudes(
+                {index: part.amplitudes for part in self._parts for index in part.groups}
+            )
+            return Guess(x, turns, kinematics, all(part.is_exact for part in self._parts))
 
     def period(self) -> float | None:
         """Return the drive displacement [rad] after which the motion repeats, None if it does not.
+
+        The scene has a single drive.
 
         Raises:
             AssemblyError: the drive cannot turn through.
             SingularConfigurationError: a dead point lies on the way.
         """
         with self._lock:
-            branch = self._get_branch()
-            if branch.period is None:
-                branch.find_period()
-                self._learn(branch.states(), branch)
-            return branch.period
+            (part,) = self._parts
+            if not isinstance(part, DriveMotion):
+                raise ValueError("a period is that of a single drive")
+            if part.branch.period is None:
+                part.branch.find_period()
+                self._learn()
+            return part.branch.period
 
-    def _at_start(self, positions: Array) -> Guess:
-        x = np.repeat(self.start[None, :], len(positions), axis=0)
-        x[:, self._columns] = positions
-        return Guess(x, np.zeros_like(x), self.kinematics, False)
+    @cached_property
+    def _parts(self) -> list[DriveMotion | JointMotion]:
+        """The parts of the motion that are independent of each other."""
+        return [self._part(*part) for part in self._study.open_kinematics.independent_parts()]
 
-    def _followed(self, positions: Array) -> Guess:
-        """Return guesses for several drives, followed from sample to sample."""
-        try:
-            x = follow(self._study.open_kinematics, self.start, self._columns, positions)
-        except AssemblyError as error:
-            from .reach import all_out_of_reach  # Imported here: only errors need it.
+    def _part(self, drives: list[int], groups: list[int]) -> DriveMotion | JointMotion:
+        kind: type[DriveMotion | JointMotion] = DriveMotion
+        if len(drives) > 1:
+            from .following import JointMotion  # Most scenes have a single drive.
 
-            raise all_out_of_reach(self._drives, positions, error) from error
-        self._learn(x[:: 1 + len(x) // STATES_STUDIED])
-        return Guess(x, np.zeros_like(x), self.kinematics, False)
+            kind = JointMotion
+        kinematics = self._study.open_kinematics
+        return kind(self._problem, self._system, kinematics, self.start, drives, groups)
 
-    def _interpolated(self, positions: Array) -> Guess:
-        """Return guesses for one drive, interpolated on its branch."""
-        known_span = self._branch.span if self._branch else None
-        branch = self._get_branch()
-        targets = positions[:, 0]
-        periods = self._cover(branch, targets)
-        if branch.span != known_span:
-            self._learn(branch.states(), branch)
-        self._samples_served += len(positions)
-        branch.refine(self.kinematics, node_limit=self._samples_served // _SAMPLES_PER_NODE)
-        x = branch.guess(targets - periods * (branch.period or 0.0))
-        x[:, self._columns] = positions
-        turns = periods[:, None] * branch.windings
-        turns[:, self._columns] = 0.0
-        return Guess(x, turns, self.kinematics.with_amplitudes(branch.states()), True)
-
-    def _get_branch(self) -> Branch:
-        """Return the branch of the only drive, made by the first call."""
-        if self._branch is None:
-            kinematics = self._study.open_kinematics
-            self._branch = self._system.branch(self._drives[0], kinematics, self.start)
-        return self._branch
-
-    def _cover(self, branch: Branch, targets: Array) -> Array:
-        """Follow the branch over drive positions `(N,)`.
-
-        Returns:
-            `(N,)` whole periods to subtract from the positions, so that they lie on the branch.
-
-        Raises:
-            AssemblyError, SingularConfigurationError: a position is out of reach.
-        """
-        low, high = float(np.min(targets)), float(np.max(targets))
-        leaves_turn = high - low >= _TURN or max(high, -low) > _TURN
-        is_far = self._turns_freely and leaves_turn
-        turns_through = True
-        if is_far and branch.period is None:
-            try:
-                branch.find_period()
-            except (AssemblyError, SingularConfigurationError):
-                turns_through = False  # The samples may lie on this side of what stops it.
-        if branch.period is not None:
-            return np.asarray(np.floor((targets - branch.span[0]) / branch.period))
-        if is_far and turns_through and high - low > _MOST_TURNS * _TURN:
-            raise AssemblyError(
-                f"the mechanism does not repeat within a few turns of {self._drives[0]!r}, so "
-                f"{(high - low) / _TURN:.0f} turns cannot be followed; sweep over at most "
-                f"{_MOST_TURNS} turns",
-                position=high,
-                nearest=branch.span[1],
-                residual=0.0,
-                sample=int(np.argmax(targets)),
-            )
-        try:
-            branch.cover(low, high)
-        except (AssemblyError, SingularConfigurationError) as error:
-            raise self._beyond(branch, targets, error) from error
-        return np.zeros(len(targets))
-
-    def _beyond(self, branch: Branch, targets: Array, error: CardanError) -> CardanError:
-        """Return the error for the first of some drive positions `(N,)` that is out of reach."""
-        from .reach import Aim, out_of_reach, reach_of  # Imported here: only errors need it.
-
-        start = float(self.start[self._columns[0]])
-        low, high = reach_of(branch, start, self._slides, self._length)
-        nearest = error.details["nearest" if isinstance(error, AssemblyError) else "position"]
-        # Samples may lie beyond both ends; the error is that of one of them.
-        sign = -1.0 if nearest < start else 1.0  # type: ignore[operator]
-        beyond = sign * targets > sign * (low if sign < 0.0 else high)
-        # An end is known to some digits only: a sample that is refused may seem to lie before it.
-        sample = int(np.argmax(beyond if np.any(beyond) else sign * targets))
-        who = f"drive {self._drives[0]!r} cannot be brought to"
-        aim = Aim(who, float(targets[sample]), self._slides, sample)
-        return out_of_reach(aim, error, (low, high))
-
-    def _learn(self, states: Array, branch: Branch | None = None) -> None:
-        """Find redundant rows from closed states `(K, size)`, unless no state can add to them."""
-        if not self._redundancy.settled:
-            self._redundancy = self._study.of_states(states, branch)
+    def _learn(self) -> None:
+        """Find redundant rows from all states seen so far, unless no state can add to them."""
+        if self._redundancy.settled:
+            return
+        self._redundancy = self._study.of_states(
+            np.concatenate([part.states for part in self._parts]),
+            lambda: np.concatenate([part.more_states() for part in self._parts]),
+        )

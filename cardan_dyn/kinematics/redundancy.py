@@ -7,6 +7,7 @@ fewer are.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -15,11 +16,9 @@ from ..arrays import Array
 from ..errors import MobilityError
 from ..problem.problem import Problem
 from .all_groups import ClosedState, Kinematics
-from .branch import Branch
 from .loop_groups import Group
 from .mobility import can_move, check_mobility
 from .needs import Needs, columns_of
-from .tolerances import CLOSURE_TOLERANCE
 
 _REGULAR = 1e6
 """Condition number up to which a position leaves no doubt about the rank: its smallest singular
@@ -70,12 +69,12 @@ class RedundancyStudy:
         left_out = set(self._decided_by_all.tolist()) - set(decided.tolist())
         self._to_decide = set(self._passives.tolist()) - left_out
 
-    def of_states(self, states: Array, branch: Branch | None = None) -> Redundancy:
+    def of_states(self, states: Array, more: Callable[[], Array] | None = None) -> Redundancy:
         """Return the redundant rows over closed states, after checking the mobility there.
 
         Args:
             states: `(K, size)` closed coordinates.
-            branch: the branch on which they lie; more states are taken from it if they are few.
+            more: returns further ones, which are asked for if these leave anything in doubt.
 
         Raises:
             MobilityError: the drives do not decide the motion, or too many do.
@@ -84,11 +83,8 @@ class RedundancyStudy:
         state = self.open_kinematics.evaluate(states)
         if self._is_determined(state):
             return Redundancy(self.open_kinematics, settled=True)
-        if branch is not None and len(states) < STATES_STUDIED:
-            positions = np.linspace(*branch.span, STATES_STUDIED)
-            between = self.open_kinematics.close(branch.guess(positions))
-            is_closed = between.residual < CLOSURE_TOLERANCE
-            states = np.concatenate([states, between.x[is_closed]])
+        if more is not None:
+            states = np.concatenate([states, more()])
             state = self.open_kinematics.evaluate(states)
         reductions = [group_state.reachable for group_state in state.groups]
         kinematics = self.open_kinematics.with_reductions(reductions)

@@ -214,6 +214,12 @@ class Coordinates:
         slides = steps[~np.isin(columns, self.angle_columns)]
         return Moves(columns, steps, slides, chosen(self._balls))
 
+    def columns_moved_by(self, velocities: Array) -> Array:
+        """Return the columns of rows that change when velocity coordinates do, ascending."""
+        moves = self.moves(velocities)
+        balls = [np.arange(column, column + 4) for column, _ in moves.balls]
+        return np.sort(np.concatenate([moves.columns, *balls]))
+
     def shape(self, x: Array) -> Array:
         """Return rows that are equal for equal positions of the joints.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.many_drives import cranks, stacked
 from testkit.planar_linkages import five_bar, four_bar, solver, values
 
 import cardan_dyn as cd
@@ -165,11 +166,36 @@ def test_reductions_and_amplitudes_make_new_kinematics() -> None:
     x = start[None].copy()
     x[:, mechanism.coordinates.columns["A"].start] = 1e-15
     exact = planar.close(x).correction[0]
-    wide = planar.with_amplitudes(start[None] + 1.0)
+    wide = planar.with_amplitudes({0: start[None] + 1.0})
     assert wide.reductions is planar.reductions
     assert 0.0 < exact < 1e-14
     assert wide.close(x).correction[0] == 0.0
     assert wide.with_reductions(planar.reductions).close(x).correction[0] == 0.0
+
+
+def test_drives_that_meet_in_a_group_are_one_part() -> None:
+    kinematics, _ = solver(five_bar(), "A", "D")
+    assert kinematics.independent_parts() == [([0, 1], [0])]
+    assert kinematics.depends.tolist() == [
+        [True, False],
+        [True, True],
+        [True, True],
+        [False, True],
+        [True, True],
+    ]
+    mechanism = stacked(3)
+    kinematics, _ = solver(mechanism, *cranks(mechanism))
+    parts = kinematics.independent_parts()
+    assert [drives for drives, _ in parts] == [[0], [1], [2]]
+    for (drive,), groups in parts:
+        own = kinematics.part([drive], groups)
+        assert own.drives.tolist() == [kinematics.drives[drive]]
+        names = {f"{joint}_{drive}" for joint in ("crank", "middle", "rocker", "end")}
+        spans = mechanism.coordinates.velocity_columns
+        assert sorted(own.moved.tolist()) == sorted(spans[name].start for name in names)
+    only, _ = solver(four_bar(), "A")
+    assert only.depends is None
+    assert only.independent_parts() == [([0], [0])]
 
 
 def test_two_drives_close_a_five_bar_anywhere() -> None:

@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from testkit import planar_linkages
+from testkit.many_drives import cranks, linkage, stacked
 from testkit.planar_linkages import (
     COUPLER,
     described,
@@ -22,6 +23,8 @@ from testkit.scenes import universal
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.assembly import Assembly
+from cardan_dyn.kinematics.branch import Branch
+from cardan_dyn.kinematics.drive_motion import DriveMotion
 from cardan_dyn.kinematics.guess_cache import Guess, GuessCache
 from cardan_dyn.problem.arguments import checked
 
@@ -30,6 +33,19 @@ TURN = 2.0 * np.pi
 
 def cache_of(mechanism: cd.Mechanism, *drives: str, **options: object) -> GuessCache:
     return Assembly(checked(mechanism, drive=list(drives), **options))._cache
+
+
+def five_bar_and_four_bar() -> cd.Mechanism:
+    """A five-bar linkage whose two cranks are driven, and a four-bar linkage beside it."""
+    text = five_bar().to_urdf().replace("</robot>", linkage(0, "ground", "5 0 0") + "</robot>")
+    return cd.load(text)
+
+
+def branch_of(cache: GuessCache) -> Branch:
+    """The branch of the only drive."""
+    (part,) = cache._parts
+    assert isinstance(part, DriveMotion)
+    return part.branch
 
 
 def closed(guess: Guess) -> np.ndarray:
@@ -71,9 +87,7 @@ def test_a_motion_that_repeats_is_followed_over_one_period_only() -> None:
     positions = np.array([[0.3], [0.3 + 10.0 * TURN], [0.3 - 4000.0 * TURN]])
     guess = cache.guesses(positions)
     assert cache.period() == pytest.approx(TURN)
-    branch = cache._branch
-    assert branch is not None
-    low, high = branch.span
+    low, high = branch_of(cache).span
     assert high - low < 1.5 * TURN
     np.testing.assert_array_equal(values(mechanism, guess.x, "A"), positions[:, 0])
     # The crank's position is exact as it is; the coupler turns backwards relative to the crank.
@@ -89,8 +103,7 @@ def test_a_motion_that_repeats_is_followed_over_one_period_only() -> None:
 def test_known_periods_are_used_for_any_positions(joint: cd.Mechanism) -> None:
     scene = universal(joint, 0.7)
     scene.response()
-    branch = scene._solver.assembly._cache._branch
-    assert branch is not None
+    branch = branch_of(scene._solver.assembly._cache)
     known = branch.span
     scene.sweep([6.2, -6.2])
     assert branch.span == known
@@ -99,10 +112,9 @@ def test_known_periods_are_used_for_any_positions(joint: cd.Mechanism) -> None:
 def test_positions_within_a_turn_need_no_period() -> None:
     cache = cache_of(four_bar(), "A")
     cache.guesses(np.array([[-3.0], [3.0]]))
-    assert cache._branch is not None
-    assert cache._branch.period is None
+    assert branch_of(cache).period is None
     cache.guesses(np.array([[-3.0], [3.3]]))
-    assert cache._branch.period == pytest.approx(TURN)
+    assert branch_of(cache).period == pytest.approx(TURN)
 
 
 def test_wheels_that_do_not_repeat_are_followed_a_thousand_turns_at_most() -> None:
@@ -151,6 +163,55 @@ def test_several_drives_are_followed_from_sample_to_sample() -> None:
     np.testing.assert_allclose(x, guess.x, atol=1e-12)
 
 
+def test_drives_that_meet_in_no_group_are_followed_one_by_one() -> None:
+    """Positions in any order, over any number of turns; each drive decides its own linkage."""
+    mechanism = stacked(3)
+    cache = cache_of(mechanism, *cranks(mechanism))
+    alone = cache_of(stacked(1), "crank_0")
+    rng = np.random.default_rng(0)
+    positions = rng.uniform(-9.0, 9.0, (40, 3))
+    positions[7, 1] += 1000.0 * TURN
+    guess = cache.guesses(positions)
+    assert guess.followed
+    x = closed(guess)
+    for index in range(3):
+        expected = closed(alone.guesses(positions[:, [index]]))
+        for joint in ("crank", "middle", "rocker"):
+            actual = values(mechanism, x, f"{joint}_{index}")
+            wanted = values(alone._problem.mechanism, expected, f"{joint}_0")
+            np.testing.assert_allclose(actual, wanted, rtol=0.0, atol=1e-9)
+
+
+def test_drives_that_meet_are_followed_beside_others() -> None:
+    mechanism = five_bar_and_four_bar()
+    cache = cache_of(mechanism, "A", "crank_0", "D")
+    angle = np.linspace(0.0, TURN, 30)
+    positions = 0.3 * np.stack([np.sin(angle), 20.0 * angle, np.cos(angle)], axis=1)
+    guess = cache.guesses(positions)
+    assert not guess.followed
+    x = closed(guess)
+    for column, name in enumerate(("A", "crank_0", "D")):
+        np.testing.assert_array_equal(values(mechanism, x, name), positions[:, column])
+    five, four = cache_of(five_bar(), "A", "D"), cache_of(stacked(1), "crank_0")
+    for other, columns, joint in ((five, [0, 2], "B"), (four, [1], "rocker_0")):
+        expected = closed(other.guesses(positions[:, columns]))
+        wanted = values(other._problem.mechanism, expected, joint)
+        np.testing.assert_allclose(values(mechanism, x, joint), wanted, rtol=0.0, atol=1e-9)
+
+
+def test_a_drive_out_of_reach_is_named_with_its_sample() -> None:
+    mechanism = five_bar_and_four_bar()
+    cache = cache_of(mechanism, "A", "rocker_0", "D")
+    positions = np.zeros((5, 3))
+    positions[3, 1] = 2.0
+    message = r"drive 'rocker_0' cannot be brought to 2 \(sample 3\); it moves only between"
+    with pytest.raises(cd.SingularConfigurationError, match=message) as caught:
+        cache.guesses(positions)
+    assert caught.value.sample == 3
+    # What the other drives have learned is kept.
+    assert np.max(np.abs(closed(cache.guesses(0.1 * positions)))) < 10.0
+
+
 def test_without_passive_joints_nothing_is_followed() -> None:
     mechanism = described(
         link("a"),
@@ -163,7 +224,7 @@ def test_without_passive_joints_nothing_is_followed() -> None:
     np.testing.assert_array_equal(values(mechanism, guess.x, "B"), [1.0, 5e6])
     np.testing.assert_array_equal(values(mechanism, guess.x, "A"), [0.7, 0.7])
     assert not guess.followed
-    assert cache._branch is None
+    assert "_parts" not in vars(cache)
     np.testing.assert_array_equal(values(mechanism, cache.start, "B"), 0.0)
 
 

@@ -22,7 +22,7 @@ from cardan_dyn.kinematics.all_groups import Kinematics
 from cardan_dyn.kinematics.branch import Branch
 from cardan_dyn.kinematics.loop_system import LoopSystem
 from cardan_dyn.kinematics.needs import needs
-from cardan_dyn.kinematics.redundancy import STATES_STUDIED, RedundancyStudy
+from cardan_dyn.kinematics.redundancy import RedundancyStudy
 from cardan_dyn.problem.arguments import checked
 
 
@@ -109,7 +109,7 @@ def test_two_dead_points_are_studied_with_positions_between_them() -> None:
     reachable = item.kinematics.evaluate(ends).groups[0].reachable
     assert reachable.rows[0].shape == (6, 2)
     branch = item.branch(-1.5, 1.5)
-    redundancy = item.study.of_states(ends, branch)
+    redundancy = item.study.of_states(ends, lambda: branch.guess(np.linspace(-1.4, 1.4, 32)))
     assert redundancy.kinematics.reductions[0].rows[0].shape == (6, 3)
 
 
@@ -137,29 +137,25 @@ def test_surplus_equations_are_never_settled() -> None:
     few = redundancy.kinematics.reductions
     # Another position shows the same rows.
     branch = item.branch(-0.5, 0.5)
-    again = item.study.of_states(branch.states(), branch)
+    again = item.study.of_states(branch.states(), lambda: branch.states())
     for first, second in zip(few, again.kinematics.reductions, strict=True):
         for rows, others in zip(first.rows, second.rows, strict=True):
             np.testing.assert_array_equal(rows, others)
 
 
-def test_few_states_are_completed_from_the_branch(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_more_states_are_asked_for_only_in_doubt() -> None:
+    asked = []
+
+    def more() -> np.ndarray:
+        asked.append(True)
+        return item.start[None]
+
+    item = subject(four_bar(), ["A"])
+    item.study.of_states(item.start[None], more)
+    assert not asked
     item = subject(three_rockers(), ["A"])
-    branch = item.branch(-0.5, 0.5)
-    asked: list[np.ndarray] = []
-    guess = branch.guess
-
-    def recorded(positions: np.ndarray) -> np.ndarray:
-        asked.append(positions)
-        return guess(positions)
-
-    monkeypatch.setattr(branch, "guess", recorded)
-    item.study.of_states(branch.states()[:2], branch)
-    (positions,) = asked
-    np.testing.assert_allclose(positions, np.linspace(-0.5, 0.5, STATES_STUDIED))
-    many = item.kinematics.close(guess(np.linspace(-0.5, 0.5, STATES_STUDIED))).x
-    item.study.of_states(many, branch)
-    assert len(asked) == 1
+    item.study.of_states(item.start[None], more)
+    assert asked
 
 
 def test_too_few_drives_are_refused() -> None:

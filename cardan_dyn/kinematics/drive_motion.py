@@ -1,0 +1,190 @@
+"""Drive motion: what is known of the joints that a single drive moves, wherever others are."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import AssemblyError, CardanError, SingularConfigurationError
+from ..problem.problem import Problem
+from .all_groups import Kinematics
+from .branch import Branch
+from .loop_system import LoopSystem
+from .redundancy import STATES_STUDIED
+from .tolerances import CLOSURE_TOLERANCE
+
+_MOST_TURNS = 1000
+"""Greatest number of turns over which a drive that does not repeat is followed: each turn costs at
+least eight nodes, which are followed one by one."""
+_SAMPLES_PER_NODE = 24
+"""Samples that have to use a branch before it gets one more node. On the bundled universal joint,
+four-bar and double shaft a node took 14 to 18 µs and the Newton step that a finer branch saves took
+4 to 6 µs per sample: at this rate nodes cost less than a fifth of what they can save."""
+_TURN = 2.0 * np.pi
+"""One turn of the drive [rad]. Sweeps over more than that look for a period."""
+
+
+class Followed(NamedTuple):
+    """What following to drive positions found.
+
+    Attributes:
+        values: whole periods `(N, 1)` to take off the positions of a single drive, or coordinates
+            `(N, k)` of what several drives move.
+        is_new: whether anything was seen of the motion that was not known before.
+    """
+
+    values: Array
+    is_new: bool
+
+
+class DriveMotion:
+    """The branch along one drive, followed as far as samples have asked for.
+
+    Attributes:
+        branch: it; all joints that the drive does not move stay where they start.
+        groups: indices of the groups whose passives it moves.
+        is_exact: guesses are so near that a large correction means another assembly mode.
+    """
+
+    is_exact = True
+
+    def __init__(
+        self,
+        problem: Problem,
+        system: LoopSystem,
+        kinematics: Kinematics,
+        start: Array,
+        drives: list[int],
+        groups: list[int],
+    ) -> None:
+        """Begin at the start.
+
+        Args:
+            problem: of the scene.
+            system: its loops.
+            kinematics: solves the scene's groups, with all rows that open loops can reach.
+            start: `(size,)` closed coordinates.
+            drives: index of the drive.
+            groups: see the attribute.
+        """
+        (self._index,) = drives
+        self._drive = drive = problem.drives[self._index]
+        self.groups = groups
+        self._kinematics = kinematics.part(drives, groups)
+        self.branch: Branch = system.branch(drive, self._kinematics, start)
+        coordinates = problem.mechanism.coordinates
+        self._columns = coordinates.columns_moved_by(self._kinematics.moved)
+        item = coordinates.named[drive]
+        self._start = float(start[item.column])
+        self._length = problem.mechanism.characteristic_length
+        self._slides = item.slides
+        # URDF's `revolute` joints have limits; no other type that turns has.
+        is_limited = problem.mechanism.joints[item.joint].type == "revolute"
+        self._turns_freely = not (item.slides or is_limited)
+        self._samples_served = 0
+        self._is_studied = False
+
+    @property
+    def states(self) -> Array:
+        """Closed coordinates `(K, size)` at positions distributed over the branch."""
+        return self.branch.states()
+
+    @property
+    def amplitudes(self) -> Array:
+        """States `(K, size)` that show how far joints move."""
+        return self.branch.states()
+
+    def more_states(self) -> Array:
+        """Return closed coordinates `(M, size)` besides `states`, so that there are many enough."""
+        states = self.states
+        if len(states) >= STATES_STUDIED:
+            return states[:0]
+        positions = np.linspace(*self.branch.span, STATES_STUDIED)
+        between = self._kinematics.close(self.branch.guess(positions))
+        return between.x[between.residual < CLOSURE_TOLERANCE]
+
+    def followed(self, positions: Array) -> Followed:
+        """Follow the branch to drive positions `(N, d)`, of all drives of the scene.
+
+        Raises:
+            AssemblyError, SingularConfigurationError: a position is out of reach.
+        """
+        span = self.branch.span
+        periods = self._cover(positions[:, self._index])
+        is_new = not self._is_studied or self.branch.span != span
+        self._is_studied = True
+        return Followed(periods[:, None], is_new)
+
+    def write(
+        self, followed: Followed, positions: Array, x: Array, turns: Array, kinematics: Kinematics
+    ) -> None:
+        """Write coordinates near closed ones, and their whole turns, into those of all joints.
+
+        Args:
+            followed: to these positions.
+            positions: `(N, d)` of all drives.
+            x: `(N, size)` coordinates; changed.
+            turns: `(N, size)` whole turns that they lack; changed.
+            kinematics: of the scene, with the rows that are known to be independent.
+        """
+        self._samples_served += len(positions)
+        branch = self.branch
+        own = kinematics.part([self._index], self.groups)
+        branch.refine(own, node_limit=self._samples_served // _SAMPLES_PER_NODE)
+        targets = positions[:, self._index] - followed.values[:, 0] * (branch.period or 0.0)
+        x[:, self._columns] = branch.values(targets, self._columns)
+        turns[:, self._columns] = followed.values * branch.windings[self._columns]
+
+    def _cover(self, targets: Array) -> Array:
+        """Follow the branch over drive positions `(N,)`.
+
+        Returns:
+            `(N,)` whole periods to subtract from the positions, so that they lie on the branch.
+
+        Raises:
+            AssemblyError, SingularConfigurationError: a position is out of reach.
+        """
+        branch = self.branch
+        low, high = float(np.min(targets)), float(np.max(targets))
+        leaves_turn = high - low >= _TURN or max(high, -low) > _TURN
+        is_far = self._turns_freely and leaves_turn
+        turns_through = True
+        if is_far and branch.period is None:
+            try:
+                branch.find_period()
+            except (AssemblyError, SingularConfigurationError):
+                turns_through = False  # The samples may lie on this side of what stops it.
+        if branch.period is not None:
+            return np.asarray(np.floor((targets - branch.span[0]) / branch.period))
+        if is_far and turns_through and high - low > _MOST_TURNS * _TURN:
+            raise AssemblyError(
+                f"the mechanism does not repeat within a few turns of {self._drive!r}, so "
+                f"{(high - low) / _TURN:.0f} turns cannot be followed; sweep over at most "
+                f"{_MOST_TURNS} turns",
+                position=high,
+                nearest=branch.span[1],
+                residual=0.0,
+                sample=int(np.argmax(targets)),
+            )
+        try:
+            branch.cover(low, high)
+        except (AssemblyError, SingularConfigurationError) as error:
+            raise self._beyond(targets, error) from error
+        return np.zeros(len(targets))
+
+    def _beyond(self, targets: Array, error: CardanError) -> CardanError:
+        """Return the error for the first of some drive positions `(N,)` that is out of reach."""
+        from .reach import Aim, out_of_reach, reach_of  # Imported here: only errors need it.
+
+        low, high = reach_of(self.branch, self._start, self._slides, self._length)
+        nearest = error.details["nearest" if isinstance(error, AssemblyError) else "position"]
+        # Samples may lie beyond both ends; the error is that of one of them.
+        sign = -1.0 if nearest < self._start else 1.0  # type: ignore[operator]
+        beyond = sign * targets > sign * (low if sign < 0.0 else high)
+        # An end is known to some digits only: a sample that is refused may seem to lie before it.
+        sample = int(np.argmax(beyond if np.any(beyond) else sign * targets))
+        who = f"drive {self._drive!r} cannot be brought to"
+        aim = Aim(who, float(targets[sample]), self._slides, sample)
+        return out_of_reach(aim, error, (low, high))
