@@ -13,10 +13,6 @@ from ..mechanism.coordinates import Coordinates
 from .group_solver import MOST_STEPS, GroupSolver, GroupState
 from .reduction import Reduction
 
-_IDLE_SHARE = 1e-3
-"""Share of the allowed error of extrapolations where there are idle rods. Nothing corrects how far
-they have turned about their lines, so what extrapolations miss there adds up from node to node."""
-
 
 class ClosedState(NamedTuple):
     """A mechanism at positions whose loops are closed.
@@ -74,11 +70,6 @@ class Kinematics:
         self.reductions = reductions or [solver.equations.full() for solver in solvers]
         self._rounding = rounding or [np.zeros(solver.group.passives.size) for solver in solvers]
 
-    @property
-    def share_of_steps(self) -> float:
-        """What part of the errors that are allowed elsewhere extrapolations may have here."""
-        return _IDLE_SHARE if any(solver.group.idle for solver in self.solvers) else 1.0
-
     def with_reductions(self, reductions: list[Reduction]) -> Kinematics:
         """Return the same with other rows of every group."""
         return Kinematics(self.coordinates, self.drives, self.solvers, reductions, self._rounding)
@@ -110,6 +101,12 @@ class Kinematics:
         """Velocity coordinates of the drives and of all passives."""
         passives = [solver.group.passives for solver in self.solvers]
         return np.concatenate([self.drives, *passives])
+
+    @cached_property
+    def idle_columns(self) -> Array:
+        """Columns of rows that change when idle rods spin."""
+        columns = [solver.idle_columns for solver in self.solvers if solver.group.idle]
+        return np.concatenate([np.zeros(0, dtype=int), *columns])
 
     def independent_parts(self) -> list[tuple[list[int], list[int]]]:
         """Return sets of drives that meet in groups, with the groups whose passives they move.
@@ -152,23 +149,32 @@ class Kinematics:
         pairs = zip(self.solvers, self.reductions, strict=True)
         return _joined(x, [solver.newton_step(x, reduction) for solver, reduction in pairs])
 
-    def close(self, x: Array, turns: Array | None = None, most: int = MOST_STEPS) -> ClosedState:
+    def close(
+        self,
+        x: Array,
+        turns: Array | None = None,
+        most: int = MOST_STEPS,
+        settles: bool = False,
+    ) -> ClosedState:
         """Close all loops from guesses `x (N, size)`; the caller judges the result.
 
         Args:
             x: coordinates; kept as they are.
             turns: `(N, size)` whole turns that the angles in `x` lack.
             most: greatest number of Newton steps per group.
+            settles: whether idle rods are turned about their lines to where they settle, so that
+                their positions do not depend on the way there.
         """
         x = self.coordinates.normalised(x.copy())
-        groups = zip(self.solvers, self.reductions, self._rounding, strict=True)
-        return _joined(
-            x,
-            [
-                solver.newton(x, reduction, rounding, turns, most)
-                for solver, reduction, rounding in groups
-            ],
-        )
+        states = []
+        for solver, reduction, rounding in zip(
+            self.solvers, self.reductions, self._rounding, strict=True
+        ):
+            state = solver.newton(x, reduction, rounding, turns, most)
+            if settles and solver.group.idle:
+                state = solver.settled(state, x, reduction, turns)
+            states.append(state)
+        return _joined(x, states)
 
     def evaluate(self, x: Array) -> ClosedState:
         """Return what is known at coordinates `x (N, size)` without changing them."""

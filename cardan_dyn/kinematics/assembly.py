@@ -97,7 +97,7 @@ class Assembly:
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
         """
-        state = guess.kinematics.close(guess.x, guess.turns)
+        state = guess.kinematics.close(guess.x, guess.turns, settles=True)
         has_left_branch = (state.correction > SAFE_CORRECTION) & guess.followed
         is_bad = ~(state.residual < CLOSURE_TOLERANCE) | has_left_branch
         if np.any(is_bad):

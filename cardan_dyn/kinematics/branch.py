@@ -121,6 +121,8 @@ class Branch:
                 # The second position lies between nodes, where a guess is not closed.
                 ends = self.kinematics.close(ends).x
             displacement = ends[1] - ends[0]
+            # How far idle rods have turned about their lines says nothing about the motion.
+            displacement[self.kinematics.idle_columns] = 0.0
             windings = np.zeros(displacement.size)
             angles = self.kinematics.coordinates.angle_columns
             windings[angles] = np.round(displacement[angles] / (2.0 * np.pi))

@@ -131,7 +131,7 @@ class BranchFollower:
         with np.errstate(all="ignore"):  # What did not converge is rejected, whatever it holds.
             nodes = nodes_of(self._kinematics, state)
             error = np.maximum(state.correction, table.error_back(nodes, indices))
-            allowed = self._kinematics.share_of_steps * allowed_correction(state.condition)
+            allowed = allowed_correction(state.condition)
             # A long step can end in another assembly mode, whose loops are closed as well.
             is_accepted = self._kinematics.same_side(state, inverses)
             is_accepted &= error < REJECTED_EXCESS * allowed

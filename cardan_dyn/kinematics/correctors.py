@@ -87,7 +87,7 @@ def proven(
     error_on = np.abs(taylor(nodes[:-1], step) - nodes[1:, 0])
     error_back = np.abs(taylor(nodes[1:], -step) - nodes[:-1, 0])
     error = np.max(np.maximum(error_on, error_back) * kinematics.coordinates.scale, axis=1)
-    allowed = kinematics.share_of_steps * allowed_correction(state.condition)
+    allowed = allowed_correction(state.condition)
     leads_on = error < REJECTED_EXCESS * np.minimum(allowed[:-1], allowed[1:])
     for group_state in state.groups:
         leads_on &= group_state.follows_on()

@@ -6,6 +6,7 @@ small step serves the rates and the closure forces as well, after one step of re
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -42,6 +43,11 @@ _NEARBY = 1e-4
 """Newton step [rad] up to which the inverse before it is tried as the inverse after it. The matrix
 changes in proportion to the step, and whether the inverse serves is then tested (`is_near`): the
 value decides only about the cost of tests in vain."""
+_SETTLED = 1e-9
+"""Angle [rad] of an idle rod from where it settles from which one more step leaves rounding, even
+where hinges near their singular position magnify what is left, its square, a thousandfold."""
+_MOST_SETTLING = 40
+"""Greatest number of such steps: half a turn takes seven of the longest ones."""
 MOST_STEPS = 12
 """Newton steps that a guess gets unless the caller says otherwise. From nearby a few suffice, since
 each squares the error; the rest is for guesses from which steps are shortened to `_LONGEST`."""
@@ -197,6 +203,7 @@ class GroupSolver:
         self.equations = ClosureEquations(mechanism, self.batch, group)
         self._length = mechanism.characteristic_length
         self._moves = coordinates.moves(group.passives)
+        self._zero = mechanism.zero
         slides = np.any(self.batch.subspace[:, :3] != 0.0, axis=1)
         sliding = slides[group.passives]
         self._scale = np.where(sliding, 1.0 / self._length, 1.0)
@@ -368,6 +375,47 @@ class GroupSolver:
             if worst < _CONVERGED:
                 break
         return state._replace(correction=correction)
+
+    def settled(
+        self, state: GroupState, x: Array, reduction: Reduction, turns: Array | None
+    ) -> GroupState:
+        """Turn idle rods about their lines to where they settle, see `RodSpins.turned`.
+
+        Args:
+            state: closed, at `x`.
+            x: `(N, size)` coordinates; changed in place.
+            reduction: the rows that are solved.
+            turns: see `evaluate`.
+
+        Returns:
+            The state there.
+        """
+        spins, correction = self.equations.rod_spins, state.correction
+        error = np.zeros((len(x), state.passive_rows.shape[2]))
+        for _ in range(_MOST_SETTLING):
+            angles = spins.turned(state.actions, self._at_zero)
+            worst = float(np.max(np.abs(angles)))
+            angles = np.clip(angles, -_LONGEST, _LONGEST)
+            back = spins.turning_back(state.actions, state.twists, state.idle, angles)
+            self._moves.apply(x, state.step(error) + times(state.idle, back))
+            state, error = self.evaluate(x, reduction, turns)
+            if worst < _SETTLED:
+                break
+        # Whole turns of their joints depend on the way as well.
+        columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
+        x[:, columns] -= 2.0 * np.pi * np.rint(x[:, columns] / (2.0 * np.pi))
+        return state._replace(correction=correction)
+
+    @cached_property
+    def idle_columns(self) -> Array:
+        """Columns of rows that change when idle rods spin."""
+        spinning = {rate for rod in self.group.idle for rate in rod.columns}
+        return self.coordinates.columns_moved_by(np.array(sorted(spinning), dtype=int))
+
+    @cached_property
+    def _at_zero(self) -> Array:
+        """Actions `(1, 6 n, 6)` of the batch at the description's zero."""
+        return self.batch.actions(self.batch.configuration(self._zero[None, :]))
 
     def _slips(self, x: Array, turns: Array | None) -> Array:
         """Return how far the couplings are from ratio and offset `(N, G)` [rad or m]."""

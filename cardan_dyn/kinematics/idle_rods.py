@@ -81,10 +81,12 @@ class IdleRod(NamedTuple):
     Attributes:
         body: its index (0-based joint of the mechanism's model).
         columns: velocity coordinates of the joints at its ends, then those of a floating joint.
+        line: `(3,)` direction of the line, in the frame of the body.
     """
 
     body: int
     columns: tuple[int, ...]
+    line: Array
 
 
 def idle_rods(mechanism: Mechanism, free: set[int]) -> list[IdleRod]:
@@ -98,9 +100,10 @@ def idle_rods(mechanism: Mechanism, free: set[int]) -> list[IdleRod]:
     rods = []
     for body in graph.edges:
         ends = [graph.end(body, edge) for edge in graph.edges[body]]
-        if body != graph.world and len(ends) == 2 and graph.spins(body, ends[0], ends[1]):
+        line = graph.line(body, *ends) if body != graph.world and len(ends) == 2 else None
+        if line is not None:
             columns = tuple(column for end in ends if end is not None for column in end.columns)
-            rods.append(IdleRod(body - 1, columns + graph.floating_columns(body)))
+            rods.append(IdleRod(body - 1, columns + graph.floating_columns(body), line))
     return rods
 
 
@@ -212,25 +215,31 @@ class JointGraph:
             return None
         return _End(False, *lines[0], edge.columns, edge.neighbour)
 
-    def spins(self, body: int, first: _End | None, second: _End | None) -> bool:
-        """Return whether a body that is held by two ends is free to spin about a line."""
+    def line(self, body: int, first: _End | None, second: _End | None) -> Array | None:
+        """Return the direction `(3,)` about which a body that is held by two ends is free to spin.
+
+        It is in the frame of the body; None if the body is not free.
+        """
         if first is None or second is None or first.neighbour == second.neighbour:
             # In two bearings of the same body, it is a shaft, which somebody has to drive.
-            return False
+            return None
         if not set(self.floating_columns(body)[_FLOATING_TURNS]) <= self._free:
-            return False
+            return None
         offset = second.point - first.point
         if first.is_ball and second.is_ball:
             size = float(np.linalg.norm(offset))
-            return size > self.tolerance and self._is_balanced(body, first.point, offset / size)
+            if size > self.tolerance and self._is_balanced(body, first.point, offset / size):
+                return np.asarray(offset / size)
+            return None
         hinge = second if first.is_ball else first
         if not (first.is_ball or second.is_ball or _are_parallel(first.axis, second.axis)):
-            return False
+            return None
         # A body with mass that turns on hinges is a rotor or a door, and somebody has to drive it.
         if self._masses[body] > _LIGHT * self._mass:
-            return False
+            return None
         is_line = float(np.linalg.norm(cross(hinge.axis, offset))) < self.tolerance
-        return is_line and self._is_balanced(body, hinge.point, hinge.axis)
+        is_free = is_line and self._is_balanced(body, hinge.point, hinge.axis)
+        return hinge.axis if is_free else None
 
     def _is_balanced(self, body: int, point: Array, axis: Array) -> bool:
         """Return whether the centre of mass of a body lies on a line, or nearly so."""

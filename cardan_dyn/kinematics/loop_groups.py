@@ -36,7 +36,7 @@ class Group(NamedTuple):
         base: the nearest body (0-based) from which all of them hang, -1 for the world. Loops
             close relative to it, however it moves.
         inertial_bodies: bodies whose inertia is accounted for in this group.
-        idle: idle rods among its bodies (0-based), see `idle_rods`. As many passives as there are
+        idle: idle rods among its bodies, see `idle_rods`. As many passives as there are
             of them are decided by no loop.
     """
 
@@ -47,7 +47,7 @@ class Group(NamedTuple):
     bodies: list[int]
     base: int
     inertial_bodies: set[int]
-    idle: tuple[int, ...] = ()
+    idle: tuple[IdleRod, ...] = ()
 
 
 class _Block(NamedTuple):
@@ -100,7 +100,7 @@ def partition(
     carried: set[int] = set()
     for block in blocks:
         group = _group(structure, block, touched, carried)
-        spinning = [rod.body for column, rod in idle.items() if column in block.passives]
+        spinning = [rod for column, rod in idle.items() if column in block.passives]
         group = group._replace(idle=tuple(spinning))
         groups.append(group)
         carried |= group.inertial_bodies

@@ -5,29 +5,68 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
-from .batch_model import BatchModel
+from .batch_model import BatchModel, placement
+from .idle_rods import IdleRod
 from .loop_geometry import LoopPath
 
 
 class RodSpins:
     """The idle rods of a group, and the coordinates that move them."""
 
-    def __init__(self, batch: BatchModel, bodies: tuple[int, ...], moved_bodies: Array) -> None:
+    def __init__(self, batch: BatchModel, rods: tuple[IdleRod, ...], moved_bodies: Array) -> None:
         """Find what moves the rods.
 
         Args:
             batch: of the group's bodies.
-            bodies: the k rods (0-based joints of the mechanism's model).
+            rods: the k rods.
             moved_bodies: `(m,)` indices in the batch of the bodies that the movable coordinates
                 move.
         """
-        self._moves = np.zeros((len(bodies), len(moved_bodies)))
-        for row, body in enumerate(bodies):
-            index = batch.index_of[body]
-            while index >= 0:
-                self._moves[row, moved_bodies == index] = 1.0
-                index = int(batch.parents[index])
+        self._bodies = [batch.index_of[rod.body] for rod in rods]
+        self._lines = [rod.line for rod in rods]
+        self._moves = np.zeros((len(rods), len(moved_bodies)))
+        for row, body in enumerate(self._bodies):
+            self._moves[row, np.isin(moved_bodies, batch.path(body))] = 1.0
         self._paths = [LoopPath.of(moves, moved_bodies) for moves in self._moves]
+
+    def turned(self, actions: Array, at_zero: Array) -> Array:
+        """Return `(N, k)` angles [rad] of the rods about their lines from where they settle.
+
+        There a rod is turned from its orientation at the description's zero, as seen from the base
+        of its group, by the least rotation that takes its line to where it is.
+
+        Args:
+            actions: of the batch at closed positions, see `BatchModel.actions`.
+            at_zero: `(1, 6 n, 6)` those at the description's zero.
+        """
+        angles = []
+        for body, line in zip(self._bodies, self._lines, strict=True):
+            (rotation, _), (initial, _) = placement(actions, body), placement(at_zero, body)
+            start, now = initial[:, :, 0] @ line, np.einsum("ijn,j->in", rotation, line)
+            settled = _least_rotations(start, now) @ initial[:, :, 0]
+            # What is left is a rotation about the line; its trace and skew part show the angle.
+            left = np.einsum("ijn,nkj->nik", rotation, settled)
+            skew = np.stack([left[:, k, j] - left[:, j, k] for j, k in ((1, 2), (2, 0), (0, 1))])
+            sine = 0.5 * np.einsum("in,in->n", skew, now)
+            cosine = 0.5 * (np.trace(left, axis1=1, axis2=2) - 1.0)
+            angles.append(np.arctan2(sine, cosine))
+        return np.stack(angles, axis=1)
+
+    def turning_back(self, actions: Array, twists: Array, idle: Array, angles: Array) -> Array:
+        """Return combinations `(N, k)` of idle motions that turn the rods back by angles `(N, k)`.
+
+        Args:
+            actions: of the batch.
+            twists: see `of`.
+            idle: see `of`.
+            angles: about the rods' lines [rad].
+        """
+        rates = []
+        for row, (body, line) in enumerate(zip(self._bodies, self._lines, strict=True)):
+            now = np.einsum("ijn,j->ni", placement(actions, body)[0], line)
+            angular = twists[:, -idle.shape[1] :, 3:] * self._moves[row, -idle.shape[1] :, None]
+            rates.append(np.einsum("ni,nmi,nmk->nk", now, angular, idle))
+        return -(np.linalg.pinv(np.stack(rates, axis=1)) @ angles[:, :, None])[:, :, 0]
 
     def of(self, twists: Array, rates: Array, idle: Array, v: Array | None = None) -> Array:
         """Return combinations `(N, k)` of idle motions that turn the rods like given rates do.
@@ -54,3 +93,13 @@ class RodSpins:
         wanted = np.einsum("nri,nri->nr", lines, turned)
         # Regular unless the drives leave other motions undecided, which is refused elsewhere.
         return np.asarray((np.linalg.pinv(along) @ wanted[:, :, None])[:, :, 0])
+
+
+def _least_rotations(start: Array, now: Array) -> Array:
+    """Return the least rotations `(N, 3, 3)` that take a unit vector `(3,)` to others `(3, N)`."""
+    x, y, z = np.cross(start, now.T).T
+    zero = np.zeros_like(x)
+    skew = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
+    # At half a turn there is no least rotation; nearby, the result turns fast.
+    scale = 1.0 / np.maximum(1.0 + start @ now, np.finfo(float).tiny)
+    return np.eye(3) + skew + (skew @ skew) * scale[:, None, None]

@@ -17,7 +17,6 @@ from ..errors import (
     SingularConfigurationError,
 )
 from ..frozen import FrozenDict, frozen
-from ..kinematics.idle_rods import rods_by_name
 from ..problem.problem import Problem
 from .convergence import Convergence
 from .data import Proof, ResponseData
@@ -65,7 +64,6 @@ def build(solver: ProblemSolver, tolerance: object, interval: object) -> Respons
     """Return the functions of a response; see `Scene.response`."""
     checked_tolerance = _checked_tolerance(tolerance)
     _refuse_unsuitable(solver.problem)
-    _refuse_idle_rods(solver)
     domain = _domain(solver, interval)
     sampler = FunctionSampler(solver)
     scales = Scales(solver.problem.mechanism, sampler.layout)
@@ -233,23 +231,6 @@ def _checked_tolerance(tolerance: object) -> float:
     if not _LEAST_TOLERANCE <= value < 1.0:
         raise ArgumentError(f"tolerance is {value:g}, expected {_LEAST_TOLERANCE:g} … 1")
     return value
-
-
-def _refuse_idle_rods(solver: ProblemSolver) -> None:
-    """Refuse rods whose position about their lines does not follow from the drive's.
-
-    Raises:
-        ArgumentError: there is one.
-    """
-    problem = solver.problem
-    rods = rods_by_name(problem.mechanism, set(problem.passive_columns.tolist()))
-    if rods:
-        listed = "; ".join(" and ".join(rod) for rod in rods)
-        raise ArgumentError(
-            f"{problem.mechanism.name}: rods may spin about the lines between their joints "
-            f"({listed}), so their positions depend on the way there and not on the drive alone; "
-            "use sweeps, or make one of a rod's balls a universal joint"
-        )
 
 
 def _refuse_unsuitable(problem: Problem) -> None:

@@ -94,10 +94,12 @@ class SweepData(Prescribed):
     def idle_rods(self) -> list[tuple[str, ...]]:
         """Joints at the ends of every rod that may spin about its line.
 
-        Nothing decides these spins. By rule, the rods do not turn about their lines, and turn
-        faster or slower as inertia and weight have it, since no moment acts about the lines. Their
-        positions about the lines depend on the way there and follow the rates to some 1e-3 rad
-        only; no other joint feels them.
+        Nothing decides these spins, and no other joint feels them. By rule, a rod is turned about
+        its line as the least rotation from its direction at the description's zero has it (seen
+        from the body that carries its loop); its rates have no part along the line, and its
+        acceleration is the one that inertia and weight cause, since no moment acts about the line.
+        Positions, rates and accelerations about the line are therefore not derivatives of each
+        other.
         """
         return rods_by_name(self.mechanism, set(self._problem.passive_columns.tolist()))
 

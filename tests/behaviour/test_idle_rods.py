@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio
 import pytest
-from testkit.ball_rods import ALONG, WAYS, as_balls, as_hinges
+from testkit.ball_rods import ALONG, LINE, WAYS, as_balls
 
 import cardan_dyn as cd
 
@@ -74,13 +75,43 @@ def test_rates_of_rods_have_no_part_along_their_lines(turns: dict[str, cd.Sweep]
     np.testing.assert_allclose(np.linalg.norm(position, axis=1), 0.3, rtol=1e-12)
 
 
-def test_positions_of_rods_follow_their_rates_nearly() -> None:
-    scene = cd.Scene(cd.load(as_hinges()), drive="a")
-    positions = np.linspace(-1.0, 1.0, 401)
-    motion = scene.sweep(positions, speed=1.0).motion
-    for name in ("b1", "b3", "c2"):
-        followed = np.gradient(motion.position(name), positions)[1:-1]
-        assert np.max(np.abs(followed - motion.velocity(name)[1:-1])) < 2e-3
+@pytest.mark.parametrize("way", WAYS)
+def test_rods_are_turned_by_the_least_rotation_from_zero(way: str) -> None:
+    """The axis of a least rotation is normal to the line, before and after it."""
+    mechanism = cd.load(WAYS[way]())
+    rod, _ = mechanism.links["rod"]
+    data = mechanism.model.createData()
+    q_zero = mechanism.coordinates.configuration(mechanism.zero[None])[0]
+    pinocchio.forwardKinematics(mechanism.model, data, q_zero)
+    at_zero = data.oMi[rod].copy()
+    motion = cd.Scene(mechanism, drive="a").sweep(np.linspace(-9.0, 9.0, 40)).motion
+    line = at_zero.rotation.T @ LINE
+    for q in motion.q:
+        pinocchio.forwardKinematics(mechanism.model, data, q)
+        turn = data.oMi[rod].rotation @ at_zero.rotation.T
+        axis = pinocchio.log3(turn)
+        for rotation in (at_zero.rotation, data.oMi[rod].rotation):
+            assert abs(axis @ (rotation @ line)) < 1e-12
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_rods_do_not_remember_the_way(way: str) -> None:
+    """Other positions before, another order, whole turns: nothing of a result depends on them."""
+    mechanism = cd.load(WAYS[way]())
+    positions = np.linspace(0.2, 6.0, 15)
+    rates = {"speed": 3.0, "acceleration": 1.0}
+    expected = cd.Scene(mechanism, **OPTIONS).sweep(positions, **rates)
+    scene = cd.Scene(mechanism, **OPTIONS)
+    scene.sweep([-30.0, 14.0])
+    backwards = scene.sweep(positions[::-1], **rates)
+    turned = scene.sweep(positions + 20.0 * np.pi, **rates)
+    for joint in mechanism:
+        size = 1.0 + np.max(np.abs(expected[joint].force)) + np.max(np.abs(expected[joint].moment))
+        for part in ("force", "moment"):
+            wanted = getattr(expected[joint], part)
+            again, later = getattr(backwards[joint], part)[::-1], getattr(turned[joint], part)
+            np.testing.assert_allclose(again, wanted, rtol=0.0, atol=1e-11 * size)
+            np.testing.assert_allclose(later, wanted, rtol=0.0, atol=1e-11 * size)
 
 
 def test_weights_beside_the_line_turn_a_rod() -> None:
@@ -111,10 +142,19 @@ def test_rods_are_listed_where_a_user_looks() -> None:
     assert any("1 idle rod(s), which do not turn about their lines" in step for step in plan.steps)
 
 
-def test_responses_refuse_rods_that_spin() -> None:
-    scene = cd.Scene(cd.load(as_balls()), **OPTIONS)
-    with pytest.raises(cd.ArgumentError, match=r"rods may spin .* \(b and c\), .* use sweeps"):
-        scene.response()
+@pytest.mark.parametrize("way", WAYS)
+def test_responses_hold_for_mechanisms_with_rods(way: str) -> None:
+    scene = cd.Scene(cd.load(WAYS[way]()), **OPTIONS)
+    response = scene.response()
+    assert response.error < 1e-12
+    positions = np.linspace(-5.0, 9.0, 33)
+    exact = scene.sweep(positions, speed=4.0, acceleration=2.0)
+    fast = response.sweep(positions, speed=4.0, acceleration=2.0)
+    for joint in scene.mechanism:
+        size = 1.0 + np.max(np.abs(exact[joint].force)) + np.max(np.abs(exact[joint].moment))
+        for part in ("force", "moment"):
+            difference = getattr(exact[joint], part) - getattr(fast[joint], part)
+            assert np.max(np.abs(difference)) < 1e-11 * size
 
 
 def test_rods_in_a_loop_of_several_drives() -> None:
