@@ -63,6 +63,7 @@ class AssemblyError(CardanError):
             mechanism was not moved.
         residual: closure error that remained, see `Sweep.loop_residual`.
         finding: what ends the way there, in words; empty where it is not known.
+        hint: what else the message says about it, for example of gimbal lock; mostly empty.
         joint: the held or started joint that was to be brought there; None where it is the drives.
         sample: index of the drive position among those of the sweep; None elsewhere.
         reach: lower and upper limit of the positions that can be reached; None where they are not
@@ -73,6 +74,7 @@ class AssemblyError(CardanError):
     nearest: float | np.ndarray | None = None
     residual: float = float("nan")
     finding: str = ""
+    hint: str = ""
     joint: str | None = None
     sample: int | None = None
     reach: tuple[float, float] | None = None
@@ -84,9 +86,11 @@ class SingularConfigurationError(CardanError):
     Attributes:
         position: the singular position of the drive, `(d,)` of d drives, or of `joint`.
         condition: condition number of the closure equations there.
-        joints: names of the joints that lose their freedom there; none where assembly modes meet.
-        moving: names of the joints that can move there while the drives rest.
+        joints: names of the coordinates, as in `Mechanism.drivable`, that lose their freedom there;
+            none where assembly modes meet.
+        moving: names of those that can move there while the drives rest.
         finding: the same in words; empty where it is not known.
+        hint: what else the message says about it, for example of gimbal lock; mostly empty.
         joint: the held or started joint that was to be moved past it; None where it is the drives.
         sample: index of the drive position that was asked for in the sweep; None elsewhere.
         reach: lower and upper limit of the positions that can be reached; None where they are not
@@ -98,6 +102,7 @@ class SingularConfigurationError(CardanError):
     joints: tuple[str, ...] = ()
     moving: tuple[str, ...] = ()
     finding: str = ""
+    hint: str = ""
     joint: str | None = None
     sample: int | None = None
     reach: tuple[float, float] | None = None

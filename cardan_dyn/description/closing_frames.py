@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..errors import ModelError
+from ..errors import ModelError, choices
 from .description import LoopDescription
 from .elements import placement
 
@@ -81,8 +81,8 @@ def closing_loops(
         loops.append(LoopDescription(name, kind, link, partner, np.eye(4), np.eye(4), axis, axis))
     if guessed:
         warnings.append(
-            f"{where}: closing frames do not state the type of {', '.join(guessed)}: taken as "
-            "ball; write <loop> where it is another one"
+            f"{where}: closing frames do not state the type of {choices(guessed)}: taken as "
+            "spherical; write <loop> where it is another one"
         )
     return loops, warnings
 

@@ -96,7 +96,8 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
     elif root.tag == "sdf":
         from .sdf import reader as sdf
 
-        description = sdf.parse(root, "SDF text" if path is None else where, strict)
+        where = "SDF text" if path is None else where
+        description = sdf.parse(root, where, strict)
     elif root.tag == "robot":
         where = "URDF text" if path is None else where
         description = urdf.parse(root, where, path, strict)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
+from ..errors import ModelError
 
 if TYPE_CHECKING:
     from .description import JointDescription, LoopDescription
@@ -27,16 +28,19 @@ def reread_beside(
         loops: those that the URDF itself does not state.
         joints: those of the tree, with the numbers of the URDF.
         text: of the file.
+
+    Raises:
+        ModelError: the file states loops, and not all of these.
     """
     import yaml
 
     content: dict[str, Any] = yaml.safe_load(text)
     hinges = {
-        entry.get("name", f"loop_{index + 1}"): entry
+        entry.get("name") or f"loop_{index + 1}": entry
         for index, entry in enumerate(content.get("closures") or [])
     }
     pins = {
-        entry.get("name", f"{key}_{index + 1}"): entry
+        entry.get("name") or f"{key}_{index + 1}": entry
         for key in ("pin_loops", "ball_loops")
         for index, entry in enumerate(content.get(key) or [])
     }
@@ -47,6 +51,9 @@ def reread_beside(
             result[loop.name] = _hinge(loop, hinges[loop.name], carrier)
         elif loop.name in pins:
             result[loop.name] = _pin(loop, pins[loop.name])
+        elif hinges or pins:
+            # Otherwise the first reader's numbers would prove themselves.
+            raise ModelError(f"loop {loop.name!r} is not found by the second reading of the file")
     return result
 
 

@@ -74,25 +74,27 @@ def refused(
     middle, last = table.states[table.size // 2], table.states[end.node]
     singularity = singularity_at(kinematics, last, middle)
     passives = [column for solver in kinematics.solvers for column in solver.group.passives]
-    finding = singularity.text + gimbal_note(kinematics.coordinates, last, passives)
+    finding, hint = singularity.text, gimbal_note(kinematics.coordinates, last, passives)
     error: CardanError
     if attempt.residual < CLOSURE_TOLERANCE or attempt.condition > SINGULAR_CONDITION:
         condition = float(kinematics.evaluate(table.states[[end.node]]).condition[0])
         error = SingularConfigurationError(
             f"the mechanism cannot be followed past drive position {nearest:.9g}: the closure "
-            f"equations become singular there (condition {condition:.1e}), {finding}",
+            f"equations become singular there (condition {condition:.1e}), {finding}{hint}",
             position=nearest,
             condition=condition,
-            **{**singularity.details, "finding": finding},
+            hint=hint,
+            **singularity.details,
         )
     else:
         error = AssemblyError(
             f"the loops cannot be closed at drive position {attempt.position:.9g}; the nearest "
-            f"position that can be reached is {nearest:.9g}, {finding}",
+            f"position that can be reached is {nearest:.9g}, {finding}{hint}",
             position=attempt.position,
             nearest=nearest,
             residual=attempt.residual,
             finding=finding,
+            hint=hint,
         )
     return end._replace(error=error)
 

@@ -174,14 +174,15 @@ class DriveMotion:
             raise self._beyond(targets, error) from error
         return np.zeros(len(targets))
 
-    def _beyond(self, targets: Array, error: CardanError) -> CardanError:
+    def _beyond(
+        self, targets: Array, error: AssemblyError | SingularConfigurationError
+    ) -> CardanError:
         """Return the error for the first of some drive positions `(N,)` that is out of reach."""
-        from .reach import Aim, out_of_reach, reach_of  # Imported here: only errors need it.
+        from .reach import Aim, nearest_of, out_of_reach, reach_of  # Only errors need it.
 
         low, high = reach_of(self.branch, self._start, self._slides, self._length)
-        nearest = error.details["nearest" if isinstance(error, AssemblyError) else "position"]
         # Samples may lie beyond both ends; the error is that of one of them.
-        sign = -1.0 if nearest < self._start else 1.0  # type: ignore[operator]
+        sign = -1.0 if float(nearest_of(error)) < self._start else 1.0  # type: ignore[arg-type]
         beyond = sign * targets > sign * (low if sign < 0.0 else high)
         # An end is known to some digits only: a sample that is refused may seem to lie before it.
         sample = int(np.argmax(beyond if np.any(beyond) else sign * targets))

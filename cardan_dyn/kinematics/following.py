@@ -182,5 +182,5 @@ def _several_steps(
                 nearest=last[columns].copy(),
                 residual=float(state.residual[0]),
                 sample=sample,
-                finding=note,
+                hint=note,
             )

@@ -81,7 +81,9 @@ def reach_of(branch: Branch, start: float, slides: bool, length: float) -> tuple
 
 
 def out_of_reach(
-    aim: Aim, error: CardanError, reach: tuple[float, float] | None = None
+    aim: Aim,
+    error: AssemblyError | SingularConfigurationError,
+    reach: tuple[float, float] | None = None,
 ) -> CardanError:
     """Return the error that says of a position asked for what is known of an end of the branch.
 
@@ -91,25 +93,28 @@ def out_of_reach(
             `SingularConfigurationError`.
         reach: limits of the drive, if they are known.
     """
-    is_singular = isinstance(error, SingularConfigurationError)
-    nearest = error.details["position" if is_singular else "nearest"]
+    nearest, hints = nearest_of(error), aim.hint + error.hint
     where = "" if reach is None else f"; it moves {_between(reach)}"
     which = "" if aim.sample is None else f" (sample {aim.sample})"
     what = f"{aim.who} {aim.position:.9g}{which}"
     details = {**error.details, "joint": aim.joint, "sample": aim.sample, "reach": reach}
-    finding = error.details["finding"]
-    if is_singular:
+    if isinstance(error, SingularConfigurationError):
         return SingularConfigurationError(
             f"{what}{where}: position {_number(nearest)} is singular (condition "
-            f"{error.details['condition']:.1e}), {finding}; the way on is not unique. Stay on one "
-            f"side of it, begin beyond it with start=, or choose another drive{aim.hint}",
+            f"{error.condition:.1e}), {error.finding}; the way on is not unique. Stay on one "
+            f"side of it, begin beyond it with start=, or choose another drive{hints}",
             **details,
         )
     return AssemblyError(
         f"{what}{where}: the nearest position that can be reached is {_number(nearest)}, where "
-        f"{finding}{aim.hint}",
+        f"{error.finding}{hints}",
         **{**details, "position": aim.position},
     )
+
+
+def nearest_of(error: AssemblyError | SingularConfigurationError) -> object:
+    """Return the nearest position that was reached on the way that an error ended."""
+    return error.position if isinstance(error, SingularConfigurationError) else error.nearest
 
 
 def all_out_of_reach(
@@ -127,7 +132,7 @@ def all_out_of_reach(
     return AssemblyError(
         f"the loops cannot be closed at drive positions {as_text(asked)} (sample {error.sample} of "
         f"{len(positions)}); on the straight way there the nearest that were reached are "
-        f"{as_text(nearest)}, where drive {drives[far]!r} has the farthest to go{error.finding}",
+        f"{as_text(nearest)}, where drive {drives[far]!r} has the farthest to go{error.hint}",
         **error.details,
     )
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import choices
-from ..mechanism.coordinates import Coordinates
 from .all_groups import Kinematics
 from .tolerances import MOVES
 
@@ -29,9 +28,9 @@ class Singularity(NamedTuple):
     """What happens at a singular position.
 
     Attributes:
-        lost: names of the joints that cannot move there, as they can elsewhere; none where assembly
-            modes meet.
-        moving: names of the joints that can move while the drives rest.
+        lost: names of the coordinates that cannot move there, as they can elsewhere; none where
+            assembly modes meet.
+        moving: names of the coordinates that can move while the drives rest.
         resting: names of the drives.
         modes_meet: whether two assembly modes meet, rather than a drive being in a dead point.
     """
@@ -72,7 +71,8 @@ def singularity_at(kinematics: Kinematics, x: Array, regular: Array) -> Singular
     passives = group.group.passives
     left, values, _ = np.linalg.svd(group.scaled_rows[0])
     last = min(len(passives) - len(group.group.idle), len(values)) - 1
-    resting = joints_of(kinematics.coordinates, set(kinematics.drives.tolist()))
+    coordinates = kinematics.coordinates
+    resting = tuple(coordinates.names_of(set(kinematics.drives.tolist())))
     if last < 0 or values[last] > _REGULAR * values[0]:
         # The passives can follow no motion of the drives, and none of their own.
         return Singularity(resting, (), resting, modes_meet=False)
@@ -89,16 +89,7 @@ def singularity_at(kinematics: Kinematics, x: Array, regular: Array) -> Singular
         lost = {column for column in concerned if moves[column]}
         if len(kinematics.drives) == 1:
             lost |= set(kinematics.drives.tolist())
-    can_move = joints_of(kinematics.coordinates, set(moving.tolist()))
-    # A joint with several coordinates may lose one of them and move along another.
-    cannot = [name for name in joints_of(kinematics.coordinates, lost) if name not in can_move]
+    can_move = tuple(coordinates.names_of(set(moving.tolist())))
+    # A ball may lose one component of its rotation, and turn along another.
+    cannot = [name for name in coordinates.names_of(lost) if name not in can_move]
     return Singularity(tuple(cannot), can_move, resting, modes_meet)
-
-
-def joints_of(coordinates: Coordinates, columns: set[int]) -> tuple[str, ...]:
-    """Return the names of the joints that velocity coordinates belong to."""
-    return tuple(
-        name
-        for name, owned in coordinates.velocity_columns.items()
-        if columns.intersection(range(owned.start, owned.stop))
-    )

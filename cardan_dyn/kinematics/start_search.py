@@ -114,7 +114,7 @@ class StartSearch:
         angles = [
             degrees_hint(value)
             for name, value in positions.items()
-            if mechanism.joints[name].type != "prismatic"
+            if not mechanism.drivable[name].slides
         ]
         return AssemblyError(
             f"{mechanism.name}: the loops cannot be closed with all joints of start and held at "

@@ -28,7 +28,8 @@ class Configuration(Frozen):
         zero_residual: the same at the description's zero.
         x: `(size,)` coordinates, see `mechanism.coordinates`.
         positions: joint to its position [rad or m]; an array for joints of several coordinates, see
-            `Motion.position`.
+            `Motion.position`: a ball has a unit quaternion, or three angles if one of them was
+            named.
     """
 
     def __init__(

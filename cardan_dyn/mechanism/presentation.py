@@ -45,7 +45,7 @@ class Presentation(Frozen):
         Args:
             path: file whose suffix says in which notation: `.urdf` for URDF+, as `to_urdf` returns
                 it; `.xml` or `.mjcf` for MJCF, see `description.mjcf.writer` for what it becomes
-                there.
+                there. `load` reads MJCF back whose bodies are nested up to 300 deep.
             at: closed configuration that becomes the zero of the written coordinates: name of every
                 moving joint, loops included, to its position as `Configuration.positions` has it.
                 Limits are counted from there as well. Without it the zero stays if its loops are

@@ -51,7 +51,8 @@ def rezeroed(description: Description, positions: Mapping[str, object]) -> Descr
         description: it stays as it is.
         positions: name of every joint and loop that moves to its coordinates there, in the order
             of its elementary parts: an angle [rad] or slide [m] each, a ball's unit quaternion
-            x y z w. A number does for a single one; angles may count whole turns.
+            x y z w or its three Cardan angles. A number does for a single one; angles may count
+            whole turns.
 
     Raises:
         ArgumentError: a position is missing, unknown or malformed, a loop is open there, or a
@@ -102,6 +103,9 @@ def _displacement(
     size = sum(4 if kind == "spherical" else 1 for kind, _ in parts)
     name = f"at[{joint.name!r}]"
     values = np.atleast_1d(numbers(name, position)) if size else np.zeros(0)
+    if any(kind == "spherical" for kind, _ in parts) and values.shape == (size - 1,):
+        # Three angles instead of a quaternion, of a mechanism whose balls are written as turns.
+        parts, size = elementary(joint.type, joint.axis, joint.axis_2, cardan=True), size - 1
     if values.shape != (size,):
         raise ArgumentError(
             f"{name} has shape {values.shape}; a {joint.type} joint has {size} coordinate(s)"

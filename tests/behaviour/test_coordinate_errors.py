@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from testkit.compound_joints import X, Y, Z, body, crank_and_slider, joint, loop, robot
@@ -180,3 +182,15 @@ def test_with_all_angles_prescribed_there_is_no_gimbal_lock() -> None:
     )
     way = np.linspace(0.0, np.pi, 5)[:, None] * [1.0, 0.2, 0.3]
     assert scene.sweep(way, speed=1.0).balance_residual < 1e-12
+
+
+def test_configurations_with_named_angles_are_written(tmp_path: Path) -> None:
+    """The angles become the zero; wrenches of balls that are balls or turns agree."""
+    mechanism = tree()
+    configuration = mechanism.assembled(start={"ball.x": 0.3, "u.turn_1": 0.2})
+    assert configuration.positions["ball"].shape == (3,)
+    again = cd.load(mechanism.write(tmp_path / "turned.urdf", at=configuration.positions))
+    zero = again.assembled()
+    for name in ("ball", "u"):
+        np.testing.assert_allclose(zero.origin(name), configuration.origin(name), atol=1e-14)
+        np.testing.assert_allclose(zero.rotation(name), configuration.rotation(name), atol=1e-14)

@@ -69,7 +69,7 @@ def to_mjcf(description: Description) -> str:
 
     Raises:
         ModelError: something has no notation in MJCF: a moving link without mass, a coupling of
-            other joints than two on the same body, a matrix that is no rotation.
+            links that several joints move from their common ancestor, a matrix that is no rotation.
     """
     return _Writer(description).text()
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from testkit.other_notations import CLOSURES, PINS, TREE, written
 
+import cardan_dyn as cd
 from cardan_dyn.description.read import read
 from cardan_dyn.description.second_reading_beside import reread_beside
 
@@ -33,8 +34,19 @@ def test_numbers_come_from_the_text(yaml: str, urdf: str | None, tmp_path: Path)
     assert found[loop.name].agrees(loop, 1e-15)
 
 
-def test_loops_that_the_file_does_not_state_are_left_alone(tmp_path: Path) -> None:
+def test_loops_that_the_second_reading_misses_are_no_proof(tmp_path: Path) -> None:
     description = read(written(tmp_path, CLOSURES))
     other = replace(description.loops[0], name="other")
-    assert reread_beside([other], description.joints, CLOSURES) == {}
+    with pytest.raises(cd.ModelError, match="loop 'other' is not found by the second reading"):
+        reread_beside([other], description.joints, CLOSURES)
     assert reread_beside([other], description.joints, "closed_loop: [[a, b]]") == {}
+
+
+@pytest.mark.parametrize("name", ['name: "", ', "name: null, ", ""])
+def test_loops_without_a_name_are_found_again(name: str, tmp_path: Path) -> None:
+    text = CLOSURES.replace("{link_a", f"{{{name}link_a")
+    description = read(written(tmp_path, text))
+    (loop,) = description.loops
+    disturbed = replace(loop, predecessor_origin=np.full((4, 4), 7.0))
+    found = reread_beside([disturbed], description.joints, text)
+    assert found[loop.name].agrees(loop, 1e-15)

@@ -171,3 +171,17 @@ def test_far_zeros_lead_to_the_same_mode_for_every_drive() -> None:
     np.testing.assert_allclose(starts[0], starts[1], atol=1e-9)
     for name, offset in offsets.items():
         assert abs(values(mechanism, starts[0], name)[0]) < 1.5, offset
+
+
+def test_contradictions_are_told_in_names_of_coordinates() -> None:
+    """Degrees are asked for of an angle, not of a slide."""
+    mechanism = cd.load(
+        '<robot name="r"><link name="g"/><link name="a"/><joint name="free" type="floating">'
+        '<parent link="g"/><child link="a"/></joint></robot>'
+    )
+    problem = checked(mechanism, drive="free.x")
+    search = StartSearch(problem, None, None, np.zeros(0))  # type: ignore[arg-type]
+    error = search._not_closed({"free.turn_x": 45.0}, cd.AssemblyError("no", residual=0.1))
+    assert "(free.turn_x: 45)" in str(error)
+    assert "if 45 degrees were meant, give 0.785398" in str(error)
+    assert "degrees" not in str(search._not_closed({"free.z": 45.0}, cd.AssemblyError("no")))
