@@ -33,6 +33,29 @@ def inverse(placement: Array) -> Array:
     return result
 
 
+def cardan_angles(quaternion: Array) -> Array:
+    """Return the angles `(3,)` of turns about x, the carried y, the carried z, of a rotation.
+
+    Args:
+        quaternion: `(4,)` of unit length (x, y, z, w).
+    """
+    x, y, z, w = quaternion
+    first = np.arctan2(2.0 * (x * w - y * z), 1.0 - 2.0 * (x * x + y * y))
+    # Of the middle angle, sine and cosine: the latter does not vanish in the former's rounding.
+    cosine = np.hypot(1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w))
+    middle = np.arctan2(2.0 * (x * z + y * w), cosine)
+    last = np.arctan2(2.0 * (z * w - x * y), 1.0 - 2.0 * (y * y + z * z))
+    return np.array([first, middle, last])
+
+
+def cardan_quaternion(angles: Array) -> Array:
+    """Return the unit quaternion `(4,)` (x, y, z, w) of three angles, see `cardan_angles`."""
+    turns = np.zeros((3, 1, 4))
+    turns[[0, 1, 2], 0, [0, 1, 2]] = np.sin(0.5 * angles)
+    turns[:, 0, 3] = np.cos(0.5 * angles)
+    return quaternion_product(quaternion_product(turns[0], turns[1]), turns[2])[0]
+
+
 def generic(rows: int, columns: int) -> Array:
     """Return numbers `(rows, columns)` between -1 and 1 without a pattern, always the same ones.
 

@@ -109,7 +109,7 @@ def default_sweep(
         CardanError: as `Scene` and `Scene.sweep` do.
     """
     preset = PRESETS.get(mechanism.name, Preset(mechanism.independent_coordinates))
-    if not all(name in mechanism.joints for name in (*preset.drive, *preset.held_deg)):
+    if not all(name in mechanism.drivable for name in (*preset.drive, *preset.held_deg)):
         # The mechanism shares only its name with the bundled one.
         preset = Preset(mechanism.independent_coordinates)
     drives = tuple(drive) or preset.drive

@@ -19,6 +19,8 @@ ADDED_TYPES = frozenset({"spherical", "universal", "cylindrical"})
 """Types that this package adds to those of URDF, for loops and for tree joints."""
 TREE_TYPES = JOINT_TYPES | ADDED_TYPES
 """Types of tree joints that can be loaded."""
+SINGLE_TYPES = frozenset({"revolute", "continuous", "prismatic"})
+"""Types of joints that have one coordinate."""
 LOOP_TYPES = TREE_TYPES - {"floating"}
 """Types of loops that can be closed."""
 

@@ -24,10 +24,13 @@ from .beside import (
 )
 from .description import LoopDescription
 from .elements import JOINT_TYPES, check_unique
+from .words import unknown_keys
 
 GEPETTO_TYPES = {"6d": "fixed", "3d": "spherical"}
 """Gepetto's word for a closure to the type of the loop that it is."""
 
+_KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
+"""Keys of a file that are known."""
 _UNIVERSAL = re.compile(r"ujoint_([xyz])([xyz])", re.IGNORECASE)
 """Gepetto's word for a universal joint, with the axes of its parent's and its child's side."""
 
@@ -55,6 +58,7 @@ def gepetto(
         return None
     where = str(existing[0])
     text, content = read_yaml(existing[0], where)
+    unknown = unknown_keys(content, _KEYS, where, strict)
     if "closed_loop" not in content:
         return None
     loops = _loops(content, robot, where)
@@ -71,7 +75,7 @@ def gepetto(
         loops=loops,
         motors=tuple(name for name in motors if name in joints),
         joint_types={name: changed for name, changed in joint_types.items() if name in joints},
-        warnings=passed_over(named, joints, where),
+        warnings=(*unknown, *passed_over(named, joints, where)),
     )
 
 

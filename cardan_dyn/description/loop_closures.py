@@ -41,6 +41,7 @@ from .beside import (
 )
 from .description import LoopDescription
 from .elements import GREATEST, placement
+from .words import unknown_keys
 
 _LISTS = ("closures", "pin_loops", "ball_loops")
 """Keys of a file that list loops."""
@@ -73,10 +74,13 @@ def loop_closures(
     """
     where = str(file)
     text, content = read_yaml(file, where)
+    warnings = _unknown_keys(content, where, strict)
+    if strict and not any(key in _KEYS[""] for key in content):
+        raise ModelError(f"{where}: it lists no loops; keys: {choices(_KEYS[''])}")
     if not any(content.get(key) for key in _LISTS):
         return None
     at_zero = placements_at_zero(robot, where)
-    loops, warnings = [], []
+    loops = []
     for name, entry, kind in _entries(content, where):
         unknown = [link for link in _ends(entry, kind) if link not in at_zero]
         if unknown and strict:
@@ -100,7 +104,6 @@ def loop_closures(
     motors = [*named["independent"], *named["actuated_joints"]]
     if "ball_limit_deg" in content:
         warnings.append(f"{where}: ball_limit_deg left out: limits play no part")
-    warnings += _unknown_keys(content, where)
     return Beside(
         path=file,
         notation=LOOP_CLOSURES,
@@ -163,12 +166,12 @@ def _entries(content: YamlContent, where: str) -> list[tuple[str, _Entry, str]]:
     return result
 
 
-def _unknown_keys(content: YamlContent, where: str) -> list[str]:
-    """Return warnings about keys that are not known."""
-    unknown = [str(key) for key in content if key not in _KEYS[""]]
+def _unknown_keys(content: YamlContent, where: str, strict: bool) -> list[str]:
+    """Return warnings about keys that are not known; see `unknown_keys` for errors."""
+    warnings = unknown_keys(content, _KEYS[""], where, strict)
     for _, entry, kind in _entries(content, where):
-        unknown += [f"{kind}: {key}" for key in entry if key not in _KEYS[kind]]
-    return [f"{where}: {key} is unknown and was passed over" for key in dict.fromkeys(unknown)]
+        warnings += unknown_keys(entry, _KEYS[kind], f"{where}: {kind}", strict)
+    return list(dict.fromkeys(warnings))
 
 
 def _ends(entry: _Entry, kind: str) -> list[str]:
@@ -233,7 +236,7 @@ def _vector(entry: _Entry, key: str, at: str) -> Array:
         raise ModelError(f"{at}: {key} {value!r} is not 3 finite number(s)")
     try:
         vector = np.array([float(item) for item in value])
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ModelError(f"{at}: {key} {value!r} is not 3 finite number(s)") from error
     if vector.shape != (3,) or not np.all(np.abs(vector) <= GREATEST):
         raise ModelError(f"{at}: {key} {value!r} is not 3 finite number(s)")

@@ -11,11 +11,8 @@ from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
 from .description import CouplingDescription, JointDescription
-from .elements import numbers, only, unique
+from .elements import SINGLE_TYPES, numbers, only, unique
 from .left_out import line_of
-
-_SINGLE = frozenset({"revolute", "continuous", "prismatic"})
-"""Types of joints that have one coordinate."""
 
 
 def mimics(
@@ -116,7 +113,7 @@ def _mimic(
         at: how messages name the element.
     """
     mimicked = mimic.get("joint")
-    single = [other.name for other in joints.values() if other.type in _SINGLE]
+    single = [other.name for other in joints.values() if other.type in SINGLE_TYPES]
     if not mimicked:
         raise ModelError(f'{at}: joint="..." is missing; joints: {choices(single)}')
     if mimicked not in joints:
@@ -125,7 +122,7 @@ def _mimic(
     if mimicked == joint:
         raise ModelError(f"{at}: a joint cannot mimic itself; name another one, or remove <mimic>")
     for end in (joints[joint], joints[mimicked]):
-        if end.type not in _SINGLE:
+        if end.type not in SINGLE_TYPES:
             raise ModelError(
                 f"{at}: joint {end.name!r} is {end.type}; only joints with one coordinate mimic "
                 f"and are mimicked: {choices(single)}; remove <mimic>, or change the type"

@@ -11,10 +11,7 @@ from collections.abc import Iterable
 from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
-
-_LONG = 6
-"""Letters from which on a word may have two mistakes; shorter ones may have one. Words of published
-robots that mean something else are farther from URDF's: `gear_velocity`, `surface`, `rotor`."""
+from .words import similar_word
 
 _POSE = "xyz rpy"
 _KNOWN: dict[str, str] = {
@@ -94,7 +91,7 @@ def check_words(robot: ElementTree.Element, where: str, strict: bool) -> list[st
             if known is None or known.issuperset(words):
                 continue
             for word in _unknown(words, known):
-                similar = _similar(word.lower(), known)
+                similar = similar_word(word.lower(), known)
                 if similar and strict:
                     name = f" {element.get('name')!r}" if element.get("name") else ""
                     raise ModelError(
@@ -127,30 +124,6 @@ def _elements_read(robot: ElementTree.Element) -> list[ElementTree.Element]:
         read += children
         elements += children
     return read
-
-
-def _similar(word: str, known: frozenset[str]) -> str | None:
-    """Return the known word that a misspelled one stands for, if there is one."""
-    mistakes = {other: _mistakes(word, other) for other in sorted(known)}
-    allowed = 1 if len(word) < _LONG else 2
-    nearest = min(mistakes, key=mistakes.__getitem__, default=None)
-    if nearest is None or sorted(nearest) == sorted(word):
-        return nearest
-    return nearest if mistakes[nearest] <= allowed else None
-
-
-def _mistakes(word: str, other: str) -> int:
-    """Return how many letters are wrong, missing, too many or swapped with their neighbour."""
-    above: list[int] = []
-    row = list(range(len(other) + 1))
-    for i, letter in enumerate(word, start=1):
-        before, above, row = above, row, [i]
-        for j, wanted in enumerate(other, start=1):
-            cost = min(above[j] + 1, row[j - 1] + 1, above[j - 1] + (letter != wanted))
-            if i > 1 and j > 1 and word[i - 2 : i] == other[j - 1] + other[j - 2]:
-                cost = min(cost, before[j - 2] + 1)
-            row.append(cost)
-    return row[-1]
 
 
 def _unknown(words: Iterable[str], known: frozenset[str]) -> list[str]:

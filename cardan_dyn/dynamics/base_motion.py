@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import Array, cross
 from ..kinematics.all_groups import ClosedState
 from ..kinematics.batch_model import BaseMotion, placement
-from ..kinematics.group_solver import GroupState
+from ..kinematics.group_state import GroupState
 
 
 def base_motions(

@@ -12,13 +12,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import Array
+from ..errors import MobilityError, choices
 from ..kinematics.all_groups import ClosedState
-from ..kinematics.group_solver import GroupState
+from ..kinematics.group_state import GroupState
 from .open_tree import LoadCase, OpenTree, efforts_along
 
 _MASSLESS = 1e-14
 """Inertia against a spin, relative to all masses at the characteristic length, up to which it is
 the rounding of other inertias: such a rod is balanced at any acceleration, and does not spin."""
+
+_BALANCED = 1e-9
+"""Moment about the line of a rod without inertia, as a fraction of the greatest wrench, up to which
+it is the rounding of forces that pass through the line."""
 
 
 class IdleSpins:
@@ -48,9 +53,12 @@ class IdleSpins:
 
         Returns:
             `(N, nv, c)`.
+
+        Raises:
+            MobilityError: a moment acts about the line of a rod that has no inertia about it.
         """
         result = np.zeros((len(state.x), len(self._owners), len(cases)))
-        if all(case.dynamics is None for case in cases):
+        if not any(case.dynamics or case.link_loads or np.any(case.loads) for case in cases):
             return result
         loads = np.stack([np.broadcast_to(case.loads, result.shape[:2]) for case in cases], axis=2)
         for group_state in state.groups:
@@ -67,15 +75,28 @@ class IdleSpins:
         accelerations: Array,
     ) -> None:
         """Add the spins of one group to wrenches and accelerations of all."""
-        passives, idle = group_state.group.passives, group_state.idle
-        unit_wrenches = self._inertia_of(state, passives, idle, wrenches.shape[1])
+        passives = group_state.group.passives
+        idle = group_state.idle * np.isin(passives, list(_columns(group_state)))[:, None]
         left = np.swapaxes(idle, -1, -2)
-        inertia = left @ self._efforts_along(unit_wrenches, passives)
         moments = left @ (loads[:, passives] - self._efforts_along(wrenches, passives))
+        if not np.any(moments):
+            return
+        unit_wrenches = self._inertia_of(state, passives, idle, wrenches.shape[1])
+        inertia = left @ self._efforts_along(unit_wrenches, passives)
         values, vectors = np.linalg.eigh(0.5 * (inertia + np.swapaxes(inertia, -1, -2)))
         counts = values > self._least
+        along = np.swapaxes(vectors, -1, -2) @ moments
+        unbalanced = np.abs(along) * ~counts[:, :, None]
+        if np.max(unbalanced) > _BALANCED * np.max(np.abs(wrenches)):
+            names = group_state.equations.mechanism.coordinates.names_of(_columns(group_state))
+            raise MobilityError(
+                f"a load acts about the line of an idle rod without inertia ({choices(names)}), "
+                "which nothing can hold; give the rod mass, take the load off, or drive or hold "
+                "its spin",
+                free=names,
+            )
         reciprocal = np.divide(1.0, values, out=np.zeros_like(values), where=counts)
-        spins = vectors @ (reciprocal[:, :, None] * (np.swapaxes(vectors, -1, -2) @ moments))
+        spins = vectors @ (reciprocal[:, :, None] * along)
         wrenches += np.einsum("nbik,nkc->nbic", unit_wrenches, spins)
         accelerations[:, passives] += idle @ spins
 
@@ -91,3 +112,8 @@ class IdleSpins:
 
     def _efforts_along(self, wrenches: Array, columns: Array) -> Array:
         return efforts_along(wrenches, columns, self._owners, self._subspace)
+
+
+def _columns(group_state: GroupState) -> set[int]:
+    """Return the velocity coordinates of the joints at the ends of the rods of a group."""
+    return {column for rod in group_state.group.idle for column in rod.columns}

@@ -11,7 +11,7 @@ from ..arrays import Array, cross
 from ..forces.link_loads import LinkLoad
 from ..kinematics.all_groups import ClosedState, Kinematics
 from ..kinematics.batch_model import BaseMotion, placement
-from ..kinematics.group_solver import GroupState
+from ..kinematics.group_state import GroupState
 from ..mechanism.mechanism import Mechanism
 
 

@@ -29,7 +29,7 @@ _NUMBERS_PER_COORDINATE = 100
 """Numbers of a sample that a joint coordinate adds to these arrays, 72 of them in action matrices
 and their products; a velocity ratio per drive comes on top."""
 _DECIDE_ASSEMBLY = frozenset(
-    {"mechanism", "drives", "held", "start", "branch", "outputs", "all_outputs"}
+    {"mechanism", "drives", "held", "start", "start_balls", "branch", "outputs", "all_outputs"}
 )
 """Attributes of a problem that decide how its loops are closed."""
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..mechanism.coordinates import Coordinates
-from .group_solver import MOST_STEPS, GroupSolver, GroupState
+from .group_solver import MOST_STEPS, GroupSolver
+from .group_state import GroupState
 from .reduction import Reduction
 
 

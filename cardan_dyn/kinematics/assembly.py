@@ -7,6 +7,7 @@ joints are brought to their positions one after the other, at last the drives mo
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,7 @@ from ..errors import (
     ArgumentError,
     AssemblyError,
     CardanError,
+    MobilityError,
     SingularConfigurationError,
     as_position,
     as_text,
@@ -155,9 +157,18 @@ class Assembly:
         return reach_of(branch, float(start), self._drive_slides, length)
 
     def modes(self) -> AssemblyModes:
-        """Return the assembly modes with the drives where the description's own mode starts."""
+        """Return the assembly modes with the drives where the description's own mode starts.
+
+        Those of all loops, so that a name means the same mode whatever the outputs are; but of the
+        solved loops only where nothing decides the motion of others.
+        """
         from .assembly_modes import assembly_modes  # Most scenes need no other mode.
 
+        if not self._is_complete:
+            try:
+                return self.with_all_loops(_FIRST_MODE).modes()
+            except MobilityError:
+                pass
         return assembly_modes(
             self._problem.mechanism,
             self._open_kinematics,
@@ -165,6 +176,20 @@ class Assembly:
             self._first_mode,
             self._joints_of_idle_rods(),
         )
+
+    def with_all_loops(self, branch: str) -> Assembly:
+        """Return the assembly in which outputs leave out no loop, in some assembly mode.
+
+        Raises:
+            CardanError: as for a scene that has all joints as outputs.
+        """
+        joints = tuple(self._problem.mechanism.joints)
+        return Assembly(replace(self._problem, outputs=joints, all_outputs=True, branch=branch))
+
+    @property
+    def _is_complete(self) -> bool:
+        """Whether the outputs need all groups."""
+        return len(self.needed.motion) == len(self.groups)
 
     def _joints_of_idle_rods(self) -> set[str]:
         """Return the joints whose positions depend on spins that nothing decides."""
@@ -177,10 +202,18 @@ class Assembly:
 
     def _mode_called(self, name: str) -> Array:
         """Return closed coordinates `(size,)` of an assembly mode, by its name."""
-        modes = self.modes().named()
-        if name not in modes:
-            raise ArgumentError(f"branch {name!r} does not exist; branches: {choices(modes, name)}")
-        return modes[name]
+        from .assembly_modes import mode_name
+
+        modes = self.modes()
+        named = modes.named()
+        if name not in named:
+            poses = [mode_name(pose) for pose in range(len(modes.poses))]
+            more = len(named) - len(poses)
+            variants = f", and {more} variants of them" if more else ""
+            raise ArgumentError(
+                f"branch {name!r} does not exist; branches: {choices(poses, name)}{variants}"
+            )
+        return named[name]
 
     def _states_to_start(self, kinematics: Kinematics) -> list[Array]:
         """Return closed coordinates `(size,)` on the way to the held positions, the last one there.

@@ -7,7 +7,7 @@ axes of all joints lie on the same lines, and the centres of balls at the same p
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -160,7 +160,19 @@ class _Search:
             parts += [axis[0] * axis, axis[1] * axis, axis[2] * axis]
             if motion.kind == "turn":
                 parts.append(point - np.sum(point * axis, axis=0) * axis)
-        return np.concatenate(parts).T
+        # A coupling counts how far joints have turned, so their flips move what it couples.
+        coupled = x[:, _coupled_columns(self._mechanism)].T
+        return np.concatenate([*parts, np.cos(coupled), np.sin(coupled)]).T
+
+
+def _coupled_columns(mechanism: Mechanism) -> list[int]:
+    """Return the columns of a row that couplings count."""
+    rates = {
+        rate
+        for item in mechanism.couplings
+        for rate in (*item.predecessor_columns, *item.successor_columns)
+    }
+    return mechanism.coordinates.column_of(np.array(sorted(rates), dtype=int)).tolist()
 
 
 def _index_of(row: Array, known: list[Array]) -> int:
@@ -206,13 +218,24 @@ def positions_of(mechanism: Mechanism, drives: tuple[str, ...], state: Array) ->
 
     Args:
         mechanism: the mechanism.
-        drives: coordinates that count whole turns.
+        drives: coordinates that count whole turns; those that couplings count do so as well.
         state: `(size,)` coordinates.
     """
-    positions = {}
-    for name, coordinate in mechanism.coordinates.named.items():
-        value = float(state[coordinate.column])
-        if name not in drives and not coordinate.slides:
-            value -= 2.0 * np.pi * float(np.rint(value / (2.0 * np.pi)))
-        positions[name] = value
-    return positions
+    state = without_turns(mechanism, drives, state)
+    named = mechanism.coordinates.named
+    return {name: float(state[coordinate.column]) for name, coordinate in named.items()}
+
+
+def without_turns(mechanism: Mechanism, kept: Iterable[str], state: Array) -> Array:
+    """Return coordinates `(size,)` whose angles are between -π and π, as far as turns do not count.
+
+    Args:
+        mechanism: the mechanism.
+        kept: coordinates whose whole turns count; those that couplings count are kept as well.
+        state: `(size,)` coordinates.
+    """
+    coordinates, result = mechanism.coordinates, state.copy()
+    counting = {*coordinates.columns_of(kept), *_coupled_columns(mechanism)}
+    free = [column for column in coordinates.angle_columns if column not in counting]
+    result[free] -= 2.0 * np.pi * np.rint(result[free] / (2.0 * np.pi))
+    return result

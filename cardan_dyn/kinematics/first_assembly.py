@@ -6,9 +6,13 @@ all. No drive and no held joint is at its place yet: all joints that are not pin
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ..arrays import Array
+from ..errors import AssemblyError
+from ..mechanism.mechanism import Mechanism
 from .damped_closure import closed_from
 from .group_solver import GroupSolver
 from .loop_groups import independent_groups
@@ -77,3 +81,26 @@ def _closed_group(solver: GroupSolver, x: Array) -> tuple[Array, float]:
             index = int(np.argmin(residual))
             least, least_residual = reached[index], float(residual[index])
     return least, least_residual
+
+
+def unclosed(
+    mechanism: Mechanism, residual: float, positions: Mapping[str, float] | None = None
+) -> AssemblyError:
+    """Return the error for loops that cannot be closed.
+
+    Args:
+        mechanism: the mechanism.
+        residual: the least closure error that was found.
+        positions: joints that were kept at their positions [rad or m], if any.
+    """
+    listed = ", ".join(f"{name}: {value:g}" for name, value in (positions or {}).items())
+    where = f" with the joints of start at their positions ({listed})" if positions else ""
+    advice = "check the origins of joints and loops"
+    if positions:
+        advice = "leave one of them out, or change it"
+    return AssemblyError(
+        f"{mechanism.name}: the loops cannot be closed{where}; the least closure error found "
+        f"around the description's zero is {residual:.1e}, an angle [rad] or a gap in units of the "
+        f"characteristic length, {mechanism.characteristic_length:.4g} m: {advice}",
+        residual=residual,
+    )

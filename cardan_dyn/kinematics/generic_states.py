@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array, generic
-from ..errors import AssemblyError
 from .damped_closure import closed_from
-from .first_assembly import assembled_near
-from .group_solver import GroupSolver, GroupState
+from .first_assembly import assembled_near, unclosed
+from .group_solver import GroupSolver
+from .group_state import GroupState
 from .loop_groups import independent_groups
 from .stacked import ranks
 from .structure import Structure
@@ -68,14 +68,8 @@ def generic_states(
             continue
         first, residual = assembled_near(structure, x, every, group.passives)
         if not residual < CLOSURE_TOLERANCE:
-            raise AssemblyError(
-                f"{mechanism.name}: the loops cannot be closed; the least closure error found "
-                f"around the description's zero is {residual:.1e}: check the origins of joints and "
-                "loops",
-                position=None,
-                nearest=None,
-                residual=residual,
-            )
+            _, worst = assembled_near(structure, x, every, every)
+            raise unclosed(mechanism, worst)
         result.append(states_around(solver, first))
     return result
 

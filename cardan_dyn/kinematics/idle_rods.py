@@ -17,6 +17,7 @@ import pinocchio
 
 from ..arrays import Array, cross
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.tree import ancestors
 
 _SAME = 1e-9
 """Distance, as a fraction of the characteristic length, and angle [rad] up to which points and
@@ -82,11 +83,15 @@ class IdleRod(NamedTuple):
         body: its index (0-based joint of the mechanism's model).
         columns: velocity coordinates of the joints at its ends, then those of a floating joint.
         line: `(3,)` direction of the line, in the frame of the body.
+        frame: the body (0-based) relative to which it is decided how the rod turns, -1 for the
+            world: the nearest one from which both bodies hang that hold the rod's ends, so that it
+            makes no difference how the rod is written.
     """
 
     body: int
     columns: tuple[int, ...]
     line: Array
+    frame: int
 
 
 def idle_rods(mechanism: Mechanism, free: set[int]) -> list[IdleRod]:
@@ -102,8 +107,10 @@ def idle_rods(mechanism: Mechanism, free: set[int]) -> list[IdleRod]:
         ends = [graph.end(body, edge) for edge in graph.edges[body]]
         line = graph.line(body, *ends) if body != graph.world and len(ends) == 2 else None
         if line is not None:
-            columns = tuple(column for end in ends if end is not None for column in end.columns)
-            rods.append(IdleRod(body - 1, columns + graph.floating_columns(body), line))
+            held = [end for end in ends if end is not None]
+            columns = tuple(column for end in held for column in end.columns)
+            frame = graph.common([end.neighbour for end in held])
+            rods.append(IdleRod(body - 1, columns + graph.floating_columns(body), line, frame))
     return rods
 
 
@@ -140,6 +147,14 @@ class JointGraph:
         self.tolerance = _SAME * mechanism.characteristic_length
         self._placed = _rigid_bodies(mechanism, free)
         apart = [body for body, _ in _rigid_bodies(mechanism, set(range(model.nv)))]
+        self._model = model
+        self._links_of: dict[int, list[int]] = {}
+        carrying = {
+            loop.predecessor for loop in mechanism.loops if mechanism.joints[loop.joint].parts
+        }
+        for index, leader in enumerate(apart):
+            if index not in carrying:
+                self._links_of.setdefault(leader, []).append(index)
         self.world = self._placed[0][0]
         self.edges: dict[int, list[JointEdge]] = {body: [] for body, _ in self._placed}
         self._mass = sum(float(inertia.mass) for inertia in model.inertias)
@@ -214,6 +229,18 @@ class JointGraph:
         if not lines:
             return None
         return _End(False, *lines[0], edge.columns, edge.neighbour)
+
+    def common(self, bodies: list[int]) -> int:
+        """Return the nearest body (0-based) from which others hang, or that is one of them.
+
+        Args:
+            bodies: as `JointEdge.neighbour` has them.
+        """
+        paths = []
+        for body in bodies:
+            links = self._links_of.get(body, [body])
+            paths.append(min((ancestors(self._model, link) for link in links), key=len))
+        return max(set(paths[0]).intersection(*paths[1:]), default=-1)
 
     def line(self, body: int, first: _End | None, second: _End | None) -> Array | None:
         """Return the direction `(3,)` about which a body that is held by two ends is free to spin.

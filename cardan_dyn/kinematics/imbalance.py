@@ -31,8 +31,8 @@ from .structure import Structure
 
 _MOST_MOTIONS = 3
 """Motions that a message describes; the others are counted."""
-_MOST_TRIED = 10
-"""Held joints, and drives, that are left out by way of trial: a message lists no more."""
+_MOST_TRIED = 100
+"""Held joints, and drives, that are left out by way of trial, each of which takes some time."""
 
 
 class _Prescribed(NamedTuple):
@@ -146,7 +146,7 @@ def imbalance(
         reasons.append(_locked(surplus, bool(held)))
     elif decided < len(drives):
         still = scene.names([column for column in driven if not best.moving([column])])
-        reasons.append(_too_many(still, surplus))
+        reasons.append(_too_many(still, surplus, drives, len(drives) - decided))
         surplus = surplus or still
     if left.number:
         reasons.append(_too_few(scene, best, free, advised))
@@ -267,8 +267,17 @@ def _locked(surplus: list[str], holds: bool) -> str:
     return f"it is locked: {release}check loops and couplings"
 
 
-def _too_many(still: list[str], surplus: list[str]) -> str:
-    """Return which drives cannot move or contradict what is held, and what to do about it."""
+def _too_many(still: list[str], surplus: list[str], drives: tuple[str, ...], excess: int) -> str:
+    """Return which drives cannot move or contradict what is held, and what to do about it.
+
+    Args:
+        still: drives that cannot move.
+        surplus: drives and held joints any of which is one too many.
+        drives: all of them.
+        excess: how many drives are too many.
+    """
+    if excess > 1 and not surplus:
+        return f"drop {excess} of the drives ({choices(drives)}), or stop holding as many joints"
     if still and not surplus:
         return f"{choices(still)} cannot move, and cannot be driven"
     advice = "drop a drive or stop holding a joint"

@@ -75,7 +75,7 @@ def can_move(kinematics: Kinematics, start: Array) -> bool:
 
 
 def _balance(state: ClosedState, passives: set[int]) -> _Balance:
-    """Return which passives nothing decides, and how many equations are left over."""
+    """Return whether there are passives that nothing decides, and how many equations are left."""
     undecided = set(passives)
     excess = 0
     for group_state in state.groups:

@@ -24,24 +24,29 @@ class RodSpins:
         """
         self._bodies = [batch.index_of[rod.body] for rod in rods]
         self._lines = [rod.line for rod in rods]
+        # The base of the batch stands for what carries it.
+        self._frames = [batch.index_of.get(rod.frame, -1) for rod in rods]
+        # How a rod moves relative to its frame: what moves both alike makes no difference.
         self._moves = np.zeros((len(rods), len(moved_bodies)))
-        for row, body in enumerate(self._bodies):
-            self._moves[row, np.isin(moved_bodies, batch.path(body))] = 1.0
+        for row, (body, frame) in enumerate(zip(self._bodies, self._frames, strict=True)):
+            of_rod, of_frame = set(batch.path(body)), set(batch.path(frame))
+            self._moves[row, np.isin(moved_bodies, list(of_rod - of_frame))] = 1.0
+            self._moves[row, np.isin(moved_bodies, list(of_frame - of_rod))] = -1.0
         self._paths = [LoopPath.of(moves, moved_bodies) for moves in self._moves]
 
     def turned(self, actions: Array, at_zero: Array) -> Array:
         """Return `(N, k)` angles [rad] of the rods about their lines from where they settle.
 
-        There a rod is turned from its orientation at the description's zero, as seen from the base
-        of its group, by the least rotation that takes its line to where it is.
+        There a rod is turned from its orientation at the description's zero, as seen from its
+        frame, by the least rotation that takes its line to where it is.
 
         Args:
             actions: of the batch at closed positions, see `BatchModel.actions`.
             at_zero: `(1, 6 n, 6)` those at the description's zero.
         """
         angles = []
-        for body, line in zip(self._bodies, self._lines, strict=True):
-            (rotation, _), (initial, _) = placement(actions, body), placement(at_zero, body)
+        for body, frame, line in zip(self._bodies, self._frames, self._lines, strict=True):
+            rotation, initial = (_relative(item, frame, body) for item in (actions, at_zero))
             start, now = initial[:, :, 0] @ line, np.einsum("ijn,j->in", rotation, line)
             settled = _least_rotations(start, now) @ initial[:, :, 0]
             # What is left is a rotation about the line; its trace and skew part show the angle.
@@ -93,6 +98,14 @@ class RodSpins:
         wanted = np.einsum("nri,nri->nr", lines, turned)
         # Regular unless the drives leave other motions undecided, which is refused elsewhere.
         return np.asarray((np.linalg.pinv(along) @ wanted[:, :, None])[:, :, 0])
+
+
+def _relative(actions: Array, frame: int, body: int) -> Array:
+    """Return the rotations `(3, 3, N)` of a body relative to another one, -1 for the base."""
+    rotation, _ = placement(actions, body)
+    if frame < 0:
+        return rotation
+    return np.einsum("jin,jkn->ikn", placement(actions, frame)[0], rotation)
 
 
 def _least_rotations(start: Array, now: Array) -> Array:

@@ -51,20 +51,26 @@ class StartSearch:
     def closed_start(self) -> Array:
         """Return closed coordinates `(size,)` from which the held joints can be moved.
 
-        A complete start that closes the loops is taken as it is. Otherwise the mechanism is
-        assembled near the description's zero, and followed from there to the start, so that the
-        assembly mode stays the same. Where that is impossible, since the zero is singular, it is
-        assembled with the joints of `start` at their positions.
+        A complete start that closes the loops is taken as it is. One with quaternions of balls is
+        assembled near it, since balls are not followed along their quaternions. Otherwise the
+        mechanism is assembled near the description's zero, and followed from there to the start, so
+        that the assembly mode stays the same. Where that is impossible, since the zero is singular,
+        it is assembled with the joints of `start` at their positions.
 
         Raises:
             AssemblyError: the loops cannot be closed.
         """
         zero = self._problem.mechanism.zero
         wanted = self._with(zero, self._problem.start)
+        for joint, quaternion in self._problem.start_balls.items():
+            columns = self._problem.mechanism.coordinates.columns[joint]
+            wanted[columns.stop - 4 : columns.stop] = quaternion
         if self._is_complete():
             state = self._kinematics.evaluate(wanted[None, :])
             if state.residual[0] < CLOSURE_TOLERANCE:
                 return wanted
+        if self._problem.start_balls:
+            return self._closed_near(wanted, self._free(self._problem.start))
         try:
             return self._moved_to_start(self._closed_zero(zero))
         except (AssemblyError, SingularConfigurationError) as first:
@@ -129,8 +135,10 @@ class StartSearch:
         Only then does it say in which assembly mode the loops are, and how many turns joints made.
         """
         mechanism, start = self._problem.mechanism, self._problem.start
-        return bool(start) and all(
+        return bool(start or self._problem.start_balls) and all(
             coordinate in start
+            or (coordinate not in mechanism.coordinates.named and joint.name in balls)
+            for balls in (self._problem.start_balls,)
             for joint in mechanism.joints.values()
             for coordinate in joint.coordinates
             if self._system.is_on_loops(joint.name)
@@ -178,7 +186,10 @@ class StartSearch:
         Raises:
             AssemblyError: none were found.
         """
-        from .first_assembly import assembled_near  # Most descriptions are closed at zero.
+        from .first_assembly import (  # Most descriptions are closed at zero.
+            assembled_near,
+            unclosed,
+        )
 
         mechanism = self._problem.mechanism
         nearby, residual = assembled_near(
@@ -189,15 +200,7 @@ class StartSearch:
             state = self._kinematics.close(nearby[None, :])
             is_near = state.correction[0] < SAFE_CORRECTION
             return state.x[0] if is_near and state.residual[0] < residual else nearby
-        raise AssemblyError(
-            f"{mechanism.name}: the loops cannot be closed; the least closure error found around "
-            f"the description's zero is {residual:.1e}, an angle [rad] or a gap in units of the "
-            f"characteristic length, {mechanism.characteristic_length:.4g} m: check the origins of "
-            "joints and loops",
-            position=None,
-            nearest=None,
-            residual=residual,
-        )
+        raise unclosed(mechanism, residual)
 
     def _moved_to_start(self, state: Array) -> Array:
         """Return the state after the joints of `start` have moved to their positions.

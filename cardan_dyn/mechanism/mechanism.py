@@ -10,7 +10,7 @@ no joint: its weld connects the two links directly.
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -248,37 +248,28 @@ class Mechanism(Presentation):
         return placements
 
     def assembled(
-        self,
-        *,
-        start: Mapping[str, float] | None = None,
-        drive: str | Sequence[str] | None = None,
-        held: Mapping[str, float] | None = None,
-        branch: str = "A",
+        self, start: Configuration | Mapping[str, float | Array] | None = None
     ) -> Configuration:
         """Return a configuration in which all loops are closed.
 
         It is the one nearest to the description's zero that a damped method finds while all joints
-        may move.
+        may move. `Scene.configuration` returns the one in which a scene starts, in any assembly
+        mode.
 
         Args:
-            start: positions of joints [rad or m], up to all of them. The other joints follow on
-                their way there, so that the assembly mode stays the same unless the way leads
-                through a singular configuration. Positions at which all loops are closed are taken
-                as they are.
-            drive: as of `Scene`: the configuration is then the one in which that scene starts.
-            held: likewise; it needs a drive.
-            branch: likewise: name of the assembly mode, see `Scene.branches`.
+            start: positions of joints [rad or m], up to all of them, or a configuration. The other
+                joints follow on their way there, so that the assembly mode stays the same unless
+                the way leads through a singular configuration. Positions at which all loops are
+                closed are taken as they are.
 
         Raises:
             ModelError: no such joint.
-            ArgumentError: a position is no number, `held` or `branch` without a drive, or no such
-                branch.
+            ArgumentError: a position is no number.
             AssemblyError: the loops cannot be closed; `residual` is the least error found.
-            CardanError: the errors of `Scene`, with a drive.
         """
         from ..scene.assembled import assembled
 
-        return assembled(self, start=start, drive=drive, held=held, branch=branch)
+        return assembled(self, start)
 
     @cached_property
     def zero(self) -> Array:

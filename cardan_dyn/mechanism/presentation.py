@@ -36,7 +36,10 @@ class Presentation(Frozen):
         return to_urdf(self.description)
 
     def write(
-        self, path: str | os.PathLike[str], *, at: Mapping[str, object] | None = None
+        self,
+        path: str | os.PathLike[str],
+        *,
+        at: Configuration | Mapping[str, object] | None = None,
     ) -> Path:
         """Write the description to a file, which `load` reads back; without visuals.
 
@@ -46,8 +49,8 @@ class Presentation(Frozen):
             path: file whose suffix says in which notation: `.urdf` for URDF+, as `to_urdf` returns
                 it; `.xml` or `.mjcf` for MJCF, see `description.mjcf.writer` for what it becomes
                 there. `load` reads MJCF back whose bodies are nested up to 300 deep.
-            at: closed configuration that becomes the zero of the written coordinates: name of every
-                moving joint, loops included, to its position as `Configuration.positions` has it.
+            at: closed configuration that becomes the zero of the written coordinates, or its
+                `positions`: name of every moving joint, loops included, to its position.
                 Limits are counted from there as well. Without it the zero stays if its loops are
                 closed, otherwise `assembled` finds a configuration near it.
 
@@ -62,10 +65,13 @@ class Presentation(Frozen):
                 returns the description as it is.
         """
         from ..description.files import write
+        from .configuration import Configuration
         from .rezero import is_closed, rezeroed
 
         if at is None and not is_closed(self.description):
             at = self.assembled().positions
+        if isinstance(at, Configuration):
+            at = at.positions
         description = self.description if at is None else rezeroed(self.description, at)
         return write(description, path)
 

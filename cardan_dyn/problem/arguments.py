@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, cardan_angles, cardan_quaternion
 from ..checks import described, flag, mapping, names, numbers, shortened, text, vector
 from ..errors import ArgumentError, MobilityError, ModelError, choices
 from ..forces.link_loads import LinkLoad, Wrench
 from ..frozen import frozen
+from ..mechanism.joints import Joint
 from ..mechanism.mechanism import Mechanism
 from .problem import Problem
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+    from ..mechanism.configuration import Configuration
 
 _MOST_TURNS = 1000.0
 """Turns from zero at which a joint may be held or start; it is followed through all of them."""
@@ -25,6 +28,8 @@ _MOST_LENGTHS = 6000.0
 _SYMMETRIC = 1e-12
 """Relative difference of mirrored entries of a compliance that counts as rounding of the numbers
 that were given, which may come from a file or from other matrices."""
+_UNIT = 1e-6
+"""Deviation of a quaternion's length from 1 that counts as rounding of the numbers given."""
 _NEGATIVE = -1e-12
 """Least eigenvalue of a compliance, as a fraction of its greatest entry, that counts as the
 rounding of a zero."""
@@ -40,7 +45,7 @@ def checked(
     outputs: Sequence[str] | None = None,
     compliance: Mapping[str, ArrayLike] | None = None,
     strict: bool = False,
-    start: Mapping[str, float] | None = None,
+    start: Configuration | Mapping[str, float | Array] | None = None,
     branch: str = "A",
 ) -> Problem:
     """Return the problem that a scene's arguments pose; see `Scene` for them and the errors."""
@@ -48,14 +53,14 @@ def checked(
         raise ArgumentError(
             f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
         )
-    held, start, loads = mapping("held", held), mapping("start", start), mapping("loads", loads)
+    held, start, loads = mapping("held", held), starting(start), mapping("loads", loads)
     if drive is None:
         drive = [name for name in mechanism.independent_coordinates if name not in held]
     drive = names("drive", drive)
     efforts = (name for name, value in loads.items() if _is_effort(mechanism, name, value))
     mechanism = with_named_balls(mechanism, (*drive, *held, *start, *efforts))
     held_at = held_positions(mechanism, held, "held")
-    start_at = held_positions(mechanism, start, "start")
+    start_at, start_balls = start_positions(mechanism, start)
     for name in held_at.keys() & start_at.keys():
         if held_at[name] != start_at[name]:
             raise ArgumentError(
@@ -68,6 +73,7 @@ def checked(
         drives=_drives(mechanism, drive, held_at),
         held=frozen(held_at),
         start=frozen(start_at),
+        start_balls=frozen(start_balls),
         branch=text("branch", branch),
         joint_loads=frozen(joint_loads),
         link_loads=frozen(link_loads),
@@ -162,6 +168,83 @@ def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, 
         _check_distance(mechanism, name, label, float(array))
         positions[name] = float(array)
     return positions
+
+
+def starting(start: object) -> dict[str, Any]:
+    """Return the argument `start` as a mapping, which may be a configuration.
+
+    Raises:
+        ArgumentError: it is neither.
+    """
+    if not (start is None or isinstance(start, Mapping)):
+        from ..mechanism.configuration import Configuration  # Few scenes start in one.
+
+        if isinstance(start, Configuration):
+            start = start.positions
+    return mapping("start", start)
+
+
+def start_positions(
+    mechanism: Mechanism, given: object
+) -> tuple[dict[str, float], dict[str, Array]]:
+    """Return positions of coordinates, and unit quaternions `(4,)` of balls, from `start`.
+
+    A joint of several coordinates may be given by all of them in a row, as
+    `Configuration.positions` has it.
+
+    Raises:
+        ModelError: no such joint or coordinate.
+        ArgumentError: no mapping, wrong numbers, or too far away to be followed to.
+    """
+    rest, balls = {}, {}
+    for name, value in starting(given).items():
+        joint = mechanism.joints.get(name) if isinstance(name, str) else None
+        if joint is None or joint.nv == 1 or not joint.coordinates or np.ndim(value) != 1:
+            rest[name] = value
+            continue
+        row = _row(mechanism, joint, numbers(f"start[{name!r}]", value))
+        columns = mechanism.coordinates.columns[name]
+        scalars = [item for item in joint.coordinates if item in mechanism.coordinates.named]
+        for coordinate in scalars:
+            column = mechanism.coordinates.named[coordinate].column
+            rest.setdefault(coordinate, row[column - columns.start])
+        if len(scalars) < joint.nv:
+            balls[name] = row[-4:]
+    return held_positions(mechanism, rest, "start"), balls
+
+
+def _row(mechanism: Mechanism, joint: Joint, values: Array) -> Array:
+    """Return the coordinates of a joint as the mechanism has them: a quaternion, or three angles.
+
+    Raises:
+        ArgumentError: there are too few or too many, or a quaternion has not the length 1.
+    """
+    columns = mechanism.coordinates.columns[joint.name]
+    size = columns.stop - columns.start
+    # Where a coordinate of a ball is named, it is three turns, and has no ball any more.
+    turns = joint.type in ("spherical", "floating")
+    has_quaternion = turns and len(values) == joint.nv + 1
+    has_angles = turns and len(values) == joint.nv
+    if len(values) != size and not (has_quaternion or has_angles):
+        raise ArgumentError(
+            f"start[{joint.name!r}] has shape {values.shape}, expected ({size},); or "
+            f"{_coordinates_of(mechanism, joint.name)}"
+        )
+    if has_angles and size > len(values):
+        return np.concatenate([values[:-3], cardan_quaternion(values[-3:])])
+    if not has_quaternion:
+        return values
+    quaternion = values[-4:]
+    length = float(np.linalg.norm(quaternion))
+    if abs(length - 1.0) > _UNIT:
+        raise ArgumentError(
+            f"start[{joint.name!r}]: the quaternion {quaternion.tolist()} has length {length:g}, "
+            "expected 1"
+        )
+    quaternion = quaternion / length
+    if size == len(values):
+        return np.concatenate([values[:-4], quaternion])
+    return np.concatenate([values[:-4], cardan_angles(quaternion)])
 
 
 def _check_distance(mechanism: Mechanism, name: str, label: str, position: float) -> None:

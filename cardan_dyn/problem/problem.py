@@ -25,6 +25,7 @@ class Problem:
             these and the following attributes name a coordinate, see `Mechanism.drivable`.
         held: joints whose position is fixed, to that position [rad or m].
         start: joints that are brought to a position before the drives take over.
+        start_balls: joints whose balls start at a unit quaternion `(4,)`.
         branch: name of the assembly mode.
         joint_loads: joint to the effort added there, a number or `(N,)` [N·m or N].
         link_loads: link to the wrench that acts on it.
@@ -39,6 +40,7 @@ class Problem:
     drives: tuple[str, ...]
     held: FrozenDict[str, float]
     start: FrozenDict[str, float]
+    start_balls: FrozenDict[str, Array]
     branch: str
     joint_loads: FrozenDict[str, Array]
     link_loads: FrozenDict[str, LinkLoad]

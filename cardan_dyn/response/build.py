@@ -119,7 +119,7 @@ def _beyond_reach(
     ends = domain.interval
     details = {**error.details, "sample": None}
     if isinstance(error, AssemblyError):
-        nearest = error.details["nearest"]
+        nearest = error.nearest
         details["position"] = ends[0] if nearest == low else ends[1]
     return type(error)(
         f"{problem.mechanism.name}: a response from {ends[0]:.9g} to {ends[1]:.9g} goes beyond "

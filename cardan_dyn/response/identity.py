@@ -30,6 +30,7 @@ def identity(problem: Problem) -> dict[str, str]:
         "drives": problem.drives,
         "held": list(problem.held.items()),
         "start": list(problem.start.items()),
+        "start of balls": {name: ball.tolist() for name, ball in problem.start_balls.items()},
         "branch": problem.branch,
         "outputs": problem.outputs,
         "joint loads": sorted(problem.joint_loads),

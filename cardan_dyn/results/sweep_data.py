@@ -94,10 +94,11 @@ class SweepData(Prescribed):
     def idle_rods(self) -> list[tuple[str, ...]]:
         """Joints at the ends of every rod that may spin about its line.
 
-        Nothing decides these spins, and no other joint feels them. By rule, a rod is turned about
-        its line as the least rotation from its direction at the description's zero has it (seen
-        from the body that carries its loop); its rates have no part along the line, and its
-        acceleration is the one that inertia and weight cause, since no moment acts about the line.
+        Nothing decides these spins; they are felt elsewhere only as far as a rod is not symmetric
+        about its line. By rule, as seen from the nearest body from which both neighbours of a rod
+        hang, it is turned about its line as the least rotation from its direction at the
+        description's zero has it, and its rates have no part along the line; its acceleration is
+        the one that inertia, weight and loads cause, since no moment acts about the line.
         Positions, rates and accelerations about the line are therefore not derivatives of each
         other.
         """

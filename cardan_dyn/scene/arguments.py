@@ -14,6 +14,7 @@ from ..forces.link_loads import Wrench
 from ..frozen import frozen
 from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import check_single
+from ..problem.problem import Problem
 from ..results.prescribed import Prescribed
 
 _MERGED = ("held", "loads")
@@ -45,9 +46,12 @@ class SceneArguments(Prescribed):
         return self._problem.strict
 
     @property
-    def start(self) -> Mapping[str, float]:
-        """Joints that are brought to a position before the drives take over [rad or m]."""
-        return self._problem.start
+    def start(self) -> Mapping[str, float | Array]:
+        """What is brought to a position before the drives take over [rad or m].
+
+        Coordinates by name; joints with balls by all of theirs, with unit quaternions.
+        """
+        return started(self._problem)
 
     @property
     def branch(self) -> str:
@@ -85,7 +89,7 @@ def replaced(scene: SceneArguments, changes: Mapping[str, Any]) -> dict[str, Any
         "outputs": None if problem.all_outputs else problem.outputs,
         "compliance": problem.compliance,
         "strict": problem.strict,
-        "start": problem.start,
+        "start": started(problem),
         "branch": problem.branch,
     }
     unknown = set(changes) - set(arguments)
@@ -98,6 +102,19 @@ def replaced(scene: SceneArguments, changes: Mapping[str, Any]) -> dict[str, Any
         else:
             arguments[name] = value
     return arguments
+
+
+def started(problem: Problem) -> Mapping[str, float | Array]:
+    """Return the start of a problem as `Scene` takes it."""
+    result: dict[str, float | Array] = dict(problem.start)
+    for joint, quaternion in problem.start_balls.items():
+        scalars = [
+            result.pop(name)
+            for name in problem.mechanism.joints[joint].coordinates
+            if name in result
+        ]
+        result[joint] = np.concatenate([np.array(scalars, dtype=float), quaternion])
+    return frozen(result)
 
 
 def _merged(

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from ..arrays import Array
-from ..checks import mapping
 from ..dynamics.problem_solver import ProblemSolver
-from ..errors import ArgumentError, AssemblyError
-from ..kinematics.first_assembly import assembled_near
+from ..errors import AssemblyError, MobilityError
+from ..kinematics.assembly_modes import without_turns
+from ..kinematics.first_assembly import assembled_near, unclosed
 from ..kinematics.group_solver import GroupSolver
 from ..kinematics.loop_groups import independent_groups
 from ..kinematics.structure import Structure
 from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..mechanism.configuration import Configuration
 from ..mechanism.mechanism import Mechanism
-from ..problem.arguments import checked, held_positions, with_named_balls
+from ..problem.arguments import start_positions, starting, with_named_balls
 
 _STEP = 0.1
 """Greatest part of a turn [rad], or of the characteristic length, by which the joints of `start`
@@ -25,29 +25,25 @@ move at once: so that the rest can follow without a jump to another assembly mod
 
 
 def assembled(
-    mechanism: Mechanism,
-    *,
-    start: Mapping[str, float] | None = None,
-    drive: str | Sequence[str] | None = None,
-    held: Mapping[str, float] | None = None,
-    branch: str = "A",
+    mechanism: Mechanism, start: Configuration | Mapping[str, float | Array] | None = None
 ) -> Configuration:
     """Return a closed configuration of a mechanism; see `Mechanism.assembled`."""
-    if drive is not None:
-        problem = checked(mechanism, drive=drive, held=held, start=start, branch=branch)
-        return configuration_of(ProblemSolver(problem))
-    if held is not None or branch != "A":
-        raise ArgumentError("held and branch need a drive; without one, give start")
-    mechanism = with_named_balls(mechanism, mapping("start", start))
+    mechanism = with_named_balls(mechanism, starting(start))
     structure = Structure(mechanism)
     zero = mechanism.zero
     zero_residual = _residual(structure, zero)
-    wanted = held_positions(mechanism, start, "start")
+    wanted, balls = start_positions(mechanism, start)
     given = zero.copy()
     for name, value in wanted.items():
         given[mechanism.coordinates.named[name].column] = value
-    if wanted and _residual(structure, given) < CLOSURE_TOLERANCE:
+    for name, quaternion in balls.items():
+        columns = mechanism.coordinates.columns[name]
+        given[columns.stop - 4 : columns.stop] = quaternion
+    if (wanted or balls) and _residual(structure, given) < CLOSURE_TOLERANCE:
         return Configuration(mechanism, given, _residual(structure, given), zero_residual)
+    if balls:
+        x = without_turns(mechanism, wanted, _closed(structure, given, wanted))
+        return Configuration(mechanism, x, _residual(structure, x), zero_residual)
     x = _closed(structure, zero, {})
     try:
         for share in _shares(mechanism, x, wanted):
@@ -55,6 +51,7 @@ def assembled(
     except AssemblyError:
         # A singular configuration may lie on the way, and the start beyond it.
         x = _closed(structure, given, wanted)
+    x = without_turns(mechanism, wanted, x)
     return Configuration(mechanism, x, _residual(structure, x), zero_residual)
 
 
@@ -70,10 +67,14 @@ def configuration_of(solver: ProblemSolver) -> Configuration:
     zero_residual = _residual(structure, mechanism.zero)
     left_out = np.setdiff1d(problem.passive_columns, assembly.decided)
     if left_out.size:
-        x, _ = assembled_near(structure, x, left_out, left_out)
+        try:
+            x = assembly.with_all_loops(problem.branch).start
+        except MobilityError:  # What nothing decides may be closed anywhere near.
+            x, _ = assembled_near(structure, x, left_out, left_out)
+    x = without_turns(mechanism, (*problem.drives, *problem.held, *problem.start), x)
     residual = _residual(structure, x)
     if not residual < CLOSURE_TOLERANCE:
-        raise _unclosed(mechanism, residual, {})
+        raise unclosed(mechanism, residual)
     return Configuration(mechanism, x, residual, zero_residual, problem.branch)
 
 
@@ -121,21 +122,5 @@ def _closed(
         pinned.append(coordinates.named[name].rate)
     closed, residual = assembled_near(structure, moved, np.setdiff1d(every, pinned), every)
     if not residual < CLOSURE_TOLERANCE:
-        raise _unclosed(mechanism, residual, wanted)
+        raise unclosed(mechanism, residual, wanted)
     return closed
-
-
-def _unclosed(mechanism: Mechanism, residual: float, wanted: Mapping[str, float]) -> AssemblyError:
-    positions = ", ".join(f"{name}: {value:g}" for name, value in wanted.items())
-    where = f" with the joints of start at their positions ({positions})" if wanted else ""
-    advice = (
-        "leave one of them out, or change it" if wanted else "check the origins of joints and loops"
-    )
-    return AssemblyError(
-        f"{mechanism.name}: the loops cannot be closed{where}; the least closure error found is "
-        f"{residual:.1e}, an angle [rad] or a gap in units of the characteristic length, "
-        f"{mechanism.characteristic_length:.4g} m: {advice}",
-        position=None,
-        nearest=None,
-        residual=residual,
-    )

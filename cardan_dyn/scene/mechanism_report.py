@@ -128,6 +128,9 @@ class MechanismReport:
             )
             for joint, components in (loop.indeterminate or {}).items():
                 lines.append(f"    leaves open at {joint}: {components}")
+        couplings = [name for component in self.components for name in component.couplings]
+        if couplings:
+            lines.append(f"  couplings: {', '.join(couplings)}")
         lines += [f"  {remark}" for remark in self._remarks()]
         return "\n".join(lines)
 

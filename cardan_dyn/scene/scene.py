@@ -20,6 +20,7 @@ from .arguments import SceneArguments, replaced
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from ..arrays import Array
     from ..mechanism.configuration import Configuration
     from ..response.response import Response
     from .branches import Branches
@@ -59,9 +60,9 @@ class Scene(SceneArguments):
             is then what makes the elastic energy least, instead of the least norm.
         strict: refuse to choose what the laws of motion leave open.
         start: joints to positions [rad or m] at which the scene begins, up to a complete
-            configuration; together with `held` they have to close the loops. They are followed
-            there from the description's zero; where that leads past a dead point or through
-            open loops, the mechanism is assembled there.
+            configuration, or a `Configuration`; together with `held` they have to close the loops.
+            They are followed there from the description's zero; where that leads past a dead
+            point or through open loops, the mechanism is assembled there.
         branch: name of the assembly mode, from `branches`; `A` is that of the description.
 
     Raises:
@@ -84,7 +85,7 @@ class Scene(SceneArguments):
         outputs: Sequence[str] | None = None,
         compliance: Mapping[str, ArrayLike] | None = None,
         strict: bool = False,
-        start: Mapping[str, float] | None = None,
+        start: Configuration | Mapping[str, float | Array] | None = None,
         branch: str = "A",
     ) -> None:
         problem = checked(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 import pytest
-from testkit.ball_rods import ALONG, LINE, WAYS, as_balls
+from testkit.ball_rods import ALONG, LINE, WAYS, as_a_floating_rod, as_balls
 
 import cardan_dyn as cd
 
@@ -200,3 +200,54 @@ def test_rods_in_a_loop_of_several_drives() -> None:
     assert turn.loop_residual < 1e-12
     for leg in range(6):
         assert np.max(np.abs(turn[f"ball_{leg}"].moment)) < 1e-10
+
+
+def on_a_turntable(text: str) -> str:
+    """Return a description whose ground turns about an axis askew."""
+    turntable = (
+        '<link name="world_"/><joint name="table" type="continuous"><parent link="world_"/>'
+        '<child link="ground"/><origin xyz="0.2 0.1 0"/><axis xyz="0 1 0.4"/></joint></robot>'
+    )
+    return text.replace("</robot>", turntable)
+
+
+def test_rods_on_a_moving_base_are_the_same_in_all_ways_of_writing() -> None:
+    """Also a floating rod that hangs from the world in the tree, while its ends do not."""
+    efforts = []
+    floating = on_a_turntable(as_a_floating_rod())
+    in_the_world = floating.replace(
+        '<parent link="ground"/><child link="rod"/><origin xyz="0.3 0 0"/>',
+        '<parent link="world_"/><child link="rod"/><origin xyz="0.5 0.1 0"/>',
+    )
+    assert in_the_world != floating
+    for text in (*(on_a_turntable(WAYS[way]()) for way in WAYS), in_the_world):
+        scene = cd.Scene(cd.load(text), drive=["a", "table"], gravity=[0.0, 0.0, -9.81])
+        turn = scene.sweep([[0.3, 0.2], [0.7, -0.4]], speed=[4.0, 3.0], acceleration=[1.0, 2.0])
+        assert turn.balance_residual < 1e-13
+        efforts.append(turn.drive_effort)
+    for effort in efforts[1:]:
+        np.testing.assert_allclose(effort, efforts[0], rtol=0.0, atol=1e-11)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_loads_about_its_line_turn_a_rod(way: str) -> None:
+    """Also where nothing else moves: the moment about the line over the inertia about it."""
+    moment = 0.7 * LINE
+    scene = cd.Scene(cd.load(WAYS[way]()), drive="a", loads={"rod": [0.0, 0.0, 0.0, *moment]})
+    turn = scene.sweep([0.0, 0.4])
+    assert turn.balance_residual < 1e-12
+    assert np.max(np.abs(turn.motion.a)) > 1.0
+    loaded = scene.replace(gravity=(0.0, 0.0, -1e-30)).sweep([0.0, 0.4])
+    np.testing.assert_allclose(turn.drive_effort, loaded.drive_effort, rtol=0.0, atol=1e-12)
+
+
+def test_loads_about_the_line_of_a_massless_rod_are_refused() -> None:
+    text = as_balls()
+    first = text.index('<link name="rod"')
+    last = text.index("</link>", first)
+    mechanism = cd.load(text[:first] + '<link name="rod">' + text[last:])
+    scene = cd.Scene(mechanism, drive="a", loads={"rod": [0.0, 0.0, 0.0, 0.0, 1.2, 0.5]})
+    with pytest.raises(cd.MobilityError, match=r"idle rod without inertia \(b.x, .*c.z\), which"):
+        scene.sweep([0.3])
+    through = scene.replace(loads={"rod": [1.0, 2.0, 3.0, 0.0, 0.0, 0.0], "d": 3.0})
+    assert through.sweep([0.3]).balance_residual < 1e-13

@@ -46,8 +46,7 @@ def decided(mechanism: cd.Mechanism, drive: str) -> list[str] | None:
         cd.Scene(mechanism, drive=drive)
     except cd.MobilityError as error:
         text = str(error)
-        impossible = ("none of these joints", "move no joint", "check loops and couplings")
-        if any(words in text for words in impossible):
+        if "check loops and couplings" in text:
             return None
         assert all(name in text for name in error.surplus)
         return [name for name in [drive] if name not in error.surplus] + list(error.advised)

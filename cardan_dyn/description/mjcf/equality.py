@@ -12,15 +12,13 @@ import numpy as np
 from ...arrays import Array, inverse
 from ...errors import ModelError, choices
 from ..description import CouplingDescription, JointDescription, LoopDescription
-from ..elements import numbers, unique
+from ..elements import SINGLE_TYPES, numbers, unique
 from .elements import Attributes, DefaultClasses, flag, number, rotation_of_quaternion
 from .schema import check_attributes, keyword
 
 Named = TypeVar("Named")
 LOOPS = ("connect", "weld")
 """Kinds of <equality> that close loops."""
-_COUPLED = frozenset({"revolute", "continuous", "prismatic"})
-"""Types of joints that a coupling can have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +186,7 @@ def _coupling(
     if (
         driving is None
         or driven is driving
-        or not {driven.type, driving.type} <= {"revolute", "continuous", "prismatic"}
+        or not {driven.type, driving.type} <= SINGLE_TYPES
         or factors[1] == 0.0
         or np.any(factors[2:])
     ):

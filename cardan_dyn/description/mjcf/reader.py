@@ -7,6 +7,7 @@ be read exactly is refused, and the message names it.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -63,9 +64,16 @@ def parse(root: ElementTree.Element, where: str, path: Path | None, strict: bool
         order=tuple(reader.frames.joints),
         loops=tuple(loops),
         couplings=tuple(couplings),
+        independent_joints=_actuated(root, reader.frames.joints),
         notation="MJCF <equality>" if loops or couplings else "no loops",
         warnings=(*reader.warnings, *inactive, *left_out),
     )
+
+
+def _actuated(root: ElementTree.Element, joints: Collection[str]) -> tuple[str, ...]:
+    """Return the joints of the tree that have an actuator, in the order of these."""
+    named = (item.get("joint", "") for section in root.findall("actuator") for item in section)
+    return tuple(name for name in dict.fromkeys(named) if name in joints)
 
 
 class _Reader:

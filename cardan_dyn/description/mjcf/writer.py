@@ -27,7 +27,7 @@ import numpy as np
 from ...arrays import Array, inverse
 from ...errors import ModelError, choices
 from ..description import Description, JointDescription, LinkDescription, LoopDescription
-from ..elements import unique
+from ..elements import SINGLE_TYPES, unique
 from .rigid_groups import RigidGroups
 from .written_elements import (
     check_kinds,
@@ -41,8 +41,6 @@ from .written_elements import (
 
 _DIRECT = {"spherical": "connect", "fixed": "weld"}
 """Types of loops that are an equality, and its kind."""
-_SIMPLE = frozenset({"revolute", "continuous", "prismatic"})
-"""Types of joints with one coordinate."""
 _WORLD = "world"
 """Name of MuJoCo's outermost body."""
 
@@ -128,7 +126,21 @@ class _Writer:
         if self._equalities:
             indented = (f"    {line}" for line in self._equalities)
             lines += ["  <equality>", *indented, "  </equality>"]
+        driven = [joint for joint in description.joints if joint.name in self._independent]
+        if driven:
+            motors = (f"    <motor joint={quoteattr(joint.name)}/>" for joint in driven)
+            lines += ["  <actuator>", *motors, "  </actuator>"]
         return "\n".join([*lines, "</mujoco>", ""])
+
+    @property
+    def _independent(self) -> set[str]:
+        """Joints of the tree with one coordinate that the description's author drives."""
+        independent = self._description.independent_joints
+        return {
+            joint.name
+            for joint in self._description.joints
+            if joint.name in independent and joint.type in SINGLE_TYPES
+        }
 
     def _write_tree(self) -> None:
         """Add the bodies of all links, and those that carry the joints of loops."""
@@ -291,7 +303,7 @@ class _Writer:
         """Return the one joint that moves a link of a coupling against the common ancestor."""
         common = {joint.name for joint in self._groups.path(other)}
         joints = [joint for joint in self._groups.path(link) if joint.name not in common]
-        if len(joints) != 1 or joints[0].type not in _SIMPLE:
+        if len(joints) != 1 or joints[0].type not in SINGLE_TYPES:
             raise ModelError(
                 f"{self._description.name}: coupling {coupling!r}: MJCF couples two joints with "
                 f"one coordinate; between {link!r} and the common ancestor with {other!r} are "

@@ -13,14 +13,12 @@ import numpy as np
 from ...arrays import Array
 from ...errors import ModelError, choices
 from ..description import CouplingDescription, JointDescription
-from ..elements import unique
+from ..elements import SINGLE_TYPES, unique
 from ..mimics import check_mimics, default_name
 from .elements import number, text
 from .frames import WORLD, Frames
 from .joints import axis_of, ends
 
-_SIMPLE = frozenset({"revolute", "continuous", "prismatic"})
-"""Types of joints that can be coupled."""
 _TURNS = frozenset({"revolute", "continuous"})
 _PARALLEL_TOLERANCE = 1e-9
 """Greatest sine between a gearbox's axis and the hinge's: what axes with ten digits have."""
@@ -128,8 +126,8 @@ class Couplings:
     def _simple(self, name: str, at: str) -> JointDescription:
         """Return a joint of the tree with one coordinate."""
         joint = self._joints.get(name)
-        if joint is None or joint.type not in _SIMPLE:
-            known = [item.name for item in self._joints.values() if item.type in _SIMPLE]
+        if joint is None or joint.type not in SINGLE_TYPES:
+            known = [item.name for item in self._joints.values() if item.type in SINGLE_TYPES]
             raise ModelError(
                 f"{at}: {name!r} is no joint of the tree with one axis; joints that can be "
                 f"coupled: {choices(known, name)}"

@@ -35,8 +35,8 @@ def test_a_pair_without_them_is_taken_as_a_ball() -> None:
         ("closing_2_1", "spherical"),
     ]
     assert description.warnings[-1] == (
-        "URDF text: closing frames do not state the type of closing_pin, closing_2_1: taken as "
-        "ball; write <loop> where it is another one"
+        "URDF text: closing frames do not state the type of closing_2_1, closing_pin: taken as "
+        "spherical; write <loop> where it is another one"
     )
 
 

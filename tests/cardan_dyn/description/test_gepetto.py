@@ -41,7 +41,7 @@ def test_no_file_beside_a_urdf(tmp_path: Path) -> None:
     assert gepetto(tmp_path / "robot.urdf", robot(), set()) is None
 
 
-@pytest.mark.parametrize("yaml", ["", "[1, 2]", "controllers: [1]", "closed_loops: [[a, b]]"])
+@pytest.mark.parametrize("yaml", ["", "[1, 2]", "controllers: [1]", "loops: [[a, b]]"])
 def test_files_about_something_else(tmp_path: Path, yaml: str) -> None:
     assert beside_text(tmp_path, yaml) is None
 

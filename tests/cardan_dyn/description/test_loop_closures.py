@@ -89,11 +89,29 @@ def test_hinges_that_are_balls(tmp_path: Path) -> None:
     assert [warning.split(": ")[-1] for warning in description.warnings] == ["limits play no part"]
 
 
-@pytest.mark.parametrize(
-    "yaml", ["", "[1]", "closures: []", "dependent: [b]", "closures:\nball_loops: []"]
-)
+@pytest.mark.parametrize("yaml", ["closures: []", "dependent: [b]", "closures:\nball_loops: []"])
 def test_files_without_loops_are_left_alone(yaml: str, tmp_path: Path) -> None:
     assert read(written(tmp_path, yaml)).notation == "no loops"
+
+
+@pytest.mark.parametrize("yaml", ["", "[1]", "loop_closures: []"])
+def test_files_that_say_nothing_about_loops_are_refused(yaml: str, tmp_path: Path) -> None:
+    path = written(tmp_path, yaml)
+    with pytest.raises(
+        cd.ModelError, match=r"it lists no loops; keys: actuated_joints, .* closures"
+    ):
+        read(path)
+    assert read(path, strict=False).notation == "no loops"
+
+
+def test_misspelled_keys_are_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, CLOSURES.replace("closures", "closurs"))
+    with pytest.raises(cd.ModelError, match=r"key 'closurs' .* did you mean 'closures'"):
+        read(path)
+    digits = "1" * 400
+    huge = written(tmp_path, CLOSURES.replace("[2, 2.5, 0]", f"[{digits}, 2.5, 0]"))
+    with pytest.raises(cd.ModelError, match="is not 3 finite number"):
+        read(huge)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ import cardan_dyn as cd
 from cardan_dyn.dynamics.closure_forces import ClosureForces
 from cardan_dyn.kinematics.all_groups import ClosedState
 from cardan_dyn.kinematics.batch_model import BatchModel
-from cardan_dyn.kinematics.group_solver import GroupState
+from cardan_dyn.kinematics.group_state import GroupState
 
 COUNT, SIZE = 3, 2
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.groups import exact, guesses, loop_named, only_group, state_of
 from testkit.linkages import LIMIT, carriage, rack
 from testkit.planar_linkages import (
     COUPLER,
@@ -20,38 +21,9 @@ from testkit.planar_linkages import (
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.batch_model import BatchModel
-from cardan_dyn.kinematics.branch import Branch
-from cardan_dyn.kinematics.group_solver import GroupSolver, GroupState
 from cardan_dyn.kinematics.long_chain import LongChain
-from cardan_dyn.kinematics.reduction import Reduction
 
 ANGLES = np.linspace(-0.6, 0.6, 7)
-EXACT = 0.0
-"""Rounding with which Newton's method goes on as far as it can."""
-
-
-def only_group(mechanism: cd.Mechanism, *drives: str) -> tuple[GroupSolver, Reduction, np.ndarray]:
-    """The only group of a mechanism, its reachable rows, and its zero position."""
-    kinematics, start = solver(mechanism, *drives)
-    (item,), (reduction,) = kinematics.solvers, kinematics.reductions
-    return item, reduction, start
-
-
-def guesses(mechanism: cd.Mechanism, drive: str, positions: np.ndarray) -> np.ndarray:
-    x = np.repeat(mechanism.coordinates.neutral()[None], len(positions), axis=0)
-    x[:, mechanism.coordinates.columns[drive].start] = positions
-    return x
-
-
-def exact(item: GroupSolver) -> np.ndarray:
-    return np.full(item.group.passives.size, EXACT)
-
-
-def state_of(mechanism: cd.Mechanism, drive: str, positions: np.ndarray) -> GroupState:
-    """Closed states at positions of the drive."""
-    item, reduction, _ = only_group(mechanism, drive)
-    x = guesses(mechanism, drive, positions)
-    return item.newton(x, reduction, exact(item))
 
 
 def test_newton_closes_a_four_bar_in_the_mode_of_the_guess() -> None:
@@ -158,102 +130,6 @@ def test_what_is_not_finite_ends_the_iteration() -> None:
     x[0, mechanism.coordinates.columns["B"].start] = np.inf
     state = item.newton(x, reduction, exact(item))
     assert not state.residual[0] < 1.0
-
-
-def test_rates_follow_from_closed_positions_by_differences() -> None:
-    mechanism = four_bar()
-    state = state_of(mechanism, "A", ANGLES)
-    group = state.group
-    step = 1e-5
-    closed = []
-    item, reduction, _ = only_group(mechanism, "A")
-    for sign in (-1.0, 1.0):
-        x = guesses(mechanism, "A", ANGLES + sign * step)
-        item.newton(x, reduction, exact(item))
-        closed.append(x)
-    columns = mechanism.coordinates.column_of(group.passives)
-    slope = (closed[1] - closed[0])[:, columns] / (2.0 * step)
-    computed = state.rates(np.full((len(ANGLES), 1), 3.0))
-    np.testing.assert_allclose(computed, 3.0 * slope, rtol=1e-7, atol=1e-8)
-
-
-def test_accelerations_follow_from_rates_by_differences() -> None:
-    mechanism = four_bar()
-    item, reduction, _ = only_group(mechanism, "A")
-    step, speed, acceleration = 1e-5, 3.0, -2.0
-    rates = []
-    for time in (-step, 0.0, step):
-        x = guesses(mechanism, "A", ANGLES + speed * time + 0.5 * acceleration * time**2)
-        state = item.newton(x, reduction, exact(item))
-        drive_rates = np.full((len(ANGLES), 1), speed + acceleration * time)
-        rates.append(state.rates(drive_rates))
-        if time == 0.0:
-            v = np.zeros((len(ANGLES), mechanism.model.nv))
-            v[:, item.group.known], v[:, item.group.passives] = drive_rates, rates[-1]
-            computed = state.accelerations(v, np.full((len(ANGLES), 1), acceleration))
-    np.testing.assert_allclose(computed, (rates[2] - rates[0]) / (2.0 * step), rtol=1e-6, atol=1e-6)
-
-
-def test_equations_are_solved_like_numpy_solves_them() -> None:
-    state = state_of(four_bar(), "A", ANGLES)
-    generator = np.random.default_rng(5)
-    right = generator.normal(size=(len(ANGLES), 3))
-    expected = np.array(
-        [np.linalg.solve(rows.T, b) for rows, b in zip(state.passive_rows, right, strict=True)]
-    )
-    np.testing.assert_allclose(state.solve(right), expected, rtol=1e-12)
-    efforts = generator.normal(size=(len(ANGLES), 3, 4))
-    multipliers = np.linalg.solve(state.passive_rows, efforts)
-    np.testing.assert_allclose(state.solve_transposed(efforts), multipliers, rtol=1e-12)
-
-
-def overconstrained() -> cd.Mechanism:
-    """Three equal rockers on one coupler: one of their six equations is redundant."""
-    return described(
-        *(link(name) for name in "abcd"),
-        joint("A", "ground", "a"),
-        joint("B", "a", "b", (0.0, 1.0)),
-        joint("D", "ground", "c", (2.0, 0.0)),
-        joint("E", "ground", "d", (1.0, 0.0)),
-        loop_named("C", "b", "c", (2.0, 0.0), (0.0, 1.0)),
-        loop_named("F", "b", "d", (1.0, 0.0), (0.0, 1.0)),
-    )
-
-
-def loop_named(
-    name: str,
-    first: str,
-    second: str,
-    on_first: tuple[float, float],
-    on_second: tuple[float, float],
-) -> str:
-    return (
-        f'<loop name="{name}" type="continuous"><predecessor link="{first}">'
-        f'<origin xyz="{on_first[0]!r} {on_first[1]!r} 0"/></predecessor>'
-        f'<successor link="{second}"><origin xyz="{on_second[0]!r} {on_second[1]!r} 0"/>'
-        '</successor><axis xyz="0 0 1"/></loop>'
-    )
-
-
-def test_redundant_equations_have_a_null_space_and_the_least_solution() -> None:
-    mechanism = overconstrained()
-    state = state_of(mechanism, "A", ANGLES)
-    assert np.max(state.residual) < 1e-14
-    count, p, r = state.passive_rows.shape
-    assert (p, r) == (5, 6)
-    assert state.null.shape == (count, 6, 1)
-    np.testing.assert_allclose(np.matmul(state.passive_rows, state.null), 0.0, atol=1e-14)
-    np.testing.assert_allclose(np.linalg.norm(state.null, axis=1), 1.0, rtol=1e-14)
-    pseudoinverses = np.linalg.pinv(state.passive_rows)
-    np.testing.assert_allclose(state.inverse, pseudoinverses, atol=1e-12)
-    # A parallelogram: all rockers turn alike, the coupler does not.
-    velocities = mechanism.coordinates.velocity_columns
-    rates = state.rates(np.full((count, 1), 2.0))
-    of = {name: state.group.passives.tolist().index(velocities[name].start) for name in "BDECF"}
-    for name, expected in (("B", -2.0), ("D", 2.0), ("E", 2.0), ("C", 2.0), ("F", 2.0)):
-        np.testing.assert_allclose(rates[:, of[name]], expected, rtol=1e-12)
-    values_of = np.linalg.svd(state.passive_rows, compute_uv=False)
-    np.testing.assert_allclose(state.condition, values_of[:, 0] / values_of[:, -1], rtol=1e-9)
 
 
 def test_the_inverse_of_a_position_nearby_serves_as_well() -> None:
@@ -381,14 +257,6 @@ def test_slips_of_a_slide_count_in_lengths() -> None:
     assert state.residual[0] == pytest.approx(0.5 / mechanism.characteristic_length)
 
 
-def test_accelerations_of_a_coupling_follow_its_ratio() -> None:
-    mechanism = geared(-2.5)
-    state = state_of(mechanism, "A", np.array([0.1, 0.2]))
-    v = np.random.default_rng(1).normal(size=(2, mechanism.model.nv))
-    computed = state.accelerations(v, np.array([[2.0], [-1.0]]))
-    np.testing.assert_allclose(computed, [[-5.0], [2.5]], rtol=1e-15)
-
-
 def test_open_reductions_hold_for_the_resting_joints_where_they_are() -> None:
     """Where a held hinge tilts one half of a planar linkage, it is planar no more."""
     tilt = (
@@ -418,25 +286,6 @@ def test_open_reductions_hold_for_the_resting_joints_where_they_are() -> None:
 def test_open_reductions_move_slides_by_lengths(length: float) -> None:
     item, _, start = only_group(cd.load(carriage(length)), "s")
     assert item.open_reduction(start).rows[0].shape == (6, 3)
-
-
-def test_sides_of_a_dead_point_differ() -> None:
-    """Crank and coupler of a driven rocker bend to either side of their line."""
-    mechanism = four_bar()
-    kinematics, start = solver(mechanism, "A")
-    branch = Branch(kinematics, start, mechanism.coordinates.columns["A"].start, 1.0)
-    branch.cover(-np.pi, np.pi)
-    positions = np.linspace(-np.pi, np.pi, 721)
-    x = kinematics.close(branch.guess(positions)).x
-    rocker = values(mechanism, x, "D")
-    item, reduction, _ = only_group(mechanism, "D")
-    state, _ = item.evaluate(x, reduction)
-    same = state.same_side(np.repeat(state.inverse[[360]], len(x), axis=0))
-    # On the side of position zero, the rocker moves with the crank as it does there.
-    slope = np.gradient(rocker, positions)
-    is_clear = np.abs(slope) > 0.01
-    np.testing.assert_array_equal(same[is_clear], (slope * slope[360] > 0.0)[is_clear])
-    assert 100 < np.sum(same) < 621
 
 
 def test_a_group_without_passives_stays_as_it_is() -> None:

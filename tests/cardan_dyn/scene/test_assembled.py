@@ -56,7 +56,7 @@ def test_joints_of_start_are_where_they_are_wanted() -> None:
 
 def test_positions_that_close_are_taken_as_they_are() -> None:
     mechanism = cd.load("four_bar")
-    crossed = mechanism.assembled(drive="crank_bearing", branch="B")
+    crossed = cd.Scene(mechanism, drive="crank_bearing", branch="B").configuration()
     assert crossed.branch == "B"
     again = mechanism.assembled(start=crossed.positions)
     np.testing.assert_array_equal(again.x, crossed.x)
@@ -64,7 +64,7 @@ def test_positions_that_close_are_taken_as_they_are() -> None:
 
 def test_a_scene_may_start_in_a_configuration() -> None:
     mechanism = cd.load("four_bar")
-    crossed = mechanism.assembled(drive="crank_bearing", branch="B")
+    crossed = cd.Scene(mechanism, drive="crank_bearing", branch="B").configuration()
     scene = cd.Scene(mechanism, drive="crank_bearing", start=crossed.positions)
     sweep = scene.sweep([0.0, 0.1])
     assert sweep.motion.position("rocker_bearing")[0] == pytest.approx(
@@ -97,7 +97,7 @@ def test_what_cannot_be_closed_is_refused() -> None:
     with pytest.raises(
         cd.AssemblyError,
         match=r"four_bar: the loops cannot be closed with the joints of start at their positions "
-        r"\(crank_bearing: 2, rocker_bearing: 3\); the least closure error found is 5.7e-01",
+        r"\(crank_bearing: 2, rocker_bearing: 3\); the least closure error found .* is 5.7e-01",
     ) as caught:
         mechanism.assembled(start={"crank_bearing": 2.0, "rocker_bearing": 3.0})
     assert caught.value.details["residual"] == pytest.approx(0.57, abs=0.01)
@@ -111,8 +111,3 @@ def test_wrong_arguments_are_refused() -> None:
         mechanism.assembled(start={"lever": 1.0})
     with pytest.raises(cd.ArgumentError, match="start"):
         mechanism.assembled(start={"crank_bearing": np.nan})
-    for wrong in ({"held": {"crank_bearing": 0.0}}, {"branch": "B"}):
-        with pytest.raises(cd.ArgumentError, match="held and branch need a drive"):
-            mechanism.assembled(**wrong)
-    with pytest.raises(cd.ArgumentError, match="branch 'C' does not exist"):
-        mechanism.assembled(drive="crank_bearing", branch="C")

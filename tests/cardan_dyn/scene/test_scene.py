@@ -191,8 +191,8 @@ def test_branches_tell_angles_within_half_a_turn(joint: cd.Mechanism) -> None:
     modes = scene.branches()
     # The fork of the output shaft fits the cross in two ways, in one and the same pose.
     assert list(modes) == ["A"]
-    assert modes.variants["A"] == ("A", "A2")
-    for positions in (modes["A"], modes["A2"]):
+    assert list(modes.variants["A"]) == ["A", "A2"]
+    for positions in modes.variants["A"].values():
         # The drive's own position is where the scene starts.
         assert positions["bearing_in"] == 7.0
         passive = [positions[name] for name in ("pin_in", "pin_out", "bearing_out")]
@@ -200,7 +200,7 @@ def test_branches_tell_angles_within_half_a_turn(joint: cd.Mechanism) -> None:
     # tan φ₂ = tan φ₁ / cos β; the other mode is half a turn away.
     expected = np.arctan2(np.sin(7.0), np.cos(0.5) * np.cos(7.0))
     assert modes["A"]["bearing_out"] == pytest.approx(expected, abs=1e-12)
-    assert modes["A2"]["bearing_out"] == pytest.approx(expected - np.pi, abs=1e-12)
+    assert modes.variants["A"]["A2"]["bearing_out"] == pytest.approx(expected - np.pi, abs=1e-12)
 
 
 def test_shapes_of_a_sweep(joint: cd.Mechanism) -> None:

@@ -372,3 +372,19 @@ def test_mujoco_places_the_bodies_alike(
             np.testing.assert_allclose(turn, placement[:3, :3], atol=1e-12)
     assert data.nefc or not description.loops
     np.testing.assert_allclose(data.efc_pos, 0.0, atol=1e-12)
+
+
+def test_driven_joints_have_motors() -> None:
+    """What the author drives is driven in both notations."""
+    parts = [
+        '<link name="l0"/>',
+        LINK.format("a", 1),
+        LINK.format("b", 2),
+        JOINT.format("revolute", "l0", "a").replace("<joint ", '<joint independent="true" '),
+        JOINT.format("prismatic", "a", "b"),
+    ]
+    description = read(robot(*parts))
+    assert description.independent_joints == ("revolute",)
+    again = read(to_mjcf(description), strict=False)
+    assert again.independent_joints == ("revolute",)
+    assert cd.Scene(cd.Mechanism(again), held={"prismatic": 0.0}).drives == ("revolute",)
