@@ -73,7 +73,7 @@ def _parse(text: str, where: str, path: Path | None, strict: bool) -> Descriptio
         where: how messages name the source of the text.
         path: the file, None for text.
         strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
-            words of a URDF, forces in an MJCF file that no wrench considers.
+            words, forces in an MJCF or SDF file that no wrench considers.
     """
     from xml.etree import ElementTree
 

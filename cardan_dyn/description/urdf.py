@@ -72,7 +72,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         where: how messages name the source of the text.
         path: the file, beside which a YAML file may list its loops.
         strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
-            words of a URDF, forces in an MJCF file that no wrench considers.
+            words.
 
     Raises:
         ModelError: what is wrong, where, and the valid choices.

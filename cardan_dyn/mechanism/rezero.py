@@ -260,6 +260,6 @@ def _gaps(description: Description) -> Iterator[tuple[str, float, float, float]]
         start = placements[loop.predecessor] @ loop.predecessor_origin
         gap = inverse(start) @ placements[loop.successor] @ loop.successor_origin
         distance = float(np.linalg.norm(gap[:3, 3]))
-        # The sine of the angle; half a turn is no gap that a closed configuration can have.
+        # As much as the sine for small angles, and never small for large ones.
         angle = float(np.max(np.abs(gap[:3, :3] - np.eye(3))))
         yield loop.name, distance, angle, size
