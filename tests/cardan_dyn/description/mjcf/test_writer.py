@@ -355,7 +355,7 @@ def test_mujoco_places_the_bodies_alike(
     source: str | int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And its equalities hold at zero, where the loops are closed."""
-    mujoco = pytest.importorskip("mujoco")
+    mujoco = pytest.importorskip("mujoco", reason="MuJoCo reads what is written")
     # Where inertias are very different, it writes a log beside the caller.
     monkeypatch.chdir(tmp_path)
     description = read(source if isinstance(source, str) else draw(source).chain.text)
