@@ -48,6 +48,7 @@ class AssembledPositions:
         blocks: the closed state of each block: a list, or an iterator that closes block by block
             and can be read only once.
         kinematics: the kinematics that the loops are closed with.
+        along_path: whether every sample was followed from the one before it.
     """
 
     solver: ProblemSolver
@@ -56,6 +57,7 @@ class AssembledPositions:
     spans: list[slice]
     blocks: Iterable[ClosedState]
     kinematics: Kinematics
+    along_path: bool
 
     def __post_init__(self) -> None:
         read_only(self.positions)
@@ -66,7 +68,7 @@ class AssembledPositions:
 
     def __reduce__(self) -> tuple[object, ...]:
         # Closing them again takes less than storing all that was computed.
-        return self.solver.assemble, (self.positions,)
+        return self.solver.assemble, (self.positions, self.along_path)
 
     def __repr__(self) -> str:
         return f"<{len(self)} assembled positions of {self.solver.problem.mechanism.name!r}>"
@@ -139,23 +141,27 @@ class ProblemSolver(Frozen):
             return joint in self.problem.drives
         return mechanism.joints[mechanism.drivable[joint].joint].id - 1 in needed.known_bodies
 
-    def assemble(self, positions: Array) -> AssembledPositions:
+    def assemble(self, positions: Array, along_path: bool = False) -> AssembledPositions:
         """Return drive positions `(N, d)` with all their loops closed, to be used again.
+
+        Args:
+            positions: [rad or m].
+            along_path: see `Scene.sweep`.
 
         Raises:
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
         """
-        assembled = self.assembled_in_turn(positions)
+        assembled = self.assembled_in_turn(positions, along_path)
         return replace(assembled, blocks=list(assembled.blocks))
 
-    def assembled_in_turn(self, positions: Array) -> AssembledPositions:
+    def assembled_in_turn(self, positions: Array, along_path: bool = False) -> AssembledPositions:
         """Return drive positions `(N, d)` whose blocks are closed one by one as they are read.
 
-        So only one block's arrays are in memory at a time. Errors as of `assemble` are raised
-        while the blocks are read.
+        So only one block's arrays are in memory at a time. Arguments and errors as of `assemble`;
+        the latter are raised while the blocks are read.
         """
-        guess = self.assembly.guesses(positions)
+        guess = self.assembly.guesses(positions, along_path)
         # Blocks of equal size: a small last one would cost almost as much as a large one.
         numbers = self.problem.mechanism.model.nv * (_NUMBERS_PER_COORDINATE + positions.shape[1])
         block_size = max(1, min(_BLOCK_SIZE, _BLOCK_NUMBERS // numbers))
@@ -163,7 +169,9 @@ class ProblemSolver(Frozen):
         ends = np.linspace(0, len(positions), count + 1).astype(int).tolist()
         spans = [slice(*span) for span in pairwise(ends)]
         blocks = (self.assembly.close(guess.block(span), positions[span]) for span in spans)
-        return AssembledPositions(self, positions, guess.turns, spans, blocks, guess.kinematics)
+        return AssembledPositions(
+            self, positions, guess.turns, spans, blocks, guess.kinematics, along_path
+        )
 
     def current(self, assembled: AssembledPositions) -> AssembledPositions:
         """Return assembled positions that suit what is known of the motion now.
@@ -181,7 +189,7 @@ class ProblemSolver(Frozen):
         used, known = assembled.kinematics.reductions, self.assembly.kinematics.reductions
         # By identity, since reductions hold arrays, which `==` does not compare as a whole.
         if any(first is not second for first, second in zip(used, known, strict=True)):
-            return self.assembled_in_turn(assembled.positions)
+            return self.assembled_in_turn(assembled.positions, assembled.along_path)
         return assembled
 
     def solve(self, assembled: AssembledPositions, speeds: Array, accelerations: Array) -> Solution:

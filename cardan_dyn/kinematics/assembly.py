@@ -83,14 +83,16 @@ class Assembly:
         """Closes the loops for the scene's drives. Later ones may know more redundant rows."""
         return self._cache.kinematics
 
-    def guesses(self, positions: Array) -> Guess:
+    def guesses(self, positions: Array, along_path: bool = False) -> Guess:
         """Return coordinates near closed ones for drive positions `(N, d)`.
+
+        Arguments as of `GuessCache.guesses`.
 
         Raises:
             AssemblyError: a position cannot be reached.
             SingularConfigurationError: a dead point lies on the way.
         """
-        return self._cache.guesses(positions)
+        return self._cache.guesses(positions, along_path)
 
     def close(self, guess: Guess, positions: Array) -> ClosedState:
         """Close the loops at guesses for drive positions `(N, d)`.

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import AssemblyError, CardanError, SingularConfigurationError
+from ..mechanism.mechanism import Mechanism
 from ..problem.problem import Problem
 from .all_groups import Kinematics
 from .branch import Branch
@@ -22,7 +23,7 @@ _SAMPLES_PER_NODE = 24
 """Samples that have to use a branch before it gets one more node. On the bundled universal joint,
 four-bar and double shaft a node took 14 to 18 µs and the Newton step that a finer branch saves took
 4 to 6 µs per sample: at this rate nodes cost less than a fifth of what they can save."""
-_TURN = 2.0 * np.pi
+TURN = 2.0 * np.pi
 """One turn of the drive [rad]. Sweeps over more than that look for a period."""
 
 
@@ -31,12 +32,19 @@ class Followed(NamedTuple):
 
     Attributes:
         values: whole periods `(N, 1)` to take off the positions of a single drive, or coordinates
-            `(N, k)` of what several drives move.
+            `(N, k)` of what several drives move and the whole turns that they lack, `(2, N, k)`.
         is_new: whether anything was seen of the motion that was not known before.
     """
 
     values: Array
     is_new: bool
+
+
+def turns_freely(mechanism: Mechanism, drive: str) -> bool:
+    """Return whether a drive may turn without limits of its own."""
+    item = mechanism.coordinates.named[drive]
+    # URDF's `revolute` joints have limits; no other type that turns has.
+    return not item.slides and mechanism.joints[item.joint].type != "revolute"
 
 
 class DriveMotion:
@@ -80,9 +88,7 @@ class DriveMotion:
         self._start = float(start[item.column])
         self._length = problem.mechanism.characteristic_length
         self._slides = item.slides
-        # URDF's `revolute` joints have limits; no other type that turns has.
-        is_limited = problem.mechanism.joints[item.joint].type == "revolute"
-        self._turns_freely = not (item.slides or is_limited)
+        self._turns_freely = turns_freely(problem.mechanism, drive)
         self._samples_served = 0
         self._is_studied = False
 
@@ -105,8 +111,12 @@ class DriveMotion:
         between = self._kinematics.close(self.branch.guess(positions))
         return between.x[between.residual < CLOSURE_TOLERANCE]
 
-    def followed(self, positions: Array) -> Followed:
+    def followed(self, positions: Array, along_path: bool = False) -> Followed:
         """Follow the branch to drive positions `(N, d)`, of all drives of the scene.
+
+        Args:
+            positions: [rad or m].
+            along_path: for a single drive, all ways to a position are along the same branch.
 
         Raises:
             AssemblyError, SingularConfigurationError: a position is out of reach.
@@ -148,7 +158,7 @@ class DriveMotion:
         """
         branch = self.branch
         low, high = float(np.min(targets)), float(np.max(targets))
-        leaves_turn = high - low >= _TURN or max(high, -low) > _TURN
+        leaves_turn = high - low >= TURN or max(high, -low) > TURN
         is_far = self._turns_freely and leaves_turn
         turns_through = True
         if is_far and branch.period is None:
@@ -158,10 +168,10 @@ class DriveMotion:
                 turns_through = False  # The samples may lie on this side of what stops it.
         if branch.period is not None:
             return np.asarray(np.floor((targets - branch.span[0]) / branch.period))
-        if is_far and turns_through and high - low > _MOST_TURNS * _TURN:
+        if is_far and turns_through and high - low > _MOST_TURNS * TURN:
             raise AssemblyError(
                 f"the mechanism does not repeat within a few turns of {self._drive!r}, so "
-                f"{(high - low) / _TURN:.0f} turns cannot be followed; sweep over at most "
+                f"{(high - low) / TURN:.0f} turns cannot be followed; sweep over at most "
                 f"{_MOST_TURNS} turns",
                 position=high,
                 nearest=branch.span[1],

@@ -21,7 +21,7 @@ from .loop_system import LoopSystem
 from .redundancy import Redundancy, RedundancyStudy
 
 if TYPE_CHECKING:
-    from .following import JointMotion
+    from .joint_motion import JointMotion
 
 
 class Guess(NamedTuple):
@@ -87,8 +87,13 @@ class GuessCache:
         """Solves the rows that are known to be independent so far."""
         return self._redundancy.kinematics
 
-    def guesses(self, positions: Array) -> Guess:
+    def guesses(self, positions: Array, along_path: bool = False) -> Guess:
         """Return coordinates near closed ones for drive positions `(N, d)` [rad or m].
+
+        Args:
+            positions: of all drives.
+            along_path: whether every sample is followed from the one before it, instead of along
+                the straight line from the start.
 
         Raises:
             AssemblyError: a position cannot be reached.
@@ -101,7 +106,7 @@ class GuessCache:
             if self._motionless:
                 x[:, self._columns] = positions
                 return Guess(x, turns, self.kinematics, False)
-            followed = [part.followed(positions) for part in self._parts]
+            followed = [part.followed(positions, along_path) for part in self._parts]
             if any(item.is_new for item in followed):
                 self._learn()
             for part, item in zip(self._parts, followed, strict=True):
@@ -140,7 +145,7 @@ class GuessCache:
     def _part(self, drives: list[int], groups: list[int]) -> DriveMotion | JointMotion:
         kind: type[DriveMotion | JointMotion] = DriveMotion
         if len(drives) > 1:
-            from .following import JointMotion  # Most scenes have a single drive.
+            from .joint_motion import JointMotion  # Most scenes have a single drive.
 
             kind = JointMotion
         kinematics = self._study.open_kinematics

@@ -10,12 +10,13 @@ import numpy as np
 
 from ..checks import samples
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
-from ..errors import MobilityError, choices
+from ..errors import ArgumentError
 from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import checked
 from ..results.collect import sweep_of
 from ..results.sweep import Sweep
-from .arguments import SceneArguments, replaced
+from .arguments import replaced
+from .inspection import SceneInspection
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -23,14 +24,12 @@ if TYPE_CHECKING:
     from ..arrays import Array
     from ..mechanism.configuration import Configuration
     from ..response.response import Response
-    from .branches import Branches
-    from .plan import Plan
 
 _OVERFLOW: Any = {"over": "ignore", "invalid": "ignore"}
 """NumPy need not warn of numbers that overflow: results that contain them are refused."""
 
 
-class Scene(SceneArguments):
+class Scene(SceneInspection):
     """A mechanism whose motion is prescribed, with what acts on it.
 
     A scene cannot be changed. It may be used by several threads at the same time; copies and
@@ -140,8 +139,15 @@ class Scene(SceneArguments):
         position: ArrayLike | AssembledPositions,
         speed: ArrayLike = 0.0,
         acceleration: ArrayLike = 0.0,
+        *,
+        along_path: bool = False,
     ) -> Sweep:
         """Solve motion and reactions at given drive positions.
+
+        The configuration at a position is the one to which the straight line of drive positions
+        leads from where the scene starts, whatever the other samples and their order are. Where a
+        drive brings the mechanism back to itself by turning alone, from that start, whole turns
+        are taken off first.
 
         `<limit>` elements of the description are not regarded.
 
@@ -154,6 +160,11 @@ class Scene(SceneArguments):
             speed: drive speeds [rad/s or m/s], a number or like `position`. The mechanism is
                 quasi-static where it is zero.
             acceleration: drive accelerations [rad/s² or m/s²], a number or like `position`.
+            along_path: whether the positions of several drives are points of a path, such as the
+                trajectory of a robot: every sample is then followed from the one before it, the
+                first from the start. Unless path and straight line pass a singular configuration
+                on different sides, both lead to the same configuration; the path may also reach
+                what the straight line does not.
 
         Raises:
             ArgumentError: a value is not finite or has the wrong shape.
@@ -165,15 +176,21 @@ class Scene(SceneArguments):
         count, solver = len(self.drives), self._solver
         with np.errstate(**_OVERFLOW):
             if isinstance(position, AssembledPositions):
+                if along_path and not position.along_path:
+                    raise ArgumentError(
+                        "along_path: these positions were assembled along straight lines; write "
+                        "assemble(..., along_path=True)"
+                    )
                 assembled = solver.current(position)
             else:
-                assembled = solver.assembled_in_turn(samples("position", position, count, None))
+                positions = samples("position", position, count, None)
+                assembled = solver.assembled_in_turn(positions, along_path)
             speeds = samples("speed", speed, count, len(assembled))
             accelerations = samples("acceleration", acceleration, count, len(assembled))
             solution = solver.solve(assembled, speeds, accelerations)
         return sweep_of(solver, assembled, speeds, accelerations, solution)
 
-    def assemble(self, position: ArrayLike) -> AssembledPositions:
+    def assemble(self, position: ArrayLike, *, along_path: bool = False) -> AssembledPositions:
         """Close the loops at given drive positions, for several sweeps over them.
 
         What depends on the position alone is kept, some kilobytes per sample, so that a sweep
@@ -181,6 +198,7 @@ class Scene(SceneArguments):
 
         Args:
             position: see `sweep`.
+            along_path: see `sweep`.
 
         Raises:
             ArgumentError: a value is not finite or has the wrong shape.
@@ -188,7 +206,8 @@ class Scene(SceneArguments):
             SingularConfigurationError: a position is a dead point.
         """
         with np.errstate(**_OVERFLOW):
-            return self._solver.assemble(samples("position", position, len(self.drives), None))
+            positions = samples("position", position, len(self.drives), None)
+            return self._solver.assemble(positions, along_path)
 
     def response(
         self, tolerance: float = 1e-13, *, interval: tuple[float, float] | None = None
@@ -232,51 +251,3 @@ class Scene(SceneArguments):
         from ..response.response import Response
 
         return Response(self._solver, read(path, self._solver))
-
-    def plan(self) -> Plan:
-        """Return what a sweep does, and what it leaves out; `print` shows it."""
-        from .plan import plan_of  # Imported here: most scripts show no plan.
-
-        assembly = self._solver.assembly
-        return plan_of(
-            self.mechanism,
-            assembly.groups,
-            assembly.needed,
-            self.outputs,
-            has_mass=self._solver.has_mass,
-            has_weight=bool(np.any(self.gravity)),
-        )
-
-    def motion_range(self) -> tuple[float, float]:
-        """Return between which positions the drive can move [rad or m].
-
-        `<limit>` elements of the description are not regarded: a sweep may go beyond them.
-
-        They are dead points of the drive or positions where assembly modes meet; ±inf where it
-        turns through, or slides by more than ten lengths of the mechanism.
-
-        Raises:
-            MobilityError: the scene has several drives.
-        """
-        if len(self.drives) > 1:
-            raise MobilityError(
-                f"the range of one drive depends on the positions of the others: "
-                f"{choices(self.drives)}; hold all but one of them",
-                mobility=len(self.drives),
-            )
-        return self._solver.assembly.motion_range()
-
-    def configuration(self) -> Configuration:
-        """Return the closed configuration in which the scene starts, of all loops."""
-        from .assembled import configuration_of  # Most scenes show none.
-
-        return configuration_of(self._solver)
-
-    def branches(self) -> Branches:
-        """Return the assembly modes with the drives where the scene starts.
-
-        `A` is that of the description, the others follow by their distance from it.
-        """
-        from .branches import Branches  # Most scenes need no other mode.
-
-        return Branches(self.mechanism, self.drives, self._solver.assembly.modes())

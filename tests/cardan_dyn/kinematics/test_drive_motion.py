@@ -9,7 +9,7 @@ from testkit.planar_linkages import COUPLER, five_bar, four_bar, pin_distance, v
 import cardan_dyn as cd
 from cardan_dyn.kinematics.assembly import Assembly
 from cardan_dyn.kinematics.drive_motion import DriveMotion
-from cardan_dyn.kinematics.following import JointMotion
+from cardan_dyn.kinematics.joint_motion import JointMotion
 from cardan_dyn.kinematics.redundancy import STATES_STUDIED
 from cardan_dyn.problem.arguments import checked
 

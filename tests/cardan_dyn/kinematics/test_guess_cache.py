@@ -149,18 +149,20 @@ def test_positions_out_of_reach_are_refused_again_and_again() -> None:
     assert np.max(np.abs(closed(guess) - guess.x)) < 1e-2
 
 
-def test_several_drives_are_followed_from_sample_to_sample() -> None:
+@pytest.mark.parametrize(("along_path", "error"), [(True, 1e-12), (False, 1e-4)])
+def test_several_drives_are_followed_together(along_path: bool, error: float) -> None:
     mechanism = five_bar()
     cache = cache_of(mechanism, "A", "D")
     angle = np.linspace(0.0, TURN, 30)
     positions = 0.3 * np.stack([np.sin(angle), np.cos(angle)], axis=1)
-    guess = cache.guesses(positions)
+    guess = cache.guesses(positions, along_path)
     assert not guess.followed
     assert not np.any(guess.turns)
     x = closed(guess)
     for column, name in enumerate("AD"):
         np.testing.assert_array_equal(values(mechanism, x, name), positions[:, column])
-    np.testing.assert_allclose(x, guess.x, atol=1e-12)
+    np.testing.assert_allclose(x, guess.x, atol=error)
+    np.testing.assert_allclose(x, closed(cache.guesses(positions, not along_path)), atol=1e-12)
 
 
 def test_drives_that_meet_in_no_group_are_followed_one_by_one() -> None:

@@ -1,0 +1,282 @@
+"""Lattice: closed positions near many samples of several drives, found once for all of them.
+
+Thousands of straight lines from one start run beside each other. Where samples are dense, their
+lines are replaced by those of the points of a lattice: a line goes from lattice point to lattice
+point, each the nearest one to it, and all lines that pass a point share what is known there.
+So no line is farther than the lattice's spacing from the sample's own, and as on a single line
+every step from point to point is tried: a line one step of which is not safe is not used.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from .all_groups import ClosedState, Kinematics
+from .step_control import allowed_correction
+from .straight_lines import MOST_CORRECTIONS, SAFE_STEP, extrapolated, is_safe_step
+
+_GREATEST_SPACING = 0.4
+"""Spacing [rad] of the coarsest lattice, beyond which steps are hardly ever safe."""
+_SMALLEST_SPACING = 0.02
+"""Spacing [rad] of the finest lattice: extrapolations over half of it are off by 1e-7 or less,
+which one Newton step makes rounding."""
+_SAMPLES_PER_POINT = 24
+"""Samples that a lattice point is to serve, before the lattice becomes finer. It takes as much as
+two or three steps of a sample, and a spacing half as large saves one."""
+_FEWEST_PER_POINT = 4
+"""Samples per point below which following every line by itself costs no more."""
+_BLOCK_SIZE = 768
+"""Greatest number of samples and points that are closed together, see `straight_lines`."""
+_MOST_KEYS = 2**62
+"""Greatest number of lattice points in the box of all samples: each has a whole number as key."""
+
+
+class _Lines(NamedTuple):
+    """Lines from lattice point to lattice point.
+
+    Attributes:
+        points: `(M, d)` lattice points on any of them, in units of the spacing; the start is 0.
+        first, second: `(E,)` points (indices) that a step leads between.
+        steps: `(S,)` steps (indices) of all lines, one line behind the other.
+        begins: `(L,)` where in `steps` each line begins.
+        ends: `(L,)` points (indices) at which the lines end.
+    """
+
+    points: Array
+    first: Array
+    second: Array
+    steps: Array
+    begins: Array
+    ends: Array
+
+
+class NearLattice(NamedTuple):
+    """What a lattice found.
+
+    Attributes:
+        x: `(N, size)` coordinates one Newton step away from a lattice point's extrapolation.
+        is_there: `(N,)` whether they lie at the end of a sample's line.
+    """
+
+    x: Array
+    is_there: Array
+
+
+def spacing_for(ahead: Array, finer_than: float = np.inf) -> float | None:
+    """Return the spacing [rad] of a lattice that pays for samples, None if none does.
+
+    Args:
+        ahead: `(N, d)` displacements of the drives from the start, slides in lengths.
+        finer_than: spacing that was too coarse for these samples [rad].
+    """
+    spacing = min(_GREATEST_SPACING, 0.5 * finer_than)
+    if spacing < _SMALLEST_SPACING or _count(ahead, spacing) * _FEWEST_PER_POINT > len(ahead):
+        return None
+    while 0.5 * spacing >= _SMALLEST_SPACING and _count(
+        ahead, 0.5 * spacing
+    ) * _SAMPLES_PER_POINT <= len(ahead):
+        spacing *= 0.5
+    return spacing
+
+
+def near_lattice(
+    kinematics: Kinematics, start: Array, columns: list[int], positions: Array, units: Array
+) -> NearLattice:
+    """Return coordinates near closed ones at drive positions `(N, d)`.
+
+    Args:
+        kinematics: of the drives and the groups that they move.
+        start: `(size,)` closed coordinates to begin at.
+        columns: columns of the drives in a row of coordinates.
+        positions: [rad or m].
+        units: `(d,)` spacing of the lattice [rad or m].
+    """
+    nearest = np.rint((positions - start[columns]) / units)
+    lines, end_of = _lines_to(nearest)
+    points = _Points(kinematics, start, columns, lines.points * units)
+    is_good = points.closed_along(lines)
+    along = np.logical_and.reduceat(is_good[lines.steps], lines.begins)
+    is_there = along[end_of]
+    x = np.repeat(start[None, :], len(positions), axis=0)
+    chosen = np.nonzero(is_there)[0]
+    for first in range(0, len(chosen), _BLOCK_SIZE):
+        block = chosen[first : first + _BLOCK_SIZE]
+        x[block], is_there[block] = points.near(lines.ends[end_of[block]], positions[block])
+    return NearLattice(x, is_there)
+
+
+class _Points:
+    """The mechanism at lattice points, with its derivatives there.
+
+    Attributes:
+        x: `(M, size)` closed coordinates.
+        is_closed: `(M,)` whether they are known.
+    """
+
+    def __init__(
+        self, kinematics: Kinematics, start: Array, columns: list[int], ahead: Array
+    ) -> None:
+        """Begin at the start, which is the lattice point whose displacement `ahead (M, d)` is 0."""
+        count, d = ahead.shape
+        self._kinematics, self._columns = kinematics, columns
+        self._ahead, self._origin = ahead, start[columns]
+        self.x = np.repeat(start[None, :], count, axis=0)
+        self.is_closed = ~np.any(ahead, axis=1)
+        nv = kinematics.coordinates.model.nv
+        # Joint rates per rate of each drive, and accelerations per product of two rates.
+        self._ratios, self._curvatures = np.zeros((count, nv, d)), np.zeros((count, nv, d, d))
+        state = kinematics.evaluate(start[None, :])
+        self._inverses = [np.repeat(inverse, count, axis=0) for inverse in state.inverses]
+        self._keep(np.nonzero(self.is_closed)[0], state, np.ones(1, dtype=bool))
+
+    def closed_along(self, lines: _Lines) -> Array:
+        """Close the loops at all points that safe steps lead to.
+
+        Returns:
+            `(E,)` which steps are safe.
+        """
+        is_good = np.zeros(len(lines.first), dtype=bool)
+        is_tried = is_good.copy()
+        while True:
+            is_open = ~self.is_closed[lines.second]
+            waiting = np.nonzero(self.is_closed[lines.first] & is_open & ~is_tried)[0]
+            if not waiting.size:
+                break
+            # One step to each point; the others are compared with what it finds.
+            _, chosen = np.unique(lines.second[waiting], return_index=True)
+            for block in _blocks(waiting[chosen]):
+                is_good[block] = self._close(lines.first[block], lines.second[block])
+            is_tried[waiting[chosen]] = True
+        is_known = self.is_closed[lines.first] & self.is_closed[lines.second]
+        for block in _blocks(np.nonzero(is_known & ~is_tried)[0]):
+            is_good[block] = self._agree(lines.first[block], lines.second[block])
+        return is_good
+
+    def near(self, points: Array, positions: Array) -> tuple[Array, Array]:
+        """Return coordinates `(N, size)` one Newton step from extrapolations, and `(N,)` safety.
+
+        Args:
+            points: `(N,)` to begin at.
+            positions: `(N, d)` of the drives [rad or m].
+        """
+        guess, is_short = self._extrapolated(points, positions)
+        with np.errstate(all="ignore"):
+            state = self._kinematics.newton_step(guess)
+            is_safe = is_short & (state.correction < allowed_correction(state.condition))
+            is_safe &= self._kinematics.same_side(state, [item[points] for item in self._inverses])
+        return state.x, is_safe
+
+    def _extrapolated(self, points: Array, positions: Array) -> tuple[Array, Array]:
+        """Return coordinates `(N, size)` at drive positions, from the derivatives at points.
+
+        Returns:
+            The coordinates, and `(N,)` whether the way there is short enough.
+        """
+        coordinates, x = self._kinematics.coordinates, self.x[points]
+        step = positions - x[:, self._columns]
+        v = np.einsum("nvi,ni->nv", self._ratios[points], step)
+        a = np.einsum("nvij,ni,nj->nv", self._curvatures[points], step, step, optimize=True)
+        guess, longest = extrapolated(coordinates, x, v, a)
+        guess[:, self._columns] = positions
+        return guess, longest >= 1.0
+
+    def _positions(self, points: Array) -> Array:
+        """Return drive positions `(K, d)` of points [rad or m]."""
+        return np.asarray(self._origin + self._ahead[points])
+
+    def _close(self, first: Array, second: Array) -> Array:
+        """Close the loops at points from other points; return `(K,)` whether it was safe."""
+        guess, is_short = self._extrapolated(first, self._positions(second))
+        with np.errstate(all="ignore"):  # Points out of reach may overflow; they are not safe.
+            state = self._kinematics.close(guess, most=MOST_CORRECTIONS)
+            inverses = [inverse[first] for inverse in self._inverses]
+            is_safe = is_short & is_safe_step(self._kinematics, state, inverses)
+            self._keep(second[is_safe], state, is_safe)
+        return is_safe
+
+    def _agree(self, first: Array, second: Array) -> Array:
+        """Return `(K,)` whether steps lead from points to what is known at other points."""
+        kinematics = self._kinematics
+        guess, is_short = self._extrapolated(first, self._positions(second))
+        guess = kinematics.coordinates.normalised(guess)
+        state = kinematics.evaluate(self.x[second])
+        error = np.max(np.abs(guess - state.x) * kinematics.coordinates.scale, axis=1)
+        inverses = [inverse[first] for inverse in self._inverses]
+        is_short &= error < SAFE_STEP
+        return np.asarray(is_short & kinematics.same_side(state, inverses))
+
+    def _keep(self, points: Array, state: ClosedState, chosen: Array) -> None:
+        """Keep closed coordinates of points with their derivatives.
+
+        Args:
+            points: `(K,)`.
+            state: closed, of K and other positions.
+            chosen: which of them are kept.
+        """
+        kinematics, count = self._kinematics, len(state.x)
+        ratios = kinematics.velocity_ratios(state)
+        self.x[points], self.is_closed[points] = state.x[chosen], True
+        self._ratios[points] = ratios[chosen]
+        for inverse, new in zip(self._inverses, state.inverses, strict=True):
+            inverse[points] = new[chosen]
+        d = len(self._columns)
+        at_rest = np.zeros((count, d))
+        own = [kinematics.accelerations(state, ratios[:, :, i], at_rest)[chosen] for i in range(d)]
+        for i in range(d):
+            self._curvatures[points, :, i, i] = own[i]
+            for j in range(i):
+                both = ratios[:, :, i] + ratios[:, :, j]
+                both = kinematics.accelerations(state, both, at_rest)[chosen]
+                mixed = 0.5 * (both - own[i] - own[j])
+                self._curvatures[points, :, i, j] = self._curvatures[points, :, j, i] = mixed
+
+
+def _lines_to(nearest: Array) -> tuple[_Lines, Array]:
+    """Return lines to lattice points `(N, d)`, and `(N,)` the line (index) that leads to each."""
+    _, chosen, end_of = _unique(nearest)
+    ends = nearest[chosen]
+    lengths = np.maximum(np.max(np.abs(ends), axis=1), 1).astype(int)
+    # All lines one behind the other, each from the start on.
+    begins = np.concatenate([[0], np.cumsum(lengths + 1)[:-1]])
+    line_of = np.repeat(np.arange(len(ends)), lengths + 1)
+    count = np.arange(len(line_of)) - begins[line_of]
+    on_lines = np.rint(ends[line_of] * (count / lengths[line_of])[:, None])
+    keys, chosen, point_of = _unique(on_lines)
+    is_first = np.zeros(len(line_of), dtype=bool)
+    is_first[begins] = True
+    to = np.nonzero(~is_first)[0]
+    pairs, steps = np.unique(point_of[to - 1] * len(keys) + point_of[to], return_inverse=True)
+    return _Lines(
+        points=on_lines[chosen],
+        first=pairs // len(keys),
+        second=pairs % len(keys),
+        steps=steps,
+        begins=begins - np.arange(len(ends)),
+        ends=point_of[begins + lengths],
+    ), end_of
+
+
+def _count(ahead: Array, spacing: float) -> float:
+    """Return how many lattice points displacements `(N, d)` lie near; inf if they are too far."""
+    nearest = np.rint(ahead / spacing)
+    spans = 1.0 + np.max(np.abs(nearest), axis=0, initial=0.0)
+    if not np.prod(2.0 * spans) < _MOST_KEYS:
+        return np.inf
+    return len(_unique(nearest)[0])
+
+
+def _unique(points: Array) -> tuple[Array, Array, Array]:
+    """Return keys of the different ones among lattice points `(N, d)`, and see `np.unique`."""
+    low = np.min(points, axis=0, initial=0.0)
+    spans = np.max(points, axis=0, initial=0.0) - low + 1.0
+    factors = np.concatenate([[1.0], np.cumprod(spans[:-1])]).astype(np.int64)
+    keys = (points - low).astype(np.int64) @ factors
+    return np.unique(keys, return_index=True, return_inverse=True)
+
+
+def _blocks(indices: Array) -> list[Array]:
+    """Return indices in blocks of at most `_BLOCK_SIZE`."""
+    return [indices[k : k + _BLOCK_SIZE] for k in range(0, len(indices), _BLOCK_SIZE)]

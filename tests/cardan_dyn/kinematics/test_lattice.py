@@ -1,0 +1,68 @@
+"""Lattices lead to what straight lines lead to, or leave a sample to its line."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn.kinematics.assembly import Assembly
+from cardan_dyn.kinematics.joint_motion import JointMotion
+from cardan_dyn.kinematics.lattice import near_lattice, spacing_for
+from cardan_dyn.kinematics.straight_lines import along_lines
+from cardan_dyn.problem.arguments import checked
+
+
+def universal_joint() -> JointMotion:
+    mechanism = cd.load("universal_joint")
+    problem = checked(mechanism, drive=["bearing_in", "joint_angle"])
+    (part,) = Assembly(problem)._cache._parts
+    assert isinstance(part, JointMotion)
+    return part
+
+
+@pytest.mark.parametrize("spacing", [0.05, 0.2, 0.4])
+def test_they_lead_where_straight_lines_lead(spacing: float) -> None:
+    part = universal_joint()
+    kinematics, start, columns = part._kinematics, part._start, part._drive_columns
+    rng = np.random.default_rng(1)
+    positions = np.stack([rng.uniform(-6.3, 6.3, 400), rng.uniform(-1.5, 1.5, 400)], axis=1)
+    near = near_lattice(kinematics, start, columns, positions, np.full(2, spacing))
+    assert np.sum(near.is_there) > 250
+    x = kinematics.close(near.x[near.is_there]).x
+    lines = along_lines(kinematics, start, columns, positions[near.is_there])
+    assert np.all(lines.is_there)
+    np.testing.assert_allclose(x, lines.x, atol=1e-12)
+
+
+def test_ways_round_singular_positions_are_those_of_the_lines() -> None:
+    """At a joint angle of 90° and input angles of 0 and 180° the way on is not unique.
+
+    Lines pass these points on either side and end with joints turned differently.
+    """
+    part = universal_joint()
+    kinematics, start, columns = part._kinematics, part._start, part._drive_columns
+    rng = np.random.default_rng(0)
+    positions = np.stack([rng.uniform(-6.0, 6.0, 1000), rng.uniform(-2.9, 2.9, 1000)], axis=1)
+    lines = along_lines(kinematics, start, columns, positions)
+    assert np.all(lines.is_there)
+    turned = lines.x[:, part._columns]
+    assert np.ptp(turned - turned.mean(axis=0), axis=0).max() > np.pi
+    for spacing in (0.1, 0.4):
+        near = near_lattice(kinematics, start, columns, positions, np.full(2, spacing))
+        there = near.is_there
+        assert 300 < np.sum(there) < 1000
+        x = kinematics.close(near.x[there]).x
+        np.testing.assert_allclose(x, lines.x[there], atol=1e-9)
+
+
+def test_spacing_suits_the_number_of_samples() -> None:
+    grid = np.stack(np.meshgrid(*[np.linspace(0.0, 3.0, 100)] * 2), axis=-1).reshape(-1, 2)
+    found = spacing_for(grid)
+    assert found is not None
+    assert 0.1 <= found <= 0.2
+    assert spacing_for(grid, found) == 0.5 * found
+    assert spacing_for(grid[::500]) is None
+    # Where all samples are the same there are never too few, and there is an end all the same.
+    assert 0.02 <= (spacing_for(np.zeros((30, 2))) or 0.0) < 0.05
+    assert spacing_for(np.full((5000, 6), 1e9) * np.arange(5000)[:, None]) is None
