@@ -7,12 +7,14 @@ from collections.abc import Iterable
 from dataclasses import astuple
 from xml.etree import ElementTree
 
-from ..errors import choices
+from ..errors import ModelError, choices
 from .description import JointDescription
 from .elements import numbers, only
 
 _MOST_NAMED = 3
 """Joints that a line names; it counts the others."""
+_MOST_FORCES = 8
+"""Forces that a message lists, so that it stays readable."""
 _OF_JOINTS = {
     "safety_controller": "safety controllers",
     "calibration": "calibrations",
@@ -60,6 +62,27 @@ def limits_left_out(joints: Iterable[JointDescription], where: str) -> list[str]
     limited = [joint.name for joint in joints if any(map(math.isfinite, astuple(joint.limits)))]
     line = line_of(where, "limits", limited, "what lies beyond them is computed like all else")
     return [line] if line else []
+
+
+def forces_left_out(forces: list[str], where: str, strict: bool) -> list[str]:
+    """Return a warning for each force that a file states and no wrench considers.
+
+    Args:
+        forces: what they are and what states them.
+        where: how messages name the source of the text.
+        strict: whether they are refused.
+
+    Raises:
+        ModelError: there are some, and `strict` refuses them.
+    """
+    if strict and forces:
+        more = len(forces) - _MOST_FORCES
+        listed = "; ".join(forces[:_MOST_FORCES]) + (f"; and {more} more" if more > 0 else "")
+        raise ModelError(
+            f"{where}: forces that wrenches leave out: {listed}; load(..., strict=False) accepts "
+            "the file and leaves them out"
+        )
+    return [f"{where}: {force} left out of the wrenches" for force in forces]
 
 
 def line_of(where: str, what: str, names: list[str], result: str, owner: str = "joint") -> str:

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ...errors import ModelError
+from ..left_out import forces_left_out
 from .elements import Attributes, DefaultClasses, several
 from .schema import ACTUATORS
 
@@ -17,8 +17,6 @@ _ACTUATOR = ("armature", "damping")
 _FLUID = ("density", "viscosity")
 _MOST = 3
 """Greatest count of coefficients of a damping or stiffness: MuJoCo's are polynomials."""
-_SHOWN = 8
-"""How many of them a message lists, so that it stays readable."""
 
 
 class Forces:
@@ -60,14 +58,7 @@ class Forces:
         Raises:
             ModelError: there are some, and `strict` refuses them.
         """
-        if strict and self._noted:
-            more = len(self._noted) - _SHOWN
-            listed = "; ".join(self._noted[:_SHOWN]) + (f"; and {more} more" if more > 0 else "")
-            raise ModelError(
-                f"{self._where}: forces that wrenches leave out: {listed}; load(..., strict=False) "
-                "accepts the file and leaves them out"
-            )
-        return [f"{self._where}: {force} left out of the wrenches" for force in self._noted]
+        return forces_left_out(self._noted, self._where, strict)
 
     def _note(self, attributes: Attributes, keys: Iterable[str], name: str) -> None:
         """Note the attributes among `keys` that are not zero."""

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from ...errors import ModelError
 from ..elements import only
+from ..left_out import forces_left_out
 from .elements import flag, number, text
 
-_SHOWN = 8
-"""How many of them a message lists, so that it stays readable."""
 _OF_AXIS = ("damping", "friction", "spring_stiffness")
 _AXES = ("axis", "axis2")
 _DECAYS = ("linear", "angular")
@@ -57,14 +55,7 @@ class Forces:
         Raises:
             ModelError: there are some, and `strict` refuses them.
         """
-        if strict and self._noted:
-            more = len(self._noted) - _SHOWN
-            listed = "; ".join(self._noted[:_SHOWN]) + (f"; and {more} more" if more > 0 else "")
-            raise ModelError(
-                f"{self._where}: forces that wrenches leave out: {listed}; load(..., strict=False) "
-                "accepts the file and leaves them out"
-            )
-        return [f"{self._where}: {force} left out of the wrenches" for force in self._noted]
+        return forces_left_out(self._noted, self._where, strict)
 
     def _of_flag(self, element: ElementTree.Element, tag: str, default: str, name: str) -> None:
         word = text(element, tag, default, f"{self._where}: {name}")

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from testkit.planar_linkages import five_bar, solver, values
+from testkit.planar_linkages import ARM, five_bar, meeting_points, solver, tips, values
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.following import follow
-
-ARM = float(np.hypot(0.5, 0.6))
 
 
 def followed(positions: np.ndarray) -> tuple[cd.Mechanism, np.ndarray]:
@@ -17,24 +15,6 @@ def followed(positions: np.ndarray) -> tuple[cd.Mechanism, np.ndarray]:
     kinematics, start = solver(mechanism, "A", "D")
     columns = [mechanism.coordinates.columns[name].start for name in "AD"]
     return mechanism, follow(kinematics, start, columns, positions)
-
-
-def tips(positions: np.ndarray) -> np.ndarray:
-    """Where both arms of the five-bar meet `(N, 2)`: above the line between their pins."""
-    a, d = positions.T
-    first = 0.4 * np.stack([-np.sin(a), np.cos(a)], axis=1)
-    second = 0.4 * np.stack([-np.sin(d), np.cos(d)], axis=1) + np.array([1.0, 0.0])
-    between = second - first
-    distance = np.linalg.norm(between, axis=1, keepdims=True)
-    normal = np.stack([-between[:, 1], between[:, 0]], axis=1) / distance
-    return 0.5 * (first + second) + normal * np.sqrt(ARM**2 - 0.25 * distance**2)
-
-
-def meeting_points(mechanism: cd.Mechanism, x: np.ndarray) -> np.ndarray:
-    """The same from the angles of the first crank and its arm."""
-    a, b = (values(mechanism, x, name) for name in "AB")
-    along = -0.4 * np.sin(a) + 0.5 * np.cos(a + b) - 0.6 * np.sin(a + b)
-    return np.stack([along, 0.4 * np.cos(a) + 0.5 * np.sin(a + b) + 0.6 * np.cos(a + b)], axis=1)
 
 
 def circle(count: int) -> np.ndarray:

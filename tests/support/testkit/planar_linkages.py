@@ -10,6 +10,8 @@ from cardan_dyn.kinematics.loop_system import LoopSystem
 
 CRANK, ROCKER, BASE = 0.3, 0.8, 1.0
 COUPLER = float(np.hypot(BASE, ROCKER - CRANK))
+ARM = float(np.hypot(0.5, 0.6))
+"""Length [m] of the arms that the cranks of the five-bar carry."""
 
 
 def link(name: str) -> str:
@@ -123,3 +125,21 @@ def solver(
     kinematics = system.kinematics(drives, system.groups(drives, passives))
     start = mechanism.coordinates.neutral()
     return kinematics.with_open_reductions(start), start
+
+
+def tips(positions: np.ndarray) -> np.ndarray:
+    """Where both arms of the five-bar meet `(N, 2)`: above the line between their pins."""
+    a, d = positions.T
+    first = 0.4 * np.stack([-np.sin(a), np.cos(a)], axis=1)
+    second = 0.4 * np.stack([-np.sin(d), np.cos(d)], axis=1) + np.array([1.0, 0.0])
+    between = second - first
+    distance = np.linalg.norm(between, axis=1, keepdims=True)
+    normal = np.stack([-between[:, 1], between[:, 0]], axis=1) / distance
+    return 0.5 * (first + second) + normal * np.sqrt(ARM**2 - 0.25 * distance**2)
+
+
+def meeting_points(mechanism: cd.Mechanism, x: np.ndarray) -> np.ndarray:
+    """The same from the angles of the first crank and its arm."""
+    a, b = (values(mechanism, x, name) for name in "AB")
+    along = -0.4 * np.sin(a) + 0.5 * np.cos(a + b) - 0.6 * np.sin(a + b)
+    return np.stack([along, 0.4 * np.cos(a) + 0.5 * np.sin(a + b) + 0.6 * np.cos(a + b)], axis=1)

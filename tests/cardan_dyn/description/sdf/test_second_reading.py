@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass, replace
-from typing import TypeVar
+from dataclasses import fields
 
 import numpy as np
 import pytest
 from testkit import sdf
+from testkit.disturbing import disturbed
 
 import cardan_dyn as cd
 from cardan_dyn.command_line.presets import default_sweep
@@ -17,29 +17,6 @@ from cardan_dyn.mechanism.rezero import rezeroed
 
 ROUNDING = 1e-14
 """Placements are multiplied in another order than by the first reader."""
-Item = TypeVar("Item")
-
-
-def disturbed(item: Item) -> Item:
-    """Return a record in which every number is wrong that a text states.
-
-    Not the limits, which the proof does not use; not the axes of joints that have none.
-    """
-    kept = {"limits", "source"}
-    if getattr(item, "type", "") in ("fixed", "floating"):
-        kept |= {"axis", "axis_2"}
-    changes = {}
-    for field in fields(item):  # type: ignore[arg-type]
-        value = getattr(item, field.name)
-        if field.name in kept:
-            continue
-        if isinstance(value, (float, np.ndarray)):
-            changes[field.name] = value + 7.0
-        elif isinstance(value, tuple):
-            changes[field.name] = tuple(
-                disturbed(part) if is_dataclass(part) else part for part in value
-            )
-    return replace(item, **changes)  # type: ignore[type-var]
 
 
 def both_agree(text: str, strict: bool = True) -> None:
