@@ -16,20 +16,19 @@ import numpy as np
 from ..arrays import Array
 from .all_groups import ClosedState, Kinematics
 from .step_control import allowed_correction
-from .straight_lines import MOST_CORRECTIONS, SAFE_STEP, extrapolated, is_safe_step
+from .straight_lines import BLOCK_SIZE, MOST_CORRECTIONS, SAFE_STEP, extrapolated, is_safe_step
 
 _GREATEST_SPACING = 0.4
 """Spacing [rad] of the coarsest lattice, beyond which steps are hardly ever safe."""
 _SMALLEST_SPACING = 0.02
-"""Spacing [rad] of the finest lattice: extrapolations over half of it are off by 1e-7 or less,
-which one Newton step makes rounding."""
+"""Spacing [rad] of the finest lattice: extrapolations over half of it are off by the third power,
+some 1e-7, which one Newton step makes rounding."""
 _SAMPLES_PER_POINT = 24
-"""Samples that a lattice point is to serve, before the lattice becomes finer. It takes as much as
-two or three steps of a sample, and a spacing half as large saves one."""
+"""Samples that a lattice point is to serve before the lattice becomes finer, so that points take
+little of the time of their samples."""
 _FEWEST_PER_POINT = 4
-"""Samples per point below which following every line by itself costs no more."""
-_BLOCK_SIZE = 768
-"""Greatest number of samples and points that are closed together, see `straight_lines`."""
+"""Samples per point below which every line is followed by itself: a point takes several steps, one
+from each of its neighbours that lines come from."""
 _MOST_KEYS = 2**62
 """Greatest number of lattice points in the box of all samples: each has a whole number as key."""
 
@@ -102,8 +101,8 @@ def near_lattice(
     is_there = along[end_of]
     x = np.repeat(start[None, :], len(positions), axis=0)
     chosen = np.nonzero(is_there)[0]
-    for first in range(0, len(chosen), _BLOCK_SIZE):
-        block = chosen[first : first + _BLOCK_SIZE]
+    for first in range(0, len(chosen), BLOCK_SIZE):
+        block = chosen[first : first + BLOCK_SIZE]
         x[block], is_there[block] = points.near(lines.ends[end_of[block]], positions[block])
     return NearLattice(x, is_there)
 
@@ -278,5 +277,5 @@ def _unique(points: Array) -> tuple[Array, Array, Array]:
 
 
 def _blocks(indices: Array) -> list[Array]:
-    """Return indices in blocks of at most `_BLOCK_SIZE`."""
-    return [indices[k : k + _BLOCK_SIZE] for k in range(0, len(indices), _BLOCK_SIZE)]
+    """Return indices in blocks of at most `BLOCK_SIZE`."""
+    return [indices[k : k + BLOCK_SIZE] for k in range(0, len(indices), BLOCK_SIZE)]

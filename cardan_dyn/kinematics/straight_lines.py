@@ -34,7 +34,7 @@ _LONGER, _SHORTER = 4.0, 0.1
 _SMALLEST_SHARE = 1e-9
 """Share of the remaining way to a sample that is tried last, before the sample counts as out of
 reach."""
-_BLOCK_SIZE = 768
+BLOCK_SIZE = 768
 """Greatest number of samples that advance together, so that their arrays stay in the cache."""
 
 
@@ -64,8 +64,8 @@ def along_lines(
         positions: [rad or m].
     """
     blocks = [
-        _block_along_lines(kinematics, start, columns, positions[first : first + _BLOCK_SIZE])
-        for first in range(0, max(len(positions), 1), _BLOCK_SIZE)
+        _block_along_lines(kinematics, start, columns, positions[first : first + BLOCK_SIZE])
+        for first in range(0, max(len(positions), 1), BLOCK_SIZE)
     ]
     return Reached(*map(np.concatenate, zip(*blocks, strict=True)))
 
