@@ -68,3 +68,11 @@ def generic(rows: int, columns: int) -> Array:
 def squeezed(values: Array) -> Array:
     """Return a single column `(N, 1)` as `(N,)`, several columns as they are."""
     return values[:, 0] if values.shape[1] == 1 else values
+
+
+def consecutive(indices: Array) -> slice | Array:
+    """Return ascending indices, as a slice if there are no gaps, since slices make no copies."""
+    span = indices.size and indices[-1] - indices[0] == indices.size - 1
+    if span and np.all(np.diff(indices) == 1):
+        return slice(int(indices[0]), int(indices[-1]) + 1)
+    return indices

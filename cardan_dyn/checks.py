@@ -183,34 +183,3 @@ def vector(name: str, value: object, size: int) -> Array:
     if array.shape != (size,):
         raise ArgumentError(f"{name} has shape {array.shape}, expected ({size},)")
     return array
-
-
-def samples(name: str, value: object, drives: int, count: int | None) -> Array:
-    """Return drive positions, speeds or accelerations as `(N, d)`.
-
-    Args:
-        name: how messages call the argument.
-        value: a number, `(N,)` for one drive, `(d,)` for one sample of d drives, or `(N, d)`.
-        drives: number of drives d.
-        count: number of samples N, for all of which a single number or sample holds; None if the
-            argument itself decides.
-
-    Raises:
-        ArgumentError: it is not numeric, not finite, empty or has another shape.
-    """
-    array = numbers(name, value)
-    shape = array.shape
-    if array.size == 0:
-        raise ArgumentError(f"{name} is empty")
-    if array.ndim == 0:
-        array = np.full((1, drives), float(array))
-    elif array.ndim == 1:
-        array = array[:, None] if drives == 1 else array[None, :]
-    if array.ndim != 2 or array.shape[1] != drives:
-        expected = "(N,)" if drives == 1 else f"(N, {drives})"
-        raise ArgumentError(f"{name} has shape {shape}, expected a number or {expected}")
-    if count is not None and len(array) != count:
-        if len(array) != 1:
-            raise ArgumentError(f"{name} has {len(array)} samples, position has {count}")
-        array = np.repeat(array, count, axis=0)
-    return array

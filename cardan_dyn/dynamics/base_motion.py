@@ -31,7 +31,7 @@ def base_motions(
         group_of: body (0-based) to the index of the group that places it.
         bases: the bases, ascending, and those of the groups that place them among them.
         dynamics: joint velocities and accelerations, each `(N, nv)`.
-        gravity: `(3,)` [m/s²].
+        gravity: `(N, 3)` or `(1, 3)` [m/s²].
 
     Returns:
         By base; -1 is the world.
@@ -42,7 +42,7 @@ def base_motions(
     motions = {-1: BaseMotion(at_rest, falling)}
     for base in bases:
         group = state.groups[group_of[base]]
-        motions[base] = _motion(group, base, motions[group.batch.base], dynamics)
+        motions[base] = motion_on(group, base, motions[group.batch.base], dynamics)
     return motions
 
 
@@ -58,7 +58,7 @@ def base_rotations(
     return rotations
 
 
-def _motion(
+def motion_on(
     group: GroupState, body: int, of_base: BaseMotion, dynamics: tuple[Array, Array]
 ) -> BaseMotion:
     """Return the motion of a body that a group places on its base.

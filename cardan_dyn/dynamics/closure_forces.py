@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, consecutive
 from ..kinematics.group_state import GroupState
 from ..mechanism.mechanism import Mechanism
 from .indeterminate import SelfStress
-from .open_tree import consecutive
 
 
 class ClosureForces:
@@ -23,6 +22,7 @@ class ClosureForces:
         bodies, fixed = mechanism.model.njoints - 1, mechanism.fixed_loops
         self._loop_count = len(mechanism.loops)
         self.size = bodies + len(fixed)
+        self._indices = np.arange(self.size)
         self.fixed_loops = {
             index: bodies + fixed.index(loop.joint)
             for index, loop in enumerate(mechanism.loops)
@@ -39,9 +39,9 @@ class ClosureForces:
         if state.null.shape[2]:
             forces.append(self.of_multipliers(state, state.null))
         for local, loop in enumerate(state.group.loops):
-            null = state.reduction.null[local]
+            null, axes = state.reduction.null[local], state.reduction.axes[local]
             if null.shape[1]:
-                forces.append({loop: state.equations.wrench(local, state.actions, null)})
+                forces.append({loop: state.equations.wrench(axes, state.actions, null)})
         return [SelfStress(item, *self._effect(state, item)) for item in forces]
 
     def of_multipliers(self, state: GroupState, multipliers: Array) -> dict[int, Array]:
@@ -56,9 +56,9 @@ class ClosureForces:
         """
         result, start = {}, 0
         for local, loop in enumerate(state.group.loops):
-            rows = state.reduction.rows[local]
+            rows, axes = state.reduction.rows[local], state.reduction.axes[local]
             of_loop = multipliers[:, start : start + rows.shape[1]]
-            result[loop] = state.equations.wrench(local, state.actions, rows @ of_loop)
+            result[loop] = state.equations.wrench(axes, state.actions, rows @ of_loop)
             start += rows.shape[1]
         for coupling in state.group.couplings:
             # The successor's coefficient in a coupling's row is -1, its effort the multiplier.
@@ -81,26 +81,24 @@ class ClosureForces:
         Returns:
             Indices of the joints among all wrenches, and `(N, J, 6, k)`.
         """
-        signs = state.equations.signs[local]
-        (path,) = np.nonzero(signs)
-        rows = consecutive((6 * path[:, None] + np.arange(6)).ravel())
-        added = state.actions[:, rows] @ forces
-        added = added.reshape(len(added), len(path), 6, -1)
-        added *= signs[path][:, None, None]
-        joints = state.batch.bodies[path]
+        path = state.equations.bodies_on[local]
+        added = state.actions[:, path.rows] @ forces
+        added = added.reshape(len(added), len(path.signs), 6, -1)
+        added *= path.signs
+        joints = path.joints
         if loop in self.fixed_loops:
             rotation, position = state.equations.ends[local][1].placement_on_base(state.actions)
             columns = rotation.transpose(2, 1, 0)
             action = np.zeros((len(added), 6, 6))
             action[:, :3, :3] = action[:, 3:, 3:] = columns
             action[:, 3:, :3] = np.cross(position.T[:, None, :], columns)
-            joints = np.append(joints, self.fixed_loops[loop])
+            joints = consecutive(np.append(self._indices[joints], self.fixed_loops[loop]))
             added = np.concatenate([added, (action @ forces)[:, None]], axis=1)
-        return consecutive(joints), added
+        return joints, added
 
     def _effect(self, state: GroupState, forces: dict[int, Array]) -> tuple[Array, Array]:
         """Return the joints that closure forces load, and what they add, `(N, J, 6, k)`."""
-        indices = np.arange(self.size)
+        indices = self._indices
         paths = [
             self.on_path(state, local, loop, forces[loop])
             for local, loop in enumerate(state.group.loops)

@@ -7,7 +7,7 @@ wrenches of the open tree suffice.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -63,7 +63,7 @@ class IdleSpins:
         loads = np.stack([np.broadcast_to(case.loads, result.shape[:2]) for case in cases], axis=2)
         for group_state in state.groups:
             if group_state.group.idle:
-                self._add(state, group_state, loads, wrenches, result)
+                self._add(state, group_state, loads, wrenches, result, cases[0].inertia)
         return result
 
     def _add(
@@ -73,15 +73,25 @@ class IdleSpins:
         loads: Array,
         wrenches: Array,
         accelerations: Array,
+        factors: Mapping[str, Array],
     ) -> None:
-        """Add the spins of one group to wrenches and accelerations of all."""
+        """Add the spins of one group to wrenches and accelerations of all.
+
+        Args:
+            state: closed positions.
+            group_state: of the group.
+            loads: efforts at the joints `(N, nv, c)`.
+            wrenches: see `added`; changed.
+            accelerations: likewise.
+            factors: on the inertia of links, the same in all cases.
+        """
         passives = group_state.group.passives
         idle = group_state.idle * np.isin(passives, list(_columns(group_state)))[:, None]
         left = np.swapaxes(idle, -1, -2)
         moments = left @ (loads[:, passives] - self._efforts_along(wrenches, passives))
         if not np.any(moments):
             return
-        unit_wrenches = self._inertia_of(state, passives, idle, wrenches.shape[1])
+        unit_wrenches = self._inertia_of(state, passives, idle, wrenches.shape[1], factors)
         inertia = left @ self._efforts_along(unit_wrenches, passives)
         values, vectors = np.linalg.eigh(0.5 * (inertia + np.swapaxes(inertia, -1, -2)))
         counts = values > self._least
@@ -100,14 +110,22 @@ class IdleSpins:
         wrenches += np.einsum("nbik,nkc->nbic", unit_wrenches, spins)
         accelerations[:, passives] += idle @ spins
 
-    def _inertia_of(self, state: ClosedState, passives: Array, idle: Array, size: int) -> Array:
+    def _inertia_of(
+        self,
+        state: ClosedState,
+        passives: Array,
+        idle: Array,
+        size: int,
+        factors: Mapping[str, Array],
+    ) -> Array:
         """Return wrenches `(N, b, 6, k)` that unit accelerations along k spins need."""
+        none = np.zeros((1, len(self._owners)))
         rest = np.zeros((len(state.x), len(self._owners)))
         cases = []
         for column in range(idle.shape[2]):
             unit = np.zeros_like(rest)
             unit[:, passives] = idle[:, :, column]
-            cases.append(LoadCase((rest, unit), np.zeros((1, rest.shape[1])), [], np.zeros(3)))
+            cases.append(LoadCase((rest, unit), none, [], np.zeros((1, 3)), factors))
         return self._tree.wrenches(state, cases, size)
 
     def _efforts_along(self, wrenches: Array, columns: Array) -> Array:

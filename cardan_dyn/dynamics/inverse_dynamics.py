@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,6 +13,7 @@ from ..forces.link_loads import LinkLoad
 from ..kinematics.all_groups import ClosedState, Kinematics
 from ..kinematics.needs import Needs
 from ..problem.problem import Problem
+from ..problem.samples import Acting, Targets
 from ..proof.residuals import Claim, Residuals, overflow
 from .open_tree import LoadCase
 from .reactions import UNIQUE_TOLERANCE, Reactions, ReactionSolver
@@ -22,12 +24,15 @@ if TYPE_CHECKING:
 
 
 class Inputs(NamedTuple):
-    """What is prescribed for a block of samples.
+    """What is prescribed for some samples.
 
     Attributes:
         positions, speeds, accelerations: of the drives, `(N, d)`.
+        held: positions of all held joints, `(N, h)` or `(1, h)` [rad or m].
         loads: efforts added at the joints, `(N, nv)` or `(1, nv)` [N·m, N].
         link_loads: links and the wrenches that act on them.
+        gravity: `(N, 3)` or `(1, 3)` [m/s²].
+        inertia: link to the factor on its mass and inertia, `(N,)` or `(1,)`.
         turns: whole turns `(N, size)` to be added to the angles of closed positions.
         has_rates: whether any sample of the sweep, also of other blocks, has a drive speed or
             acceleration.
@@ -36,10 +41,65 @@ class Inputs(NamedTuple):
     positions: Array
     speeds: Array
     accelerations: Array
+    held: Array
     loads: Array
-    link_loads: dict[str, LinkLoad]
+    link_loads: Mapping[str, LinkLoad]
+    gravity: Array
+    inertia: Mapping[str, Array]
     turns: Array
     has_rates: bool
+
+    @staticmethod
+    def of(problem: Problem, targets: Targets, acting: Acting, turns: Array) -> Inputs:
+        """Return what is prescribed for all samples.
+
+        Args:
+            problem: of the scene.
+            targets: N samples.
+            acting: flat over these samples.
+            turns: see the attribute.
+        """
+        held = np.array([list(problem.held.values())], dtype=float)
+        if targets.varied:
+            held = np.repeat(held, targets.size, axis=0)
+            names = list(problem.held)
+            columns = [names.index(name) for name in targets.varied]
+            held[:, columns] = targets.designs[targets.design_of]
+        efforts = acting.joint_loads
+        count = max((len(effort) for effort in efforts.values()), default=1)
+        loads = np.zeros((count, problem.mechanism.model.nv))
+        for name, effort in efforts.items():
+            loads[:, problem.mechanism.coordinates.named[name].rate] += effort
+        return Inputs(
+            targets.positions,
+            acting.speeds,
+            acting.accelerations,
+            held,
+            loads,
+            acting.link_loads,
+            acting.gravity,
+            acting.inertia,
+            turns,
+            bool(np.any(acting.speeds) or np.any(acting.accelerations)),
+        )
+
+    def of_samples(self, span: slice) -> Inputs:
+        """Return what is prescribed for some of the samples."""
+
+        def part(values: Array) -> Array:
+            return values[span] if len(values) > 1 else values
+
+        return self._replace(
+            positions=self.positions[span],
+            speeds=self.speeds[span],
+            accelerations=self.accelerations[span],
+            held=part(self.held),
+            loads=part(self.loads),
+            link_loads={name: load.of_samples(span) for name, load in self.link_loads.items()},
+            gravity=part(self.gravity),
+            inertia={name: part(factor) for name, factor in self.inertia.items()},
+            turns=self.turns[span],
+        )
 
 
 class JointRates(NamedTuple):
@@ -127,7 +187,6 @@ class InverseDynamics:
         self._reactions = reactions
         self._needed = needed
         self._prescribed = problem.prescribed_columns
-        self._has_weight = bool(np.any(problem.gravity))
         slides = np.any(reactions.subspace[:, :3] != 0.0, axis=1)
         scale = np.where(slides, mechanism.characteristic_length, 1.0)
         self._ratio_scale = scale[kinematics.drives] / scale[:, None]
@@ -145,12 +204,12 @@ class InverseDynamics:
         problem, mechanism = self._problem, self._mechanism
         known = np.zeros(mechanism.model.nv, dtype=bool)
         known[self._prescribed] = known[self._decided] = True
-        motion = Motion(problem.drives, problem.held, known)
+        motion = Motion(problem.drives, tuple(problem.held), known)
         return FreeBodies(
             mechanism.reread,
             mechanism.coordinates,
             mechanism.characteristic_length,
-            Setup(problem.gravity, motion, self._claimed),
+            Setup(motion, self._claimed),
         )
 
     def prove_flags(self, solution: Solution) -> None:
@@ -169,10 +228,10 @@ class InverseDynamics:
         The residuals are not judged yet, see `joined`.
         """
         rates = self.joint_rates(state, inputs.speeds, inputs.accelerations)
-        has_dynamics = self.has_mass and (inputs.has_rates or self._has_weight)
+        has_dynamics = self.has_mass and (inputs.has_rates or bool(np.any(inputs.gravity)))
         dynamics = (rates.v, rates.a) if has_dynamics else None
         links = list(inputs.link_loads.values())
-        case = LoadCase(dynamics, inputs.loads, links, self._problem.gravity)
+        case = LoadCase(dynamics, inputs.loads, links, inputs.gravity, inputs.inertia)
         (reactions,) = self._reactions.solve(state, [case])
         return self.with_residuals(state, inputs, rates, reactions)
 
@@ -203,12 +262,15 @@ class InverseDynamics:
                 positions=inputs.positions,
                 speeds=inputs.speeds,
                 accelerations=inputs.accelerations,
+                held=inputs.held,
                 velocity_ratios=rates.velocity_ratios,
                 wrenches=reactions.wrenches[:, self._claimed_indices],
                 exerted=exerted,
                 couplings=couplings,
                 loads=inputs.loads,
                 link_loads=inputs.link_loads,
+                gravity=inputs.gravity,
+                inertia=inputs.inertia,
                 has_rates=has_rates,
             )
         )
@@ -284,18 +346,26 @@ def joined(blocks: list[Solution], positions: Array) -> Solution:
     Raises:
         AccuracyError: a residual exceeds its tolerance, or numbers overflow.
     """
+    if len(blocks) == 1:
+        (solution,) = blocks
+    else:
+        solution = _joined(blocks)
+    for name in ("x", "v", "a", "wrenches", "efforts"):
+        if not np.all(np.isfinite(getattr(solution, name))):
+            raise overflow(f"the {name}")
+    solution.residuals.prove(positions, solution.closure_condition)
+    return solution
+
+
+def _joined(blocks: list[Solution]) -> Solution:
+    """Return the solutions of several blocks as one."""
     arrays = {
         name: np.concatenate([getattr(block, name) for block in blocks])
         for name in Solution._fields
         if name not in ("influence", "indeterminate_couplings", "residuals", "velocity_ratios")
     }
-    for name in ("x", "v", "a", "wrenches", "efforts"):
-        if not np.all(np.isfinite(arrays[name])):
-            raise overflow(f"the {name}")
-    residuals = Residuals.joined([block.residuals for block in blocks])
-    residuals.prove(positions, arrays["closure_condition"])
     return Solution(
-        residuals=residuals,
+        residuals=Residuals.joined([block.residuals for block in blocks]),
         velocity_ratios=VelocityRatios.joined([block.velocity_ratios for block in blocks]),
         influence=np.max([block.influence for block in blocks], axis=0),
         indeterminate_couplings=set().union(*(block.indeterminate_couplings for block in blocks)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from ..kinematics.all_groups import ClosedState, Kinematics
 from ..kinematics.batch_model import BaseMotion, placement
 from ..kinematics.group_state import GroupState
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.tree import link_inertia
 
 
 class LoadCase(NamedTuple):
@@ -23,13 +25,15 @@ class LoadCase(NamedTuple):
             gravity acts, so that inverse dynamics need not be computed.
         loads: `(N, nv)` or `(1, nv)` efforts added at the joints [N·m, N].
         link_loads: wrenches on links.
-        gravity: `(3,)` [m/s²].
+        gravity: `(N, 3)` or `(1, 3)` [m/s²].
+        inertia: link to the factor on its mass and inertia, `(N,)` or `(1,)`.
     """
 
     dynamics: tuple[Array, Array] | None
     loads: Array
     link_loads: Sequence[LinkLoad]
     gravity: Array
+    inertia: Mapping[str, Array] = MappingProxyType({})
 
 
 class OpenTree:
@@ -53,6 +57,7 @@ class OpenTree:
             active: indices of the groups whose closure forces are solved. If there is none, drive
                 efforts follow from virtual work, which needs the inertia of all groups.
         """
+        self._mechanism = mechanism
         self.bodies = mechanism.model.njoints - 1
         self._massive_groups = {
             index
@@ -91,13 +96,15 @@ class OpenTree:
         """Yield bodies and what is added to their wrenches."""
         motions = self._base_motions(state, case)
         pushes = self._against_loads(state, case) if case.link_loads else {}
+        for group, push in self._of_factors(state, case, motions):
+            pushes.setdefault(group, []).append(push)
         for index in self._inwards:
             group_state = state.groups[index]
             batch = group_state.batch
             on_base: list[Array] = []
             if index in self._massive_groups and case.dynamics is not None:
                 wrenches, on_base = _inertial(group_state, case, motions)
-                yield consecutive(batch.bodies), wrenches.reshape(len(wrenches), -1, 6)
+                yield batch.span, wrenches.reshape(len(wrenches), -1, 6)
             for push in pushes.get(index, []):
                 for joint in batch.path(batch.index_of[push.body]):
                     actions = group_state.actions[:, 6 * joint : 6 * joint + 6]
@@ -109,12 +116,32 @@ class OpenTree:
                 pushes.setdefault(group, []).append(push)
 
     def _base_motions(self, state: ClosedState, case: LoadCase) -> dict[int, BaseMotion]:
-        """Return the motions of all bases but the world, where inertia or weight acts."""
-        if case.dynamics is None or not self._bases:
+        """Return the motions of all bases where inertia or weight acts; of the world if needed."""
+        if case.dynamics is None or not (self._bases or case.inertia):
             return {}
         from .base_motion import base_motions  # Many mechanisms stand on the ground alone.
 
         return base_motions(state, self._group_of_body, self._bases, case.dynamics, case.gravity)
+
+    def _of_factors(
+        self, state: ClosedState, case: LoadCase, motions: Mapping[int, BaseMotion]
+    ) -> Iterator[tuple[int, _Push]]:
+        """Yield what moves links as far as factors add to their inertia, with their groups."""
+        if case.dynamics is None or not case.inertia:
+            return
+        from .base_motion import motion_on  # Few sweeps have factors.
+
+        described = {link.name: link for link in self._mechanism.description.links}
+        for link, factor in case.inertia.items():
+            index, frame = self._mechanism.link(link)
+            body = index - 1
+            group = self._group_of_body.get(body)
+            if group is None or not (group in self._massive_groups and np.any(factor != 1.0)):
+                continue
+            group_state = state.groups[group]
+            motion = motion_on(group_state, body, motions[group_state.batch.base], case.dynamics)
+            wrench = moving_wrench(link_inertia(described[link], frame), motion)
+            yield group, _push(group_state, body, (factor - 1.0)[:, None] * wrench)
 
     def _base_rotations(self, state: ClosedState) -> dict[int, Array]:
         """Return the rotations `(3, 3, N)` or `(3, 3, 1)` of all bases in the world."""
@@ -141,7 +168,7 @@ class OpenTree:
 
 
 class _Push(NamedTuple):
-    """What acts on a body of a group, against loads or against the inertia of what hangs from it.
+    """What moves a body of a group, or holds it against loads and the inertia of what hangs on it.
 
     Attributes:
         body: the body (0-based).
@@ -167,9 +194,40 @@ def _inertial(
     batch = group.batch
     v, a = (batch.velocity(rates) for rates in case.dynamics or ())
     if batch.base < 0:
-        return batch.inverse_dynamics(group.q, v, a, case.gravity), []
+        gravity = case.gravity[0]
+        if len(case.gravity) > 1:
+            _fall(group, a, case.gravity)
+            gravity = np.zeros(3)
+        return batch.inverse_dynamics(group.q, v, a, gravity), []
     wrenches, of_base = batch.inverse_dynamics_on(motions[batch.base], group.q, v, a)
     return wrenches, [of_base]
+
+
+def _fall(group: GroupState, accelerations: Array, gravity: Array) -> None:
+    """Let all bodies accelerate against gravity `(N, 3)`, which loads them as gravity does.
+
+    Args:
+        group: on the world.
+        accelerations: `(N, 6 n)` of the bodies relative to each other; changed.
+        gravity: [m/s²].
+    """
+    for index in np.nonzero(group.batch.parents < 0)[0].tolist():
+        rotation, _ = placement(group.actions, index)
+        accelerations[:, 6 * index : 6 * index + 3] -= np.einsum("ijn,ni->nj", rotation, gravity)
+
+
+def moving_wrench(inertia: Array, motion: BaseMotion) -> Array:
+    """Return the wrenches `(N, 6)` that move a body, in its frame.
+
+    Args:
+        inertia: `(6, 6)` of the body in its frame, linear part first.
+        motion: of the body.
+    """
+    momentum = motion.twist @ inertia
+    linear, angular = motion.twist[:, :3], motion.twist[:, 3:]
+    force, moment = momentum[:, :3], momentum[:, 3:]
+    rates = [np.cross(angular, force), np.cross(angular, moment) + np.cross(linear, force)]
+    return np.asarray(motion.acceleration @ inertia + np.concatenate(rates, axis=1))
 
 
 def _push(group: GroupState, body: int, wrench: Array) -> _Push:
@@ -196,14 +254,6 @@ def efforts_along(wrenches: Array, columns: Array, owners: Array, subspace: Arra
     """
     chosen = wrenches[:, owners[columns]]
     return np.asarray(np.einsum("nkic,ki->nkc", chosen, subspace[columns]))
-
-
-def consecutive(indices: Array) -> slice | Array:
-    """Return ascending indices, as a slice if there are no gaps, since slices make no copies."""
-    span = indices.size and indices[-1] - indices[0] == indices.size - 1
-    if span and np.all(np.diff(indices) == 1):
-        return slice(int(indices[0]), int(indices[-1]) + 1)
-    return indices
 
 
 def _load_wrench(load: LinkLoad, group: GroupState, rotation: Array | None) -> Array:

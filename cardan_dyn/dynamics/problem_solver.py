@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import threading
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -11,11 +12,12 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError, IndeterminateError
 from ..forces.link_loads import WRENCH_COMPONENTS
-from ..frozen import Frozen, read_only
+from ..frozen import Frozen, frozen, read_only
 from ..kinematics.all_groups import ClosedState, Kinematics
-from ..kinematics.assembly import Assembly
+from ..kinematics.assembly import Assembly, AssemblyAtDesign
 from ..kinematics.needs import solved_couplings
 from ..problem.problem import Problem
+from ..problem.samples import Acting, Targets
 from .indeterminate import IndeterminacyRule, LeastEnergy, LeastNorm
 from .inverse_dynamics import Inputs, InverseDynamics, Solution, joined
 from .reactions import ReactionSolver, wrenches_in_norm
@@ -38,11 +40,11 @@ _DECIDE_ASSEMBLY = frozenset(
 class AssembledPositions:
     """Drive positions with their loops closed; `Scene.assemble` makes them for `Scene.sweep`.
 
-    `len()` is the number of positions.
+    `len()` is the number of samples.
 
     Attributes:
         solver: the solver that closed the loops.
-        positions: of the drives `(N, d)`.
+        targets: what it closed them at.
         turns: whole turns `(N, size)` to be added to the angles of the blocks' coordinates.
         spans: samples of each block.
         blocks: the closed state of each block: a list, or an iterator that closes block by block
@@ -52,7 +54,7 @@ class AssembledPositions:
     """
 
     solver: ProblemSolver
-    positions: Array
+    targets: Targets
     turns: Array
     spans: list[slice]
     blocks: Iterable[ClosedState]
@@ -60,15 +62,20 @@ class AssembledPositions:
     along_path: bool
 
     def __post_init__(self) -> None:
-        read_only(self.positions)
+        read_only(self.targets.positions)
         read_only(self.turns)
 
     def __len__(self) -> int:
-        return len(self.positions)
+        return self.targets.size
 
     def __reduce__(self) -> tuple[object, ...]:
         # Closing them again takes less than storing all that was computed.
-        return self.solver.assemble, (self.positions, self.along_path)
+        return self.solver.assemble, (self.targets, self.along_path)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the samples."""
+        return self.targets.shape
 
     def __repr__(self) -> str:
         return f"<{len(self)} assembled positions of {self.solver.problem.mechanism.name!r}>"
@@ -82,6 +89,7 @@ class ProblemSolver(Frozen):
 
     Attributes:
         problem: the problem that it solves.
+        varied: names of the held joints whose positions differ from sample to sample.
         assembly: closes the loops.
         reactions: computes the wrenches at closed positions.
         inverse_dynamics: computes motion, wrenches and residuals at closed positions.
@@ -90,21 +98,35 @@ class ProblemSolver(Frozen):
         ArgumentError, AssemblyError, MobilityError, SingularConfigurationError: see `Assembly`.
     """
 
-    def __init__(self, problem: Problem, like: ProblemSolver | None = None) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        like: ProblemSolver | None = None,
+        varied: tuple[str, ...] = (),
+    ) -> None:
         """Make the solver.
 
         Args:
             problem: the problem to solve.
             like: solver of a similar problem. Its assembly, with all that it has learned about the
                 motion, is shared if the problems differ in nothing that the motion depends on.
+            varied: see the attribute. With them, `like` solves the same problem without.
         """
-        self.problem = problem
+        self.problem, self.varied = problem, varied
+        self._of_varied: dict[tuple[str, ...], ProblemSolver] = {}
+        self._lock = threading.Lock()
         mechanism = problem.mechanism
-        if like is not None and not problem.differs_from(like.problem) & _DECIDE_ASSEMBLY:
-            self.assembly: Assembly = like.assembly
+        if like is not None and varied:
+            self.assembly: Assembly = Assembly(problem, varied, like.assembly)
+        elif like is not None and not problem.differs_from(like.problem) & _DECIDE_ASSEMBLY:
+            self.assembly = like.assembly
         else:
             self.assembly = Assembly(problem)
         kinematics, needed = self.assembly.kinematics, self.assembly.needed
+        if varied:
+            # Held joints rest: nobody asks how fast others would move with them.
+            drives = list(range(len(problem.drives)))
+            kinematics = kinematics.part(drives, list(range(len(kinematics.solvers))))
         counted = wrenches_in_norm(mechanism)
         rule: IndeterminacyRule = LeastNorm(mechanism.characteristic_length, counted)
         if problem.compliance:
@@ -121,7 +143,33 @@ class ProblemSolver(Frozen):
         self._freeze()
 
     def __reduce__(self) -> tuple[object, ...]:
-        return ProblemSolver, (self.problem,)
+        return _restored, (self.problem, self.varied)
+
+    def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
+        """Return the solver of the same problem for other positions of some held joints."""
+        if names == self.varied:
+            return self
+        with self._lock:
+            if names not in self._of_varied:
+                self._of_varied[names] = ProblemSolver(self.problem, self, names)
+            return self._of_varied[names]
+
+    def at_design(self, positions: Mapping[str, float]) -> ProblemSolver:
+        """Return the solver of the problem that holds the varied joints at some positions.
+
+        It shares all that is known here.
+
+        Args:
+            positions: of the varied joints [rad or m].
+        """
+        solver = ProblemSolver.__new__(ProblemSolver)
+        held = frozen({**self.problem.held, **positions})
+        solver.problem, solver.varied = replace(self.problem, held=held), ()
+        solver._of_varied, solver._lock = {}, threading.Lock()
+        solver.assembly = AssemblyAtDesign(self.assembly, positions)
+        solver.reactions, solver.inverse_dynamics = self.reactions, self.inverse_dynamics
+        solver._freeze()
+        return solver
 
     @property
     def has_mass(self) -> bool:
@@ -141,27 +189,27 @@ class ProblemSolver(Frozen):
             return joint in self.problem.drives
         return mechanism.joints[mechanism.drivable[joint].joint].id - 1 in needed.known_bodies
 
-    def assemble(self, positions: Array, along_path: bool = False) -> AssembledPositions:
-        """Return drive positions `(N, d)` with all their loops closed, to be used again.
+    def assemble(self, targets: Targets, along_path: bool = False) -> AssembledPositions:
+        """Return targets with all their loops closed, to be used again.
 
         Args:
-            positions: [rad or m].
+            targets: N samples; the joints that they vary are those of this solver.
             along_path: see `Scene.sweep`.
 
         Raises:
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
         """
-        assembled = self.assembled_in_turn(positions, along_path)
+        assembled = self.assembled_in_turn(targets, along_path)
         return replace(assembled, blocks=list(assembled.blocks))
 
-    def assembled_in_turn(self, positions: Array, along_path: bool = False) -> AssembledPositions:
-        """Return drive positions `(N, d)` whose blocks are closed one by one as they are read.
+    def assembled_in_turn(self, targets: Targets, along_path: bool = False) -> AssembledPositions:
+        """Return targets whose blocks are closed one by one as they are read.
 
         So only one block's arrays are in memory at a time. Arguments and errors as of `assemble`;
         the latter are raised while the blocks are read.
         """
-        guess = self.assembly.guesses(positions, along_path)
+        guess, positions = self.assembly.guesses(targets, along_path), targets.positions
         # Blocks of equal size: a small last one would cost almost as much as a large one.
         numbers = self.problem.mechanism.model.nv * (_NUMBERS_PER_COORDINATE + positions.shape[1])
         block_size = max(1, min(_BLOCK_SIZE, _BLOCK_NUMBERS // numbers))
@@ -170,7 +218,7 @@ class ProblemSolver(Frozen):
         spans = [slice(*span) for span in pairwise(ends)]
         blocks = (self.assembly.close(guess.block(span), positions[span]) for span in spans)
         return AssembledPositions(
-            self, positions, guess.turns, spans, blocks, guess.kinematics, along_path
+            self, targets, guess.turns, spans, blocks, guess.kinematics, along_path
         )
 
     def current(self, assembled: AssembledPositions) -> AssembledPositions:
@@ -182,47 +230,36 @@ class ProblemSolver(Frozen):
         Raises:
             ArgumentError: they were assembled by another scene.
         """
-        if assembled.solver is not self:
+        solver = assembled.solver
+        if solver is not self and solver not in self._of_varied.values():
             raise ArgumentError(
                 "these positions were assembled by another scene; assemble them again"
             )
-        used, known = assembled.kinematics.reductions, self.assembly.kinematics.reductions
+        used, known = assembled.kinematics.reductions, solver.assembly.kinematics.reductions
         # By identity, since reductions hold arrays, which `==` does not compare as a whole.
         if any(first is not second for first, second in zip(used, known, strict=True)):
-            return self.assembled_in_turn(assembled.positions, assembled.along_path)
+            return solver.assembled_in_turn(assembled.targets, assembled.along_path)
         return assembled
 
-    def solve(self, assembled: AssembledPositions, speeds: Array, accelerations: Array) -> Solution:
+    def solve(self, assembled: AssembledPositions, acting: Acting) -> Solution:
         """Return all that is solved and proven at assembled positions.
 
         Args:
-            assembled: N positions of this solver.
-            speeds: of the drives `(N, d)` [rad/s or m/s].
-            accelerations: of the drives `(N, d)` [rad/s² or m/s²].
+            assembled: N samples of this solver.
+            acting: how fast the drives move and what acts, flat over these samples.
 
         Raises:
-            ArgumentError: a load has another number of samples.
             AccuracyError: a residual exceeds its tolerance, or flags of uniqueness are wrong.
             IndeterminateError: a component of an output is not unique, and the problem is strict.
         """
-        problem, count = self.problem, len(assembled)
-        loads, link_loads = problem.joint_loads_at(count), problem.link_loads_at(count)
-        has_rates = bool(np.any(speeds) or np.any(accelerations))
-        blocks: list[Solution] = []
-        for span, state in zip(assembled.spans, assembled.blocks, strict=True):
-            inputs = Inputs(
-                assembled.positions[span],
-                speeds[span],
-                accelerations[span],
-                loads[span if len(loads) > 1 else slice(None)],
-                {name: load.of_samples(span) for name, load in link_loads.items()},
-                assembled.turns[span],
-                has_rates,
-            )
-            blocks.append(self.inverse_dynamics.solve(state, inputs))
-        solution = joined(blocks, assembled.positions)
+        inputs = Inputs.of(self.problem, assembled.targets, acting, assembled.turns)
+        blocks = [
+            self.inverse_dynamics.solve(state, inputs.of_samples(span))
+            for span, state in zip(assembled.spans, assembled.blocks, strict=True)
+        ]
+        solution = joined(blocks, assembled.targets.positions)
         self.inverse_dynamics.prove_flags(solution)
-        self.refuse_indeterminate(solution.unique[problem.output_indices])
+        self.refuse_indeterminate(solution.unique[self.problem.output_indices])
         return solution
 
     def refuse_indeterminate(self, unique: Array) -> None:
@@ -248,3 +285,8 @@ class ProblemSolver(Frozen):
             "change the mechanism (a slide, a ball) or leave strict out to have the least norm",
             components=components,
         )
+
+
+def _restored(problem: Problem, varied: tuple[str, ...]) -> ProblemSolver:
+    solver = ProblemSolver(problem)
+    return solver.of_varied(varied)

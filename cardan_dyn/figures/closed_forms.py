@@ -22,6 +22,7 @@ from .style import (
     legend,
     line_style,
     point_style,
+    refuse_grid,
     thinned,
 )
 
@@ -189,11 +190,16 @@ def _held_angle(turn: Sweep) -> float:
             f"the closed forms need a universal joint whose {_BEND!r} is held; held: "
             f"{choices(turn.held)}"
         )
-    return turn.held[_BEND]
+    beta = turn.held[_BEND]
+    if np.ndim(beta):
+        raise ArgumentError(f"the closed forms need one {_BEND!r}; draw one design at a time")
+    return float(beta)
 
 
 def _axes(title: str, beta: float, label: str, *turns: Sweep) -> tuple[Figure, Axes, Array]:
     """Return axes over the input angle of sweeps, and the angles of lines in them [rad]."""
+    for turn in turns:
+        refuse_grid(turn)
     angle = np.concatenate([turn.motion.position(_INPUT) for turn in turns])
     low, high = float(np.min(angle)), float(np.max(angle))
     if low == high:

@@ -35,7 +35,7 @@ def over_angle(
 
     Raises:
         ModelError: a joint is unknown or not among the outputs.
-        ArgumentError: unknown quantity.
+        ArgumentError: unknown quantity, or a sweep over several dimensions.
     """
     quantities = names(quantities)
     for quantity in quantities:
@@ -82,7 +82,7 @@ def ratio_and_angle_error(
 
     Raises:
         ModelError: unknown joint.
-        ArgumentError: no sweep, or `drive` is not a drive of one.
+        ArgumentError: no sweep, one over several dimensions, or `drive` is not a drive of one.
     """
     if not turns:
         raise ArgumentError("there is no sweep to be drawn")

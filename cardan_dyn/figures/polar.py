@@ -20,6 +20,7 @@ from .style import (
     legend,
     line_style,
     names,
+    refuse_grid,
 )
 
 _AXES_OF = {
@@ -74,7 +75,7 @@ def force_polar(
 
     Raises:
         ModelError: a joint is unknown or not among the outputs.
-        ArgumentError: unknown frame or plane.
+        ArgumentError: unknown frame or plane, or a sweep over several dimensions.
     """
     return _diagrams(turn, joints, frames, "force", drive, plane, title)
 
@@ -119,8 +120,9 @@ def forces_in_place(
 
     Raises:
         ModelError: a joint is unknown or not among the outputs.
-        ArgumentError: unknown plane.
+        ArgumentError: unknown plane, or a sweep over several dimensions.
     """
+    refuse_grid(turn)
     columns = _columns(plane)
     forces = {name: turn.wrench(name, "world").force[:, columns] for name in joints}
     greatest = max(

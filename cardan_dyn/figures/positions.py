@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError
 from ..results.sweep import Sweep
-from .style import TITLE_SIZE, Axes, Figure, axes_grid, line_style
+from .style import TITLE_SIZE, Axes, Figure, axes_grid, line_style, refuse_grid
 
 # Sizes of the drawing, in lengths of an arm of the cross.
 _SHOULDER, _HEEL, _HEEL_WIDTH = 0.75, 1.15, 0.45
@@ -50,8 +50,9 @@ def universal_joint_positions(
 
     Raises:
         ModelError: a joint is unknown or not among the outputs.
-        ArgumentError: as many titles as samples are needed.
+        ArgumentError: as many titles as samples are needed; a sweep over several dimensions.
     """
+    refuse_grid(turn)
     if len(samples) != len(titles):
         raise ArgumentError(f"{len(samples)} samples need as many titles, not {len(titles)}")
     figure, axes = axes_grid(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..errors import MissingExtraError
+from ..errors import ArgumentError, MissingExtraError
 from ..results.sweep import Sweep
 
 Figure = Any
@@ -188,6 +188,24 @@ def names(joints: str | Sequence[str]) -> list[str]:
     return [joints] if isinstance(joints, str) else list(joints)
 
 
+def refuse_grid(turn: Sweep) -> None:
+    """Refuse a sweep over several dimensions, which no line can show.
+
+    Raises:
+        ArgumentError: it is one.
+    """
+    if len(turn.shape) > 1:
+        raise ArgumentError(
+            f"figures draw sweeps over one dimension, not of shape {turn.shape}; sweep one design "
+            "at a time"
+        )
+
+
 def drive_of(turn: Sweep, drive: str | None) -> str:
-    """Return the joint over whose angle a sweep is drawn: its first drive if none is given."""
+    """Return the joint over whose angle a sweep is drawn: its first drive if none is given.
+
+    Raises:
+        ArgumentError: the sweep has several dimensions.
+    """
+    refuse_grid(turn)
     return turn.drives[0] if drive is None else drive

@@ -21,8 +21,8 @@ class Wrench:
     """A wrench that acts on a link, for `Scene(loads={"link": Wrench(...)})`.
 
     Attributes:
-        force: `(3,)` or `(N, 3)` [N].
-        moment: `(3,)` or `(N, 3)` [N·m], about the link's origin.
+        force: `(3,)` or `(..., 3)` [N].
+        moment: `(3,)` or `(..., 3)` [N·m], about the link's origin.
         frame: `link` or `world`: the axes of both.
     """
 
@@ -38,7 +38,8 @@ class LinkLoad:
     Attributes:
         body: index of the joint that moves the link (0-based).
         rotation, translation: `(3, 3)` and `(3,)` placement of the link in that body [m].
-        force, moment: `(N, 3)` or `(1, 3)` [N, N·m], about the link's origin.
+        force, moment: `(..., 3)` [N, N·m], about the link's origin; while they are solved, `(N, 3)`
+            or `(1, 3)`.
         in_world: whether they are given in world axes instead of the link's.
     """
 

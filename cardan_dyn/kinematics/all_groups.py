@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..mechanism.coordinates import Coordinates
-from .group_solver import MOST_STEPS, GroupSolver
+from .group_solver import CONVERGED, MOST_STEPS, GroupSolver
 from .group_state import GroupState
 from .reduction import Reduction
 
@@ -156,6 +156,7 @@ class Kinematics:
         turns: Array | None = None,
         most: int = MOST_STEPS,
         settles: bool = False,
+        enough: float = CONVERGED,
     ) -> ClosedState:
         """Close all loops from guesses `x (N, size)`; the caller judges the result.
 
@@ -165,13 +166,14 @@ class Kinematics:
             most: greatest number of Newton steps per group.
             settles: whether idle rods are turned about their lines to where they settle, so that
                 their positions do not depend on the way there.
+            enough: see `GroupSolver.newton`.
         """
         x = self.coordinates.normalised(x.copy())
         states = []
         for solver, reduction, rounding in zip(
             self.solvers, self.reductions, self._rounding, strict=True
         ):
-            state = solver.newton(x, reduction, rounding, turns, most)
+            state = solver.newton(x, reduction, rounding, turns, most, enough)
             if settles and solver.group.idle:
                 state = solver.settled(state, x, reduction, turns)
             states.append(state)

@@ -7,6 +7,7 @@ joints are brought to their positions one after the other, at last the drives mo
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,7 @@ from ..errors import (
     choices,
 )
 from ..problem.problem import Problem
+from ..problem.samples import Targets
 from .all_groups import ClosedState, Kinematics
 from .guess_cache import Guess, GuessCache
 from .idle_rods import rods_by_name
@@ -56,35 +58,46 @@ class Assembly:
         SingularConfigurationError: the scene starts in a dead point of its drives.
     """
 
-    def __init__(self, problem: Problem) -> None:
-        self._problem = problem
+    def __init__(
+        self, problem: Problem, varied: tuple[str, ...] = (), like: Assembly | None = None
+    ) -> None:
+        """Assemble a mechanism.
+
+        Args:
+            problem: its drives, held joints and start.
+            varied: held joints whose positions differ from sample to sample. They are drives here.
+            like: assembly of the same problem without them, whose start is taken.
+        """
+        self._problem = problem = problem.driving(varied)
         self._system = system = LoopSystem(problem.mechanism, problem.held)
         self.groups = system.groups(problem.drives, problem.passive_columns)
         self.needed = needs(problem.mechanism, self.groups, problem.wanted_bodies)
         moving_groups = [self.groups[index] for index in self.needed.motion]
         self.decided = columns_of(moving_groups)
         kinematics = system.kinematics(problem.drives, moving_groups)
-        states = self._states_to_start(kinematics)
+        states = self._states_to_start(kinematics) if like is None else [like.start]
         self._first_mode = states[-1]
         self._open_kinematics = kinematics.with_open_reductions(self._first_mode)
         study = RedundancyStudy(problem, self.groups, self.needed, self._open_kinematics)
         # The start itself may be singular; judge the rank from all states on the way to it.
         redundancy = study.of_states(np.array(states))
         study.refuse_locked(redundancy, self._first_mode)
-        self.start = self._first_mode
-        if problem.branch != _FIRST_MODE:
+        self.start: Array = self._first_mode
+        if problem.branch != _FIRST_MODE and like is None:
             self.start = self._mode_called(problem.branch)
             redundancy = study.of_states(self.start[None, :])
         motionless = not self.decided.size
-        self._cache = GuessCache(problem, system, study, self.start, redundancy, motionless)
+        self._cache = GuessCache(
+            problem, system, study, self.start, redundancy, motionless, len(varied)
+        )
 
     @property
     def kinematics(self) -> Kinematics:
         """Closes the loops for the scene's drives. Later ones may know more redundant rows."""
         return self._cache.kinematics
 
-    def guesses(self, positions: Array, along_path: bool = False) -> Guess:
-        """Return coordinates near closed ones for drive positions `(N, d)`.
+    def guesses(self, targets: Targets, along_path: bool = False) -> Guess:
+        """Return coordinates near closed ones at targets.
 
         Arguments as of `GuessCache.guesses`.
 
@@ -92,7 +105,7 @@ class Assembly:
             AssemblyError: a position cannot be reached.
             SingularConfigurationError: a dead point lies on the way.
         """
-        return self._cache.guesses(positions, along_path)
+        return self._cache.guesses(targets, along_path)
 
     def close(self, guess: Guess, positions: Array) -> ClosedState:
         """Close the loops at guesses for drive positions `(N, d)`.
@@ -102,8 +115,7 @@ class Assembly:
             SingularConfigurationError: a position is a dead point.
         """
         state = guess.kinematics.close(guess.x, guess.turns, settles=True)
-        has_left_branch = (state.correction > SAFE_CORRECTION) & guess.followed
-        is_bad = ~(state.residual < CLOSURE_TOLERANCE) | has_left_branch
+        is_bad = ~_is_closed(state, guess)
         if np.any(is_bad):
             first = int(np.argmax(is_bad))
             raise AssemblyError(
@@ -130,6 +142,26 @@ class Assembly:
                 **singularity.details,
             )
         return state
+
+    def reachable(self, targets: Targets) -> Array:
+        """Return `(N,)` which targets the loops can be closed at, on the way from the start.
+
+        What `guesses` and `close` refuse is not reachable.
+
+        Raises:
+            MobilityError: the drives do not decide the motion.
+        """
+        from .straight_lines import BLOCK_SIZE  # Most scenes are asked for no such thing.
+
+        guess = self._cache.guesses(targets, strict=False)
+        is_there = guess.is_there.copy()
+        for first in range(0, len(is_there), BLOCK_SIZE):
+            block = guess.block(slice(first, first + BLOCK_SIZE))
+            with np.errstate(all="ignore"):  # What is out of reach may overflow.
+                state = block.kinematics.close(block.x, block.turns)
+                is_good = _is_closed(state, block) & (state.condition <= SINGULAR_CONDITION)
+            is_there[first : first + BLOCK_SIZE] &= is_good
+        return is_there
 
     def period(self) -> float | None:
         """Return the drive displacement [rad] after which the motion repeats, None if it does not.
@@ -239,3 +271,31 @@ class Assembly:
             study.refuse_locked(study.of_states(np.array(states)), states[-1])
             raise
         return states
+
+
+class AssemblyAtDesign(Assembly):
+    """An assembly for varied held joints, with these at the same positions for all samples."""
+
+    def __init__(self, family: Assembly, positions: Mapping[str, float]) -> None:
+        """Share what is known of all positions.
+
+        Args:
+            family: the assembly.
+            positions: of all its varied joints [rad or m].
+        """
+        self.__dict__.update(family.__dict__)
+        self._at = {name: np.array(value) for name, value in positions.items()}
+
+    def guesses(self, targets: Targets, along_path: bool = False) -> Guess:
+        """See `Assembly.guesses`."""
+        return super().guesses(targets.held_at(self._at), along_path)
+
+    def reachable(self, targets: Targets) -> Array:
+        """See `Assembly.reachable`."""
+        return super().reachable(targets.held_at(self._at))
+
+
+def _is_closed(state: ClosedState, guess: Guess) -> Array:
+    """Return `(N,)` whether loops are closed, in the assembly mode in which guesses were."""
+    has_left_branch = (state.correction > SAFE_CORRECTION) & guess.followed
+    return np.asarray((state.residual < CLOSURE_TOLERANCE) & ~has_left_branch)

@@ -15,8 +15,12 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio
 
-from ..arrays import Array
+from ..arrays import Array, consecutive
 from ..mechanism.mechanism import Mechanism
+
+_FEWEST_POOLED = 32
+"""Samples from which on Pinocchio goes through them by itself, in less time per sample; for fewer,
+turning the arrays costs more than it saves."""
 
 
 class BaseMotion(NamedTuple):
@@ -43,6 +47,7 @@ class BatchModel:
     Attributes:
         base: the base (0-based joint of the mechanism's model), -1 for the world.
         bodies: `(n,)` the bodies carried (likewise), ascending.
+        span: the same, as a slice if there are no gaps.
         index_of: body to its index in `bodies`.
         parents: `(n,)` index in `bodies` of each body's parent, -1 for the base.
         origin: `(3,)` the point of the base about which twists and wrenches are taken, in its axes
@@ -74,6 +79,7 @@ class BatchModel:
         """
         self.base = base
         self.bodies = np.array(bodies, dtype=int)
+        self.span = consecutive(self.bodies)
         self.index_of = {body: index for index, body in enumerate(bodies)}
         self.origin = origin
         inertial_bodies = inertial_bodies - {index - 1 for index in mechanism.auxiliary_bodies}
@@ -132,12 +138,24 @@ class BatchModel:
             self._of_thread.data = self.model.createData()
         return self._of_thread.data
 
-    @property
-    def _moving_data(self) -> pinocchio.Data:
-        """The same for the model whose base moves."""
-        if not hasattr(self._of_thread, "moving_data"):
-            self._of_thread.moving_data = self._moving_model.createData()
-        return self._of_thread.moving_data
+    def _efforts(self, model: pinocchio.Model, q: Array, v: Array, a: Array) -> Array:
+        """Return the efforts `(N, nv)` of a model for N configurations, velocities, accelerations.
+
+        The model is one of this batch, for which every thread keeps what Pinocchio writes into.
+        """
+        pools = self._of_thread.__dict__.setdefault("pools", {})
+        if len(q) < _FEWEST_POOLED:
+            key = id(model), "data"
+            if key not in pools:
+                pools[key] = model.createData()
+            return _each_inverse_dynamics(model, pools[key], q, v, a)
+        key = id(model), "pool"
+        if key not in pools:
+            pools[key] = pinocchio.ModelPool(model, 1)
+        result = np.empty((v.shape[1], len(v)), order="F")
+        columns = (np.asfortranarray(rows.T) for rows in (q, v, a))
+        pinocchio.rneaInParallel(1, pools[key], *columns, result)
+        return result.T
 
     def _with_gravity(self, gravity: Array) -> pinocchio.Model:
         """Return the model under some gravity `(3,)`, one for each, so that none ever changes."""
@@ -204,7 +222,7 @@ class BatchModel:
             a: accelerations `(N, 6 n)`.
             gravity: `(3,)` [m/s²].
         """
-        return _each_inverse_dynamics(self._with_gravity(gravity), self.data, q, v, a)
+        return self._efforts(self._with_gravity(gravity), q, v, a)
 
     def inverse_dynamics_on(
         self, base: BaseMotion, q: Array, v: Array, a: Array
@@ -215,9 +233,8 @@ class BatchModel:
         """
         rest = np.zeros((len(q), 7))
         rest[:, 6] = 1.0
-        wrenches = _each_inverse_dynamics(
+        wrenches = self._efforts(
             self._moving_model,
-            self._moving_data,
             np.concatenate([rest, q], axis=1),
             np.concatenate([base.twist, v], axis=1),
             np.concatenate([base.acceleration, a], axis=1),

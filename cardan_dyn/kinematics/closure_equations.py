@@ -6,14 +6,19 @@ six rows; rows that no motion of the loop's joints can ever violate are redundan
 out (`Reduction`), their reactions being statically indeterminate. A planar loop stays in its plane
 only as seen from the body that carries it, so rows are chosen in the axes of that body: the nearest
 one from which both sides of the loop hang. It is the base unless several loops are solved together.
+Where a slide between that body and the loop's other joints moves a point that all their axes pass
+through, more rows are redundant in the axes of a body behind the slide.
 """
 
 from __future__ import annotations
 
+from functools import cached_property
+from typing import NamedTuple
+
 import numpy as np
 import pinocchio
 
-from ..arrays import Array, cross
+from ..arrays import Array, consecutive, cross
 from ..mechanism.couplings import Coupling
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import ancestors
@@ -21,8 +26,28 @@ from ..mechanism.welds import Loop
 from .batch_model import BatchModel, UnitTwists
 from .loop_geometry import LoopAxes, LoopEnd, LoopPath, gap_between
 from .loop_groups import Group
-from .reduction import Reduction, axis_aligned
-from .tolerances import RANK_TOLERANCE
+from .reduction import Reduction, reachable_rows
+
+
+class BodiesOn(NamedTuple):
+    """The bodies on a loop, k in all.
+
+    Attributes:
+        rows: their rows in the actions of the batch model.
+        joints: the bodies (0-based joints of the mechanism's model).
+        signs: `(k, 1, 1)` on which side of the loop each is, see `ClosureEquations.signs`.
+    """
+
+    rows: slice | Array
+    joints: slice | Array
+    signs: Array
+
+    @staticmethod
+    def of(signs: Array, batch: BatchModel) -> BodiesOn:
+        """Return the bodies whose `signs`, `(n,)`, are not zero."""
+        (path,) = np.nonzero(signs)
+        rows = consecutive((6 * path[:, None] + np.arange(6)).ravel())
+        return BodiesOn(rows, consecutive(batch.bodies[path]), signs[path][:, None, None])
 
 
 class ClosureEquations:
@@ -76,7 +101,7 @@ class ClosureEquations:
         self.column_signs = self.signs[:, self._moved_bodies]
         self.ends = [_ends_of(loop, batch) for loop in self.loops]
         self._paths = [LoopPath.of(signs, self._moved_bodies) for signs in self.column_signs]
-        self._axes = [_axes_of(loop, mechanism, batch) for loop in self.loops]
+        self._axes = tuple(_axes_of(loop, mechanism, batch) for loop in self.loops)
         self._factors = self.column_signs[:, :, None] * self.weights
         slides = np.any(batch.subspace[:, :3] != 0.0, axis=1)
         # In rank decisions slides count in lengths of the mechanism; otherwise the unit of length
@@ -104,6 +129,24 @@ class ClosureEquations:
         signs[[index for index in successors if index not in predecessors]] = -1.0
         return signs
 
+    @cached_property
+    def _candidates(self) -> list[list[LoopAxes]]:
+        """Per loop, the axes in which rows may be chosen, those of the body that carries it first.
+
+        The others are fixed to the bodies on the loop.
+        """
+        return [
+            [own, *(_axes_on(int(body), loop, self.mechanism, self.batch) for body in on_loop)]
+            for own, loop, on_loop in zip(
+                self._axes, self.loops, map(np.flatnonzero, self.signs), strict=True
+            )
+        ]
+
+    @cached_property
+    def bodies_on(self) -> list[BodiesOn]:
+        """Per loop, the bodies on it."""
+        return [BodiesOn.of(signs, self.batch) for signs in self.signs]
+
     def _indices_from_root(self, body: int) -> list[int]:
         """Return the batch indices of a body (index in Pinocchio's model) and its ancestors."""
         index_of = self.batch.index_of
@@ -113,33 +156,23 @@ class ClosureEquations:
     def full(self) -> Reduction:
         """Return the reduction that keeps all six rows of every loop."""
         count = len(self.ends)
-        return Reduction((np.eye(6),) * count, (np.zeros((6, 0)),) * count)
+        return Reduction((np.eye(6),) * count, (np.zeros((6, 0)),) * count, self._axes)
 
     def reduction(self, twists: Array, actions: Array) -> Reduction:
-        """Find the reachable rows at positions all over the motion.
-
-        The unit twists of a loop's joints at all positions together span the motions that the
-        loop can make; when that space is smaller than six (a planar or a spherical chain), no
-        motion can violate the rest of its rows, at any position.
+        """Find the reachable rows at positions all over the motion, see `reachable_rows`.
 
         Args:
             twists: `(N, m, 6)` of the moving coordinates.
             actions: see `BatchModel.actions`.
         """
-        rows, null = [], []
-        for signs, axes in zip(self.column_signs, self._axes, strict=True):
-            chosen = signs != 0.0
-            on_path = twists[:, chosen]
-            if axes.body >= 0:
-                on_path = on_path @ axes.matrices(actions)
-            on_path = on_path * self._units[chosen]
-            # The triangular factor has the singular values and row space of the tall matrix.
-            triangle = np.asarray(np.linalg.qr(on_path.reshape(-1, 6), mode="r"))
-            vectors, values, _ = np.linalg.svd(triangle.T, full_matrices=True)
-            rank = int(np.sum(values > RANK_TOLERANCE * values[0])) if values.size else 0
-            rows.append(axis_aligned(vectors[:, :rank]))
-            null.append(axis_aligned(vectors[:, rank:]))
-        return Reduction(tuple(rows), tuple(null))
+        moving = [twists[:, signs != 0.0] for signs in self.column_signs]
+        units = [self._units[signs != 0.0] for signs in self.column_signs]
+        found = [
+            reachable_rows(*item, actions)
+            for item in zip(moving, units, self._candidates, strict=True)
+        ]
+        rows, null, axes = zip(*found, strict=True) if found else ((), (), ())
+        return Reduction(rows, null, axes)
 
     def rows(self, twists: Array, actions: Array, reduction: Reduction) -> Array:
         """Return the transposed closure matrix `(N, m, R)`: a row per moving coordinate.
@@ -149,7 +182,7 @@ class ClosureEquations:
         count, moving = twists.shape[:2]
         blocks = []
         for signs, factors, axes, rows in zip(
-            self.column_signs, self._factors, self._axes, reduction.rows, strict=True
+            self.column_signs, self._factors, reduction.axes, reduction.rows, strict=True
         ):
             if axes.body >= 0:
                 blocks.append((twists * signs[:, None]) @ self._weighted(axes, actions, rows))
@@ -177,7 +210,7 @@ class ClosureEquations:
             weighted[:, index] @ rows
             if axes.body < 0
             else (twist[:, [index]] @ self._weighted(axes, actions, rows))[:, 0]
-            for index, (axes, rows) in enumerate(zip(self._axes, reduction.rows, strict=True))
+            for index, (axes, rows) in enumerate(zip(reduction.axes, reduction.rows, strict=True))
         ]
         if self.couplings or not blocks:
             blocks.append(
@@ -185,11 +218,11 @@ class ClosureEquations:
             )
         return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
 
-    def wrench(self, index: int, actions: Array, combinations: Array) -> Array:
+    def wrench(self, axes: LoopAxes, actions: Array, combinations: Array) -> Array:
         """Return wrenches of a loop in the base's axes about the batch model's origin.
 
         Args:
-            index: of the loop in the group.
+            axes: of the loop, see `Reduction`.
             actions: see `BatchModel.actions`.
             combinations: of its weighted rows, `(N, 6, k)` or `(6, k)`.
 
@@ -197,7 +230,6 @@ class ClosureEquations:
             `(N, 6, k)`, force first.
         """
         weighted = combinations * self.weights[:, None]
-        axes = self._axes[index]
         if axes.body >= 0:
             return np.asarray(axes.matrices(actions) @ weighted)
         return np.broadcast_to(weighted, (len(actions), *weighted.shape[-2:]))
@@ -294,10 +326,14 @@ def _axes_of(loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
     common = max(set(first) & set(second), default=-1)
     if common == batch.base:
         return LoopAxes(-1, np.zeros(3))
+    return _axes_on(batch.index_of[common], loop, mechanism, batch)
+
+
+def _axes_on(body: int, loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
+    """Return axes fixed to a body (index in the batch model), about where the weld is at zero."""
     at_zero = mechanism.placements_at_zero
-    carrier, end = at_zero[common], at_zero[loop.predecessor - 1]
-    point = carrier.rotation.T @ (end.translation - carrier.translation)
-    return LoopAxes(batch.index_of[common], point)
+    carrier, end = at_zero[batch.bodies[body]], at_zero[loop.predecessor - 1]
+    return LoopAxes(body, carrier.rotation.T @ (end.translation - carrier.translation))
 
 
 def _coupling_row(coupling: Coupling, size: int) -> Array:

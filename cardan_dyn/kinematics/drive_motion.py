@@ -10,6 +10,7 @@ from ..arrays import Array
 from ..errors import AssemblyError, CardanError, SingularConfigurationError
 from ..mechanism.mechanism import Mechanism
 from ..problem.problem import Problem
+from ..problem.samples import Targets
 from .all_groups import Kinematics
 from .branch import Branch
 from .loop_system import LoopSystem
@@ -23,6 +24,9 @@ _SAMPLES_PER_NODE = 24
 """Samples that have to use a branch before it gets one more node. On the bundled universal joint,
 four-bar and double shaft a node took 14 to 18 µs and the Newton step that a finer branch saves took
 4 to 6 µs per sample: at this rate nodes cost less than a fifth of what they can save."""
+_MARGINS = (0.0, 1e-12, 1e-9, 1e-6)
+"""Distances [rad, or lengths of the mechanism] from the ends of a drive's range from which on its
+positions count as out of reach, tried one after the other, since ends are known to some digits."""
 TURN = 2.0 * np.pi
 """One turn of the drive [rad]. Sweeps over more than that look for a period."""
 
@@ -34,10 +38,12 @@ class Followed(NamedTuple):
         values: whole periods `(N, 1)` to take off the positions of a single drive, or coordinates
             `(N, k)` of what several drives move and the whole turns that they lack, `(2, N, k)`.
         is_new: whether anything was seen of the motion that was not known before.
+        is_there: `(N,)` whether samples are within reach; the values of others mean nothing.
     """
 
     values: Array
     is_new: bool
+    is_there: Array
 
 
 def turns_freely(mechanism: Mechanism, drive: str) -> bool:
@@ -111,40 +117,57 @@ class DriveMotion:
         between = self._kinematics.close(self.branch.guess(positions))
         return between.x[between.residual < CLOSURE_TOLERANCE]
 
-    def followed(self, positions: Array, along_path: bool = False) -> Followed:
-        """Follow the branch to drive positions `(N, d)`, of all drives of the scene.
+    def followed(
+        self,
+        targets: Targets,
+        kinematics: Kinematics,
+        along_path: bool = False,
+        strict: bool = True,
+    ) -> Followed:
+        """Follow the branch to targets of the scene.
 
         Args:
-            positions: [rad or m].
+            targets: N samples.
+            kinematics: of the scene; the branch knows all rows that open loops can reach.
             along_path: for a single drive, all ways to a position are along the same branch.
+            strict: whether all have to be within reach.
 
         Raises:
             AssemblyError, SingularConfigurationError: a position is out of reach.
         """
         span = self.branch.span
-        periods = self._cover(positions[:, self._index])
+        positions = targets.prescribed[:, self._index]
+        periods, is_there = np.zeros(len(positions)), np.ones(len(positions), dtype=bool)
+        if strict:
+            periods = self._cover(positions)
+        else:
+            is_there = self._within_reach(positions)
+            if np.any(is_there):
+                periods[is_there] = self._cover(positions[is_there])
         is_new = not self._is_studied or self.branch.span != span
         self._is_studied = True
-        return Followed(periods[:, None], is_new)
+        return Followed(periods[:, None], is_new, is_there)
 
     def write(
-        self, followed: Followed, positions: Array, x: Array, turns: Array, kinematics: Kinematics
+        self, followed: Followed, targets: Targets, x: Array, turns: Array, kinematics: Kinematics
     ) -> None:
         """Write coordinates near closed ones, and their whole turns, into those of all joints.
 
         Args:
-            followed: to these positions.
-            positions: `(N, d)` of all drives.
+            followed: to these targets.
+            targets: N samples.
             x: `(N, size)` coordinates; changed.
             turns: `(N, size)` whole turns that they lack; changed.
             kinematics: of the scene, with the rows that are known to be independent.
         """
-        self._samples_served += len(positions)
+        self._samples_served += targets.size
         branch = self.branch
         own = kinematics.part([self._index], self.groups)
         branch.refine(own, node_limit=self._samples_served // _SAMPLES_PER_NODE)
-        targets = positions[:, self._index] - followed.values[:, 0] * (branch.period or 0.0)
-        x[:, self._columns] = branch.values(targets, self._columns)
+        position = targets.prescribed[:, self._index]
+        position = np.where(followed.is_there, position, self._start)
+        within = position - followed.values[:, 0] * (branch.period or 0.0)
+        x[:, self._columns] = branch.values(within, self._columns)
         turns[:, self._columns] = followed.values * branch.windings[self._columns]
 
     def _cover(self, targets: Array) -> Array:
@@ -183,6 +206,24 @@ class DriveMotion:
         except (AssemblyError, SingularConfigurationError) as error:
             raise self._beyond(targets, error) from error
         return np.zeros(len(targets))
+
+    def _within_reach(self, targets: Array) -> Array:
+        """Return `(N,)` which drive positions the branch leads to, all of them followed."""
+        is_there = np.ones(len(targets), dtype=bool)
+        for margin in _MARGINS:
+            try:
+                if np.any(is_there):
+                    self._cover(targets[is_there])
+                return is_there
+            except (AssemblyError, SingularConfigurationError) as error:
+                if error.reach is None:
+                    raise
+                low, high = error.reach
+                unit = self._length if self._slides else 1.0
+                is_there = (targets >= low + margin * unit) & (targets <= high - margin * unit)
+        if np.any(is_there):
+            self._cover(targets[is_there])
+        return is_there
 
     def _beyond(
         self, targets: Array, error: AssemblyError | SingularConfigurationError

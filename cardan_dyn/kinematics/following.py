@@ -41,7 +41,7 @@ def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: 
         if reached:
             result[count : count + reached] = state.x[:reached]
         else:
-            way = along_lines(kinematics, last, columns, targets[:1])
+            way = along_lines(kinematics, last[None, :], columns, targets[:1])
             if not way.is_there[0]:
                 raise beyond_reach(
                     kinematics, columns, targets[0], way.x[0], way.residual[0], count

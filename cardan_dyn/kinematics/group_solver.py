@@ -31,7 +31,7 @@ _EXACT = 2e-15
 _AT_REST = 1e-13
 """A coordinate that moves no farther [rad, or lengths of the mechanism] does not move: what is seen
 of it is rounding, from which no amplitude follows."""
-_CONVERGED = 1e-9
+CONVERGED = 1e-9
 """A Newton step of this size [rad] leaves an error of its square, which is below rounding."""
 _LONGEST = 0.5
 """Greatest Newton step [rad]: farther away, a full step may end in another assembly mode. Over half
@@ -214,6 +214,7 @@ class GroupSolver:
         rounding: Array,
         turns: Array | None = None,
         most: int = MOST_STEPS,
+        enough: float = CONVERGED,
     ) -> GroupState:
         """Close the loops from a guess; the caller judges `residual` and `correction`.
 
@@ -223,6 +224,7 @@ class GroupSolver:
             rounding: `(p,)` steps that are not worth taking, see `rounding`.
             turns: see `evaluate`.
             most: greatest number of Newton steps.
+            enough: size of a step after which none follows [rad].
         """
         state, error = self.evaluate(x, reduction, turns)
         correction = np.zeros(len(x))
@@ -241,7 +243,7 @@ class GroupSolver:
             self._moves.apply(x, step)
             nearby = state.inverse if worst < _NEARBY else None
             state, error = self.evaluate(x, reduction, turns, nearby)
-            if worst < _CONVERGED:
+            if worst < enough:
                 break
         return state._replace(correction=correction)
 

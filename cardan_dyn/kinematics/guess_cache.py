@@ -15,10 +15,11 @@ import numpy as np
 
 from ..arrays import Array
 from ..problem.problem import Problem
+from ..problem.samples import Targets
 from .all_groups import Kinematics
 from .drive_motion import DriveMotion
 from .loop_system import LoopSystem
-from .redundancy import Redundancy, RedundancyStudy
+from .redundancy import STATES_STUDIED, Redundancy, RedundancyStudy
 
 if TYPE_CHECKING:
     from .joint_motion import JointMotion
@@ -32,16 +33,19 @@ class Guess(NamedTuple):
         turns: `(N, size)` whole turns that have to be added to the angles in `x`.
         kinematics: solves the rows that are known to be independent.
         followed: whether `x` lies on a branch, so that a large correction means another mode.
+        is_there: `(N,)` whether samples are within reach; the coordinates of others mean nothing.
     """
 
     x: Array
     turns: Array
     kinematics: Kinematics
     followed: bool
+    is_there: Array
 
     def block(self, samples: slice) -> Guess:
         """Return the guess of some samples."""
-        return Guess(self.x[samples], self.turns[samples], self.kinematics, self.followed)
+        arrays = self.x[samples], self.turns[samples]
+        return Guess(*arrays, self.kinematics, self.followed, self.is_there[samples])
 
 
 class GuessCache:
@@ -62,6 +66,7 @@ class GuessCache:
         start: Array,
         redundancy: Redundancy,
         motionless: bool,
+        varied: int,
     ) -> None:
         """Make the cache.
 
@@ -72,6 +77,7 @@ class GuessCache:
             start: see the attribute.
             redundancy: redundant rows as known at the start.
             motionless: whether no passive joint is solved, so that nothing has to be learned.
+            varied: how many of the drives, the last ones, are held joints.
         """
         self.start = start
         self._problem = problem
@@ -79,7 +85,9 @@ class GuessCache:
         self._study = study
         self._redundancy = redundancy
         self._motionless = motionless
+        self._varied = varied
         self._columns = problem.mechanism.coordinates.columns_of(problem.drives)
+        self._is_scouted = False
         self._lock = threading.RLock()
 
     @property
@@ -87,37 +95,43 @@ class GuessCache:
         """Solves the rows that are known to be independent so far."""
         return self._redundancy.kinematics
 
-    def guesses(self, positions: Array, along_path: bool = False) -> Guess:
-        """Return coordinates near closed ones for drive positions `(N, d)` [rad or m].
+    def guesses(self, targets: Targets, along_path: bool = False, strict: bool = True) -> Guess:
+        """Return coordinates near closed ones at targets.
 
         Args:
-            positions: of all drives.
+            targets: N samples.
             along_path: whether every sample is followed from the one before it, instead of along
                 the straight line from the start.
+            strict: whether all have to be within reach.
 
         Raises:
             AssemblyError: a position cannot be reached.
             MobilityError: the drives do not decide the motion.
             SingularConfigurationError: a dead point lies on the way.
         """
-        x = np.repeat(self.start[None, :], len(positions), axis=0)
+        x = np.repeat(self.start[None, :], targets.size, axis=0)
         turns = np.zeros_like(x)
         with self._lock:
             if self._motionless:
-                x[:, self._columns] = positions
-                return Guess(x, turns, self.kinematics, False)
-            followed = [part.followed(positions, along_path) for part in self._parts]
+                x[:, self._columns] = targets.prescribed
+                return Guess(x, turns, self.kinematics, False, np.ones(len(x), dtype=bool))
+            self._scout(targets)
+            followed = [
+                part.followed(targets, self.kinematics, along_path, strict) for part in self._parts
+            ]
             if any(item.is_new for item in followed):
                 self._learn()
             for part, item in zip(self._parts, followed, strict=True):
-                part.write(item, positions, x, turns, self.kinematics)
-            x[:, self._columns] = positions
+                part.write(item, targets, x, turns, self.kinematics)
+            x[:, self._columns] = targets.prescribed
             turns[:, self._columns] = 0.0
             self._problem.mechanism.coordinates.normalised(x)
             kinematics = self.kinematics.with_amplitudes(
                 {index: part.amplitudes for part in self._parts for index in part.groups}
             )
-            return Guess(x, turns, kinematics, all(part.is_exact for part in self._parts))
+            is_there = np.logical_and.reduce([item.is_there for item in followed])
+            is_exact = all(part.is_exact for part in self._parts)
+            return Guess(x, turns, kinematics, is_exact, is_there)
 
     def period(self) -> float | None:
         """Return the drive displacement [rad] after which the motion repeats, None if it does not.
@@ -143,13 +157,26 @@ class GuessCache:
         return [self._part(*part) for part in self._study.open_kinematics.independent_parts()]
 
     def _part(self, drives: list[int], groups: list[int]) -> DriveMotion | JointMotion:
-        kind: type[DriveMotion | JointMotion] = DriveMotion
-        if len(drives) > 1:
-            from .joint_motion import JointMotion  # Most scenes have a single drive.
-
-            kind = JointMotion
         kinematics = self._study.open_kinematics
-        return kind(self._problem, self._system, kinematics, self.start, drives, groups)
+        common = self._problem, self._system, kinematics, self.start, drives, groups
+        if len(drives) == 1:
+            return DriveMotion(*common)
+        from .joint_motion import JointMotion  # Most scenes have a single drive.
+
+        return JointMotion(*common, varied=self._varied)
+
+    def _scout(self, targets: Targets) -> None:
+        """Follow some samples of the first ones, to solve no redundant rows for all others."""
+        if self._is_scouted or targets.size <= 2 * STATES_STUDIED:
+            return
+        self._is_scouted = True
+        joint = [part for part in self._parts if not isinstance(part, DriveMotion)]
+        if joint and not self._redundancy.settled:
+            some = np.linspace(0, targets.size - 1, STATES_STUDIED).astype(int)
+            scouts = targets.of_samples(some)
+            for part in joint:
+                part.followed(scouts, self._study.open_kinematics, strict=False)
+            self._learn()
 
     def _learn(self) -> None:
         """Find redundant rows from all states seen so far, unless no state can add to them."""

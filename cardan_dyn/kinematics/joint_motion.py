@@ -9,14 +9,22 @@ import numpy as np
 from ..arrays import Array
 from ..errors import AssemblyError, SingularConfigurationError
 from ..problem.problem import Problem
+from ..problem.samples import Targets
 from .all_groups import Kinematics
 from .drive_motion import TURN, Followed, turns_freely
 from .following import beyond_reach, follow
 from .lattice import near_lattice, spacing_for
 from .loop_system import LoopSystem
 from .redundancy import STATES_STUDIED
-from .straight_lines import Reached, along_lines
+from .straight_lines import OnLines, Reached, along_lines, samples_on_lines
 from .tolerances import CLOSURE_TOLERANCE
+
+_TYPICAL_STEP = 0.25
+"""Step along a line [rad] that most mechanisms allow. It only decides what serves samples best."""
+_FEWEST_PER_STEP = 2
+"""Samples per step of their line from which on no lattice is tried."""
+_MOST_LATTICE_DRIVES = 6
+"""Drives up to which a lattice is tried: a point takes an acceleration for each pair of them."""
 
 
 class _Turn(NamedTuple):
@@ -32,11 +40,11 @@ class _Turn(NamedTuple):
 
 
 class JointMotion:
-    """The motion of what several drives move together.
+    """The motion of what several drives move together; varied held joints are drives here as well.
 
-    The configuration at drive positions is the one to which the straight line of drive positions
-    leads from the start. Before that, whole turns are taken off the drives that bring the mechanism
-    back to itself when they turn alone, from the start.
+    The configuration at a sample is reached from the start: held joints first move to their
+    positions along a straight line, then the drives to theirs. Before that, whole turns are taken
+    off the drives that bring the mechanism back to itself when they turn alone, from the start.
 
     Attributes:
         groups: indices of the groups whose passives they move.
@@ -54,12 +62,17 @@ class JointMotion:
         start: Array,
         drives: list[int],
         groups: list[int],
+        varied: int = 0,
     ) -> None:
-        """Begin at the start; arguments as of `DriveMotion`, with several drives."""
+        """Begin at the start; arguments as of `DriveMotion`, with several drives.
+
+        The last `varied` drives of the problem are held joints.
+        """
         self.groups = groups
         self.states = start[None, :]
         self._drives = drives
         self._names = tuple(problem.drives[index] for index in drives)
+        # With all rows that open loops can reach.
         self._kinematics = kinematics.part(drives, groups)
         self._start = start
         coordinates = problem.mechanism.coordinates
@@ -68,8 +81,12 @@ class JointMotion:
         # A slide counts as one radian when it moves by the mechanism's length.
         self._units = 1.0 / coordinates.scale[self._drive_columns]
         self._system = system
+        # By their indices among these drives.
+        first_varied = len(problem.drives) - varied
+        self._driven = [k for k, index in enumerate(drives) if index < first_varied]
+        self._held = [k for k, index in enumerate(drives) if index >= first_varied]
         self._turning = [
-            index for index, name in enumerate(self._names) if turns_freely(problem.mechanism, name)
+            index for index in self._driven if turns_freely(problem.mechanism, self._names[index])
         ]
         self._turns: dict[int, _Turn | None] = {}
 
@@ -82,39 +99,48 @@ class JointMotion:
         """Return no states `(0, size)` besides those that were followed."""
         return self.states[:0]
 
-    def followed(self, positions: Array, along_path: bool = False) -> Followed:
-        """Follow the motion to drive positions `(N, d)`, of all drives of the scene.
+    def followed(
+        self,
+        targets: Targets,
+        kinematics: Kinematics,
+        along_path: bool = False,
+        strict: bool = True,
+    ) -> Followed:
+        """Follow the motion to targets of the scene.
 
         Args:
-            positions: [rad or m].
+            targets: N samples.
+            kinematics: of the scene, with the rows that are known to be independent.
             along_path: whether every sample is followed from the one before it.
+            strict: whether all have to be within reach; along a path they have to be.
 
         Raises:
             AssemblyError: a position is out of reach.
         """
-        own = positions[:, self._drives]
-        turns = np.zeros((len(own), self._start.size))
+        asked = targets.prescribed[:, self._drives]
+        turns = np.zeros((len(asked), self._start.size))
         try:
             if along_path:
-                x = follow(self._kinematics, self._start, self._drive_columns, own)
+                x = follow(self._kinematics, self._start, self._drive_columns, asked)
+                reached = Reached(x, np.ones(len(x), dtype=bool), np.zeros(len(x)))
             else:
-                x = self._along_lines(own, turns)
+                own = self._without_turns(asked, turns)
+                reached = self._reached(kinematics, own, targets.design_of)
+                if strict and not np.all(reached.is_there):
+                    raise self._beyond(asked, own, reached)
         except AssemblyError as error:
             from .reach import all_out_of_reach  # Imported here: only errors need it.
 
-            raise all_out_of_reach(self._names, own, error) from error
-        some = self._kinematics.close(x[:: 1 + len(x) // STATES_STUDIED])
-        self.states = some.x[some.residual < CLOSURE_TOLERANCE]
-        return Followed(np.stack([x, turns])[:, :, self._columns], True)
+            raise all_out_of_reach(self._names, self._driven, asked, error) from error
+        x, is_there, _ = reached
+        if np.any(is_there):
+            some = self._kinematics.close(x[is_there][:: 1 + len(x) // STATES_STUDIED])
+            self.states = some.x[some.residual < CLOSURE_TOLERANCE]
+        return Followed(np.stack([x, turns])[:, :, self._columns], True, is_there)
 
-    def _along_lines(self, own: Array, turns: Array) -> Array:
-        """Return closed coordinates `(N, size)` at positions `(N, d)` of these drives.
-
-        Args:
-            own: the positions.
-            turns: `(N, size)` whole turns that the coordinates lack; changed.
-        """
-        asked, own = own, own.copy()
+    def _without_turns(self, own: Array, turns: Array) -> Array:
+        """Return positions `(N, d)` less whole turns, which are added to `turns (N, size)`."""
+        own = own.copy()
         for index in self._turning:
             column = self._drive_columns[index]
             ahead = own[:, index] - self._start[column]
@@ -127,13 +153,73 @@ class JointMotion:
                 periods = np.trunc(ahead / turn.period)
                 own[:, index] -= periods * turn.period
                 turns += periods[:, None] * turn.windings
-        x = self._near_lattices(own)
-        rest = np.nonzero(np.isnan(x[:, self._drive_columns[0]]))[0]
-        reached = along_lines(self._kinematics, self._start, self._drive_columns, own[rest])
-        if not np.all(reached.is_there):
-            raise self._beyond(asked, own, rest, reached)
-        x[rest] = reached.x
-        return x
+        return own
+
+    def _reached(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
+        """Return coordinates `(N, size)` at positions `(N, d)` without whole turns.
+
+        Args:
+            kinematics: of the scene, with the rows that are known to be independent. Where more of
+                them are, loops do not close, and all rows are solved.
+            own: the positions [rad or m].
+            design_of: `(N,)`, see `Targets`.
+        """
+        known = kinematics.part(self._drives, self.groups)
+        x = np.full((len(own), self._start.size), np.nan)
+        if not self._lines_pay(own, design_of):
+            x = self._near_lattices(known, own)
+        is_there, residual = ~np.isnan(x[:, self._drive_columns[0]]), np.zeros(len(own))
+        ways = [known]
+        if any(
+            one is not other
+            for one, other in zip(known.reductions, self._kinematics.reductions, strict=True)
+        ):
+            ways.append(self._kinematics)
+        for way in ways:
+            rest = np.nonzero(~is_there)[0]
+            if rest.size:
+                found = self._on_lines(way, own[rest], design_of[rest])
+                x[rest], is_there[rest], residual[rest] = found
+        return Reached(x, is_there, residual)
+
+    def _lines_pay(self, own: Array, design_of: Array) -> bool:
+        """Return whether so many samples lie on the same lines that these serve them best."""
+        if len(self._drives) > _MOST_LATTICE_DRIVES:
+            return True
+        if len(self._driven) != 1 or not self._held:
+            return False
+        ahead = own[:, self._driven] - self._start[self._drive_columns][self._driven]
+        designs = 1 + int(np.max(design_of)) if len(design_of) else 1
+        steps = designs * (1.0 + float(np.ptp(ahead, axis=0)[0]) / _TYPICAL_STEP)
+        return steps * _FEWEST_PER_STEP < len(own)
+
+    def _on_lines(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
+        """Return coordinates `(N, size)` at positions `(N, d)`, followed along straight lines."""
+        groups, columns = list(range(len(self.groups))), self._drive_columns
+        starts, of_design = self._start[None, :], np.zeros(len(own), dtype=int)
+        if self._held:
+            _, chosen, of_design = np.unique(design_of, return_index=True, return_inverse=True)
+            at_designs = along_lines(
+                kinematics.part(self._held, groups),
+                starts,
+                [columns[index] for index in self._held],
+                own[chosen][:, self._held],
+            )
+            starts = at_designs.x
+        kinematics = kinematics.part(self._driven, groups)
+        columns, own = [columns[index] for index in self._driven], own[:, self._driven]
+        if not self._driven:
+            reached = Reached(starts[of_design], np.ones(len(own), dtype=bool), np.zeros(len(own)))
+        elif len(self._driven) == 1:
+            reached = _along_one(kinematics, starts, columns, own[:, 0], of_design)
+        else:
+            reached = along_lines(kinematics, starts[of_design], columns, own)
+        if not self._held or np.all(at_designs.is_there):
+            return reached
+        lost = ~at_designs.is_there[of_design]
+        reached.x[lost] = starts[of_design[lost]]
+        reached.residual[lost] = at_designs.residual[of_design[lost]]
+        return reached._replace(is_there=reached.is_there & ~lost)
 
     def _turn_of(self, index: int) -> _Turn | None:
         """Return how the mechanism comes back to itself with a drive, None if it does not."""
@@ -145,34 +231,34 @@ class JointMotion:
             return None
         return None if branch.period is None else _Turn(branch.period, branch.windings)
 
-    def _beyond(self, asked: Array, own: Array, rest: Array, reached: Reached) -> AssemblyError:
+    def _beyond(self, asked: Array, own: Array, reached: Reached) -> AssemblyError:
         """Return the error for samples that straight lines do not reach.
 
         Args:
             asked: `(N, d)` positions.
             own: the same without whole turns.
-            rest: samples whose lines were followed.
             reached: how far.
         """
-        first, more = int(np.argmin(reached.is_there)), int(np.sum(~reached.is_there)) - 1
-        sample, nearest = int(rest[first]), reached.x[first].copy()
+        sample, more = int(np.argmin(reached.is_there)), int(np.sum(~reached.is_there)) - 1
+        nearest = reached.x[sample].copy()
         nearest[self._drive_columns] += asked[sample] - own[sample]
         error = beyond_reach(
             self._kinematics,
             self._drive_columns,
             asked[sample],
             nearest,
-            reached.residual[first],
+            reached.residual[sample],
             sample,
         )
         if more:
             error.hint += f"; {more} other sample{'s are' if more > 1 else ' is'} out of reach too"
         return error
 
-    def _near_lattices(self, own: Array) -> Array:
+    def _near_lattices(self, kinematics: Kinematics, own: Array) -> Array:
         """Return coordinates `(N, size)` near closed ones where lattices serve, NaN elsewhere.
 
         Args:
+            kinematics: of these drives and groups.
             own: `(N, d)` positions of these drives.
         """
         x = np.full((len(own), self._start.size), np.nan)
@@ -181,18 +267,47 @@ class JointMotion:
         while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
             spacing = found
             near = near_lattice(
-                self._kinematics,
+                kinematics,
                 self._start,
                 self._drive_columns,
                 own[rest],
                 spacing * self._units,
+                [leg for leg in (self._held, self._driven) if leg],
             )
             x[rest[near.is_there]] = near.x[near.is_there]
             rest = rest[~near.is_there]
         return x
 
     def write(
-        self, followed: Followed, positions: Array, x: Array, turns: Array, kinematics: Kinematics
+        self, followed: Followed, targets: Targets, x: Array, turns: Array, kinematics: Kinematics
     ) -> None:
         """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
         x[:, self._columns], turns[:, self._columns] = followed.values
+
+
+def _along_one(
+    kinematics: Kinematics, starts: Array, columns: list[int], positions: Array, of_start: Array
+) -> Reached:
+    """Return coordinates `(N, size)` at positions `(N,)` of one drive.
+
+    Samples with the same start on the same side of it lie on the same line.
+
+    Args:
+        kinematics: of the drive.
+        starts: `(D, size)` closed coordinates.
+        columns: the drive's column in a row of coordinates.
+        positions: [rad or m].
+        of_start: `(N,)` the start (index) of each sample.
+    """
+    ahead = positions - starts[of_start, columns[0]]
+    sides = 2 * of_start + (ahead < 0.0)
+    order = np.lexsort((np.abs(ahead), sides))
+    used, first, line = np.unique(sides[order], return_index=True, return_inverse=True)
+    last = np.append(first[1:], len(order)) - 1
+    longest = np.abs(ahead[order][last])
+    share = np.abs(ahead[order]) / np.where(longest > 0.0, longest, 1.0)[line]
+    ends = positions[order][last][:, None]
+    found = samples_on_lines(kinematics, starts[used // 2], columns, ends, OnLines(line, share))
+    back = np.empty_like(order)
+    back[order] = np.arange(len(order))
+    return Reached(*(values[back] for values in found))

@@ -9,6 +9,7 @@ every step from point to point is tried: a line one step of which is not safe is
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -82,7 +83,12 @@ def spacing_for(ahead: Array, finer_than: float = np.inf) -> float | None:
 
 
 def near_lattice(
-    kinematics: Kinematics, start: Array, columns: list[int], positions: Array, units: Array
+    kinematics: Kinematics,
+    start: Array,
+    columns: list[int],
+    positions: Array,
+    units: Array,
+    legs: Sequence[list[int]] | None = None,
 ) -> NearLattice:
     """Return coordinates near closed ones at drive positions `(N, d)`.
 
@@ -92,9 +98,10 @@ def near_lattice(
         columns: columns of the drives in a row of coordinates.
         positions: [rad or m].
         units: `(d,)` spacing of the lattice [rad or m].
+        legs: sets of drives that move one after the other; all at once if None.
     """
     nearest = np.rint((positions - start[columns]) / units)
-    lines, end_of = _lines_to(nearest)
+    lines, end_of = _lines_to(nearest, legs or [list(range(len(columns)))])
     points = _Points(kinematics, start, columns, lines.points * units)
     is_good = points.closed_along(lines)
     along = np.logical_and.reduceat(is_good[lines.steps], lines.begins)
@@ -233,16 +240,27 @@ class _Points:
                 self._curvatures[points, :, i, j] = self._curvatures[points, :, j, i] = mixed
 
 
-def _lines_to(nearest: Array) -> tuple[_Lines, Array]:
-    """Return lines to lattice points `(N, d)`, and `(N,)` the line (index) that leads to each."""
+def _lines_to(nearest: Array, legs: Sequence[list[int]]) -> tuple[_Lines, Array]:
+    """Return lines to lattice points `(N, d)`, and `(N,)` the line (index) that leads to each.
+
+    Args:
+        nearest: the points.
+        legs: sets of drives that move one after the other.
+    """
     _, chosen, end_of = _unique(nearest)
     ends = nearest[chosen]
-    lengths = np.maximum(np.max(np.abs(ends), axis=1), 1).astype(int)
+    lengths = np.stack([np.max(np.abs(ends[:, leg]), axis=1) for leg in legs], axis=1).astype(int)
+    whole = np.maximum(np.sum(lengths, axis=1), 1)
     # All lines one behind the other, each from the start on.
-    begins = np.concatenate([[0], np.cumsum(lengths + 1)[:-1]])
-    line_of = np.repeat(np.arange(len(ends)), lengths + 1)
+    begins = np.concatenate([[0], np.cumsum(whole + 1)[:-1]])
+    line_of = np.repeat(np.arange(len(ends)), whole + 1)
     count = np.arange(len(line_of)) - begins[line_of]
-    on_lines = np.rint(ends[line_of] * (count / lengths[line_of])[:, None])
+    on_lines = np.zeros((len(line_of), ends.shape[1]))
+    for leg, length in zip(legs, lengths.T, strict=True):
+        done = np.minimum(count, length[line_of])
+        share = done / np.maximum(length, 1)[line_of]
+        on_lines[:, leg] = np.rint(ends[line_of][:, leg] * share[:, None])
+        count = count - done
     keys, chosen, point_of = _unique(on_lines)
     is_first = np.zeros(len(line_of), dtype=bool)
     is_first[begins] = True
@@ -254,7 +272,7 @@ def _lines_to(nearest: Array) -> tuple[_Lines, Array]:
         second=pairs % len(keys),
         steps=steps,
         begins=begins - np.arange(len(ends)),
-        ends=point_of[begins + lengths],
+        ends=point_of[begins + whole],
     ), end_of
 
 

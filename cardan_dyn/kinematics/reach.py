@@ -118,21 +118,26 @@ def nearest_of(error: AssemblyError | SingularConfigurationError) -> object:
 
 
 def all_out_of_reach(
-    drives: tuple[str, ...], positions: Array, error: AssemblyError
+    names: tuple[str, ...], driven: list[int], positions: Array, error: AssemblyError
 ) -> AssemblyError:
-    """Return the error for a sample of several drives that cannot be reached.
+    """Return the error for a sample of several drives, or varied held joints, out of reach.
 
     Args:
-        drives: their names.
+        names: of the drives and held joints.
+        driven: indices of those that are drives.
         positions: `(N, d)` of the sweep.
         error: with the sample, its position `(d,)` and the nearest that was reached `(d,)`.
     """
     asked, nearest = np.asarray(error.position), np.asarray(error.nearest)
     far = int(np.argmax(np.abs(asked - nearest)))
+    which, where = "drive positions", ""
+    if len(driven) < len(names):
+        which, where = "positions", f" of {', '.join(names)}"
+    role = "drive" if far in driven else "held joint"
     return AssemblyError(
-        f"the loops cannot be closed at drive positions {as_text(asked)} (sample {error.sample} of "
+        f"the loops cannot be closed at {which} {as_text(asked)}{where} (sample {error.sample} of "
         f"{len(positions)}); on the straight way there the nearest that were reached are "
-        f"{as_text(nearest)}, where drive {drives[far]!r} has the farthest to go{error.hint}",
+        f"{as_text(nearest)}, where {role} {names[far]!r} has the farthest to go{error.hint}",
         **error.details,
     )
 

@@ -26,9 +26,17 @@ longer steps some end by accident near other solutions, often whole turns of a j
 MOST_CORRECTIONS = 6
 """Greatest number of Newton steps per sample. Convergence is quadratic: from a safe extrapolation
 about four steps reach rounding. What needs more is tried again from nearer by."""
+_NEAR = 1e-6
+"""Newton step [rad] after which a sample on a line is closed well enough for the next step: what is
+left is its square, some 1e-12, far below `CLOSURE_TOLERANCE`. Who uses it takes another step."""
 _AIM = 0.03
 """Error [rad] that steps are chosen for. Extrapolations of second order are off by the third power
 of the step, so that a step is a third shorter than one that is just safe, and few are in vain."""
+_AIM_BETWEEN = 0.01
+"""The same where samples between the steps are interpolated: these are then off by some 3e-5, which
+two Newton steps make rounding."""
+_FIRST_STEP_BETWEEN = 0.4
+"""First step of such lines, as a part of the longest that is allowed."""
 _LONGER, _SHORTER = 4.0, 0.1
 """Greatest and smallest ratio of a step to the one before it."""
 _SMALLEST_SHARE = 1e-9
@@ -52,62 +60,223 @@ class Reached(NamedTuple):
     residual: Array
 
 
+class OnLines(NamedTuple):
+    """Samples on straight lines, those of a line one behind the other.
+
+    Attributes:
+        line: `(N,)` the line (index) of each sample, ascending.
+        share: `(N,)` where on its line it lies, between 0 and 1; ascending on every line.
+    """
+
+    line: Array
+    share: Array
+
+    def of_lines(self, first: int, last: int) -> tuple[slice, OnLines]:
+        """Return which samples lie on some of the lines, and these samples."""
+        begin, end = np.searchsorted(self.line, [first, last])
+        span = slice(int(begin), int(end))
+        return span, OnLines(self.line[span] - first, self.share[span])
+
+
 def along_lines(
-    kinematics: Kinematics, start: Array, columns: list[int], positions: Array
+    kinematics: Kinematics, starts: Array, columns: list[int], positions: Array
 ) -> Reached:
-    """Follow the straight lines from a start to drive positions `(N, d)`.
+    """Follow the straight lines from closed coordinates to drive positions `(N, d)`.
 
     Args:
         kinematics: of the drives and the groups that they move.
-        start: `(size,)` closed coordinates to begin at.
+        starts: `(N, size)` or `(1, size)` closed coordinates to begin at.
         columns: columns of the drives in a row of coordinates.
         positions: [rad or m].
     """
-    blocks = [
-        _block_along_lines(kinematics, start, columns, positions[first : first + BLOCK_SIZE])
-        for first in range(0, max(len(positions), 1), BLOCK_SIZE)
-    ]
+    count = len(positions)
+    samples = OnLines(np.arange(count), np.ones(count))
+    return samples_on_lines(kinematics, starts, columns, positions, samples)
+
+
+def samples_on_lines(
+    kinematics: Kinematics, starts: Array, columns: list[int], ends: Array, samples: OnLines
+) -> Reached:
+    """Return coordinates at samples on straight lines.
+
+    At the end of a line they are closed; before it, they are interpolated between closed ones, and
+    off by the sixth power of a step.
+
+    Args:
+        kinematics: of the drives and the groups that they move.
+        starts: `(L, size)` or `(1, size)` closed coordinates at which the lines begin.
+        columns: columns of the drives in a row of coordinates.
+        ends: drive positions `(L, d)` to which the lines lead [rad or m].
+        samples: N samples.
+    """
+    size = starts.shape[1]
+    starts = np.broadcast_to(starts, (len(ends), size))
+    none = Reached(np.zeros((0, size)), np.zeros(0, dtype=bool), np.zeros(0))
+    blocks = [none]
+    for first in range(0, len(ends), BLOCK_SIZE):
+        lines = slice(first, first + BLOCK_SIZE)
+        _, own = samples.of_lines(first, first + BLOCK_SIZE)
+        block = _Lines(kinematics, starts[lines], columns, ends[lines], own)
+        blocks.append(block.followed())
     return Reached(*map(np.concatenate, zip(*blocks, strict=True)))
 
 
-def _block_along_lines(
-    kinematics: Kinematics, start: Array, columns: list[int], positions: Array
-) -> Reached:
-    """Follow some straight lines, see `along_lines`; all steps of a round are one set of arrays."""
-    count, coordinates = len(positions), kinematics.coordinates
-    way = positions - start[columns]
-    x = np.repeat(start[None, :], count, axis=0)
-    share, step, residual = np.zeros(count), np.ones(count), np.zeros(count)
-    with np.errstate(all="ignore"):  # Steps out of reach may overflow; they are not safe.
-        before = kinematics.evaluate(start[None, :])
-        v, a = _derivatives(kinematics, before, way)
-        _, longest = extrapolated(coordinates, x, v, a)
-        inverses = [np.repeat(inverse, count, axis=0) for inverse in before.inverses]
-        active = np.arange(count)
+class _Rows(NamedTuple):
+    """Rows of coordinates as functions of the share of a line that was followed.
+
+    Attributes:
+        x: `(K, size)`.
+        first: derivatives.
+        second: half of the second derivatives.
+    """
+
+    x: Array
+    first: Array
+    second: Array
+
+    def of(self, lines: Array) -> _Rows:
+        """Return the rows of some lines."""
+        return _Rows(*(values[lines] for values in self))
+
+    def keep(self, lines: Array, rows: _Rows) -> None:
+        """Overwrite the rows of some lines."""
+        for values, new in zip(self, rows, strict=True):
+            values[lines] = new
+
+
+class _Lines:
+    """Straight lines that are followed together: all steps of a round are one set of arrays."""
+
+    def __init__(
+        self,
+        kinematics: Kinematics,
+        starts: Array,
+        columns: list[int],
+        ends: Array,
+        samples: OnLines,
+    ) -> None:
+        """Begin at the starts; arguments as of `samples_on_lines`."""
+        self._kinematics, self._columns = kinematics, columns
+        self._begins, self._ends, self._way = starts[:, columns], ends, ends - starts[:, columns]
+        self._x, count = starts.copy(), len(ends)
+        self._share, self._residual = np.zeros(count), np.zeros(count)
+        # Samples are sought by the number of their line and half of their share.
+        self._samples, self._keys = samples, samples.line + 0.5 * samples.share
+        self._values = starts[samples.line]
+        self._aim = _AIM if len(samples.line) <= count else _AIM_BETWEEN
+        self._next = np.searchsorted(self._keys, np.arange(count), side="right")
+
+    def followed(self) -> Reached:
+        """Follow all lines to their ends, or as far as they lead."""
+        with np.errstate(all="ignore"):  # Steps out of reach may overflow; they are not safe.
+            self._follow()
+        samples, share = self._samples, self._share
+        is_there = samples.share <= share[samples.line]
+        self._values[~is_there] = self._x[samples.line[~is_there]]
+        return Reached(self._values, is_there, self._residual[samples.line])
+
+    def _follow(self) -> None:
+        kinematics, coordinates = self._kinematics, self._kinematics.coordinates
+        share, way = self._share, self._way
+        before = kinematics.evaluate(self._x)
+        rows = _Rows(self._x, *_derivatives(kinematics, before, way))
+        longest, step = longest_way(coordinates, rows.first, rows.second), np.ones(len(share))
+        if self._aim < _AIM:
+            # Of the first step no error is known yet.
+            step = _FIRST_STEP_BETWEEN * longest
+        inverses = [inverse.copy() for inverse in before.inverses]
+        active = np.arange(len(share))
         while active.size:
             remaining = 1.0 - share[active]
             length = np.minimum(np.minimum(step[active], longest[active]), remaining)
             is_last = length == remaining
-            rates, curvatures = length[:, None] * v[active], length[:, None] ** 2 * a[active]
-            guess, _ = extrapolated(coordinates, x[active], rates, curvatures)
             to = np.where(is_last, 1.0, share[active] + length)
-            aim = start[columns] + to[:, None] * way[active]
-            guess[:, columns] = np.where(is_last[:, None], positions[active], aim)
-            state = kinematics.close(guess, most=MOST_CORRECTIONS)
+            at = rows.of(active)
+            guess = at.x + length[:, None] * (at.first + length[:, None] * at.second)
+            guess[:, self._columns] = self._positions(active, to)
+            state = kinematics.close(guess, most=MOST_CORRECTIONS, enough=_NEAR)
             is_safe = is_safe_step(kinematics, state, [inverse[active] for inverse in inverses])
-            step[active] = length * _ratios(state.correction, is_safe)
-            residual[active] = state.residual
+            step[active] = length * _ratios(state.correction, is_safe, self._aim)
+            self._residual[active] = state.residual
             done = active[is_safe]
-            x[done], share[done] = state.x[is_safe], to[is_safe]
-            for inverse, new in zip(inverses, state.inverses, strict=True):
-                inverse[done] = new[is_safe]
-            new_v, new_a = _derivatives(kinematics, state, way[active])
-            v[done], a[done] = new_v[is_safe], new_a[is_safe]
-            longest[done] = extrapolated(coordinates, x[done], v[done], a[done])[1]
+            new = _Rows(state.x, *_derivatives(kinematics, state, way[active])).of(is_safe)
+            self._pass(done, to[is_safe], rows.of(done), new)
+            rows.keep(done, new)
+            share[done] = to[is_safe]
+            for inverse, after in zip(inverses, state.inverses, strict=True):
+                inverse[done] = after[is_safe]
+            longest[done] = longest_way(coordinates, new.first, new.second)
             # Written so that what is not a number stops as well.
             goes_on = step[active] >= _SMALLEST_SHARE * (1.0 - share[active])
             active = active[(share[active] < 1.0) & goes_on]
-    return Reached(x, share == 1.0, residual)
+
+    def _positions(self, lines: Array, share: Array) -> Array:
+        """Return drive positions `(K, d)` at shares `(K,)` of lines, exact at their ends."""
+        between = self._begins[lines] + share[:, None] * self._way[lines]
+        return np.where(share[:, None] == 1.0, self._ends[lines], between)
+
+    def _pass(
+        self,
+        lines: Array,
+        to: Array,
+        old: _Rows,
+        new: _Rows,
+    ) -> None:
+        """Keep the coordinates of the samples that a step passes.
+
+        Args:
+            lines: `(K,)` those that took the step.
+            to: `(K,)` their shares after it.
+            old: of these lines before it.
+            new: after it.
+        """
+        begins, ends = self._next[lines], np.searchsorted(self._keys, lines + 0.5 * to, "right")
+        self._next[lines] = ends
+        counts = ends - begins
+        step = np.repeat(np.arange(len(lines)), counts)
+        if not step.size:
+            return
+        passed = np.arange(len(step)) + np.repeat(begins - np.cumsum(counts) + counts, counts)
+        length = to - self._share[lines]
+        part = (self._samples.share[passed] - self._share[lines][step]) / length[step]
+        values = _interpolated(part, step, length, old, new)
+        values[:, self._columns] = self._positions(lines[step], self._samples.share[passed])
+        at_end = part == 1.0
+        values[at_end] = new.x[step[at_end]]
+        self._values[passed] = values
+
+
+def _interpolated(
+    part: Array,
+    step: Array,
+    length: Array,
+    old: _Rows,
+    new: _Rows,
+) -> Array:
+    """Return rows `(M, size)` within steps, of fifth order in the length of the step.
+
+    Args:
+        part: `(M,)` of the step that is done, between 0 and 1.
+        step: `(M,)` the step (index).
+        length: `(K,)` of the steps.
+        old: before the steps.
+        new: after them.
+    """
+    scale = length[:, None]
+    slope, bend = scale * old.first, scale**2 * old.second
+    # What the second derivative before the step leaves of rows, and of their derivatives.
+    gap = new.x - old.x - slope - bend
+    turn = scale * new.first - slope - 2.0 * bend
+    change = 2.0 * (scale**2 * new.second - bend)
+    third = 10.0 * gap - 4.0 * turn + 0.5 * change
+    fourth = -15.0 * gap + 7.0 * turn - change
+    fifth = 6.0 * gap - 3.0 * turn + 0.5 * change
+    t = part[:, None]
+    result = fifth[step]
+    for coefficient in (fourth, third, bend, slope, old.x):
+        result *= t
+        result += coefficient[step]
+    return result
 
 
 def extrapolated(coordinates: Coordinates, x: Array, v: Array, a: Array) -> tuple[Array, Array]:
@@ -120,12 +289,22 @@ def extrapolated(coordinates: Coordinates, x: Array, v: Array, a: Array) -> tupl
         a: joint accelerations `(N, nv)`.
     """
     first, second = coordinates.derivative(x, v), 0.5 * coordinates.curvature(x, v, a)
+    return x + (first + second), longest_way(coordinates, first, second)
+
+
+def longest_way(coordinates: Coordinates, first: Array, second: Array) -> Array:
+    """Return `(N,)` after what time at most rows may be extrapolated.
+
+    Args:
+        coordinates: layout of the rows.
+        first: derivatives `(N, size)` of the rows.
+        second: half of their second derivatives.
+    """
     fastest, most_bent = (
         np.max(np.abs(way) * coordinates.scale, axis=1, initial=0.0) for way in (first, second)
     )
     with np.errstate(divide="ignore"):
-        longest = np.minimum(_LONGEST_WAY / fastest, np.sqrt(_LONGEST_WAY / most_bent))
-    return x + (first + second), longest
+        return np.minimum(_LONGEST_WAY / fastest, np.sqrt(_LONGEST_WAY / most_bent))
 
 
 def is_safe_step(kinematics: Kinematics, state: ClosedState, inverses: list[Array]) -> Array:
@@ -141,19 +320,24 @@ def is_safe_step(kinematics: Kinematics, state: ClosedState, inverses: list[Arra
 
 
 def _derivatives(kinematics: Kinematics, state: ClosedState, way: Array) -> tuple[Array, Array]:
-    """Return joint rates and accelerations `(N, nv)` when drives move by `way (N, d)` in unit time.
+    """Return how rows `(N, size)` change when drives move by `way (N, d)` in unit time.
 
     Args:
         kinematics: of the drives.
-        state: N closed positions, or a single one.
+        state: N closed positions.
         way: what the drives move by.
+
+    Returns:
+        Derivatives, and half of the second derivatives.
     """
     v = kinematics.rates(state, way)
-    return v, kinematics.accelerations(state, v, np.zeros_like(way))
+    a = kinematics.accelerations(state, v, np.zeros_like(way))
+    coordinates = kinematics.coordinates
+    return coordinates.derivative(state.x, v), 0.5 * coordinates.curvature(state.x, v, a)
 
 
-def _ratios(correction: Array, is_safe: Array) -> Array:
+def _ratios(correction: Array, is_safe: Array, aim: float) -> Array:
     """Return `(N,)` how much longer the next steps are than those with these errors `(N,)`."""
-    ratios = np.cbrt(_AIM / np.maximum(correction, 1e-6))
+    ratios = np.cbrt(aim / np.maximum(correction, 1e-6))
     ratios = np.where(np.isfinite(ratios), np.clip(ratios, _SHORTER, _LONGER), _SHORTER)
     return np.where(is_safe, ratios, np.minimum(ratios, 0.5))

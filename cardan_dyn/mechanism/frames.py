@@ -162,7 +162,7 @@ class Frames:
         for link, (body, placement) in self.links.items():
             if body >= 0:
                 links_of[body][link] = placement
-        return [_merged(described, links) for links in links_of]
+        return [merged(described, links) for links in links_of]
 
     def _corner(self) -> Array:
         """Return the middle of all joints that hang from the world."""
@@ -356,7 +356,7 @@ def _rotation(q: Array) -> Array:
     )
 
 
-def _merged(described: dict[str, LinkDescription], placements: dict[str, Array]) -> Body:
+def merged(described: dict[str, LinkDescription], placements: dict[str, Array]) -> Body:
     """Return links, placed in the frame of their body, as one body.
 
     Args:

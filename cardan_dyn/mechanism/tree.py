@@ -18,7 +18,12 @@ from ..errors import ModelError
 from .joints import Part, elementary
 
 if TYPE_CHECKING:
-    from ..description.description import Description, JointDescription, LoopDescription
+    from ..description.description import (
+        Description,
+        JointDescription,
+        LinkDescription,
+        LoopDescription,
+    )
 
 
 class _Body:
@@ -290,6 +295,12 @@ def _inertia(mass: float, centre: Array, tensor: Array) -> pinocchio.Inertia:
     inertia = pinocchio.Inertia.Zero()
     inertia.mass, inertia.lever, inertia.inertia = mass, centre, 0.5 * (tensor + tensor.T)
     return inertia
+
+
+def link_inertia(link: LinkDescription, placement: pinocchio.SE3) -> Array:
+    """Return the inertia `(6, 6)` of a link that is placed in a frame, linear part first."""
+    alone = _inertia(link.mass, link.centre, link.inertia)
+    return np.asarray(placement.act(alone).matrix())
 
 
 def _share(whole: pinocchio.Inertia, parts: int) -> pinocchio.Inertia:

@@ -165,7 +165,7 @@ def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, 
                 f"{label} has shape {array.shape}, expected a number; to move this joint, "
                 "make it a drive"
             )
-        _check_distance(mechanism, name, label, float(array))
+        check_distance(mechanism, name, label, float(array))
         positions[name] = float(array)
     return positions
 
@@ -247,7 +247,7 @@ def _row(mechanism: Mechanism, joint: Joint, values: Array) -> Array:
     return np.concatenate([values[:-4], cardan_angles(quaternion)])
 
 
-def _check_distance(mechanism: Mechanism, name: str, label: str, position: float) -> None:
+def check_distance(mechanism: Mechanism, name: str, label: str, position: float) -> None:
     """Refuse a position that is too far from zero to be followed to."""
     if not mechanism.drivable[name].slides:
         turns = abs(position) / (2.0 * np.pi)
@@ -325,8 +325,8 @@ def split_loads(
         if _is_effort(mechanism, name, value):
             check_single(mechanism, name, "loaded joint")
             efforts[name] = numbers(label, value)
-            if efforts[name].ndim > 1 or not efforts[name].size:
-                raise ArgumentError(f"{label} has shape {efforts[name].shape}, expected (N,)")
+            if not efforts[name].size:
+                raise ArgumentError(f"{label} is empty")
         elif name in mechanism.links:
             wrenches[name] = _link_load(mechanism, name, label, value)
         else:
@@ -359,9 +359,9 @@ def _link_load(mechanism: Mechanism, name: str, label: str, value: object) -> Li
         raise ArgumentError(f"{label}: link {name!r} is fixed to the world; nothing can move it")
     if not isinstance(value, Wrench):
         array = numbers(label, value)
-        if array.shape[-1:] != (6,) or array.ndim > 2 or not array.size:
+        if array.shape[-1:] != (6,) or not array.size:
             raise ArgumentError(
-                f"{label} has shape {array.shape}; a link takes force and moment, (6,) or (N, 6)"
+                f"{label} has shape {array.shape}; a link takes force and moment, (6,) or (..., 6)"
             )
         value = Wrench(array[..., :3], array[..., 3:])
     if not isinstance(value.frame, str) or value.frame not in ("link", "world"):
@@ -375,12 +375,12 @@ def _link_load(mechanism: Mechanism, name: str, label: str, value: object) -> Li
 
 
 def _vectors(label: str, given: object) -> Array:
-    """Return vectors `(1, 3)` or `(N, 3)`.
+    """Return vectors `(..., 3)`.
 
     Raises:
-        ArgumentError: not `(3,)` or `(N, 3)`.
+        ArgumentError: they have another shape.
     """
     array = numbers(label, given)
-    if array.shape[-1:] != (3,) or array.ndim > 2 or not array.size:
-        raise ArgumentError(f"{label} has shape {array.shape}, expected (3,) or (N, 3)")
-    return np.atleast_2d(array)
+    if array.shape[-1:] != (3,) or not array.size:
+        raise ArgumentError(f"{label} has shape {array.shape}, expected (3,) or (..., 3)")
+    return array

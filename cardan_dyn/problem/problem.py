@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import ArgumentError
 from ..forces.link_loads import LinkLoad
-from ..frozen import FrozenDict, read_only
+from ..frozen import FrozenDict, frozen, read_only
 from ..mechanism.mechanism import Mechanism
 
 
@@ -27,7 +26,7 @@ class Problem:
         start: joints that are brought to a position before the drives take over.
         start_balls: joints whose balls start at a unit quaternion `(4,)`.
         branch: name of the assembly mode.
-        joint_loads: joint to the effort added there, a number or `(N,)` [N·m or N].
+        joint_loads: joint to the effort added there, of any shape [N·m or N].
         link_loads: link to the wrench that acts on it.
         gravity: `(3,)` acceleration of free fall in world axes [m/s²].
         outputs: names of the joints whose wrenches are wanted.
@@ -64,6 +63,13 @@ class Problem:
         """
         names = (field.name for field in fields(self))
         return {name for name in names if not _equal(getattr(self, name), getattr(other, name))}
+
+    def driving(self, names: tuple[str, ...]) -> Problem:
+        """Return the problem in which some held joints are drives, after the others."""
+        if not names:
+            return self
+        held = {name: value for name, value in self.held.items() if name not in names}
+        return replace(self, drives=(*self.drives, *names), held=frozen(held))
 
     @cached_property
     def prescribed_columns(self) -> Array:
@@ -102,36 +108,6 @@ class Problem:
     def output_indices(self) -> list[int]:
         """Index of every output among all wrenches."""
         return [self.wrench_index(name) for name in self.outputs]
-
-    def joint_loads_at(self, count: int) -> Array:
-        """Return efforts added at the joints, `(1, nv)` or `(N, nv)`.
-
-        Raises:
-            ArgumentError: a load has another number of samples.
-        """
-        varies = any(effort.ndim for effort in self.joint_loads.values())
-        loads = np.zeros((count if varies else 1, self.mechanism.model.nv))
-        for name, effort in self.joint_loads.items():
-            if effort.ndim and len(effort) != count:
-                raise ArgumentError(
-                    f"the load on {name!r} has {len(effort)} values, the sweep {count} positions"
-                )
-            loads[:, self.mechanism.coordinates.named[name].rate] += effort
-        return loads
-
-    def link_loads_at(self, count: int) -> Mapping[str, LinkLoad]:
-        """Return the wrenches on links, each with one sample or `count` samples.
-
-        Raises:
-            ArgumentError: a wrench has another number of samples.
-        """
-        for name, load in self.link_loads.items():
-            for vectors in (load.force, load.moment):
-                if len(vectors) not in (1, count):
-                    raise ArgumentError(
-                        f"the wrench on {name!r} has {len(vectors)} samples, the sweep {count}"
-                    )
-        return self.link_loads
 
 
 def _restored(values: dict[str, object]) -> Problem:

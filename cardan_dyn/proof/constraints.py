@@ -7,7 +7,7 @@ kinematics, not from the closure equations that the motion was solved with.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -28,12 +28,12 @@ class Motion(NamedTuple):
 
     Attributes:
         drives: names of the driven joints and coordinates.
-        held: held joints and coordinates to their positions [rad or m].
+        held: names of the held joints and coordinates.
         known: `(nv,)` whether a joint velocity is claimed to be known.
     """
 
     drives: tuple[str, ...]
-    held: Mapping[str, float]
+    held: tuple[str, ...]
     known: Array
 
 
@@ -83,7 +83,6 @@ class Constraints:
         self._unit_ratios = np.eye(len(motion.drives))
         self._held_rates = [item.rate for item in held]
         self._held_columns = [item.column for item in held]
-        self._held_positions = np.array(list(motion.held.values()), dtype=float)
         self._lay_out_couplings(description, coordinates)
         self._signs = [self._signs_around(loop) for loop in range(len(self._frames.ends))]
         self.loops = [
@@ -154,7 +153,7 @@ class Constraints:
             worst = np.maximum(worst, np.max(np.abs(slip) / self._slip_scale, axis=1))
         for columns, prescribed, rates in (
             (self._drive_columns, claim.positions, self._drive_rates),
-            (self._held_columns, self._held_positions, self._held_rates),
+            (self._held_columns, claim.held, self._held_rates),
         ):
             error = np.abs(claim.x[:, columns] - prescribed) / self.rate_scale[rates]
             # A position of many turns is known only up to the rounding of its great number.

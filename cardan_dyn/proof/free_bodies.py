@@ -18,10 +18,10 @@ import numpy as np
 
 from ..arrays import Array
 from ..mechanism.coordinates import Coordinates
-from ..mechanism.frames import Frames
+from ..mechanism.frames import Frames, merged
 from .constraints import Constraints, Motion, prescribed_motions
 from .effort_balance import EffortBalance
-from .momentum import Inertial, MassiveBodies
+from .momentum import MassiveBodies
 from .residuals import Claim, Residuals
 from .self_stress import SelfStressProof, prove_flags
 from .twists import State, Twists, cross
@@ -36,12 +36,10 @@ class Setup(NamedTuple):
     """What a problem prescribes, and what is claimed to be solved of it.
 
     Attributes:
-        gravity: `(3,)` [m/s²].
         motion: what is driven, held and known.
         joints: names of those whose wrenches are claimed to be known.
     """
 
-    gravity: Array
     motion: Motion
     joints: list[str]
 
@@ -119,7 +117,8 @@ class FreeBodies:
             for link, (body, _) in frames.links.items()
             if body >= 0 and not self._covered[body]
         )
-        self._massive = MassiveBodies(frames, setup.gravity, length)
+        self._massive = MassiveBodies(frames, dict(enumerate(frames.bodies)), length)
+        self._described = {link.name: link for link in description.links}
         self._constraints = Constraints(description, coordinates, twists, length, setup.motion)
         self._efforts = EffortBalance(twists, self._sorted, self._constraints.rate_scale)
         known = setup.motion.known
@@ -256,9 +255,10 @@ class FreeBodies:
         return _Rates(unit, error, velocities, twists.absolute(changes) if self._massive else None)
 
     def _applied(self, state: State, claim: Claim, rates: _Rates) -> Iterator[_Applied]:
-        """Yield every load on a link, then weights and inertia together."""
-        forceless = not claim.has_rates and self._massive.greatest_weight == 0.0
-        if not claim.link_loads and (forceless or not self._massive):
+        """Yield every load on a link, weights and inertia together, then what factors add."""
+        forceless = not claim.has_rates and not np.any(claim.gravity)
+        massive = None if forceless or not self._massive else self._massive
+        if not claim.link_loads and massive is None:
             return
         unit_twists = self._twists.absolute(self._twists.relative(state, rates.unit))
         zero = np.zeros(len(claim.x))
@@ -270,29 +270,47 @@ class FreeBodies:
             power = np.einsum("kin,kin->n", wrench, unit_twists[motion])
             size = greatest_size(wrench[None], self._length, frame[None, 3])
             yield _Applied(slice(body, body + 1), wrench, power, size, zero)
-        if self._massive:
-            inertial = self._weights_and_inertia(state, claim, rates)
-            twists = unit_twists[self._massive.motions]
-            power = np.einsum("bkin,bkin->n", inertial.wrenches, twists)
-            size = np.full(len(claim.x), self._massive.greatest_weight)
-            bodies = self._massive.indices
-            yield _Applied(bodies, inertial.wrenches, power, size, inertial.size)
+        if massive is None:
+            return
+        yield self._weights_and_inertia(massive, state, claim, rates, unit_twists)
+        for link, factor in claim.inertia.items():
+            body, placement = self.frames.links[link]
+            alone = merged(self._described, {link: placement})
+            of_link = MassiveBodies(self.frames, {body: alone}, self._length)
+            if of_link:
+                whole = self._weights_and_inertia(of_link, state, claim, rates, unit_twists)
+                added = factor - 1.0
+                yield _Applied(
+                    whole.bodies,
+                    added * whole.wrenches,
+                    added * whole.power,
+                    np.abs(added) * whole.size,
+                    np.abs(added) * whole.inertia,
+                )
 
-    def _weights_and_inertia(self, state: State, claim: Claim, rates: _Rates) -> Inertial:
-        """Return weights less momentum rates of all bodies that have mass."""
-        massive = self._massive
+    def _weights_and_inertia(
+        self, massive: MassiveBodies, state: State, claim: Claim, rates: _Rates, unit_twists: Array
+    ) -> _Applied:
+        """Return weights less momentum rates of bodies that have mass."""
         if rates.velocities is None or rates.accelerations is None:
-            return massive.weights(state.motion_frames)
-        inertial = massive.weights_less_momentum_rates(
-            state.motion_frames, rates.velocities, rates.accelerations
-        )
+            inertial = massive.weights(state.motion_frames, claim.gravity)
+        else:
+            inertial = massive.weights_less_momentum_rates(
+                state.motion_frames, rates.velocities, rates.accelerations, claim.gravity
+            )
+            inertial = inertial._replace(size=inertial.size + self._of_slides(massive, claim))
+        power = np.einsum("bkin,bkin->n", inertial.wrenches, unit_twists[massive.motions])
+        size = np.broadcast_to(massive.greatest_weight(claim.gravity), power.shape)
+        return _Applied(massive.indices, inertial.wrenches, power, size, inertial.size)
+
+    def _of_slides(self, massive: MassiveBodies, claim: Claim) -> Array:
+        """Return `(N,)` what the rounding of slides adds to the size of inertial terms [N·m].
+
+        Slides whose motions cancel leave a body where it is, but their rounding does not cancel.
+        """
         slides = self._twists.rates[self._twists.sliding]
-        if not slides.size:
-            return inertial
-        # Slides whose motions cancel leave a body where it is, but their rounding does not cancel.
-        greatest = np.abs(claim.a[:, slides]).max(axis=1)
-        added = massive.greatest_mass * self._length * greatest
-        return inertial._replace(size=inertial.size + added)
+        greatest = np.max(np.abs(claim.a[:, slides]), axis=1, initial=0.0)
+        return np.asarray(massive.greatest_mass * self._length * greatest)
 
 
 def _load_wrench(load: LinkLoad, placement: Array, frame: Array) -> Array:

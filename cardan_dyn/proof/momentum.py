@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
-from ..mechanism.frames import Frames
+from ..mechanism.frames import Body, Frames
 from .twists import cross
 
 
@@ -30,46 +31,56 @@ class MassiveBodies:
     Attributes:
         indices: of these bodies in `Frames.bodies`.
         motions: per body, the index of the elementary motion whose frame carries it.
-        greatest_weight: of a body [N·m], the force times the characteristic length.
         greatest_mass: of a body [kg].
     """
 
-    def __init__(self, frames: Frames, gravity: Array, length: float) -> None:
+    def __init__(self, frames: Frames, bodies: Mapping[int, Body], length: float) -> None:
         """Collect the bodies that have mass.
 
         Args:
             frames: of the description.
-            gravity: `(3,)` [m/s²].
+            bodies: by their indices in `Frames.bodies`.
             length: characteristic length [m].
         """
-        self._gravity, self._length = gravity, length
-        self.indices = [index for index, body in enumerate(frames.bodies) if body.mass > 0.0]
-        bodies = [frames.bodies[index] for index in self.indices]
+        self._length = length
+        massive = {index: body for index, body in bodies.items() if body.mass > 0.0}
+        self.indices = list(massive)
         self.motions = [frames.last[index] for index in self.indices]
-        self._masses = np.array([body.mass for body in bodies])[:, None, None]
-        self._centres = np.array([body.centre for body in bodies]).reshape(-1, 3)
-        self._inertias = np.array([body.inertia for body in bodies]).reshape(-1, 3, 3)
-        self.greatest_mass = np.max(self._masses, initial=0.0)
-        with np.errstate(over="ignore"):  # A result that overflows is refused as a whole.
-            weight = length * np.linalg.norm(gravity) * self.greatest_mass
-        self.greatest_weight = float(weight)
+        self._masses = np.array([body.mass for body in massive.values()])[:, None, None]
+        self._centres = np.array([body.centre for body in massive.values()]).reshape(-1, 3)
+        self._inertias = np.array([body.inertia for body in massive.values()]).reshape(-1, 3, 3)
+        self.greatest_mass = float(np.max(self._masses, initial=0.0))
 
     def __len__(self) -> int:
         return len(self.indices)
 
-    def weights(self, motion_frames: Array) -> Inertial:
+    def greatest_weight(self, gravity: Array) -> Array:
+        """Return the greatest weight of a body [N·m], the force times the characteristic length.
+
+        Args:
+            gravity: `(N, 3)` [m/s²].
+
+        Returns:
+            `(N,)`.
+        """
+        with np.errstate(over="ignore"):  # A result that overflows is refused as a whole.
+            weight = self._length * np.linalg.norm(gravity, axis=1) * self.greatest_mass
+        return np.asarray(weight)
+
+    def weights(self, motion_frames: Array, gravity: Array) -> Inertial:
         """Return the weights of bodies at rest.
 
         Args:
             motion_frames: `(M, 4, 3, N)`, see `Frames.placed`.
+            gravity: `(N, 3)` or `(1, 3)` [m/s²].
         """
         centres = self._centres_in_world(motion_frames[self.motions])
-        forces = np.broadcast_to(self._masses * self._gravity[:, None], centres.shape)
+        forces = np.broadcast_to(self._masses * gravity.T, centres.shape)
         wrenches = np.stack([forces, cross(centres, forces)], axis=1)
         return Inertial(wrenches, np.zeros(centres.shape[-1]))
 
     def weights_less_momentum_rates(
-        self, motion_frames: Array, velocities: Array, accelerations: Array
+        self, motion_frames: Array, velocities: Array, accelerations: Array, gravity: Array
     ) -> Inertial:
         """Return weights less momentum rates, with which joint wrenches and loads balance.
 
@@ -77,6 +88,7 @@ class MassiveBodies:
             motion_frames: `(M, 4, 3, N)`, see `Frames.placed`.
             velocities: of these frames, `(M, 2, 3, N)`, see `Twists.absolute`.
             accelerations: likewise, from `Twists.relative_accelerations`.
+            gravity: `(N, 3)` or `(1, 3)` [m/s²].
         """
         frames = motion_frames[self.motions]
         centres = self._centres_in_world(frames)
@@ -84,7 +96,7 @@ class MassiveBodies:
         spin, spin_rate = velocities[:, 1], accelerations[:, 1]
         speed = velocities[:, 0] + cross(spin, centres)
         force = accelerations[:, 0] + cross(spin_rate, centres) + cross(spin, speed)
-        force -= self._gravity[:, None]
+        force -= gravity.T
         force *= -self._masses
         moment = -self._spin_momentum_rates(frames, spin, spin_rate)
         turning = np.sum(spin * spin, axis=1) + np.sqrt(np.sum(spin_rate * spin_rate, axis=1))

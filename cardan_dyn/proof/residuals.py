@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -48,12 +49,15 @@ class Claim(NamedTuple):
         v, a: joint velocities and accelerations `(N, nv)`.
         positions: prescribed drive positions `(N, d)`.
         speeds, accelerations: prescribed drive speeds and accelerations `(N, d)`.
+        held: prescribed positions of the held joints `(N, h)` or `(1, h)`.
         velocity_ratios: `(N, nv, d)` joint velocities per unit speed of each drive.
         wrenches: `(N, J, 6)` of the claimed joints, each in its frame, see `FreeBodies.claimed`.
         exerted: `(N, nv)` efforts of drives and held joints.
         couplings: `(N, G)` moments of the couplings at their successors' joints.
         loads: `(N, nv)` or `(1, nv)` efforts added at the joints.
         link_loads: links and the wrenches that act on them.
+        gravity: `(N, 3)` or `(1, 3)` [m/s²].
+        inertia: link to the factor on its mass and inertia, `(N,)` or `(1,)`.
         has_rates: whether any sample of the sweep has a drive speed or acceleration; if not, `v`
             and `a` are zero.
     """
@@ -65,12 +69,15 @@ class Claim(NamedTuple):
     positions: Array
     speeds: Array
     accelerations: Array
+    held: Array
     velocity_ratios: Array
     wrenches: Array
     exerted: Array
     couplings: Array
     loads: Array
-    link_loads: dict[str, LinkLoad]
+    link_loads: Mapping[str, LinkLoad]
+    gravity: Array
+    inertia: Mapping[str, Array]
     has_rates: bool
 
 
@@ -121,6 +128,15 @@ class Residuals(NamedTuple):
             bodies_balanced=blocks[0].bodies_balanced,
             power_balanced=blocks[0].power_balanced,
         )
+
+    def of_samples(self, span: slice) -> Residuals:
+        """Return the residuals of some samples."""
+        arrays = {
+            name: getattr(self, name)[span]
+            for name in Residuals._fields
+            if not name.endswith("balanced")
+        }
+        return self._replace(**arrays)
 
     @property
     def cancellation(self) -> Array:

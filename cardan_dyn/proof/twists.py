@@ -146,7 +146,7 @@ def cross(a: Array, b: Array) -> Array:
 
     `np.cross` would need that axis to be moved, and makes more copies.
     """
-    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    result = np.empty(np.broadcast(a, b).shape)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         component = result[..., i, :]
         np.multiply(a[..., j, :], b[..., k, :], out=component)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import NamedTuple
 
 import numpy as np
@@ -18,10 +19,11 @@ from ..errors import (
 )
 from ..frozen import FrozenDict, frozen
 from ..problem.problem import Problem
+from .columns import Layout
 from .convergence import Convergence
 from .data import Proof, ResponseData
 from .domain import Domain
-from .sampling import FunctionSampler, Samples
+from .sampling import Answer, FunctionSampler, Request, Samples
 from .scales import Scales
 from .series import Series
 
@@ -60,44 +62,76 @@ class Checks(NamedTuple):
     cancellation: float
 
 
+Building = Generator[Request, Answer, ResponseData]
+"""A response that is built: it asks for its functions until they reach rounding."""
+
+
 def build(solver: ProblemSolver, tolerance: object, interval: object) -> ResponseData:
     """Return the functions of a response; see `Scene.response`."""
-    checked_tolerance = _checked_tolerance(tolerance)
-    _refuse_unsuitable(solver.problem)
-    domain = _domain(solver, interval)
+    checked = checked_tolerance(tolerance)
+    refuse_unsuitable(solver.problem)
+    domain = domain_of(solver, interval)
     sampler = FunctionSampler(solver)
-    scales = Scales(solver.problem.mechanism, sampler.layout)
-    nodes, between = domain.nodes(_FIRST_COUNT), _check_positions(domain)
-    # One call costs less than two, and the positions in between prove the result.
+    building = response_in(domain, solver, sampler.layout, checked)
+    request = next(building)
     try:
-        samples, proven = sampler.prove(np.concatenate([nodes, between]))
-    except (AssemblyError, SingularConfigurationError) as error:
-        raise _beyond_reach(solver.problem, domain, error) from error
+        while True:
+            try:
+                answer = sampler.answer(request)
+            except (AssemblyError, SingularConfigurationError) as error:
+                raise _beyond_reach(solver.problem, domain, error) from error
+            request = building.send(answer)
+    except StopIteration as end:
+        data: ResponseData = end.value
+        return data
+
+
+def response_in(
+    domain: Domain, solver: ProblemSolver, layout: Layout, tolerance: float
+) -> Building:
+    """Build the functions of a response in a domain, from answers to its requests.
+
+    Args:
+        domain: of the drive.
+        solver: of the scene.
+        layout: which functions there are.
+        tolerance: see `Scene.response`.
+
+    Raises:
+        AccuracyError: the tolerance is out of reach.
+        IndeterminateError: see `ProblemSolver.refuse_indeterminate`.
+    """
+    scales = Scales(solver.problem.mechanism, layout)
+    nodes, between = domain.nodes(_FIRST_COUNT), _check_positions(domain)
+    # One request costs less than two, and the positions in between prove the result.
+    samples, loop_error, residuals = yield Request(np.concatenate([nodes, between]), proven=True)
+    if residuals is None or loop_error is None:
+        raise ValueError("residuals were asked for")
     # A component that is indeterminate at a few positions is so at all of them: if the scene is
     # strict, no more need to be solved.
     solver.refuse_indeterminate(samples.unique)
     values = samples.values[:, len(nodes) :]
-    checks = Checks(between, values, scales.cancellation(values, proven))
+    checks = Checks(between, values, scales.cancellation(values, residuals))
     first = samples.first(len(nodes))
-    samples, reached = _refined(sampler, scales, checked_tolerance, domain, first, checks)
+    samples, reached = yield from _refined(scales, tolerance, domain, first, checks)
     solver.refuse_indeterminate(samples.unique)
     zero, constant, left_out = _simplified(samples.values, scales)
     return ResponseData(
-        sampler.layout,
+        layout,
         Series(samples.values, domain),
         zero,
         constant,
         samples.unique,
         _unique_couplings(solver, samples),
         Proof(
-            tolerance=checked_tolerance,
+            tolerance=tolerance,
             error=max(reached, left_out, _EPS * samples.condition),
             condition=samples.condition,
             cancellation=checks.cancellation,
-            loop_residual=float(np.max(proven.loop_error)),
-            balance_residual=proven.residuals.balance,
-            power_residual=proven.residuals.power,
-            rate_residual=proven.residuals.rate,
+            loop_residual=float(np.max(loop_error)),
+            balance_residual=residuals.balance,
+            power_residual=residuals.power,
+            rate_residual=residuals.rate,
             unproven=tuple(solver.inverse_dynamics.bodies.unproven),
         ),
     )
@@ -130,17 +164,11 @@ def _beyond_reach(
 
 
 def _refined(
-    sampler: FunctionSampler,
-    scales: Scales,
-    tolerance: float,
-    domain: Domain,
-    samples: Samples,
-    checks: Checks,
-) -> tuple[Samples, float]:
+    scales: Scales, tolerance: float, domain: Domain, samples: Samples, checks: Checks
+) -> Generator[Request, Answer, tuple[Samples, float]]:
     """Double the samples until both what they leave out and their deviations are small enough.
 
     Args:
-        sampler: solves the functions.
         scales: what errors are relative to.
         tolerance: relative to the scale of each function.
         domain: a period or a range.
@@ -175,7 +203,8 @@ def _refined(
             raise _out_of_reach(convergence, count, samples.condition)
         # Every other position of the finer series is one of this one's.
         between = domain.nodes(2 * count)[1::2]
-        samples = samples.interleaved(sampler.solve(between))
+        answer = yield Request(between)
+        samples = samples.interleaved(answer.samples)
 
 
 def _out_of_reach(convergence: Convergence, count: int, condition: float) -> AccuracyError:
@@ -221,7 +250,7 @@ def _unique_couplings(solver: ProblemSolver, samples: Samples) -> FrozenDict[str
     )
 
 
-def _checked_tolerance(tolerance: object) -> float:
+def checked_tolerance(tolerance: object) -> float:
     """Return the tolerance as a number.
 
     Raises:
@@ -233,7 +262,7 @@ def _checked_tolerance(tolerance: object) -> float:
     return value
 
 
-def _refuse_unsuitable(problem: Problem) -> None:
+def refuse_unsuitable(problem: Problem) -> None:
     """Refuse a problem whose wrenches are no functions of one drive's position.
 
     Raises:
@@ -243,14 +272,14 @@ def _refuse_unsuitable(problem: Problem) -> None:
     if len(problem.drives) != 1:
         raise ArgumentError(f"a response needs one drive, not {list(problem.drives)}")
     for name, load in problem.link_loads.items():
-        if max(len(load.force), len(load.moment)) > 1:
+        if max(load.force.size, load.moment.size) > 3:
             raise ArgumentError(
                 f"the wrench on {name!r} changes from sample to sample; a response needs one that "
                 "stays the same"
             )
 
 
-def _domain(solver: ProblemSolver, interval: object) -> Domain:
+def domain_of(solver: ProblemSolver, interval: object) -> Domain:
     """Return the interval, or the period of the drive if there is no interval.
 
     Raises:

@@ -11,7 +11,9 @@ import numpy as np
 from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError
+from ..forces.link_loads import LinkLoad
 from ..frozen import frozen, read_only
+from ..problem.samples import Targets, targets_of
 from ..results.collect import motion_at
 from ..results.motion import Motion
 from .columns import Column
@@ -70,6 +72,21 @@ class OperatingPoints:
         rows = {column: layout.wrench(column, output) for column in self.factors}
         return EvaluatedComponents(self, rows)
 
+    @property
+    def held(self) -> Mapping[str, float | Array]:
+        """Held joints and their positions."""
+        return self.solver.problem.held
+
+    @property
+    def link_loads(self) -> Mapping[str, LinkLoad]:
+        """Loaded links and their wrenches."""
+        return self.solver.problem.link_loads
+
+    @property
+    def inertia(self) -> Mapping[str, Array]:
+        """No factors on mass and inertia."""
+        return frozen({})
+
     def drive_effort(self) -> Array | None:
         """Return what the drive exerts, None if the outputs leave it out."""
         return self._effort(0) if self.solver.knows_effort(self.solver.problem.drives[0]) else None
@@ -83,12 +100,12 @@ class OperatingPoints:
         )
 
     def motion(self) -> Motion:
-        """Return the motion at the operating points, solved directly; they are made flat."""
-        flat = [
-            np.broadcast_to(values, self.shape).ravel()
+        """Return the motion at the operating points, solved directly."""
+        position, speed, acceleration = (
+            np.broadcast_to(values, self.shape)
             for values in (self.position, self.speed, self.acceleration)
-        ]
-        return solved_motion(self.solver, *flat)
+        )
+        return solved_motion(self.solver, position, speed, acceleration)
 
     def coupling_moment(self, index: int) -> Array:
         """Return the moment of a coupling, by its index in the layout of the response."""
@@ -201,15 +218,31 @@ class EvaluatedComponents:
 
 
 def solved_motion(
-    solver: ProblemSolver, positions: Array, speeds: Array, accelerations: Array
+    solver: ProblemSolver,
+    positions: Array,
+    speeds: Array,
+    accelerations: Array,
+    held: Mapping[str, Array] | None = None,
 ) -> Motion:
-    """Return the motion alone of a scene with one drive, solved directly at samples `(N,)`.
+    """Return the motion alone of a scene with one drive, solved directly at samples of any shape.
+
+    Args:
+        solver: of the scene; for positions of the held joints that vary, if there are any.
+        positions: of the drive.
+        speeds: of the same shape.
+        accelerations: likewise.
+        held: positions of held joints that broadcast with them.
 
     Raises:
         ArgumentError: a velocity or acceleration overflows.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # What overflows is refused below.
-        motion = motion_at(solver, positions[:, None], speeds[:, None], accelerations[:, None])
+        flat = (values.reshape(-1, 1) for values in (positions, speeds, accelerations))
+        of_drive, *rates = flat
+        targets = Targets.of_positions(of_drive, positions.shape)
+        if held:
+            targets = targets_of(solver.problem, positions, held).expanded(positions.shape)
+        motion = motion_at(solver, targets, *rates)
     # Overflow may also leave NaN; of joints that are not solved, velocities are NaN as well.
     is_undefined = np.isnan(motion.a) & ~np.isnan(motion.v)
     if np.any(np.isinf(motion.v) | np.isinf(motion.a) | is_undefined):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,11 @@ from ..dynamics.open_tree import LoadCase
 from ..dynamics.problem_solver import ProblemSolver
 from ..dynamics.reactions import UNIQUE_TOLERANCE, Reactions, superposed
 from ..forces.link_loads import LinkLoad
+from ..frozen import frozen
 from ..kinematics.all_groups import ClosedState
+from ..kinematics.straight_lines import BLOCK_SIZE
+from ..problem.samples import Targets, acting_on
+from ..proof.residuals import Residuals
 from .columns import ACCELERATION, AXES, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
 
 
@@ -66,8 +71,35 @@ class Samples(NamedTuple):
         )
 
 
+class Request(NamedTuple):
+    """Positions at which a response asks for its functions.
+
+    Attributes:
+        positions: of the drive `(M,)`.
+        proven: whether residuals are wanted as well.
+    """
+
+    positions: Array
+    proven: bool = False
+
+
+class Answer(NamedTuple):
+    """Functions at the positions of a request.
+
+    Attributes:
+        samples: the functions.
+        loop_error: `(M,)` see `Sweep.loop_residual`; None unless residuals are wanted.
+        residuals: of the scene's own loads at unit rates, the sum of the columns, so that they
+            prove the columns; None likewise.
+    """
+
+    samples: Samples
+    loop_error: Array | None = None
+    residuals: Residuals | None = None
+
+
 class FunctionSampler:
-    """Solves the functions of a response at drive positions.
+    """Solves the functions of responses at drive positions.
 
     Attributes:
         layout: which functions there are.
@@ -76,50 +108,97 @@ class FunctionSampler:
     def __init__(self, solver: ProblemSolver) -> None:
         self._solver = solver
         self._problem = problem = solver.problem
+        # Efforts at joints are columns of their own, and may vary from sample to sample.
+        self._acting = acting_on(problem)._replace(joint_loads=frozen({})).flat((1,))
         self._inverse_dynamics = solver.inverse_dynamics
         self.layout = layout_of(solver)
         loop_count = len(problem.mechanism.loops)
         # Couplings follow the loops among the closure forces.
         self._coupling_rows = [loop_count + index for index in solver.couplings]
 
-    def solve(self, positions: Array) -> Samples:
-        """Return all functions at drive positions `(M,)`."""
-        state, _ = self._closed(positions)
-        rates = self._rates(state)
-        return self._samples(state, rates, self._reactions(state, rates))
-
-    def prove(self, positions: Array) -> tuple[Samples, Solution]:
-        """Return all functions, and the scene's own loads at unit rates with their residuals.
-
-        The latter are the sum of the columns, so their residuals prove the columns.
+    def answer(self, request: Request) -> Answer:
+        """Return all functions at drive positions `(M,)`.
 
         Raises:
             AccuracyError: a residual misses its tolerance.
         """
-        problem, columns = self._problem, self.layout.columns
-        state, turns = self._closed(positions)
-        rates = self._rates(state)
-        reactions = self._reactions(state, rates)
-        factors = [self._factor(column) for column in columns]
+        targets = Targets.of_positions(request.positions[:, None])
+        span = slice(0, targets.size)
+        (answer,) = self.answers(targets, [span], request.proven)
+        return answer
+
+    def answers(self, targets: Targets, spans: Sequence[slice], proven: bool) -> list[Answer]:
+        """Return all functions at targets, for each span of samples.
+
+        Raises:
+            AccuracyError: a residual misses its tolerance.
+        """
+        guess = self._solver.assembly.guesses(targets)
+        answers: list[Answer] = []
+        for together in _in_blocks(spans):
+            block = slice(together[0].start, together[-1].stop)
+            state = self._solver.assembly.close(guess.block(block), targets.positions[block])
+            rates = self._rates(state)
+            reactions = self._reactions(state, rates)
+            values, condition = self._values(reactions, rates.v), self._condition(state, rates)
+            # All columns are solved with the same closure equations, and so have the same
+            # influence.
+            first = reactions[0]
+            solution = None
+            if proven:
+                own = targets.of_samples(np.arange(block.start, block.stop))
+                solution = self._proven(own, guess.turns[block], state, rates, reactions)
+            for span in together:
+                part = slice(span.start - block.start, span.stop - block.start)
+                samples = Samples(
+                    values[:, part],
+                    max(1.0, float(np.max(condition[part]))),
+                    first.influence[self._problem.output_indices],
+                    frozenset(first.indeterminate_couplings),
+                )
+                answers.append(
+                    Answer(samples)
+                    if solution is None
+                    else Answer(
+                        samples, solution.loop_error[part], solution.residuals.of_samples(part)
+                    )
+                )
+        return answers
+
+    def _proven(
+        self,
+        targets: Targets,
+        turns: Array,
+        state: ClosedState,
+        rates: JointRates,
+        reactions: list[Reactions],
+    ) -> Solution:
+        """Return the solution of the scene's own loads at unit rates, proven.
+
+        Args:
+            targets: N samples.
+            turns: `(N, size)` whole turns that their angles lack.
+            state: closed there.
+            rates: at constant unit speed.
+            reactions: of every column.
+        """
+        factors = [self._factor(column) for column in self.layout.columns]
         loads = self._loads(None)
-        for factor, column in zip(factors, columns, strict=True):
+        for factor, column in zip(factors, self.layout.columns, strict=True):
             loads += factor * self._loads(column)
-        ones = np.ones((len(positions), 1))
-        drive_positions = positions[:, None]
-        inputs = Inputs(
-            drive_positions, ones, ones, loads, problem.link_loads, turns, has_rates=True
-        )
+        ones = np.ones((targets.size, 1))
+        inputs = Inputs.of(self._problem, targets, self._acting, turns)
+        inputs = inputs._replace(speeds=ones, accelerations=ones, loads=loads, has_rates=True)
         total = superposed(reactions, factors or [1.0])
         unit_rates = rates._replace(a=rates.a + rates.v)
         block = self._inverse_dynamics.with_residuals(state, inputs, unit_rates, total)
-        solution = joined([block], drive_positions)
+        solution = joined([block], targets.positions)
         self._inverse_dynamics.prove_flags(solution)
-        return self._samples(state, rates, reactions), solution
+        return solution
 
-    def _closed(self, positions: Array) -> tuple[ClosedState, Array]:
-        """Return closed positions, and the whole turns that their angles lack."""
-        guess = self._solver.assembly.guesses(positions[:, None])
-        return self._solver.assembly.close(guess, positions[:, None]), guess.turns
+    def _condition(self, state: ClosedState, rates: JointRates) -> Array:
+        """Return `(N,)` condition numbers, see `InverseDynamics.condition`."""
+        return self._inverse_dynamics.condition(state, rates.velocity_ratios)
 
     def _rates(self, state: ClosedState) -> JointRates:
         """Return the rates of all joints at constant unit speed."""
@@ -139,16 +218,19 @@ class FunctionSampler:
                 self._gravity(column),
             )
             for column in self.layout.columns
-        ] or [LoadCase(None, self._loads(None), [], np.zeros(3))]
+        ] or [LoadCase(None, self._loads(None), [], np.zeros((1, 3)))]
         return self._solver.reactions.solve(state, cases)
 
     def _link_loads(self, column: Column) -> list[LinkLoad]:
         """Return the wrench of a column that belongs to a loaded link."""
-        return [self._problem.link_loads[column.name]] if column.kind is Kind.LINK_LOAD else []
+        return [self._acting.link_loads[column.name]] if column.kind is Kind.LINK_LOAD else []
 
     def _gravity(self, column: Column) -> Array:
-        """Return the unit gravity `(3,)` of a column."""
-        return np.eye(3)[AXES.index(column.name)] if column.kind is Kind.GRAVITY else np.zeros(3)
+        """Return the unit gravity `(1, 3)` of a column."""
+        gravity = np.zeros((1, 3))
+        if column.kind is Kind.GRAVITY:
+            gravity[0, AXES.index(column.name)] = 1.0
+        return gravity
 
     def _loads(self, column: Column | None) -> Array:
         """Return the unit load `(1, nv)` of a column."""
@@ -166,23 +248,6 @@ class FunctionSampler:
             # The proof needs any constant load; the samples of a varying one belong to a sweep.
             return 1.0 if load.ndim else float(load)
         return 1.0
-
-    def _samples(
-        self,
-        state: ClosedState,
-        rates: JointRates,
-        reactions: list[Reactions],
-    ) -> Samples:
-        """Return the functions at closed positions, with their condition and uniqueness."""
-        condition = self._inverse_dynamics.condition(state, rates.velocity_ratios)
-        # All columns are solved with the same closure equations, and so have the same influence.
-        influence = reactions[0].influence[self._problem.output_indices]
-        return Samples(
-            self._values(reactions, rates.v),
-            max(1.0, float(np.max(condition))),
-            influence,
-            frozenset(reactions[0].indeterminate_couplings),
-        )
 
     def _values(self, reactions: list[Reactions], v: Array) -> Array:
         """Return all functions `(C, M)` of the reactions of all columns."""
@@ -202,3 +267,14 @@ class FunctionSampler:
             for coupling, row in enumerate(self._coupling_rows):
                 moments[index, coupling] = solved.closure_forces[row][:, 0]
         return layout.joined(wrenches, np.concatenate([efforts, moments], axis=1))
+
+
+def _in_blocks(spans: Sequence[slice]) -> list[list[slice]]:
+    """Return spans of samples that follow each other in blocks of few samples."""
+    blocks: list[list[slice]] = []
+    for span in spans:
+        if blocks and span.stop - blocks[-1][0].start <= BLOCK_SIZE:
+            blocks[-1].append(span)
+        else:
+            blocks.append([span])
+    return blocks

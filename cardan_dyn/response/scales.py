@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from ..arrays import Array
-from ..dynamics.inverse_dynamics import Solution
 from ..mechanism.mechanism import Mechanism
+from ..proof.residuals import Residuals
 from .columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Layout
 
 _EPS = float(np.finfo(float).eps)
@@ -47,16 +47,16 @@ class Scales:
         is_empty = np.repeat((wrenches <= floor)[:, :, None], 6, 2)
         return self._layout.joined(is_empty, scalars <= floor)
 
-    def cancellation(self, values: Array, proven: Solution) -> float:
+    def cancellation(self, values: Array, proven: Residuals) -> float:
         """Return by how much inertial terms exceed what is left of them at constant speed.
 
         Args:
-            values: at the positions of `proven`.
-            proven: the scene at unit rates, with its inertial terms.
+            values: at some of the positions of `proven`.
+            proven: residuals of the scene at unit rates, with its inertial terms.
         """
         greatest = dict(zip(self._layout.columns, self._greatest(values).tolist(), strict=True))
         remaining = greatest.get(SPEED_SQUARED, 0.0)
-        return 1.0 + (float(np.max(proven.residuals.inertia)) / remaining if remaining else 0.0)
+        return 1.0 + (float(np.max(proven.inertia)) / remaining if remaining else 0.0)
 
     def rounding(self, cancellation: float, condition: float) -> Array:
         """Return `(C,)` what the rounding of inertial terms adds to each function, by its scale.

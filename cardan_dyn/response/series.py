@@ -8,7 +8,9 @@ that was made by FFT and is fine enough for it.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from itertools import accumulate
 
 import numpy as np
 
@@ -18,6 +20,11 @@ from .domain import Domain
 
 _DEGREE = 7
 """Degree of the interpolation in a table."""
+_DENOMINATORS = [
+    float(math.prod(node - other for other in range(_DEGREE + 1) if other != node))
+    for node in range(_DEGREE + 1)
+]
+"""Products of the distances of each node of the interpolation from all others."""
 _FINENESS = 32
 """Table steps per sample: the interpolation misses the highest order by (π/32)⁸ · 43 / 8! = 1e-11
 of its coefficient, which is itself near rounding, and lower ones by less than rounding."""
@@ -240,16 +247,12 @@ def _interleaved(spectrum: Array, size: int, count: int) -> Array:
 
 def _lagrange_weights(t: Array) -> list[Array]:
     """Return Lagrange weights of the nodes 0 … 7 at 3 + t, 0 ≤ t < 1."""
-    nodes = np.arange(_DEGREE + 1)
     position = t + _DEGREE // 2
-    denominators = [float(np.prod([j - m for m in nodes if m != j])) for j in nodes]
+    distances = [position - node for node in range(_DEGREE + 1)]
     # Products of the distances from all nodes before, and after, each node.
-    before = [np.ones_like(t)]
-    for m in nodes[:-1]:
-        before.append(before[-1] * (position - m))
-    after = np.ones_like(t)
-    weights: list[Array] = [after] * (_DEGREE + 1)
-    for j in nodes[::-1]:
-        weights[j] = before[j] * after / denominators[j]
-        after = after * (position - j)
-    return weights
+    before = [*accumulate(distances[:-1], np.multiply, initial=np.ones_like(t))]
+    after = [*accumulate(distances[:0:-1], np.multiply, initial=np.ones_like(t))][::-1]
+    return [
+        first * second / denominator
+        for first, second, denominator in zip(before, after, _DENOMINATORS, strict=True)
+    ]

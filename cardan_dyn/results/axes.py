@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..arrays import Array
-from ..errors import ArgumentError, ModelError
+from ..errors import ModelError
 from ..frozen import read_only
 from ..mechanism.mechanism import Mechanism
 from .motion import Motion
@@ -48,24 +48,18 @@ def turned(
         rotation_of: see `Sweep.rotation`.
 
     Raises:
-        ArgumentError: the sweep has several dimensions.
         ModelError: the outputs leave out the joint's motion.
     """
     force, moment = components.vector(0), components.vector(3)
-    if force.ndim != 2:
-        raise ArgumentError(
-            "only sweeps over one dimension turn wrenches into other axes, not those of "
-            f"shape {force.shape[:-1]}"
-        )
     record = mechanism.joints[joint]
     rotation = rotation_of(joint)
     if frame == "parent":
         rotation = _from_zero(mechanism, joint, rotation, rotation_of)
-    vectors = [np.einsum("nij,nj->ni", rotation, vector) for vector in (force, moment)]
+    vectors = [np.einsum("...ij,...j->...i", rotation, vector) for vector in (force, moment)]
     axis = record.axis
     if frame == "world" or record.type in _TURNING_AXIS:
         axis = rotation @ axis
-    return StoredComponents(np.concatenate(vectors, axis=1)), axis
+    return StoredComponents(np.concatenate(vectors, axis=-1)), axis
 
 
 def _from_zero(

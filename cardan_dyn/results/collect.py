@@ -4,39 +4,38 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array, squeezed
+from ..arrays import Array
 from ..dynamics.inverse_dynamics import Solution
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..dynamics.velocity_ratios import VelocityRatios
 from ..frozen import frozen, read_only
+from ..problem.samples import Acting, Targets
 from .motion import Motion
 from .source import SolvedSource
 from .sweep import Sweep
 
 
 def sweep_of(
-    solver: ProblemSolver,
-    assembled: AssembledPositions,
-    speeds: Array,
-    accelerations: Array,
-    solution: Solution,
+    solver: ProblemSolver, assembled: AssembledPositions, acting: Acting, solution: Solution
 ) -> Sweep:
     """Return a solution as a sweep.
 
     Args:
-        solver: of the scene.
+        solver: that found it.
         assembled: its positions.
-        speeds: of the drives `(N, d)`.
-        accelerations: of the drives `(N, d)`.
+        acting: how fast the drives move and what acts, as it was given.
         solution: what the solver found there.
     """
-    problem, couplings = solver.problem, solver.couplings
+    problem, couplings, shape = solver.problem, solver.couplings, assembled.shape
     return Sweep(
         problem=problem,
-        source=_source(solver, assembled, speeds, accelerations, solution),
+        source=_source(solver, assembled, acting, solution),
         unique=read_only(solution.unique[problem.output_indices]),
         coupling_moment=frozen(
-            {name: solution.coupling_moments[:, index] for index, name in couplings.items()}
+            {
+                name: solution.coupling_moments[:, index].reshape(shape)
+                for index, name in couplings.items()
+            }
         ),
         coupling_unique=frozen(
             {
@@ -44,7 +43,7 @@ def sweep_of(
                 for index, name in couplings.items()
             }
         ),
-        condition=read_only(solution.condition),
+        condition=read_only(solution.condition.reshape(shape)),
         loop_residual=float(np.max(solution.loop_error)),
         balance_residual=solution.residuals.balance,
         power_residual=solution.residuals.power,
@@ -54,42 +53,50 @@ def sweep_of(
 
 
 def _source(
-    solver: ProblemSolver,
-    assembled: AssembledPositions,
-    speeds: Array,
-    accelerations: Array,
-    solution: Solution,
+    solver: ProblemSolver, assembled: AssembledPositions, acting: Acting, solution: Solution
 ) -> SolvedSource:
     """Return the arrays of a solution as a sweep reads them."""
-    problem = solver.problem
+    problem, targets, shape = solver.problem, assembled.targets, assembled.shape
     coordinates = problem.mechanism.coordinates.named
     efforts = {
-        name: solution.efforts[:, coordinates[name].rate]
+        name: solution.efforts[:, coordinates[name].rate].reshape(shape)
         for name in (*problem.drives, *problem.held)
         if solver.knows_effort(name)
     }
+
+    def of_drives(values: Array) -> Array:
+        """Return values `(..., d)` in the shape of the samples, without an axis for one drive."""
+        whole = (*shape, values.shape[-1])
+        if values.shape != whole:
+            values = np.broadcast_to(values, whole)
+        return read_only(values[..., 0] if values.shape[-1] == 1 else values)
+
     drive_efforts = None
     if all(name in efforts for name in problem.drives):
-        stacked = np.stack([efforts[name] for name in problem.drives], axis=1)
-        drive_efforts = read_only(squeezed(stacked))
+        drive_efforts = of_drives(np.stack([efforts[name] for name in problem.drives], axis=-1))
     rates = solution.velocity_ratios, solution.v, solution.a
+    wrenches = solution.wrenches[:, problem.output_indices]
     return SolvedSource(
-        wrenches=read_only(solution.wrenches[:, problem.output_indices]),
+        shape=shape,
+        wrenches=read_only(wrenches.reshape(*shape, *wrenches.shape[1:])),
         drive_efforts=drive_efforts,
         holding_efforts=frozen({name: efforts[name] for name in problem.held if name in efforts}),
-        solved_motion=_motion(solver, assembled.turns, solution.x, rates),
-        position=read_only(squeezed(assembled.positions)),
-        speed=read_only(squeezed(speeds)),
-        acceleration=read_only(squeezed(accelerations)),
-        joint_loads=problem.joint_loads,
-        gravity=problem.gravity,
+        solved_motion=_motion(solver, assembled, solution.x, rates),
+        position=of_drives(targets.given),
+        speed=of_drives(acting.speeds),
+        acceleration=of_drives(acting.accelerations),
+        held=frozen({**problem.held, **targets.held}),
+        joint_loads=acting.joint_loads,
+        link_loads=acting.link_loads,
+        gravity=acting.gravity,
+        inertia=acting.inertia,
     )
 
 
 def motion_at(
-    solver: ProblemSolver, positions: Array, speeds: Array, accelerations: Array
+    solver: ProblemSolver, targets: Targets, speeds: Array, accelerations: Array
 ) -> Motion:
-    """Return the motion alone at positions, speeds and accelerations `(N, d)` of the drives.
+    """Return the motion alone at targets, speeds and accelerations `(N, d)` of the drives.
 
     As in a sweep, joints that no output needs are not solved, and are NaN.
 
@@ -97,18 +104,21 @@ def motion_at(
         AssemblyError: the loops cannot be closed at a position.
         SingularConfigurationError: a position is a dead point.
     """
-    assembled = solver.assembled_in_turn(positions)
+    assembled = solver.assembled_in_turn(targets)
     blocks, ratios = [], []
     for span, state in zip(assembled.spans, assembled.blocks, strict=True):
         rates = solver.inverse_dynamics.joint_rates(state, speeds[span], accelerations[span])
         ratios.append(VelocityRatios.of(rates.velocity_ratios, rates.depends))
         blocks.append((state.x, rates.v, rates.a))
     x, v, a = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
-    return _motion(solver, assembled.turns, x, (VelocityRatios.joined(ratios), v, a))
+    return _motion(solver, assembled, x, (VelocityRatios.joined(ratios), v, a))
 
 
 def _motion(
-    solver: ProblemSolver, turns: Array, x: Array, rates: tuple[VelocityRatios, Array, Array]
+    solver: ProblemSolver,
+    assembled: AssembledPositions,
+    x: Array,
+    rates: tuple[VelocityRatios, Array, Array],
 ) -> Motion:
     """Return a motion, in which coordinates that were not solved are NaN.
 
@@ -116,7 +126,7 @@ def _motion(
 
     Args:
         solver: of the scene.
-        turns: whole turns `(N, size)` that angles lack.
+        assembled: its positions.
         x: coordinates `(N, size)`.
         rates: velocity ratios; velocities and accelerations `(N, nv)`.
     """
@@ -134,7 +144,8 @@ def _motion(
         x = _with_nan(x, x_columns)
         v, a = (_with_nan(values, sorted(unsolved)) for values in (v, a))
         ratios = ratios.without(sorted(unsolved))
-    return Motion(problem.mechanism, problem.drives, x, turns, v, a, ratios)
+    arrays = x, assembled.turns, v, a
+    return Motion(problem.mechanism, problem.drives, *arrays, ratios, assembled.shape)
 
 
 def _with_nan(values: Array, columns: list[int]) -> Array:

@@ -15,9 +15,12 @@ from ..mechanism.mechanism import Mechanism
 class Motion(Frozen):
     """The motion of every joint over the samples of a sweep; its arrays cannot be written to.
 
+    Where the samples have several dimensions, `(N,)` stands for their shape.
+
     Attributes:
         mechanism: the mechanism that moves.
         drives: names of the drives.
+        shape: of the samples.
         v: joint velocities `(N, nv)` [rad/s, m/s], in Pinocchio's layout.
         a: joint accelerations `(N, nv)` [rad/s², m/s²].
     """
@@ -31,6 +34,7 @@ class Motion(Frozen):
         v: Array,
         a: Array,
         velocity_ratios: VelocityRatios,
+        shape: tuple[int, ...] | None = None,
     ) -> None:
         """Keep a motion.
 
@@ -42,25 +46,31 @@ class Motion(Frozen):
             v: joint velocities `(N, nv)`.
             a: joint accelerations `(N, nv)`.
             velocity_ratios: of all samples.
+            shape: of the samples, N in all; `(N,)` if None.
         """
         self.mechanism = mechanism
         self.drives = drives
         self._coordinates = mechanism.coordinates
         self._velocity_ratios = velocity_ratios
+        self.shape = (len(x),) if shape is None else shape
         # Views, since the arrays themselves may still be written to where they were computed.
-        self._x, self._turns, self.v, self.a = (
-            read_only(np.asarray(array).view()) for array in (x, turns, v, a)
-        )
+        self._x, self._turns = (read_only(np.asarray(array).view()) for array in (x, turns))
+        self.v, self.a = (read_only(self._shaped(array)) for array in (v, a))
         self._freeze()
 
     def __reduce__(self) -> tuple[object, ...]:
         # Through the constructor, which closes the arrays of a copy to writing as well.
-        arrays = (self._x, self._turns, self.v, self.a, self._velocity_ratios)
-        return Motion, (self.mechanism, self.drives, *arrays)
+        v, a = (rates.reshape(len(self._x), -1) for rates in (self.v, self.a))
+        arrays = (self._x, self._turns, v, a, self._velocity_ratios)
+        return Motion, (self.mechanism, self.drives, *arrays, self.shape)
 
     def __len__(self) -> int:
-        """Return the number of samples."""
+        """Return the number of samples, along the first of several dimensions."""
         return len(self.v)
+
+    def _shaped(self, values: Array) -> Array:
+        """Return values `(N, ...)` in the shape of the samples."""
+        return np.asarray(values).reshape(*self.shape, *values.shape[1:])
 
     def joint_placement(self, joint: str) -> tuple[Array, Array]:
         """Return rotations `(N, 3, 3)` and origins `(N, 3)` [m] of a joint's frame in the world.
@@ -72,12 +82,13 @@ class Motion(Frozen):
         """
         name = self.mechanism.joint(joint).name
         frames = self.mechanism.frames
-        return frames.joint(self._x, frames.joints.index(name))
+        rotation, origin = frames.joint(self._x, frames.joints.index(name))
+        return self._shaped(rotation), self._shaped(origin)
 
     @property
     def q(self) -> Array:
         """Configurations `(N, nq)` of `Mechanism.model`, as Pinocchio's functions take them."""
-        return self._coordinates.configuration(self._x)
+        return self._shaped(self._coordinates.configuration(self._x))
 
     def position(self, joint: str) -> Array:
         """Return a joint's coordinate `(N,)` [rad or m], continuous over any number of turns.
@@ -96,7 +107,7 @@ class Motion(Frozen):
         """
         columns, _ = self._spans(joint)
         values = self._x[:, columns] + 2.0 * np.pi * self._turns[:, columns]
-        return squeezed(values)
+        return self._shaped(squeezed(values))
 
     def velocity(self, joint: str) -> Array:
         """Return a joint's velocity `(N,)` [rad/s or m/s], a column per coordinate.
@@ -107,7 +118,7 @@ class Motion(Frozen):
         Raises:
             ModelError: see `position`.
         """
-        return squeezed(self.v[:, self._spans(joint)[1]])
+        return self._of_columns(self.v, joint)
 
     def acceleration(self, joint: str) -> Array:
         """Return a joint's acceleration `(N,)` [rad/s² or m/s²], a column per coordinate.
@@ -118,7 +129,7 @@ class Motion(Frozen):
         Raises:
             ModelError: see `position`.
         """
-        return squeezed(self.a[:, self._spans(joint)[1]])
+        return self._of_columns(self.a, joint)
 
     def ratio(self, joint: str, drive: int | str = 0) -> Array:
         """Return a joint's velocity ratio `(N,)`: its velocity per unit drive velocity.
@@ -132,7 +143,13 @@ class Motion(Frozen):
             ArgumentError: unknown drive.
         """
         _, columns = self._spans(joint)
-        return squeezed(self._velocity_ratios.of_coordinates(columns, self._drive_index(drive)))
+        ratios = self._velocity_ratios.of_coordinates(columns, self._drive_index(drive))
+        return self._shaped(squeezed(ratios))
+
+    def _of_columns(self, rates: Array, joint: str) -> Array:
+        """Return the columns of rates that belong to a joint, without an axis for one column."""
+        columns = rates[..., self._spans(joint)[1]]
+        return columns[..., 0] if columns.shape[-1] == 1 else columns
 
     def _drive_index(self, drive: object) -> int:
         """Return the index of a drive that is given by index or name.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Protocol
 
 from ..arrays import Array
+from ..forces.link_loads import LinkLoad
 from ..frozen import read_only
 from .motion import Motion
 from .wrench import Components, StoredComponents
@@ -22,7 +23,7 @@ class Source(Protocol):
 
     @property
     def position(self) -> Array:
-        """Drive positions `(N,)`, or `(N, d)`."""
+        """Drive positions `(...)`, or `(..., d)`."""
         ...
 
     @property
@@ -36,13 +37,28 @@ class Source(Protocol):
         ...
 
     @property
+    def held(self) -> Mapping[str, float | Array]:
+        """Held joints and their positions."""
+        ...
+
+    @property
     def joint_loads(self) -> Mapping[str, Array]:
         """Loaded joints and their efforts."""
         ...
 
     @property
+    def link_loads(self) -> Mapping[str, LinkLoad]:
+        """Loaded links and their wrenches."""
+        ...
+
+    @property
     def gravity(self) -> Array:
         """Acceleration of free fall, `(3,)` or `(..., 3)`."""
+        ...
+
+    @property
+    def inertia(self) -> Mapping[str, Array]:
+        """Links and the factors on their mass and inertia."""
         ...
 
     def __len__(self) -> int:
@@ -68,18 +84,19 @@ class Source(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class SolvedSource:
-    """A `Source` whose arrays were computed before.
+    """A `Source` whose arrays were computed before; `...` is the shape of the samples.
 
     Attributes:
-        wrenches: `(N, k, 6)` of the outputs.
-        drive_efforts: `(N,)`, `(N, d)`, or None if the outputs leave them out.
-        holding_efforts: held joint to what holds it `(N,)`.
+        shape: of the samples.
+        wrenches: `(..., k, 6)` of the outputs.
+        drive_efforts: `(...)`, `(..., d)`, or None if the outputs leave them out.
+        holding_efforts: held joint to what holds it `(...)`.
         solved_motion: the motion.
-        position, speed, acceleration: of the drives `(N,)`, or `(N, d)`.
-        joint_loads: loaded joints and their efforts.
-        gravity: `(3,)`.
+        position, speed, acceleration: of the drives `(...)`, or `(..., d)`.
+        held, joint_loads, link_loads, gravity, inertia: see `Source`; as they were given.
     """
 
+    shape: tuple[int, ...]
     wrenches: Array
     drive_efforts: Array | None
     holding_efforts: Mapping[str, Array]
@@ -87,8 +104,11 @@ class SolvedSource:
     position: Array
     speed: Array
     acceleration: Array
+    held: Mapping[str, float | Array]
     joint_loads: Mapping[str, Array]
+    link_loads: Mapping[str, LinkLoad]
     gravity: Array
+    inertia: Mapping[str, Array]
 
     def __post_init__(self) -> None:
         for name in ("wrenches", "drive_efforts", "position", "speed", "acceleration", "gravity"):
@@ -100,17 +120,12 @@ class SolvedSource:
         # Through the constructor, which closes the arrays of a copy to writing as well.
         return SolvedSource, tuple(getattr(self, field.name) for field in fields(self))
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the operating points, `(N,)`."""
-        return (len(self.wrenches),)
-
     def __len__(self) -> int:
-        return len(self.wrenches)
+        return self.shape[0]
 
     def wrench(self, output: int) -> Components:
         """Return the wrench of an output, by its index, in its joint frame."""
-        return StoredComponents(self.wrenches[:, output])
+        return StoredComponents(self.wrenches[..., output, :])
 
     def drive_effort(self) -> Array | None:
         """Return what the drive exerts, None if the outputs leave it out."""

@@ -66,7 +66,7 @@ class SweepData(Prescribed):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of the operating points, `(N,)` unless a `Response` was evaluated on a grid."""
+        """Shape of the samples: of all arguments together, `(N,)` if they have one dimension."""
         return self._source.shape
 
     @property
@@ -84,10 +84,20 @@ class SweepData(Prescribed):
         """Drive accelerations [rad/s² or m/s²], like `position`."""
         return self._source.acceleration
 
+    @property
+    def held(self) -> Mapping[str, float | Array]:  # type: ignore[override]
+        """Held joints and coordinates, and their positions [rad or m]; arrays where they vary."""
+        return self._source.held
+
+    @property
+    def inertia(self) -> Mapping[str, Array]:
+        """Links to the factors on their mass and inertia, of any shape."""
+        return self._source.inertia
+
     @cached_property
     def loads(self) -> Mapping[str, Array | Wrench]:
-        """Loaded joint to its effort, a number or `(N,)` [N·m or N]; link to its `Wrench`."""
-        links = {name: load.wrench for name, load in self._problem.link_loads.items()}
+        """Loaded joint to its effort, of any shape [N·m or N]; link to its `Wrench`."""
+        links = {name: load.wrench for name, load in self._source.link_loads.items()}
         return frozen({**self._source.joint_loads, **links})
 
     @cached_property
@@ -179,7 +189,7 @@ class SweepData(Prescribed):
 
         Raises:
             ModelError: the joint is unknown or none of the outputs.
-            ArgumentError: unknown frame, or one that needs a sweep over one dimension.
+            ArgumentError: unknown frame.
         """
         if not isinstance(joint, str) or joint not in self.outputs:
             self.mechanism.joint(joint)

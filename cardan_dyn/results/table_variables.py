@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -82,19 +82,29 @@ def _rates(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
 
 
 def _loads(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
-    """Return loads and gravity that vary."""
+    """Return loads, held positions, factors on inertia and gravity that vary."""
     for name, load in sweep.loads.items():
         if isinstance(load, Wrench):
             for quantity, (unit, _) in VECTORS.items():
                 vectors = np.asarray(getattr(load, quantity))
-                if len(vectors) > 1:
-                    dims = (*sample_dims(sweep), "component")
+                if vectors.ndim > 1:
+                    dims, vectors = _varying_dims(vectors, sweep, trailing=1)
+                    dims = (*dims, "component")
                     label = f"{quantity} on link {name}, in {load.frame} axes"
                     yield f"load_{name}_{quantity}", Variable(dims, vectors, unit, label, True)
         elif load.ndim:
             dims, values = _varying_dims(load, sweep)
             unit = _effort_unit(sweep, name)
             yield f"load_{name}", Variable(dims, values, unit, f"load on joint {name}", True)
+    for name, position in sweep.held.items():
+        if np.ndim(position):
+            dims, values = _varying_dims(np.asarray(position), sweep)
+            label = f"position at which {name} is held"
+            yield f"held_{name}", Variable(dims, values, _unit(sweep, name), label, True)
+    for name, factor in sweep.inertia.items():
+        dims, values = _varying_dims(factor, sweep)
+        label = f"factor on mass and inertia of link {name}"
+        yield f"inertia_{name}", Variable(dims, values, "1", label, True)
     if sweep.gravity.ndim > 1:
         dims, values = _varying_dims(sweep.gravity, sweep, trailing=1)
         label = "acceleration of free fall, in world axes"
@@ -142,8 +152,7 @@ def _motion(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
     """Return the motion of all coordinates that turn or slide."""
     joints = _moving_joints(sweep)
     for name, per_time in _MOTIONS.items():
-        # A motion is flat where a response was evaluated on a grid.
-        values = [getattr(sweep.motion, name)(joint).reshape(sweep.shape) for joint in joints]
+        values = [getattr(sweep.motion, name)(joint) for joint in joints]
         units = tuple(_unit(sweep, joint) + per_time for joint in joints)
         dims = (*sample_dims(sweep), "moving_joint")
         long_name = f"{name} of the joint's coordinate"
@@ -174,6 +183,12 @@ def _varying_dims(
         return names, np.broadcast_to(values, (*sweep.shape, *rest))
     missing = len(names) + trailing - values.ndim
     padded = values.reshape((1,) * missing + values.shape)
+    # Along an axis without stride, all values are the same one.
+    once: Any = tuple(
+        slice(None) if size > 1 and stride else slice(0, 1)
+        for size, stride in zip(padded.shape, padded.strides, strict=True)
+    )
+    padded = padded[(*once[: len(names)], ...)]
     kept = [axis for axis, size in enumerate(padded.shape[: len(names)]) if size > 1]
     dims = tuple(names[axis] for axis in kept)
     return dims, padded.reshape([*(padded.shape[axis] for axis in kept), *rest])

@@ -194,7 +194,13 @@ def _attributes(sweep: SweepData) -> dict[str, Any]:
     return {
         "mechanism": sweep.mechanism.name,
         "drives": ", ".join(sweep.drives),
-        "held": json.dumps(dict(sweep.held), ensure_ascii=False),
+        "held": json.dumps(
+            {
+                name: f"see coordinate held_{name}" if np.ndim(value) else float(value)
+                for name, value in sweep.held.items()
+            },
+            ensure_ascii=False,
+        ),
         "loads": json.dumps(
             {name: _constant(name, load) for name, load in sweep.loads.items()},
             ensure_ascii=False,
@@ -211,8 +217,8 @@ def _constant(name: str, load: Array | Wrench) -> Any:
     if isinstance(load, Wrench):
         vectors = {"force": np.asarray(load.force), "moment": np.asarray(load.moment)}
         values = {
-            quantity: samples[0].tolist()
-            if len(samples) == 1
+            quantity: samples.tolist()
+            if samples.ndim == 1
             else f"see coordinate load_{name}_{quantity}"
             for quantity, samples in vectors.items()
         }

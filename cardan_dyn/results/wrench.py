@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -151,9 +151,7 @@ class JointWrench:
         """Return the size across the axis, of the force (`first` 0) or the moment (3)."""
         if self.axis.ndim > 1:
             return _norm(self._across(self.moment if first else self.force))
-        across = np.cross(self.axis, np.eye(3)[np.argmin(np.abs(self.axis))])
-        across /= np.linalg.norm(across)
-        directions = [across, np.cross(self.axis, across)]
+        directions = _directions_across(*self.axis.tolist())
         # In a Cardan joint one of the two components is zero throughout, which spares its
         # evaluation and the square root.
         acting = [item for item in directions if not self._vanishes(first, item)]
@@ -176,6 +174,15 @@ class JointWrench:
         """Return a component times a factor; frame axes need no product."""
         values = self._components.component(index)
         return values if factor == 1.0 else values * factor
+
+
+@cache
+def _directions_across(x: float, y: float, z: float) -> tuple[Array, Array]:
+    """Return two unit vectors `(3,)` across an axis and each other."""
+    axis = np.array([x, y, z])
+    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    across /= np.linalg.norm(across)
+    return read_only(across), read_only(np.cross(axis, across))
 
 
 def _norm(vectors: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,8 +10,12 @@ import numpy as np
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import MobilityError, choices
 from .arguments import SceneArguments
+from .solving import Asked, reachable
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ..arrays import Array
     from ..mechanism.configuration import Configuration
     from .branches import Branches
     from .plan import Plan
@@ -53,6 +58,26 @@ class SceneInspection(SceneArguments):
                 mobility=len(self.drives),
             )
         return self._solver.assembly.motion_range()
+
+    def reachable(
+        self, position: ArrayLike, *, held: Mapping[str, ArrayLike] | None = None
+    ) -> Array:
+        """Return at which drive positions a sweep can be solved: a robot's workspace.
+
+        A sweep refuses positions beyond a dead point, or where the loops cannot be closed on the
+        way from the start.
+
+        Args:
+            position: see `Scene.sweep`.
+            held: see `Scene.sweep`.
+
+        Returns:
+            Array of bool, in the common shape of the arguments.
+
+        Raises:
+            ArgumentError: a value is not finite, shapes do not broadcast, or a joint is not held.
+        """
+        return reachable(self._solver, Asked(position, held=held))
 
     def configuration(self) -> Configuration:
         """Return the closed configuration in which the scene starts, of all loops."""

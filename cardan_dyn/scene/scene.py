@@ -2,34 +2,26 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from ..checks import samples
+from ..checks import flag
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
-from ..errors import ArgumentError
 from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import checked
-from ..results.collect import sweep_of
 from ..results.sweep import Sweep
 from .arguments import replaced
-from .inspection import SceneInspection
+from .responding import SceneResponses
+from .solving import Asked, assembled, swept
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..arrays import Array
     from ..mechanism.configuration import Configuration
-    from ..response.response import Response
-
-_OVERFLOW: Any = {"over": "ignore", "invalid": "ignore"}
-"""NumPy need not warn of numbers that overflow: results that contain them are refused."""
 
 
-class Scene(SceneInspection):
+class Scene(SceneResponses):
     """A mechanism whose motion is prescribed, with what acts on it.
 
     A scene cannot be changed. It may be used by several threads at the same time; copies and
@@ -140,57 +132,68 @@ class Scene(SceneInspection):
         speed: ArrayLike = 0.0,
         acceleration: ArrayLike = 0.0,
         *,
+        held: Mapping[str, ArrayLike] | None = None,
+        loads: Mapping[str, object] | None = None,
+        gravity: ArrayLike | None = None,
+        inertia: Mapping[str, ArrayLike] | None = None,
         along_path: bool = False,
     ) -> Sweep:
         """Solve motion and reactions at given drive positions.
 
-        The configuration at a position is the one to which the straight line of drive positions
-        leads from where the scene starts, whatever the other samples and their order are. Where a
-        drive brings the mechanism back to itself by turning alone, from that start, whole turns
-        are taken off first.
+        All arguments broadcast: their common shape is that of the results. With positions `(P,)`
+        and held positions `(D, 1)`, D designs are swept over P positions each.
 
-        `<limit>` elements of the description are not regarded.
+        The configuration at a sample is the one that is reached from where the scene starts,
+        whatever the other samples and their order are: held joints first move to their positions
+        along a straight line, then the drives to theirs. Where a drive brings the mechanism back
+        to itself by turning alone, from that start, whole turns are taken off first.
 
-        Results are reproducible to rounding times `Sweep.condition`, not bit for bit: what was
-        learned in earlier sweeps gives later ones nearer guesses.
+        `<limit>` elements of the description are not regarded. Results are reproducible to rounding
+        times `Sweep.condition`, not bit for bit: earlier sweeps give later ones nearer guesses.
 
         Args:
-            position: drive positions `(N,)` [rad or m], `(N, d)` for d drives, in any order; or
-                what `assemble` made of them.
-            speed: drive speeds [rad/s or m/s], a number or like `position`. The mechanism is
-                quasi-static where it is zero.
-            acceleration: drive accelerations [rad/s² or m/s²], a number or like `position`.
+            position: drive positions of any shape [rad or m], in any order; for d drives
+                `(..., d)`, or a number for all; or what `assemble` made of them.
+            speed: drive speeds [rad/s or m/s], like `position`. The mechanism is quasi-static
+                where it is zero.
+            acceleration: drive accelerations [rad/s² or m/s²], like `position`.
+            held: joints that the scene holds, to other positions [rad or m]: bend angles, lengths.
+            loads: joints and links to what acts on them instead of in the scene: efforts of any
+                shape [N·m or N], wrenches `(..., 6)`.
+            gravity: `(..., 3)` [m/s²] instead of the scene's.
+            inertia: links to factors on their mass and inertia.
             along_path: whether the positions of several drives are points of a path, such as the
-                trajectory of a robot: every sample is then followed from the one before it, the
-                first from the start. Unless path and straight line pass a singular configuration
-                on different sides, both lead to the same configuration; the path may also reach
-                what the straight line does not.
+                trajectory of a robot: every sample, in C order, is then followed from the one
+                before it. Unless path and straight line pass a singular configuration on different
+                sides, both lead to the same one; a path may reach what the line does not.
 
         Raises:
-            ArgumentError: a value is not finite or has the wrong shape.
+            ArgumentError: a value is not finite, shapes do not broadcast, or a joint is not held.
+            ModelError: unknown joint or link.
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
             AccuracyError: a result missed its tolerance.
             IndeterminateError: a component of an output is not unique, in a strict scene.
         """
-        count, solver = len(self.drives), self._solver
-        with np.errstate(**_OVERFLOW):
-            if isinstance(position, AssembledPositions):
-                if along_path and not position.along_path:
-                    raise ArgumentError(
-                        "along_path: these positions were assembled along straight lines; write "
-                        "assemble(..., along_path=True)"
-                    )
-                assembled = solver.current(position)
-            else:
-                positions = samples("position", position, count, None)
-                assembled = solver.assembled_in_turn(positions, along_path)
-            speeds = samples("speed", speed, count, len(assembled))
-            accelerations = samples("acceleration", acceleration, count, len(assembled))
-            solution = solver.solve(assembled, speeds, accelerations)
-        return sweep_of(solver, assembled, speeds, accelerations, solution)
+        asked = Asked(
+            position,
+            speed,
+            acceleration,
+            held,
+            loads,
+            gravity,
+            inertia,
+            flag("along_path", along_path),
+        )
+        return swept(self._solver, asked)
 
-    def assemble(self, position: ArrayLike, *, along_path: bool = False) -> AssembledPositions:
+    def assemble(
+        self,
+        position: ArrayLike,
+        *,
+        held: Mapping[str, ArrayLike] | None = None,
+        along_path: bool = False,
+    ) -> AssembledPositions:
         """Close the loops at given drive positions, for several sweeps over them.
 
         What depends on the position alone is kept, some kilobytes per sample, so that a sweep
@@ -198,56 +201,14 @@ class Scene(SceneInspection):
 
         Args:
             position: see `sweep`.
+            held: see `sweep`.
             along_path: see `sweep`.
 
         Raises:
-            ArgumentError: a value is not finite or has the wrong shape.
+            ArgumentError: a value is not finite, shapes do not broadcast, or a joint is not held.
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
         """
-        with np.errstate(**_OVERFLOW):
-            positions = samples("position", position, len(self.drives), None)
-            return self._solver.assemble(positions, along_path)
-
-    def response(
-        self, tolerance: float = 1e-13, *, interval: tuple[float, float] | None = None
-    ) -> Response:
-        """Return wrenches and efforts as functions of the drive's position.
-
-        Built from a few hundred solved positions, they hold everywhere to rounding, at any speed,
-        acceleration, load and gravity, for nanoseconds per value.
-
-        Args:
-            tolerance: error of the functions relative to the greatest wrench of their joint, or a
-                tenth of the greatest of all joints; where rounding stops short of it, times the
-                condition number. `Response.error` is what was reached.
-            interval: positions between which it is to hold [rad or m]; without, the drive has to
-                come back to where it was.
-
-        Raises:
-            ArgumentError: the interval is empty, or the scene has several drives.
-            AccuracyError: the tolerance cannot be reached; the message says what can.
-            IndeterminateError: a component of an output is not unique, in a strict scene.
-            CardanError: the drive does not turn through and no interval was given.
-        """
-        from ..response.build import build
-        from ..response.response import Response
-
-        return Response(self._solver, build(self._solver, tolerance, interval))
-
-    def load_response(self, path: str | os.PathLike[str]) -> Response:
-        """Read the response of this scene, or of one like it, that `Response.save` wrote.
-
-        Efforts at joints and the direction of gravity may have other values.
-
-        Args:
-            path: the file.
-
-        Raises:
-            ArgumentError: no path.
-            CardanError: the file cannot be read, is damaged, or is the response of another scene.
-        """
-        from ..response.file import read
-        from ..response.response import Response
-
-        return Response(self._solver, read(path, self._solver))
+        return assembled(
+            self._solver, Asked(position, held=held, along_path=flag("along_path", along_path))
+        )

@@ -85,9 +85,13 @@ def _checked_joints(sweep: Sweep | Still, joints: Sequence[str] | None) -> tuple
             f"view() takes the result of a sweep or a configuration, not {type(sweep).__name__}"
         )
     shown = sweep.outputs if joints is None else names("joints", joints)
+    if isinstance(sweep, Sweep) and len(sweep.shape) > 1:
+        raise ArgumentError(
+            f"view() takes a sweep over one dimension, not of shape {sweep.shape}; sweep one "
+            "design at a time"
+        )
     for name in shown:
-        if sweep[name].force.ndim != 2:
-            raise ArgumentError("view() takes a sweep over one dimension")
+        sweep[name]  # Raises an error if it is unknown.
     return shown
 
 

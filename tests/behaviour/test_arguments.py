@@ -196,9 +196,11 @@ def test_frames_of_wrenches(frame: object) -> None:
         scene(loads={"cross": cd.Wrench((1.0, 0.0, 0.0), frame=frame)})
 
 
-@pytest.mark.parametrize("shape", [(), (2,), (0, 3), (1, 1, 3), (3, 0)])
+@pytest.mark.parametrize("shape", [(), (2,), (0, 3), (3, 0)])
 def test_shapes_of_wrenches(shape: tuple[int, ...]) -> None:
-    with pytest.raises(cd.ArgumentError, match=r"force has shape .*, expected \(3,\) or \(N, 3\)"):
+    with pytest.raises(
+        cd.ArgumentError, match=r"force has shape .*, expected \(3,\) or \(\.\.\., 3\)"
+    ):
         scene(loads={"cross": cd.Wrench(np.zeros(shape))})
 
 

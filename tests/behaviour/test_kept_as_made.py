@@ -123,7 +123,7 @@ def test_nothing_of_a_result_can_be_changed() -> None:
         *(turn.drive_effort, turn.condition, turn.holding_effort["joint_angle"]),
         *(turn.motion._x, turn.motion.v, turn.motion.a, turn.motion._turns),
         *(*turn.motion._velocity_ratios, turn.rotation("pin_in"), turn.origin("pin_in")),
-        *(scene.assemble(POSITIONS).positions, scene.assemble(POSITIONS).turns),
+        *(scene.assemble(POSITIONS).targets.positions, scene.assemble(POSITIONS).turns),
         *(
             scene.gravity,
             scene._problem.link_loads["shaft_out"].force,

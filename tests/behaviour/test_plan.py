@@ -13,7 +13,7 @@ import cardan_dyn as cd
 
 
 def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
-    """Count calls into Pinocchio from now on."""
+    """Count the samples for which Pinocchio is called from now on."""
     calls = {"computeJointJacobians": 0, "rnea": 0}
     for name in calls:
         real = getattr(pin, name)
@@ -23,6 +23,13 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
             return real(*arguments)
 
         monkeypatch.setattr(pin, name, call)
+    all_at_once = pin.rneaInParallel
+
+    def of_all(threads: int, pool: object, q: np.ndarray, *rest: object) -> object:
+        calls["rnea"] += q.shape[1]
+        return all_at_once(threads, pool, q, *rest)
+
+    monkeypatch.setattr(pin, "rneaInParallel", of_all)
     return calls
 
 

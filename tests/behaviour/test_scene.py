@@ -20,26 +20,42 @@ WRONG = [float("nan"), float("inf"), -float("inf"), "x", None, 1j, [[1.0]], {}]
 @pytest.mark.parametrize("value", WRONG)
 def test_bad_values_are_refused_everywhere(joint: cd.Mechanism, value: object) -> None:
     good = {"drive": "bearing_in", "held": HELD}
-    for options in (
-        {**good, "held": {"joint_angle": value}},
-        {**good, "loads": {"bearing_out": value}},
-        {**good, "loads": {"shaft_out": value}},
-        {**good, "loads": {"shaft_out": cd.Wrench(force=[0.0, value, 0.0])}},
-        {**good, "loads": {"shaft_out": cd.Wrench(moment=[0.0, value, 0.0])}},
-        {**good, "gravity": [0.0, value, 0.0]},
-    ):
-        with pytest.raises(cd.CardanError):
-            cd.Scene(joint, **options)
+    acting = (
+        {"loads": {"bearing_out": value}},
+        {"loads": {"shaft_out": value}},
+        {"loads": {"shaft_out": cd.Wrench(force=[0.0, value, 0.0])}},
+        {"loads": {"shaft_out": cd.Wrench(moment=[0.0, value, 0.0])}},
+        {"gravity": [0.0, value, 0.0]},
+    )
     scene = cd.Scene(joint, **good)
-    for arguments in (
-        {"position": [0.0, value]},
-        {"position": [0.0], "speed": value},
-        {"position": [0.0], "acceleration": [value]},
+    is_number = value == [[1.0]]  # One sample, written out.
+    for options in ({"held": {"joint_angle": value}}, *acting):
+        if is_number and options == acting[0]:
+            assert cd.Scene(joint, **good, **options).loads["bearing_out"].shape == (1, 1)
+            continue
+        with pytest.raises(cd.CardanError):
+            cd.Scene(joint, **{**good, **options})
+    for options in (
+        {"speed": value},
+        {"acceleration": [value]},
+        {"held": {"joint_angle": value}},
+        {"inertia": {"cross": value}},
+        *acting,
     ):
-        if value == [[1.0]]:
-            continue  # one sample of one drive, written out
+        if is_number and options not in acting[1:]:
+            assert np.size(scene.sweep([0.0], **options).drive_effort) == 1
+            continue
         with pytest.raises(cd.ArgumentError):
-            scene.sweep(**arguments)
+            scene.sweep([0.0], **options)
+    with pytest.raises(cd.ArgumentError):
+        scene.sweep([0.0, value])
+    for options in ({"loads": value}, {"held": value}, {"inertia": value}, {"gravity": value}):
+        if not value and value != {}:
+            continue  # Nothing is given.
+        if value == {} and "gravity" not in options:
+            continue
+        with pytest.raises(cd.ArgumentError):
+            scene.sweep([0.0], **options)
 
 
 def test_messages_name_argument_and_choices(joint: cd.Mechanism) -> None:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cardan_dyn.arrays import cross, generic, inverse, quaternion_product
+from cardan_dyn.arrays import consecutive, cross, generic, inverse, quaternion_product
 
 INTEGERS = st.integers(-1000, 1000)
 
@@ -78,3 +78,22 @@ def test_inverse_placements() -> None:
     placement = pin.SE3(pin.rpy.rpyToMatrix(0.3, -0.4, 0.5), np.array([1.0, 2.0, 3.0]))
     expected = placement.inverse().homogeneous
     np.testing.assert_allclose(inverse(placement.homogeneous), expected, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("indices", "expected"),
+    [
+        ([2, 3, 4], slice(2, 5)),
+        ([7], slice(7, 8)),
+        ([2, 4], [2, 4]),
+        ([1, 3, 2, 4], [1, 3, 2, 4]),
+        ([], []),
+    ],
+)
+def test_consecutive_indices_become_a_slice(indices: list[int], expected: object) -> None:
+    result = consecutive(np.array(indices, dtype=int))
+    if isinstance(expected, slice):
+        assert result == expected
+    else:
+        assert isinstance(result, np.ndarray)
+        assert result.tolist() == expected

@@ -142,11 +142,51 @@ def _sweep(rng: Random) -> str:
     scene_name = rng.choice(SCENES)
     closed = f"scene({scene_name!r}).assemble([0.0, 0.1])", "scene('gear').assemble([0.1])"
     place = _value(rng, *PLACES, *closed)
-    return f"scene({scene_name!r}).sweep({place}, {_rates(rng)})"
+    options = ", ".join(part for part in (_rates(rng), _acting(rng, scene_name)) if part)
+    return f"scene({scene_name!r}).sweep({place}, {options})"
+
+
+def _acting(rng: Random, scene_name: str) -> str:
+    """Return code for what else is given to a sweep, most often nothing."""
+    makers: dict[str, Callable[[], str]] = {
+        "held": lambda: _held(rng, scene_name),
+        "loads": lambda: _loads(rng, scene_name),
+        "gravity": lambda: _value(
+            rng, "[0, 0, -9.81]", "np.ones((4, 3))", "np.ones((2, 1, 3))", "(0.0, 1e200, 0.0)"
+        ),
+        "inertia": lambda: _inertia(rng),
+        "along_path": lambda: _value(rng, "True", "False", wrong=0.25),
+    }
+    return ", ".join(f"{name}={make()}" for name, make in makers.items() if rng.random() < 0.15)
+
+
+def _held(rng: Random, scene_name: str) -> str:
+    values = "0.1", "[0.3, -0.2]", "[[0.2], [0.5]]", "1.5", "0.4", "[[[0.1]]]", "1e9"
+    if scene_name in ("universal_joint", "thoma_rig") and rng.random() < 0.7:
+        return f"{{'joint_angle': {_value(rng, *values, wrong=0.25)}}}"
+    return _mapping(rng, scene_name, lambda: _value(rng, *values))
+
+
+def _inertia(rng: Random) -> str:
+    links = [repr(rng.choice(LINKS)) for _ in range(rng.choice([1, 1, 2]))]
+    values = "2.0", "0", "[1.0, 0.5]", "[[1.0], [3.0]]", "-1.0", "1e300", "np.ones((4, 1))"
+    return "{" + ", ".join(f"{link}: {_value(rng, *values, wrong=0.25)}" for link in links) + "}"
 
 
 def _close(rng: Random) -> str:
-    return f"scene({rng.choice(SCENES)!r}).assemble({_value(rng, *PLACES)})"
+    scene_name = rng.choice(SCENES)
+    options = ""
+    if rng.random() < 0.4:
+        options = f", held={_held(rng, scene_name)}"
+    if rng.random() < 0.2:
+        options += ", along_path=True"
+    return f"scene({scene_name!r}).assemble({_value(rng, *PLACES)}{options})"
+
+
+def _reach(rng: Random) -> str:
+    scene_name = rng.choice(SCENES)
+    options = f", held={_held(rng, scene_name)}" if rng.random() < 0.5 else ""
+    return f"scene({scene_name!r}).reachable({_value(rng, *PLACES)}{options})"
 
 
 def _build(rng: Random) -> str:
@@ -291,8 +331,9 @@ def _load(rng: Random) -> str:
 
 FAMILIES: tuple[tuple[float, Callable[[Random], str]], ...] = (
     (30.0, _scene),
-    (14.0, _sweep),
+    (20.0, _sweep),
     (4.0, _close),
+    (3.0, _reach),
     (3.0, _build),
     (24.0, _answered),
     (22.0, _asked),

@@ -13,7 +13,7 @@ from cardan_dyn.dynamics.base_motion import base_motions, base_rotations
 from cardan_dyn.kinematics.all_groups import ClosedState
 
 COUNT = 3
-GRAVITY = np.array([1.0, -2.0, -9.81])
+GRAVITY = np.array([[1.0, -2.0, -9.81]])
 
 
 def closed(mechanism: cd.Mechanism) -> tuple[ClosedState, dict[int, int], list[int]]:
@@ -40,7 +40,7 @@ def test_bases_move_as_pinocchio_says(mechanism: cd.Mechanism) -> None:
             rotation = data.oMi[base + 1].rotation
             np.testing.assert_allclose(rotations[base][..., sample], rotation, atol=1e-14)
             twist, acceleration = data.v[base + 1].vector, data.a[base + 1].vector.copy()
-            acceleration[:3] -= rotation.T @ GRAVITY
+            acceleration[:3] -= rotation.T @ GRAVITY[0]
             size = np.max(np.abs(acceleration))
             np.testing.assert_allclose(motions[base].twist[sample], twist, atol=1e-14 * size)
             actual = motions[base].acceleration[sample]

@@ -6,14 +6,16 @@ from operator import attrgetter
 
 import numpy as np
 import pytest
-from testkit.claims import SCENES, four_bar, positions
+from testkit.claims import SCENES, acting, four_bar, positions
 from testkit.linkages import coupling, gears
 from testkit.scenes import double
 
 import cardan_dyn as cd
 from cardan_dyn.dynamics.inverse_dynamics import Inputs, InverseDynamics, Solution, joined
 from cardan_dyn.dynamics.open_tree import LoadCase
+from cardan_dyn.frozen import frozen
 from cardan_dyn.kinematics.all_groups import ClosedState
+from cardan_dyn.problem.samples import Targets, acting_on, targets_of
 
 COUNT = 4
 SPEED, ACCELERATION = 1.5, -0.7
@@ -40,20 +42,87 @@ def closed(scene: cd.Scene, where: np.ndarray | None = None) -> ClosedState:
 
 def inputs(scene: cd.Scene, state: ClosedState, speed: float, acceleration: float) -> Inputs:
     where = positions(scene)[: len(state.x)]
-    return Inputs(
-        where,
-        np.full_like(where, speed),
-        np.full_like(where, acceleration),
-        scene._problem.joint_loads_at(len(where)),
-        dict(scene._problem.link_loads),
-        np.zeros_like(state.x),
-        bool(speed or acceleration),
-    )
+    rates = np.full_like(where, speed), np.full_like(where, acceleration)
+    targets = Targets.of_positions(where)
+    return Inputs.of(scene._problem, targets, acting(scene._solver, *rates), np.zeros_like(state.x))
 
 
 def solution(scene: cd.Scene, speed: float = SPEED, acceleration: float = ACCELERATION) -> Solution:
     state = closed(scene)
     return dynamics(scene).solve(state, inputs(scene, state, speed, acceleration))
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (COUNT,)])
+def test_loads_at_joints_are_efforts_of_their_coordinates(shape: tuple[int, ...]) -> None:
+    """Of all samples together, or of each of them where one load differs."""
+    scene = SCENES["universal"]()
+    problem, where = scene._problem, positions(scene)[:COUNT]
+    varying = np.linspace(1.0, 2.0, COUNT).reshape(-1)[: max(1, *shape, 0)].reshape(shape)
+    loads = {"bearing_out": -5.0, "pin_in": varying}
+    acts = acting_on(problem, loads=loads).flat((COUNT,))
+    targets = Targets.of_positions(where)
+    given = Inputs.of(problem, targets, acts, np.zeros((COUNT, 1)))
+    columns = scene.mechanism.coordinates.velocity_columns
+    expected = np.zeros((COUNT if shape == (COUNT,) else 1, scene.mechanism.model.nv))
+    expected[:, columns["bearing_out"].start] = -5.0
+    expected[:, columns["pin_in"].start] = varying
+    np.testing.assert_array_equal(given.loads, expected)
+    assert list(given.link_loads) == ["shaft_out"]
+    assert not given.has_rates
+    none = acts._replace(joint_loads=frozen({}))
+    np.testing.assert_array_equal(
+        Inputs.of(problem, targets, none, np.zeros((COUNT, 1))).loads, np.zeros_like(expected[:1])
+    )
+
+
+def test_held_positions_are_those_of_the_scene_unless_they_vary() -> None:
+    scene = SCENES["spatial"]()
+    problem, turns = scene._problem, np.zeros((COUNT, 1))
+    acts, where = acting_on(problem).flat((COUNT,)), np.linspace(0.0, 1.0, COUNT)
+    angles = np.array([0.3, 0.2, 0.1, 0.0])
+    plain = Inputs.of(problem, targets_of(problem, where), acts, turns)
+    np.testing.assert_array_equal(plain.held, [list(problem.held.values())])
+    for given in (angles, 0.7):
+        targets = targets_of(problem, where, {"joint_angle_1_v": given})
+        varied = Inputs.of(problem, targets, acts, turns).held
+        for column, (name, angle) in enumerate(problem.held.items()):
+            expected = given if name == "joint_angle_1_v" else angle
+            np.testing.assert_array_equal(varied[:, column], np.broadcast_to(expected, COUNT))
+
+
+def test_inputs_of_some_samples() -> None:
+    """What is the same for all samples is so for some of them."""
+    scene = SCENES["universal"]()
+    problem, rng = scene._problem, np.random.default_rng(0)
+    effort, gravity, factor = rng.normal(size=6), rng.normal(size=(6, 3)), rng.uniform(size=6)
+    force, speed = rng.normal(size=(6, 3)), rng.normal(size=6)
+    angles, turns = rng.uniform(size=6), rng.normal(size=(6, 5))
+    acts = acting_on(
+        problem,
+        speed,
+        0.0,
+        {"bearing_out": effort, "cross": cd.Wrench(force)},
+        gravity,
+        {"cross": factor, "shaft_in": 2.0},
+    ).flat((6,))
+    targets = targets_of(problem, np.arange(6.0), {"joint_angle": angles})
+    part = Inputs.of(problem, targets, acts, turns).of_samples(slice(2, 5))
+    column = scene.mechanism.coordinates.velocity_columns["bearing_out"].start
+    for found, expected in (
+        (part.positions, np.arange(2.0, 5.0)[:, None]),
+        (part.speeds, speed[2:5, None]),
+        (part.accelerations, np.zeros((3, 1))),
+        (part.held, angles[2:5, None]),
+        (part.loads[:, column], effort[2:5]),
+        (part.link_loads["cross"].force, force[2:5]),
+        (part.link_loads["cross"].moment, np.zeros((1, 3))),
+        (part.gravity, gravity[2:5]),
+        (part.inertia["cross"], factor[2:5]),
+        (part.inertia["shaft_in"], [2.0]),
+        (part.turns, turns[2:5]),
+    ):
+        np.testing.assert_array_equal(found, expected)
+    assert part.has_rates
 
 
 def test_rates_are_differences_of_closed_positions(scene: cd.Scene) -> None:
@@ -219,7 +288,7 @@ def test_rates_and_reactions_given_from_elsewhere_are_checked() -> None:
     spoiled = rates._replace(v=rates.v * 1.001)
     assert exact.residuals.rate < 1e-12
     links = list(given.link_loads.values())
-    case = LoadCase((rates.v, rates.a), given.loads, links, scene._problem.gravity)
+    case = LoadCase((rates.v, rates.a), given.loads, links, given.gravity)
     (reactions,) = scene._solver.reactions.solve(state, [case])
     checked = item.with_residuals(state, given, spoiled, reactions)
     np.testing.assert_array_equal(checked.v, spoiled.v)
@@ -242,9 +311,9 @@ def test_open_flags_are_proven_at_any_speed(joint: cd.Mechanism, speed: float) -
     """At speed the condition of the wrenches grows, but not that of the closure equations."""
     scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
     solver = scene._solver
-    assembled = solver.assemble(np.linspace(0.0, 3.0, 9)[:, None])
+    assembled = solver.assemble(Targets.of_positions(np.linspace(0.0, 3.0, 9)[:, None]))
     speeds = np.full((9, 1), speed)
-    solution = solver.solve(assembled, speeds, np.zeros((9, 1)))
+    solution = solver.solve(assembled, acting(solver, speeds, np.zeros((9, 1))))
     assert np.max(solution.closure_condition) < 100.0
     unique = np.argwhere(solution.unique)
     influence = solution.influence.copy()

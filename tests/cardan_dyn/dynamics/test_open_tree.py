@@ -8,13 +8,14 @@ import pytest
 from testkit.claims import SCENES
 from testkit.drive_lines import two_lines
 from testkit.mixed_chain import rows
+from testkit.scaling import moving, scaled
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics.open_tree import LoadCase, OpenTree, consecutive
+from cardan_dyn.dynamics.open_tree import LoadCase, OpenTree
 from cardan_dyn.forces.link_loads import LinkLoad
 
 COUNT = 3
-GRAVITY = np.array([1.0, -2.0, -9.81])
+GRAVITY = np.array([[1.0, -2.0, -9.81]])
 
 
 @pytest.fixture(scope="module", params=SCENES)
@@ -49,7 +50,7 @@ def link_load(mechanism: cd.Mechanism, link: str, in_world: bool, count: int = 1
 def reference(mechanism: cd.Mechanism, x: np.ndarray, item: LoadCase) -> np.ndarray:
     """Return Pinocchio's joint wrenches `(N, n, 6)` without the bodies that only carry loops."""
     model = mechanism.model.copy()
-    model.gravity.linear = GRAVITY
+    (model.gravity.linear,) = item.gravity
     for index in mechanism.auxiliary_bodies:
         model.inertias[index] = pinocchio.Inertia.Zero()
     if item.dynamics is None:
@@ -121,6 +122,39 @@ def test_load_cases_are_computed_together(scene: cd.Scene) -> None:
     assert_same(together[..., 1] - together[..., 0], 2.0 * together[..., 2])
 
 
+def test_gravity_may_differ_from_sample_to_sample(scene: cd.Scene) -> None:
+    mechanism, tree, x = scene.mechanism, open_tree(scene), rows(scene.mechanism, COUNT)
+    kinematics, item = scene._solver.assembly.kinematics, case(scene.mechanism)
+    assert item.dynamics is not None
+    gravity = np.random.default_rng(6).uniform(-9.0, 9.0, (COUNT, 3))
+    together = tree.wrenches(kinematics.evaluate(x), [item._replace(gravity=gravity)], tree.bodies)[
+        ..., 0
+    ]
+    for sample in range(COUNT):
+        part = slice(sample, sample + 1)
+        v, a = (values[part] for values in item.dynamics)
+        alone = item._replace(dynamics=(v, a), gravity=gravity[part])
+        assert_same(together[part], reference(mechanism, x[part], alone))
+
+
+@pytest.mark.parametrize("count", [1, COUNT])
+def test_factors_on_inertia_add_what_moves_the_links(scene: cd.Scene, count: int) -> None:
+    """Of links that no loop cuts: what is cut carries half of its mass on either side."""
+    mechanism, tree, x = scene.mechanism, open_tree(scene), rows(scene.mechanism, COUNT)
+    state = scene._solver.assembly.kinematics.evaluate(x)
+    cut = {body for loop in mechanism.loops for body in (loop.predecessor, loop.successor)}
+    links = [link for link in moving(mechanism) if mechanism.link(link)[0] not in cut]
+    factors = np.random.default_rng(7).uniform(0.1, 3.0, (len(links), count))
+    inertia = dict(zip(links, factors, strict=True))
+    item = case(mechanism)
+    found = tree.wrenches(state, [item._replace(inertia=inertia)], tree.bodies)[..., 0]
+    for sample in range(COUNT):
+        own = {link: float(factor[sample % count]) for link, factor in inertia.items()}
+        assert_same(found[sample], reference(scaled(mechanism, own), x, item)[sample])
+    resting = case(mechanism, moving=False)._replace(inertia=inertia)
+    assert not np.any(tree.wrenches(state, [resting], tree.bodies))
+
+
 def test_only_solved_groups_have_inertia_unless_none_is_solved() -> None:
     """Where none is solved, virtual work gives the drive efforts, which all inertia adds to."""
     scene = cd.Scene(cd.load(two_lines(2)), drive="bearing_0")
@@ -145,22 +179,3 @@ def test_loads_on_bodies_of_no_solved_group_are_left_out() -> None:
     state = scene._solver.assembly.kinematics.evaluate(x)
     item = case(mechanism, outside, moving=False)
     assert not np.any(tree.wrenches(state, [item], tree.bodies))
-
-
-@pytest.mark.parametrize(
-    ("indices", "expected"),
-    [
-        ([2, 3, 4], slice(2, 5)),
-        ([7], slice(7, 8)),
-        ([2, 4], [2, 4]),
-        ([1, 3, 2, 4], [1, 3, 2, 4]),
-        ([], []),
-    ],
-)
-def test_consecutive_indices_become_a_slice(indices: list[int], expected: object) -> None:
-    result = consecutive(np.array(indices, dtype=int))
-    if isinstance(expected, slice):
-        assert result == expected
-    else:
-        assert isinstance(result, np.ndarray)
-        assert result.tolist() == expected

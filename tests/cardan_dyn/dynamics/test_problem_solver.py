@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from testkit.claims import coupled_wheels, four_bar, positions, universal
+from testkit.claims import acting, coupled_wheels, four_bar, positions, universal
 from testkit.planar_linkages import three_cranks
 
 import cardan_dyn as cd
@@ -17,6 +17,7 @@ from cardan_dyn.dynamics.indeterminate import LeastEnergy, LeastNorm
 from cardan_dyn.dynamics.inverse_dynamics import Solution
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
 from cardan_dyn.forces.link_loads import WRENCH_COMPONENTS
+from cardan_dyn.problem.samples import Targets
 
 
 def solver(scene: cd.Scene) -> ProblemSolver:
@@ -32,9 +33,9 @@ def test_a_solution_in_blocks_is_that_in_one(monkeypatch: pytest.MonkeyPatch) ->
     scene = four_bar()
     where = positions(scene)
     item = solver(scene)
-    whole = item.solve(item.assemble(where), *rates(where))
+    whole = item.solve(item.assemble(Targets.of_positions(where)), acting(item, *rates(where)))
     monkeypatch.setattr(problem_solver, "_BLOCK_SIZE", 8)
-    assembled = item.assemble(where)
+    assembled = item.assemble(Targets.of_positions(where))
     # Blocks of equal size: 30 samples in four blocks of seven or eight.
     sizes = [span.stop - span.start for span in assembled.spans]
     assert sizes == [7, 8, 7, 8]
@@ -43,7 +44,7 @@ def test_a_solution_in_blocks_is_that_in_one(monkeypatch: pytest.MonkeyPatch) ->
     assert [span.start for span in assembled.spans[1:]] == [
         span.stop for span in assembled.spans[:-1]
     ]
-    blocked = item.solve(assembled, *rates(where))
+    blocked = item.solve(assembled, acting(item, *rates(where)))
     for name in ("x", "v", "a", "wrenches", "efforts"):
         expected = getattr(whole, name)
         scale = np.max(np.abs(expected))
@@ -62,18 +63,19 @@ def test_loads_that_vary_are_divided_among_the_blocks(monkeypatch: pytest.Monkey
     scene = cd.Scene(cd.load(pendulum), drive="hinge", loads={"hinge": load, "arm": wrench})
     monkeypatch.setattr(problem_solver, "_BLOCK_SIZE", 8)
     item, where = solver(scene), np.linspace(0.0, 1.0, count)[:, None]
-    solution = item.solve(item.assemble(where), 0.0 * where, 0.0 * where)
+    solution = item.solve(
+        item.assemble(Targets.of_positions(where)), acting(item, 0.0 * where, 0.0 * where)
+    )
     np.testing.assert_allclose(solution.efforts[:, 0], -load - load**2, atol=1e-14)
-    other = item.assemble(where[:7])
-    with pytest.raises(cd.ArgumentError, match="has 30 values, the sweep 7 positions"):
-        item.solve(other, 0.0 * where[:7], 0.0 * where[:7])
+    with pytest.raises(cd.ArgumentError, match=r"position \(7,\), loads\['hinge'\] \(30,\)"):
+        scene.sweep(where[:7, 0])
 
 
 def test_positions_that_are_closed_in_turn_are_read_once() -> None:
     scene = four_bar()
     item, where = solver(scene), positions(scene)
-    in_turn = item.assembled_in_turn(where)
-    kept = item.assemble(where)
+    in_turn = item.assembled_in_turn(Targets.of_positions(where))
+    kept = item.assemble(Targets.of_positions(where))
     assert len(in_turn) == len(kept) == len(where)
     states = list(in_turn.blocks)
     assert list(in_turn.blocks) == []
@@ -83,18 +85,18 @@ def test_positions_that_are_closed_in_turn_are_read_once() -> None:
 
 
 def test_assembled_positions_cannot_be_written_and_are_named() -> None:
-    assembled = solver(four_bar()).assemble(np.array([[0.5], [0.6]]))
+    assembled = solver(four_bar()).assemble(Targets.of_positions(np.array([[0.5], [0.6]])))
     assert repr(assembled) == "<2 assembled positions of 'four_bar'>"
-    for array in (assembled.positions, assembled.turns):
+    for array in (assembled.targets.positions, assembled.turns):
         with pytest.raises(ValueError, match="read-only"):
             array[0, 0] = 1.0
 
 
 def test_copies_of_assembled_positions_are_closed_anew() -> None:
-    assembled = solver(four_bar()).assemble(np.array([[0.5], [0.6]]))
+    assembled = solver(four_bar()).assemble(Targets.of_positions(np.array([[0.5], [0.6]])))
     restored = pickle.loads(pickle.dumps(assembled))
     assert restored.solver is not assembled.solver
-    np.testing.assert_array_equal(restored.positions, assembled.positions)
+    np.testing.assert_array_equal(restored.targets.positions, assembled.targets.positions)
     for state, other in zip(assembled.blocks, restored.blocks, strict=True):
         np.testing.assert_allclose(other.x, state.x, atol=1e-13)
 
@@ -111,7 +113,7 @@ def test_copies_of_a_solver_solve_the_same_problem() -> None:
 
 def test_positions_of_another_solver_are_refused() -> None:
     first, second = solver(four_bar()), solver(four_bar())
-    assembled = first.assemble(np.array([[0.5]]))
+    assembled = first.assemble(Targets.of_positions(np.array([[0.5]])))
     assert first.current(assembled) is assembled
     with pytest.raises(cd.ArgumentError, match="assembled by another scene; assemble them again"):
         second.current(assembled)
@@ -119,7 +121,7 @@ def test_positions_of_another_solver_are_refused() -> None:
 
 def test_positions_are_closed_again_when_other_rows_turn_out_to_be_redundant() -> None:
     item = solver(four_bar())
-    assembled = item.assemble(np.array([[0.5], [0.6]]))
+    assembled = item.assemble(Targets.of_positions(np.array([[0.5], [0.6]])))
     open_rows = assembled.kinematics.with_reductions(
         [group.equations.full() for group in assembled.kinematics.solvers]
     )
@@ -201,17 +203,17 @@ def test_what_is_solved_is_proven() -> None:
     """Without closure forces, loads and weights are not in balance."""
     scene = four_bar()
     item, where = solver(scene), positions(scene)
-    assembled = item.assemble(where)
+    assembled = item.assemble(Targets.of_positions(where))
     item.reactions._active.clear()
     with pytest.raises(cd.AccuracyError, match="please report"):
-        item.solve(assembled, *rates(where))
+        item.solve(assembled, acting(item, *rates(where)))
 
 
 def test_flags_of_what_is_solved_are_proven(monkeypatch: pytest.MonkeyPatch) -> None:
     """A planar four-bar does not determine its forces out of the plane."""
     scene = four_bar()
     item, where = solver(scene), positions(scene)
-    assembled, join = item.assemble(where), problem_solver.joined
+    assembled, join = item.assemble(Targets.of_positions(where)), problem_solver.joined
 
     def joined(blocks: list[Solution], at: np.ndarray) -> Solution:
         solution = join(blocks, at)
@@ -219,4 +221,4 @@ def test_flags_of_what_is_solved_are_proven(monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr(problem_solver, "joined", joined)
     with pytest.raises(cd.AccuracyError, match="flagged unique, but changes"):
-        item.solve(assembled, *rates(where))
+        item.solve(assembled, acting(item, *rates(where)))

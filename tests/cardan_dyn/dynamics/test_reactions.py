@@ -59,7 +59,7 @@ def rates(scene: cd.Scene, state: ClosedState) -> tuple[np.ndarray, np.ndarray]:
 
 def load_case(scene: cd.Scene, state: ClosedState, gravity: np.ndarray = GRAVITY) -> LoadCase:
     loads = np.random.default_rng(1).normal(size=(COUNT, scene.mechanism.model.nv))
-    return LoadCase(rates(scene, state), loads, [], gravity)
+    return LoadCase(rates(scene, state), loads, [], gravity[None])
 
 
 def solver(scene: cd.Scene) -> ReactionSolver:
@@ -73,7 +73,7 @@ def loaded_tree(
     """Return joint wrenches `(N, n, 6)` and efforts `(N, nv)` of the tree under closure forces."""
     mechanism = scene.mechanism
     model = mechanism.model.copy()
-    model.gravity.linear = case.gravity
+    (model.gravity.linear,) = case.gravity
     for index in mechanism.auxiliary_bodies:
         model.inertias[index] = pinocchio.Inertia.Zero()
     batches = {loop: group.batch for group in state.groups for loop in group.group.loops}
@@ -124,7 +124,7 @@ def test_drive_efforts_are_those_of_virtual_work(scene: cd.Scene) -> None:
     assert case.dynamics is not None
     v, a = case.dynamics
     model = scene.mechanism.model.copy()
-    model.gravity.linear = case.gravity
+    (model.gravity.linear,) = case.gravity
     for index in scene.mechanism.auxiliary_bodies:
         model.inertias[index] = pinocchio.Inertia.Zero()
     data = model.createData()
@@ -139,7 +139,7 @@ def test_cases_are_solved_together_and_superposed(scene: cd.Scene) -> None:
     state, item = closed(scene), solver(scene)
     moving = load_case(scene, state)
     loads = np.random.default_rng(2).normal(size=(1, scene.mechanism.model.nv))
-    loaded = LoadCase(None, loads, [], np.zeros(3))
+    loaded = LoadCase(None, loads, [], np.zeros((1, 3)))
     both = item.solve(state, [moving, loaded])
     whole = moving._replace(loads=moving.loads - 3.0 * loads)
     for reactions, case in (
@@ -202,7 +202,7 @@ def test_redundant_couplings_are_indeterminate() -> None:
         (state,) = scene.assemble(np.zeros((1, 1))).blocks
         loads = np.zeros((1, 2))
         loads[0, mechanism.coordinates.velocity_columns["b"]] = -6.0
-        case = LoadCase(None, loads, [], np.zeros(3))
+        case = LoadCase(None, loads, [], np.zeros((1, 3)))
         (reactions,) = solver(scene).solve(state, [case])
         assert reactions.indeterminate_couplings == indeterminate
         moments.append(sum(reactions.closure_forces)[0, 0])

@@ -11,6 +11,7 @@ import cardan_dyn as cd
 from cardan_dyn.kinematics.all_groups import ClosedState, Kinematics
 from cardan_dyn.kinematics.assembly import Assembly
 from cardan_dyn.problem.arguments import checked
+from cardan_dyn.problem.samples import Targets
 
 STEP = 1e-4
 SCENES: dict[str, dict[str, object]] = {
@@ -44,7 +45,7 @@ class Motion:
     def at(self, time: float) -> tuple[Kinematics, ClosedState, np.ndarray]:
         """Kinematics, the closed state at a time, and the joint rates there."""
         position = self.start + time * self.rates + 0.5 * time**2 * self.accelerations
-        guess = self.assembly.guesses(position[None])
+        guess = self.assembly.guesses(Targets.of_positions(position[None]))
         state = self.assembly.close(guess, position[None])
         v = guess.kinematics.rates(state, (self.rates + time * self.accelerations)[None])
         return guess.kinematics, state, v

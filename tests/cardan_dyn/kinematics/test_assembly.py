@@ -24,6 +24,7 @@ from testkit.planar_linkages import (
 import cardan_dyn as cd
 from cardan_dyn.kinematics.assembly import Assembly
 from cardan_dyn.problem.arguments import checked
+from cardan_dyn.problem.samples import Targets
 
 TURN = 2.0 * np.pi
 
@@ -33,7 +34,7 @@ def assembly_of(mechanism: cd.Mechanism, *drives: str, **options: object) -> Ass
 
 
 def closed(assembly: Assembly, positions: np.ndarray) -> np.ndarray:
-    return assembly.close(assembly.guesses(positions), positions).x
+    return assembly.close(assembly.guesses(Targets.of_positions(positions)), positions).x
 
 
 def test_a_scene_starts_at_its_held_positions() -> None:
@@ -134,7 +135,7 @@ def test_loops_are_closed_at_every_sample() -> None:
     mechanism = four_bar()
     assembly = assembly_of(mechanism, "A")
     positions = np.linspace(-20.0, 30.0, 300)[:, None]
-    state = assembly.close(assembly.guesses(positions), positions)
+    state = assembly.close(assembly.guesses(Targets.of_positions(positions)), positions)
     np.testing.assert_allclose(pin_distance(mechanism, state.x), COUPLER, rtol=1e-13)
     np.testing.assert_array_equal(values(mechanism, state.x, "A"), positions[:, 0])
     assert np.max(state.residual) < 1e-13
@@ -143,7 +144,7 @@ def test_loops_are_closed_at_every_sample() -> None:
 def test_a_guess_that_leaves_the_branch_is_refused() -> None:
     assembly = assembly_of(four_bar(), "A")
     positions = np.array([[0.1], [0.2], [0.3]])
-    guess = assembly.guesses(positions)
+    guess = assembly.guesses(Targets.of_positions(positions))
     x = guess.x.copy()
     x[1:] += 0.05 * (np.arange(x.shape[1]) != 0)
     with pytest.raises(cd.AssemblyError, match=r"at drive position 0.2 \(closure error") as caught:
@@ -157,7 +158,7 @@ def test_a_guess_that_leaves_the_branch_is_refused() -> None:
 def test_a_guess_that_does_not_close_is_refused() -> None:
     mechanism = four_bar()
     assembly = assembly_of(mechanism, "D")
-    guess = assembly.guesses(np.array([[0.1], [0.2]]))
+    guess = assembly.guesses(Targets.of_positions(np.array([[0.1], [0.2]])))
     beyond = np.array([[0.1], [rocker_range()[1] + 0.3]])
     x = guess.x.copy()
     x[:, mechanism.coordinates.columns["D"].start] = beyond[:, 0]
@@ -171,7 +172,7 @@ def test_a_dead_point_is_refused_when_it_is_closed() -> None:
     """The parallelogram with all links in line, in whichever direction it goes on."""
     mechanism = four_bar(1.0, 1.0, 2.0)
     assembly = assembly_of(mechanism, "A")
-    guess = assembly.guesses(np.array([[0.1]]))
+    guess = assembly.guesses(Targets.of_positions(np.array([[0.1]])))
     x = guess.x.copy()
     for name, sign in (("A", 1.0), ("B", -1.0), ("D", 1.0), ("C", 1.0)):
         x[:, mechanism.coordinates.columns[name]] = 0.5 * np.pi * sign

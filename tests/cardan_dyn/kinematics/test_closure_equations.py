@@ -283,7 +283,7 @@ def test_wrenches_do_the_power_of_their_multipliers(mixed: cd.Mechanism) -> None
     for index in range(len(mixed.loops)):
         for shape in ((6, 2), (COUNT, 6, 2)):
             combinations = generator.uniform(-1.0, 1.0, shape)
-            wrenches = equations.wrench(index, actions, combinations)
+            wrenches = equations.wrench(equations.full().axes[index], actions, combinations)
             assert wrenches.shape == (COUNT, 6, 2)
             power = np.einsum("nik,ni->nk", wrenches, loop_twists[:, index])
             along = components[:, 6 * index : 6 * index + 6]

@@ -284,8 +284,21 @@ def test_open_reductions_hold_for_the_resting_joints_where_they_are() -> None:
 
 @pytest.mark.parametrize("length", [1e-12, 1.0, 1e12])
 def test_open_reductions_move_slides_by_lengths(length: float) -> None:
-    item, _, start = only_group(cd.load(carriage(length)), "s")
+    """The arm closes with a wheel about the same line, from which the carriage takes it away."""
+    wheel = '<link name="wheel"/><joint name="w" type="continuous"><parent link="ground"/>'
+    wheel += '<child link="wheel"/><axis xyz="0 1 0"/></joint></robot>'
+    text = carriage(length).replace('<successor link="ground">', '<successor link="wheel">')
+    item, _, start = only_group(cd.load(text.replace("</robot>", wheel)), "s")
     assert item.open_reduction(start).rows[0].shape == (6, 3)
+
+
+@pytest.mark.parametrize("length", [1e-12, 1.0, 1e12])
+def test_open_reductions_are_seen_from_behind_a_slide(length: float) -> None:
+    """In the axes of the carriage its slide and its hinge stay where they are."""
+    item, _, start = only_group(cd.load(carriage(length)), "s")
+    reduction = item.open_reduction(start)
+    assert reduction.rows[0].shape == (6, 2)
+    assert item.batch.bodies[reduction.axes[0].body] == cd.load(carriage(length))["s"].id - 1
 
 
 def test_a_group_without_passives_stays_as_it_is() -> None:

@@ -27,6 +27,7 @@ from cardan_dyn.kinematics.branch import Branch
 from cardan_dyn.kinematics.drive_motion import DriveMotion
 from cardan_dyn.kinematics.guess_cache import Guess, GuessCache
 from cardan_dyn.problem.arguments import checked
+from cardan_dyn.problem.samples import Targets
 
 TURN = 2.0 * np.pi
 
@@ -59,7 +60,7 @@ def test_guesses_for_one_drive_are_nearly_closed() -> None:
     mechanism = four_bar()
     cache = cache_of(mechanism, "A")
     positions = np.linspace(-2.0, 3.0, 50)[:, None]
-    guess = cache.guesses(positions)
+    guess = cache.guesses(Targets.of_positions(positions))
     assert guess.followed
     np.testing.assert_array_equal(values(mechanism, guess.x, "A"), positions[:, 0])
     np.testing.assert_allclose(pin_distance(mechanism, guess.x), COUPLER, rtol=1e-2)
@@ -74,9 +75,9 @@ def test_guesses_for_one_drive_are_nearly_closed() -> None:
 def test_guesses_become_exact_for_many_samples() -> None:
     cache = cache_of(four_bar(), "A")
     positions = np.linspace(0.1, 6.1, 6_000)[:, None]
-    few = cache.guesses(positions[::300])
+    few = cache.guesses(Targets.of_positions(positions[::300]))
     for _ in range(4):
-        many = cache.guesses(positions)
+        many = cache.guesses(Targets.of_positions(positions))
     errors = [float(np.max(np.abs(closed(guess) - guess.x))) for guess in (few, many)]
     assert errors[1] < 1e-14 < errors[0]
 
@@ -85,7 +86,7 @@ def test_a_motion_that_repeats_is_followed_over_one_period_only() -> None:
     mechanism = four_bar()
     cache = cache_of(mechanism, "A")
     positions = np.array([[0.3], [0.3 + 10.0 * TURN], [0.3 - 4000.0 * TURN]])
-    guess = cache.guesses(positions)
+    guess = cache.guesses(Targets.of_positions(positions))
     assert cache.period() == pytest.approx(TURN)
     low, high = branch_of(cache).span
     assert high - low < 1.5 * TURN
@@ -111,23 +112,23 @@ def test_known_periods_are_used_for_any_positions(joint: cd.Mechanism) -> None:
 
 def test_positions_within_a_turn_need_no_period() -> None:
     cache = cache_of(four_bar(), "A")
-    cache.guesses(np.array([[-3.0], [3.0]]))
+    cache.guesses(Targets.of_positions(np.array([[-3.0], [3.0]])))
     assert branch_of(cache).period is None
-    cache.guesses(np.array([[-3.0], [3.3]]))
+    cache.guesses(Targets.of_positions(np.array([[-3.0], [3.3]])))
     assert branch_of(cache).period == pytest.approx(TURN)
 
 
 def test_wheels_that_do_not_repeat_are_followed_a_thousand_turns_at_most() -> None:
     mechanism = geared(0.3819660112501051)
     cache = cache_of(mechanism, "A")
-    guess = cache.guesses(np.array([[0.0], [20.0 * TURN]]))
+    guess = cache.guesses(Targets.of_positions(np.array([[0.0], [20.0 * TURN]])))
     assert cache.period() is None
     np.testing.assert_allclose(
         values(mechanism, closed(guess), "B")[1], 0.3819660112501051 * 20.0 * TURN, rtol=1e-12
     )
     message = "does not repeat within a few turns of 'A', so 1001 turns cannot be followed; "
     with pytest.raises(cd.AssemblyError, match=message + "sweep over at most 1000") as caught:
-        cache.guesses(np.array([[0.0], [1001.0 * TURN]]))
+        cache.guesses(Targets.of_positions(np.array([[0.0], [1001.0 * TURN]])))
     assert caught.value.position == pytest.approx(1001.0 * TURN)
     assert caught.value.nearest >= 20.0 * TURN
     assert caught.value.residual == 0.0
@@ -143,9 +144,9 @@ def test_positions_out_of_reach_are_refused_again_and_again() -> None:
     _, high = rocker_range()
     for _ in range(2):
         with pytest.raises(cd.AssemblyError) as caught:
-            cache.guesses(np.array([[0.0], [high + 0.1]]))
+            cache.guesses(Targets.of_positions(np.array([[0.0], [high + 0.1]])))
         assert caught.value.nearest == pytest.approx(high, abs=1e-9)
-    guess = cache.guesses(np.array([[0.0], [high - 1e-3]]))
+    guess = cache.guesses(Targets.of_positions(np.array([[0.0], [high - 1e-3]])))
     assert np.max(np.abs(closed(guess) - guess.x)) < 1e-2
 
 
@@ -155,14 +156,16 @@ def test_several_drives_are_followed_together(along_path: bool, error: float) ->
     cache = cache_of(mechanism, "A", "D")
     angle = np.linspace(0.0, TURN, 30)
     positions = 0.3 * np.stack([np.sin(angle), np.cos(angle)], axis=1)
-    guess = cache.guesses(positions, along_path)
+    guess = cache.guesses(Targets.of_positions(positions), along_path)
     assert not guess.followed
     assert not np.any(guess.turns)
     x = closed(guess)
     for column, name in enumerate("AD"):
         np.testing.assert_array_equal(values(mechanism, x, name), positions[:, column])
     np.testing.assert_allclose(x, guess.x, atol=error)
-    np.testing.assert_allclose(x, closed(cache.guesses(positions, not along_path)), atol=1e-12)
+    np.testing.assert_allclose(
+        x, closed(cache.guesses(Targets.of_positions(positions), not along_path)), atol=1e-12
+    )
 
 
 def test_drives_that_meet_in_no_group_are_followed_one_by_one() -> None:
@@ -173,11 +176,11 @@ def test_drives_that_meet_in_no_group_are_followed_one_by_one() -> None:
     rng = np.random.default_rng(0)
     positions = rng.uniform(-9.0, 9.0, (40, 3))
     positions[7, 1] += 1000.0 * TURN
-    guess = cache.guesses(positions)
+    guess = cache.guesses(Targets.of_positions(positions))
     assert guess.followed
     x = closed(guess)
     for index in range(3):
-        expected = closed(alone.guesses(positions[:, [index]]))
+        expected = closed(alone.guesses(Targets.of_positions(positions[:, [index]])))
         for joint in ("crank", "middle", "rocker"):
             actual = values(mechanism, x, f"{joint}_{index}")
             wanted = values(alone._problem.mechanism, expected, f"{joint}_0")
@@ -189,14 +192,14 @@ def test_drives_that_meet_are_followed_beside_others() -> None:
     cache = cache_of(mechanism, "A", "crank_0", "D")
     angle = np.linspace(0.0, TURN, 30)
     positions = 0.3 * np.stack([np.sin(angle), 20.0 * angle, np.cos(angle)], axis=1)
-    guess = cache.guesses(positions)
+    guess = cache.guesses(Targets.of_positions(positions))
     assert not guess.followed
     x = closed(guess)
     for column, name in enumerate(("A", "crank_0", "D")):
         np.testing.assert_array_equal(values(mechanism, x, name), positions[:, column])
     five, four = cache_of(five_bar(), "A", "D"), cache_of(stacked(1), "crank_0")
     for other, columns, joint in ((five, [0, 2], "B"), (four, [1], "rocker_0")):
-        expected = closed(other.guesses(positions[:, columns]))
+        expected = closed(other.guesses(Targets.of_positions(positions[:, columns])))
         wanted = values(other._problem.mechanism, expected, joint)
         np.testing.assert_allclose(values(mechanism, x, joint), wanted, rtol=0.0, atol=1e-9)
 
@@ -208,10 +211,10 @@ def test_a_drive_out_of_reach_is_named_with_its_sample() -> None:
     positions[3, 1] = 2.0
     message = r"drive 'rocker_0' cannot be brought to 2 \(sample 3\); it moves only between"
     with pytest.raises(cd.SingularConfigurationError, match=message) as caught:
-        cache.guesses(positions)
+        cache.guesses(Targets.of_positions(positions))
     assert caught.value.sample == 3
     # What the other drives have learned is kept.
-    assert np.max(np.abs(closed(cache.guesses(0.1 * positions)))) < 10.0
+    assert np.max(np.abs(closed(cache.guesses(Targets.of_positions(0.1 * positions))))) < 10.0
 
 
 def test_without_passive_joints_nothing_is_followed() -> None:
@@ -222,7 +225,7 @@ def test_without_passive_joints_nothing_is_followed() -> None:
         planar_linkages.joint("B", "a", "b"),
     )
     cache = cache_of(mechanism, "B", held={"A": 0.7})
-    guess = cache.guesses(np.array([[1.0], [5e6]]))
+    guess = cache.guesses(Targets.of_positions(np.array([[1.0], [5e6]])))
     np.testing.assert_array_equal(values(mechanism, guess.x, "B"), [1.0, 5e6])
     np.testing.assert_array_equal(values(mechanism, guess.x, "A"), [0.7, 0.7])
     assert not guess.followed
@@ -231,7 +234,9 @@ def test_without_passive_joints_nothing_is_followed() -> None:
 
 
 def test_blocks_of_guesses_hold_the_same_samples() -> None:
-    guess = cache_of(four_bar(), "A").guesses(np.linspace(0.0, 20.0, 9)[:, None])
+    guess = cache_of(four_bar(), "A").guesses(
+        Targets.of_positions(np.linspace(0.0, 20.0, 9)[:, None])
+    )
     block = guess.block(slice(2, 5))
     np.testing.assert_array_equal(block.x, guess.x[2:5])
     np.testing.assert_array_equal(block.turns, guess.turns[2:5])
@@ -243,7 +248,7 @@ def test_a_regular_start_is_not_studied_again() -> None:
     cache = cache_of(four_bar(), "A")
     known = cache.kinematics
     assert known.reductions[0].rows[0].shape == (6, 3)
-    cache.guesses(np.array([[0.0], [1.0]]))
+    cache.guesses(Targets.of_positions(np.array([[0.0], [1.0]])))
     assert cache.kinematics is known
 
 
@@ -258,21 +263,23 @@ def test_surplus_rows_are_studied_wherever_the_branch_grows() -> None:
     )
     cache = cache_of(four_bar(1.0, 1.0, 2.0, *third), "A")
     at_start = cache.kinematics
-    guess = cache.guesses(np.array([[0.0], [1.0]]))
+    guess = cache.guesses(Targets.of_positions(np.array([[0.0], [1.0]])))
     learned = cache.kinematics
     assert learned is not at_start
     assert [rows.shape for rows in learned.reductions[0].rows] == [(6, 3), (6, 3)]
     assert guess.kinematics.reductions is learned.reductions
-    cache.guesses(np.array([[0.1], [0.9]]))
+    cache.guesses(Targets.of_positions(np.array([[0.1], [0.9]])))
     assert cache.kinematics is learned
-    cache.guesses(np.array([[-0.1], [0.9]]))
+    cache.guesses(Targets.of_positions(np.array([[-0.1], [0.9]])))
     assert cache.kinematics is not learned
 
 
 def test_threads_that_share_a_cache_get_what_each_would_get_alone() -> None:
     mechanism = four_bar()
     cache = cache_of(mechanism, "A")
-    blocks = [np.linspace(-0.4 * k, 0.9 * k, 40)[:, None] for k in range(1, 9)]
+    blocks = [
+        Targets.of_positions(np.linspace(-0.4 * k, 0.9 * k, 40)[:, None]) for k in range(1, 9)
+    ]
     with ThreadPoolExecutor(8) as pool:
         together = list(pool.map(cache.guesses, blocks))
     for block, guess in zip(blocks, together, strict=True):

@@ -7,6 +7,8 @@ import pytest
 from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
+from cardan_dyn.kinematics.all_groups import ClosedState, Kinematics
+from cardan_dyn.problem.samples import Targets
 
 
 @pytest.fixture(scope="module")
@@ -74,19 +76,20 @@ def test_one_sample_beyond_reach_is_named() -> None:
         cd.Scene(five_bar(), drive=["A", "D"]).sweep(at)
 
 
-def test_few_samples_take_few_closings() -> None:
+def test_few_samples_take_few_closings(monkeypatch: pytest.MonkeyPatch) -> None:
     """Counts, not times: samples that are dense share their way."""
     scene = cd.Scene(cd.load("universal_joint"), drive=["bearing_in", "joint_angle"])
     (part,) = scene._solver.assembly._cache._parts
-    kinematics, closed = part._kinematics, []
-    close = kinematics.close
+    closed: list[int] = []
+    close = Kinematics.close
 
-    def counted(x: np.ndarray, **options: int) -> object:
+    def counted(self: Kinematics, x: np.ndarray, **options: int) -> ClosedState:
         closed.append(len(x))
-        return close(x, **options)
+        return close(self, x, **options)
 
-    kinematics.close = counted
+    monkeypatch.setattr(Kinematics, "close", counted)
     at = positions(10_000)
     at[:, 1] *= 0.8
-    part.followed(at)
+    part.followed(Targets.of_positions(at), scene._solver.assembly.kinematics)
+    assert closed
     assert sum(closed) < 3000

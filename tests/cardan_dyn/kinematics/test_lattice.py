@@ -30,7 +30,7 @@ def test_they_lead_where_straight_lines_lead(spacing: float) -> None:
     near = near_lattice(kinematics, start, columns, positions, np.full(2, spacing))
     assert np.sum(near.is_there) > 250
     x = kinematics.close(near.x[near.is_there]).x
-    lines = along_lines(kinematics, start, columns, positions[near.is_there])
+    lines = along_lines(kinematics, start[None], columns, positions[near.is_there])
     assert np.all(lines.is_there)
     np.testing.assert_allclose(x, lines.x, atol=1e-12)
 
@@ -44,7 +44,7 @@ def test_ways_round_singular_positions_are_those_of_the_lines() -> None:
     kinematics, start, columns = part._kinematics, part._start, part._drive_columns
     rng = np.random.default_rng(0)
     positions = np.stack([rng.uniform(-6.0, 6.0, 1000), rng.uniform(-2.9, 2.9, 1000)], axis=1)
-    lines = along_lines(kinematics, start, columns, positions)
+    lines = along_lines(kinematics, start[None], columns, positions)
     assert np.all(lines.is_there)
     turned = lines.x[:, part._columns]
     assert np.ptp(turned - turned.mean(axis=0), axis=0).max() > np.pi

@@ -14,7 +14,7 @@ def test_positions_in_any_order_and_number() -> None:
     columns = [mechanism.coordinates.columns[name].start for name in "AD"]
     positions = np.random.default_rng(3).uniform(-0.6, 0.6, (900, 2))
     positions[:2] = [[0.0, 0.0], [9.0 * np.pi, 9.0 * np.pi]]
-    reached = along_lines(kinematics, start, columns, positions)
+    reached = along_lines(kinematics, start[None], columns, positions)
     assert np.all(reached.is_there)
     x = reached.x
     b = values(mechanism, x, "B")
@@ -22,7 +22,7 @@ def test_positions_in_any_order_and_number() -> None:
     np.testing.assert_allclose(meeting_points(mechanism, x), tips(positions), atol=1e-12)
     np.testing.assert_allclose(b[1], -9.0 * np.pi, atol=1.2)
     for index in (0, 1, 500):
-        alone = along_lines(kinematics, start, columns, positions[[index]])
+        alone = along_lines(kinematics, start[None], columns, positions[[index]])
         np.testing.assert_allclose(alone.x[0], x[index], atol=1e-13)
 
 
@@ -32,7 +32,7 @@ def test_lines_end_where_the_loops_open() -> None:
     kinematics, start = solver(mechanism, "A", "D")
     columns = [mechanism.coordinates.columns[name].start for name in "AD"]
     positions = np.array([[0.1, -0.1], [1.5, -1.5], [0.0, 0.0], [np.inf, 0.0]])
-    reached = along_lines(kinematics, start, columns, positions)
+    reached = along_lines(kinematics, start[None], columns, positions)
     np.testing.assert_array_equal(reached.is_there, [True, False, True, False])
     end = np.arcsin((2.0 * ARM - 1.0) / 0.8)
     np.testing.assert_allclose(reached.x[1, columns], [end, -end], atol=1e-6)
@@ -42,4 +42,4 @@ def test_lines_end_where_the_loops_open() -> None:
 def test_no_positions() -> None:
     mechanism = five_bar()
     kinematics, start = solver(mechanism, "A", "D")
-    assert along_lines(kinematics, start, [0, 1], np.zeros((0, 2))).x.shape == (0, start.size)
+    assert along_lines(kinematics, start[None], [0, 1], np.zeros((0, 2))).x.shape == (0, start.size)

@@ -16,6 +16,7 @@ from cardan_dyn.kinematics.tolerances import (
     SINGULAR_CONDITION,
 )
 from cardan_dyn.problem.arguments import checked
+from cardan_dyn.problem.samples import Targets
 
 MARGIN = 1e3
 """How far, at least, values have to stay away from a tolerance on either side of it."""
@@ -32,7 +33,7 @@ def state(request: pytest.FixtureRequest) -> ClosedState:
     problem = checked(cd.load(request.param), **SCENES[request.param])
     assembly = Assembly(problem)
     positions = np.linspace(0.1, 6.2, 50)[:, None]
-    return assembly.close(assembly.guesses(positions), positions)
+    return assembly.close(assembly.guesses(Targets.of_positions(positions)), positions)
 
 
 def test_singular_values_are_clearly_zero_or_not(state: ClosedState) -> None:
@@ -67,7 +68,7 @@ def test_an_open_loop_is_refused_even_by_little() -> None:
     scene = universal(cd.load("universal_joint"), 0.7)
     assembly = scene._solver.assembly
     positions = np.array([[0.4]])
-    guess = assembly.guesses(positions)
+    guess = assembly.guesses(Targets.of_positions(positions))
     moved = guess.x.copy()
     column = cd.load("universal_joint").coordinates.columns["bearing_out"].start
     moved[:, column] += 0.02

@@ -69,9 +69,9 @@ def test_loads_at_joints_and_on_links_are_told_apart(mechanism: cd.Mechanism) ->
     efforts, wrenches = arguments.split_loads(mechanism, given)
     assert list(efforts) == ["bearing_out"] and float(efforts["bearing_out"]) == -2.0
     assert list(wrenches) == ["shaft_out", "shaft_in"]
-    np.testing.assert_array_equal(wrenches["shaft_out"].force, [wrench[:3]])
-    np.testing.assert_array_equal(wrenches["shaft_out"].moment, [wrench[3:]])
-    np.testing.assert_array_equal(wrenches["shaft_in"].force, [[0.0, 0.0, 0.0]])
+    np.testing.assert_array_equal(wrenches["shaft_out"].force, wrench[:3])
+    np.testing.assert_array_equal(wrenches["shaft_out"].moment, wrench[3:])
+    np.testing.assert_array_equal(wrenches["shaft_in"].force, [0.0, 0.0, 0.0])
     body, placement = mechanism.link("shaft_out")
     assert wrenches["shaft_out"].body == body - 1
     np.testing.assert_array_equal(wrenches["shaft_out"].translation, placement.translation)

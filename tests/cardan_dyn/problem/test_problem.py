@@ -60,23 +60,27 @@ def test_wanted_bodies(mechanism: cd.Mechanism) -> None:
     assert one.wanted_bodies == {mechanism[name].id - 1 for name in ("pin_out", "bearing_in")}
 
 
-def test_loads_at_joints(mechanism: cd.Mechanism) -> None:
-    column = mechanism.coordinates.velocity_columns["bearing_out"].start
-    expected = np.zeros((2, mechanism.model.nv))
-    expected[:, column] = [-5.0, -6.0]
-    np.testing.assert_array_equal(problem(mechanism).joint_loads_at(2), expected)
-    with pytest.raises(cd.ArgumentError, match="'bearing_out' has 2 values, the sweep 3 positions"):
-        problem(mechanism).joint_loads_at(3)
-    constant = problem(mechanism, loads={"bearing_out": -5.0}).joint_loads_at(7)
-    np.testing.assert_array_equal(constant, expected[:1])
+@pytest.mark.parametrize("shape", [(), (4,), (2, 3), (5, 1)])
+def test_loads_have_the_shape_that_was_given(
+    mechanism: cd.Mechanism, shape: tuple[int, ...]
+) -> None:
+    effort, wrench = np.full(shape, -5.0), np.ones((*shape, 6))
+    item = problem(mechanism, loads={"bearing_out": effort, "shaft_out": wrench})
+    np.testing.assert_array_equal(item.joint_loads["bearing_out"], effort)
+    for vectors in (item.link_loads["shaft_out"].force, item.link_loads["shaft_out"].moment):
+        np.testing.assert_array_equal(vectors, wrench[..., :3])
 
 
-def test_loads_on_links(mechanism: cd.Mechanism) -> None:
-    assert list(problem(mechanism).link_loads_at(9)) == ["shaft_out"]
-    varying = problem(mechanism, loads={"shaft_out": np.ones((4, 6))})
-    assert varying.link_loads_at(4) is varying.link_loads
-    with pytest.raises(cd.ArgumentError, match="'shaft_out' has 4 samples, the sweep 9"):
-        varying.link_loads_at(9)
+def test_held_joints_become_drives_after_the_others() -> None:
+    shaft = cd.load("double_shaft_z")
+    angles = {"joint_angle_1": 0.1, "joint_angle_2": 0.2}
+    item = checked(shaft, drive="bearing_in", held=angles, start={"bearing_in": 1.0})
+    assert item.driving(()) is item
+    driven = item.driving(("joint_angle_1",))
+    assert driven.drives == ("bearing_in", "joint_angle_1")
+    assert driven.held == {"joint_angle_2": 0.2}
+    assert driven.differs_from(item) == {"drives", "held"}
+    assert item.held == angles
 
 
 CHANGES = {

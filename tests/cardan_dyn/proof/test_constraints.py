@@ -22,14 +22,14 @@ END = np.array([BASE, ROCKER])
 def constraints(
     mechanism: cd.Mechanism,
     drives: Sequence[str] = (),
-    held: dict[str, float] | None = None,
+    held: Sequence[str] = (),
     unknown: Sequence[str] = (),
 ) -> tuple[Constraints, Twists]:
     twists = Twists(mechanism.frames)
     known = np.ones(mechanism.model.nv, dtype=bool)
     for name in unknown:
         known[mechanism.coordinates.velocity_columns[name]] = False
-    motion = Motion(tuple(drives), held or {}, known)
+    motion = Motion(tuple(drives), tuple(held), known)
     layout = mechanism.coordinates
     return Constraints(mechanism.reread, layout, twists, LENGTH, motion), twists
 
@@ -46,12 +46,15 @@ def claim(mechanism: cd.Mechanism, x: np.ndarray, **changes: object) -> Claim:
         "positions": none,
         "speeds": none,
         "accelerations": none,
+        "held": none,
         "velocity_ratios": np.zeros((count, nv, 0)),
         "wrenches": np.zeros((count, 0, 6)),
         "exerted": np.zeros((count, nv)),
         "couplings": none,
         "loads": np.zeros((1, nv)),
         "link_loads": {},
+        "gravity": np.zeros((1, 3)),
+        "inertia": {},
         "has_rates": False,
     }
     return Claim(**{**values, **changes})  # type: ignore[arg-type]
@@ -235,14 +238,21 @@ def test_drives_and_held_joints_have_the_prescribed_positions(rack: cd.Mechanism
     mechanism = described(
         link("a"), link("b"), joint("A", "ground", "a"), joint("B", "ground", "b")
     )
-    item, twists = constraints(mechanism, ["A"], {"B": 0.5})
+    item, twists = constraints(mechanism, ["A"], ["B"])
     x = np.repeat(row(mechanism, A=0.3, B=0.5), 4, axis=0)
     x[2, mechanism.coordinates.columns["B"]] = 0.3
     prescribed = np.array([[0.3], [0.2], [0.3], [0.3]])
-    error = position_error(item, twists, mechanism, x, positions=prescribed)
-    np.testing.assert_allclose(error, [0.0, 0.1, 0.2, 0.0], atol=1e-16)
+    # One position of the held joint for all samples, or one for each.
+    for held, expected in (
+        ([[0.5]], [0.0, 0.1, 0.2, 0.0]),
+        ([[0.5], [0.5], [0.3], [0.9]], [0.0, 0.1, 0.0, 0.4]),
+    ):
+        given = {"positions": prescribed, "held": np.array(held)}
+        error = position_error(item, twists, mechanism, x, **given)
+        np.testing.assert_allclose(error, expected, atol=1e-16)
     # Positions of many turns are compared with their own size, those of slides with the length.
-    many = position_error(item, twists, mechanism, x[:1], positions=np.array([[1e6]]))
+    far = {"positions": np.array([[1e6]]), "held": np.array([[0.5]])}
+    many = position_error(item, twists, mechanism, x[:1], **far)
     assert many == pytest.approx([1.0], rel=1e-6)
     item, twists = constraints(rack, ["rack"], unknown=["A"])
     x = row(rack, rack=0.02)
@@ -288,7 +298,7 @@ def test_held_joints_rest() -> None:
     mechanism = described(
         link("a"), link("b"), joint("A", "ground", "a"), joint("B", "ground", "b")
     )
-    item, _ = constraints(mechanism, ["A"], {"B": 0.0})
+    item, _ = constraints(mechanism, ["A"], ["B"])
     error = item.slip_error(rate(mechanism, A=7.0, B=-0.5), np.array([2.0]))
     assert error == pytest.approx([0.25])
 

@@ -75,7 +75,15 @@ def test_false_motion_efforts_and_loads_are_refused(name: str) -> None:
     for coupling in range(claim.couplings.shape[1]):
         false = bent(claim.couplings, (4, coupling), 1e-6)
         assert refused(bodies, claim._replace(couplings=false), where)
-    for link, load in scene._problem.link_loads.items():
+    for joint in range(claim.held.shape[1]):
+        assert refused(bodies, claim._replace(held=bent(claim.held, (0, joint), 1e-6)), where)
+    for axis in range(3):
+        assert refused(bodies, claim._replace(gravity=bent(claim.gravity, (0, axis), 1e-4)), where)
+    for link in {link.name for link in scene.mechanism.description.links if link.mass > 0.0}:
+        if scene.mechanism.link(link)[0]:
+            false = {link: np.array([1.0 + 1e-4])}
+            assert refused(bodies, claim._replace(inertia=false), where)
+    for link, load in claim.link_loads.items():
         for field in ("force", "moment"):
             for axis in range(3):
                 false = replace(load, **{field: bent(getattr(load, field), (0, axis), 1e-4)})
@@ -177,8 +185,8 @@ ABOUT_AXLE = INERTIA + MASS * RADIUS**2
 
 def disc_bodies(claims_wrench: bool = True, drives: tuple[str, ...] = ("axle",)) -> FreeBodies:
     mechanism = cd.load(DISC)
-    motion = Motion(drives, {}, np.ones(1, dtype=bool))
-    setup = Setup(np.array([0.0, 0.0, -10.0]), motion, ["axle"] if claims_wrench else [])
+    motion = Motion(drives, (), np.ones(1, dtype=bool))
+    setup = Setup(motion, ["axle"] if claims_wrench else [])
     return FreeBodies(mechanism.reread, mechanism.coordinates, LENGTH, setup)
 
 
@@ -194,12 +202,15 @@ def disc_claim(wrench: list[float], effort: float, has_rates: bool = True, **mor
         "positions": x,
         "speeds": v if has_rates else rest,
         "accelerations": a if has_rates else rest,
+        "held": np.zeros((1, 0)),
         "velocity_ratios": np.ones((2, 1, 1)),
         "wrenches": np.array([[wrench], [wrench]]),
         "exerted": np.full((2, 1), effort),
         "couplings": np.zeros((2, 0)),
         "loads": np.zeros((1, 1)),
         "link_loads": {},
+        "gravity": np.array([[0.0, 0.0, -10.0]]),
+        "inertia": {},
         "has_rates": has_rates,
     }
     return Claim(**{**values, **more})  # type: ignore[arg-type]
@@ -249,6 +260,57 @@ def test_a_disc_at_rest_has_no_inertial_terms() -> None:
     residuals = disc_bodies().check(disc_claim(resting, 0.0, has_rates=False))
     np.testing.assert_allclose(residuals.imbalance, 0.0, atol=1e-14)
     np.testing.assert_array_equal(residuals.inertia, [0.0, 0.0])
+
+
+@pytest.mark.parametrize("factors", [[3.0], [0.0], [0.5, 2.0]])
+def test_factors_multiply_weight_and_inertia_of_a_link(factors: list[float]) -> None:
+    """Of one value for all samples, or of one for each; the rim has no mass."""
+    effort, factor = ABOUT_AXLE * ACCELERATION, np.array(factors)
+    times = np.broadcast_to(factor, 2)[:, None]
+    claim = disc_claim(
+        TURNING,
+        effort,
+        wrenches=times[:, None] * np.array(TURNING),
+        exerted=times * effort,
+        inertia={"disc": factor, "rim": np.array([7.0])},
+    )
+    residuals = disc_bodies().check(claim)
+    np.testing.assert_allclose(residuals.imbalance, 0.0, atol=1e-13)
+    np.testing.assert_allclose(residuals.power_imbalance, 0.0, atol=1e-13)
+    residuals = disc_bodies().check(claim._replace(inertia={}))
+    # What the disc lacks without them is what they add.
+    added = np.abs(times[:, 0] - 1.0)
+    force, moment = np.linalg.norm(TURNING[:3]), np.linalg.norm(TURNING[3:])
+    size = np.maximum(LENGTH * force, moment)
+    np.testing.assert_allclose(residuals.imbalance, added * size, rtol=1e-12)
+    np.testing.assert_allclose(residuals.power_imbalance, added * effort, rtol=1e-12)
+
+
+def test_gravity_may_differ_from_sample_to_sample() -> None:
+    """The axle pulls the disc against it, in the axes that turn with the disc."""
+    gravity, angles = np.array([[3.0, 0.0, 0.0], [0.0, -4.0, 5.0]]), np.array([0.0, 2.0])
+    pull = -MASS * gravity
+    c, s = np.cos(angles), np.sin(angles)
+    held = np.stack([c * pull[:, 0] + s * pull[:, 1], c * pull[:, 1] - s * pull[:, 0], pull[:, 2]])
+    wrenches = np.zeros((2, 1, 6))
+    wrenches[:, 0, :3] = held.T
+    wrenches[:, 0, 3:] = np.cross([RADIUS, 0.0, 0.0], held.T)
+    claim = disc_claim(
+        TURNING,
+        0.0,
+        has_rates=False,
+        wrenches=wrenches,
+        exerted=wrenches[:, :, 5],
+        gravity=gravity,
+    )
+    residuals = disc_bodies().check(claim)
+    np.testing.assert_allclose(residuals.imbalance, 0.0, atol=1e-14)
+    np.testing.assert_allclose(residuals.power_imbalance, 0.0, atol=1e-14)
+    np.testing.assert_allclose(
+        residuals.applied, LENGTH * MASS * np.linalg.norm(gravity, axis=1), rtol=1e-14
+    )
+    swapped = disc_bodies().check(claim._replace(gravity=gravity[::-1]))
+    assert np.all(swapped.imbalance > 1.0)
 
 
 @pytest.mark.parametrize("in_world", [False, True])
@@ -302,11 +364,11 @@ def test_accelerations_of_slides_are_inertial_terms() -> None:
     """Slides against each other leave a body where it is, up to the rounding of each of them."""
     slide = DISC.replace('type="continuous"', 'type="prismatic"')
     mechanism = cd.load(slide)
-    motion = Motion(("axle",), {}, np.ones(1, dtype=bool))
-    setup = Setup(np.zeros(3), motion, ["axle"])
-    bodies = FreeBodies(mechanism.reread, mechanism.coordinates, LENGTH, setup)
+    motion = Motion(("axle",), (), np.ones(1, dtype=bool))
+    bodies = FreeBodies(mechanism.reread, mechanism.coordinates, LENGTH, Setup(motion, ["axle"]))
     push = MASS * ACCELERATION
-    residuals = bodies.check(disc_claim([0.0, 0.0, push, 0.0, -push * RADIUS, 0.0], push))
+    wrench = [0.0, 0.0, push, 0.0, -push * RADIUS, 0.0]
+    residuals = bodies.check(disc_claim(wrench, push, gravity=np.zeros((1, 3))))
     np.testing.assert_allclose(residuals.imbalance, 0.0, atol=1e-14)
     np.testing.assert_allclose(residuals.inertia, MASS * LENGTH * ACCELERATION, rtol=1e-14)
 

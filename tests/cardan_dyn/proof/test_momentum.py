@@ -11,7 +11,7 @@ import cardan_dyn as cd
 from cardan_dyn.proof.momentum import MassiveBodies
 from cardan_dyn.proof.twists import Twists
 
-GRAVITY = np.array([1.0, -2.0, -9.81])
+GRAVITY = np.array([[1.0, -2.0, -9.81]])
 COUNT = 3
 LENGTH = 0.7
 
@@ -25,6 +25,11 @@ def disc(radius: float, mass: float, inertia: float) -> cd.Mechanism:
       <joint name="axle" type="continuous"><parent link="base"/><child link="disc"/>
         <axis xyz="0 0 1"/></joint></robot>"""
     )
+
+
+def massive_bodies(mechanism: cd.Mechanism, length: float = LENGTH) -> MassiveBodies:
+    frames = mechanism.frames
+    return MassiveBodies(frames, dict(enumerate(frames.bodies)), length)
 
 
 def motion(
@@ -44,11 +49,11 @@ def test_wrenches_are_those_of_pinocchio(name: str) -> None:
     mechanism = cd.load(MIXED if name == "mixed" else name)
     frames, x = mechanism.frames, rows(mechanism, COUNT)
     v, a = np.random.default_rng(2).uniform(-2.0, 2.0, (2, COUNT, mechanism.model.nv))
-    massive = MassiveBodies(frames, GRAVITY, LENGTH)
-    moving = massive.weights_less_momentum_rates(*motion(mechanism, x, v, a))
-    resting = massive.weights(frames.placed(x))
+    massive = massive_bodies(mechanism)
+    moving = massive.weights_less_momentum_rates(*motion(mechanism, x, v, a), GRAVITY)
+    resting = massive.weights(frames.placed(x), GRAVITY)
     model, world = mechanism.model, pinocchio.ReferenceFrame.WORLD
-    data, gravity = model.createData(), pinocchio.Motion(GRAVITY, np.zeros(3))
+    data, gravity = model.createData(), pinocchio.Motion(GRAVITY[0], np.zeros(3))
     shift = pinocchio.SE3(np.eye(3), -frames.corner)
     for sample, q in enumerate(mechanism.coordinates.configuration(x)):
         pinocchio.forwardKinematics(model, data, q, v[sample], a[sample])
@@ -71,9 +76,10 @@ def test_wrenches_are_those_of_pinocchio(name: str) -> None:
 def test_a_disc_needs_centripetal_and_tangential_forces() -> None:
     radius, mass, inertia, speed, acceleration = 0.5, 2.0, 0.3, 3.0, 4.0
     mechanism = disc(radius, mass, inertia)
-    massive = MassiveBodies(mechanism.frames, np.zeros(3), LENGTH)
+    massive = massive_bodies(mechanism)
     rates = np.array([[speed]]), np.array([[acceleration]])
-    inertial = massive.weights_less_momentum_rates(*motion(mechanism, np.zeros((1, 1)), *rates))
+    moving = motion(mechanism, np.zeros((1, 1)), *rates)
+    inertial = massive.weights_less_momentum_rates(*moving, np.zeros((1, 3)))
     force, moment = inertial.wrenches[0, ..., 0]
     # The centre lies on the x axis, is accelerated towards the axle and along y.
     np.testing.assert_allclose(
@@ -86,8 +92,8 @@ def test_a_disc_needs_centripetal_and_tangential_forces() -> None:
 
 def test_weights_at_rest_act_at_the_centres() -> None:
     mechanism = disc(0.5, 2.0, 0.3)
-    massive = MassiveBodies(mechanism.frames, np.array([0.0, 0.0, -10.0]), LENGTH)
-    inertial = massive.weights(mechanism.frames.placed(np.array([[0.5 * np.pi]])))
+    massive, gravity = massive_bodies(mechanism), np.array([[0.0, 0.0, -10.0]])
+    inertial = massive.weights(mechanism.frames.placed(np.array([[0.5 * np.pi]])), gravity)
     np.testing.assert_allclose(inertial.wrenches[0, 0, :, 0], [0.0, 0.0, -20.0])
     # After a quarter turn the centre lies on the y axis.
     np.testing.assert_allclose(inertial.wrenches[0, 1, :, 0], [-10.0, 0.0, 0.0], atol=1e-14)
@@ -96,13 +102,13 @@ def test_weights_at_rest_act_at_the_centres() -> None:
 
 def test_massive_bodies_and_the_greatest_of_them() -> None:
     mechanism = cd.load(MIXED)
-    massive = MassiveBodies(mechanism.frames, GRAVITY, LENGTH)
+    massive = massive_bodies(mechanism)
     masses = [mechanism.frames.bodies[index].mass for index in massive.indices]
     assert len(massive) == len(masses) == 4
     assert sorted(masses) == [1.0, 2.0, 3.0, 4.0]
     assert massive.greatest_mass == 4.0
     weight = 4.0 * np.sqrt(1.0 + 4.0 + 9.81**2) * LENGTH
-    assert massive.greatest_weight == pytest.approx(weight, rel=1e-15)
+    assert massive.greatest_weight(GRAVITY) == pytest.approx([weight], rel=1e-15)
     for index, carrier in zip(massive.indices, massive.motions, strict=True):
         assert mechanism.frames.motions[carrier].joint == index
 
@@ -110,12 +116,43 @@ def test_massive_bodies_and_the_greatest_of_them() -> None:
 def test_bodies_without_mass_are_left_out() -> None:
     text = '<robot name="arm"><link name="base"/><link name="arm"/><joint name="hinge" '
     text += 'type="continuous"><parent link="base"/><child link="arm"/></joint></robot>'
-    massive = MassiveBodies(cd.load(text).frames, GRAVITY, LENGTH)
+    massive = massive_bodies(cd.load(text))
     assert not massive
-    assert (massive.greatest_mass, massive.greatest_weight) == (0.0, 0.0)
+    assert massive.greatest_mass == 0.0
+    assert massive.greatest_weight(GRAVITY) == [0.0]
 
 
 def test_weights_that_overflow_are_infinite_without_warnings() -> None:
-    frames = disc(0.5, 2.0, 0.3).frames
-    massive = MassiveBodies(frames, np.array([0.0, 0.0, -1.7e308]), 2.0)
-    assert massive.greatest_weight == np.inf
+    massive = massive_bodies(disc(0.5, 2.0, 0.3), 2.0)
+    assert massive.greatest_weight(np.array([[0.0, 0.0, -1.7e308]])) == [np.inf]
+
+
+def test_gravity_may_differ_from_sample_to_sample() -> None:
+    mechanism = cd.load(MIXED)
+    massive, x = massive_bodies(mechanism), rows(mechanism, COUNT)
+    v, a = np.random.default_rng(2).uniform(-2.0, 2.0, (2, COUNT, mechanism.model.nv))
+    gravity = np.random.default_rng(3).uniform(-9.0, 9.0, (COUNT, 3))
+    frames = mechanism.frames.placed(x)
+    moving = massive.weights_less_momentum_rates(*motion(mechanism, x, v, a), gravity)
+    resting = massive.weights(frames, gravity)
+    for sample in range(COUNT):
+        part, own = slice(sample, sample + 1), gravity[[sample]]
+        alone = massive.weights_less_momentum_rates(
+            *motion(mechanism, x[part], v[part], a[part]), own
+        )
+        at_rest = massive.weights(frames[..., part], own)
+        for together, single in ((moving, alone), (resting, at_rest)):
+            wrenches = together.wrenches[..., part]
+            np.testing.assert_allclose(wrenches, single.wrenches, rtol=1e-13, atol=1e-12)
+            np.testing.assert_allclose(together.size[part], single.size, rtol=1e-13)
+    greatest = 4.0 * LENGTH * np.linalg.norm(gravity, axis=1)
+    np.testing.assert_allclose(massive.greatest_weight(gravity), greatest, rtol=1e-15)
+
+
+def test_some_of_the_bodies_are_collected_by_their_indices() -> None:
+    frames = cd.load(MIXED).frames
+    heaviest = max(range(len(frames.bodies)), key=lambda index: frames.bodies[index].mass)
+    massive = MassiveBodies(frames, {heaviest: frames.bodies[heaviest]}, LENGTH)
+    assert massive.indices == [heaviest]
+    assert frames.motions[massive.motions[0]].joint == heaviest
+    assert massive.greatest_mass == 4.0

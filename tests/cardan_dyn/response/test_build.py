@@ -13,7 +13,7 @@ from testkit.scenes import universal
 import cardan_dyn as cd
 from cardan_dyn.response import build as build_module
 from cardan_dyn.response.domain import Domain
-from cardan_dyn.response.sampling import Samples
+from cardan_dyn.response.sampling import Answer, Samples
 
 Function = Callable[[np.ndarray], np.ndarray]
 
@@ -51,9 +51,16 @@ def refined(
     sampler = KnownFunction(function, condition)
     positions = domain.at_share(np.linspace(0.003, 0.997, 77))
     checks = build_module.Checks(positions, function(positions)[None], 1.0)
-    samples, error = build_module._refined(
-        sampler, UnitScales(), tolerance, domain, sampler.solve(domain.nodes(16)), checks
-    )
+    first = sampler.solve(domain.nodes(16))
+    steps = build_module._refined(UnitScales(), tolerance, domain, first, checks)
+    answer = None
+    while True:
+        try:
+            request = steps.send(answer)
+        except StopIteration as end:
+            samples, error = end.value
+            break
+        answer = Answer(sampler.solve(request.positions))
     np.testing.assert_array_equal(
         samples.values, sampler.solve(domain.nodes(domain.steps(samples.values.shape[1]))).values
     )

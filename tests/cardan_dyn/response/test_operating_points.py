@@ -181,7 +181,7 @@ def test_too_many_operating_points_for_the_memory(
         operating.wrench(0).component(0)
 
 
-def test_motions_are_solved_at_flat_operating_points(
+def test_motions_have_the_shape_of_the_operating_points(
     solver: ProblemSolver, data: ResponseData
 ) -> None:
     speeds = np.array([[2.0], [5.0]])
@@ -191,7 +191,8 @@ def test_motions_are_solved_at_flat_operating_points(
     motion = operating.motion()
     # The velocity ratio of a Cardan joint, bent by 0.5 rad.
     ratio = np.cos(0.5) / (1.0 - np.sin(0.5) ** 2 * np.cos(X) ** 2)
-    np.testing.assert_allclose(np.abs(motion.velocity("bearing_out")), (speeds * ratio).ravel())
+    np.testing.assert_allclose(np.abs(motion.velocity("bearing_out")), speeds * ratio)
+    assert motion.shape == (2, 4)
 
 
 @pytest.mark.parametrize("speed", [1e155, 1e160, 1e200, 1.7e308])

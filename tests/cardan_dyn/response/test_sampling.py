@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.claims import acting
 from testkit.linkages import LINK, coupling, four_bar, gears, loop
+from testkit.scenes import double
 
 import cardan_dyn as cd
+from cardan_dyn.problem.samples import Targets
 from cardan_dyn.response.columns import ACCELERATION, GRAVITY, SPEED_SQUARED, Column, Kind, Layout
-from cardan_dyn.response.sampling import FunctionSampler, Samples, layout_of
+from cardan_dyn.response.sampling import FunctionSampler, Request, Samples, layout_of
 
 POSITIONS = np.array([0.0, 0.4, 1.0, 2.9, -5.0])
 PUSH = cd.Wrench(force=(0.0, 3.0, 10.0), moment=(1.0, 0.0, 0.0))
@@ -49,7 +52,7 @@ def test_without_masses_there_are_loads_alone() -> None:
     loaded = cd.Scene(mechanism, drive="a", loads={"a": 2.0}, gravity=(0.0, 0.0, -9.81))
     assert layout_of(loaded._solver).columns == (Column(Kind.JOINT_LOAD, "a"),)
     idle = cd.Scene(mechanism, drive="a")._solver
-    samples = FunctionSampler(idle).solve(POSITIONS)
+    samples = FunctionSampler(idle).answer(Request(POSITIONS)).samples
     assert samples.values.shape == (0, len(POSITIONS))
     assert samples.condition == 1.0
 
@@ -75,7 +78,7 @@ def test_a_column_is_what_a_sweep_gives_where_it_acts_alone(
     acceleration: float,
 ) -> None:
     sampler = FunctionSampler(scene(joint)._solver)
-    values = sampler.solve(POSITIONS).values
+    values = sampler.answer(Request(POSITIONS)).samples.values
     alone = scene(joint, loads=loads, gravity=gravity)
     sweep = alone.sweep(POSITIONS, speed, acceleration)
     scale = max(float(np.max(np.abs(sweep[name].moment))) for name in joint.joint_names)
@@ -94,7 +97,7 @@ def test_moments_of_couplings_and_efforts_of_two_wheels() -> None:
     wheels = cd.load(gears(coupling("mesh", "a", "b", -2.5)))
     for options in ({}, {"outputs": []}):
         sampler = FunctionSampler(cd.Scene(wheels, drive="a", loads={"b": 7.0}, **options)._solver)
-        samples = sampler.solve(POSITIONS)
+        samples = sampler.answer(Request(POSITIONS)).samples
         for column, effort, moment in (
             (ACCELERATION, 0.025 * (1.0 + 2.5**2), -2.5 * 0.025),
             (Column(Kind.JOINT_LOAD, "b"), 2.5, -1.0),
@@ -119,7 +122,7 @@ def test_moments_of_couplings_beside_a_loop() -> None:
         </robot>""",
     )
     sampler = FunctionSampler(cd.Scene(cd.load(urdf), drive="a", loads={"w": 7.0})._solver)
-    values = sampler.solve(POSITIONS).values
+    values = sampler.answer(Request(POSITIONS)).samples.values
     for column, moment in (
         (SPEED_SQUARED, 0.0),
         (ACCELERATION, -2.0 * 0.025),
@@ -132,27 +135,46 @@ def test_moments_of_couplings_beside_a_loop() -> None:
 def test_proven_samples_are_those_that_are_solved(joint: cd.Mechanism) -> None:
     example = scene(joint)
     sampler = FunctionSampler(example._solver)
-    samples, solution = sampler.prove(POSITIONS)
-    np.testing.assert_allclose(samples.values, sampler.solve(POSITIONS).values, atol=1e-12)
+    samples, loop_error, residuals = sampler.answer(Request(POSITIONS, proven=True))
+    alone = sampler.answer(Request(POSITIONS))
+    np.testing.assert_allclose(samples.values, alone.samples.values, atol=1e-12)
+    assert alone.loop_error is alone.residuals is None
     # What is proven is the scene itself at unit speed and acceleration.
-    sweep = example.sweep(POSITIONS, 1.0, 1.0)
-    np.testing.assert_allclose(solution.v, sweep.motion.v, atol=1e-13)
-    np.testing.assert_allclose(solution.a, sweep.motion.a, atol=1e-12)
-    name = "pin_out"
-    wrench = solution.wrenches[:, example._solver.problem.wrench_index(name)]
-    np.testing.assert_allclose(wrench[:, 3:], sweep[name].moment, atol=1e-11)
-    assert solution.residuals.balance < 1e-13
-    np.testing.assert_allclose(samples.condition, np.max(sweep.condition), rtol=0.1)
+    solver, ones = example._solver, np.ones((len(POSITIONS), 1))
+    closed = solver.assemble(Targets.of_positions(POSITIONS[:, None]))
+    solution = solver.solve(closed, acting(solver, ones, ones))
+    assert residuals is not None
+    for name in ("wrench", "applied", "inertia", "power_scale", "speed_scale"):
+        expected = getattr(solution.residuals, name)
+        np.testing.assert_allclose(getattr(residuals, name), expected, rtol=1e-11, atol=1e-12)
+    assert residuals.balance < 1e-13
+    assert np.max(loop_error) < 1e-14
+    np.testing.assert_allclose(samples.condition, np.max(solution.condition), rtol=0.1)
+
+
+def test_answers_to_several_spans_are_those_to_each() -> None:
+    example = double(cd.load("double_shaft_z"), 0.5, 0.4, load=-10.0)
+    sampler = FunctionSampler(example._solver)
+    position = np.linspace(0.0, 6.0, 1000)
+    spans = [slice(0, 300), slice(300, 310), slice(310, 900), slice(900, 1000)]
+    together = sampler.answers(Targets.of_positions(position[:, None]), spans, proven=True)
+    for span, answer in zip(spans, together, strict=True):
+        alone = sampler.answer(Request(position[span], proven=True))
+        np.testing.assert_allclose(answer.samples.values, alone.samples.values, atol=1e-10)
+        np.testing.assert_allclose(answer.samples.condition, alone.samples.condition, rtol=1e-9)
+        assert answer.residuals is not None
+        assert len(answer.residuals.wrench) == span.stop - span.start
 
 
 def test_samples_of_a_scene_with_a_load_per_sample_are_proven_with_a_constant_load(
     joint: cd.Mechanism,
 ) -> None:
     changing = scene(joint, loads={"bearing_out": np.linspace(-1.0, -2.0, 40), "shaft_out": PUSH})
-    samples, solution = FunctionSampler(changing._solver).prove(POSITIONS)
-    constant = FunctionSampler(scene(joint)._solver).solve(POSITIONS)
-    np.testing.assert_allclose(samples.values, constant.values, atol=1e-12)
-    assert solution.residuals.balance < 1e-13
+    answer = FunctionSampler(changing._solver).answer(Request(POSITIONS, proven=True))
+    constant = FunctionSampler(scene(joint)._solver).answer(Request(POSITIONS)).samples
+    np.testing.assert_allclose(answer.samples.values, constant.values, atol=1e-12)
+    assert answer.residuals is not None
+    assert answer.residuals.balance < 1e-13
 
 
 def sampled(values: list[float], condition: float, influence: float, open_coupling: int) -> Samples:

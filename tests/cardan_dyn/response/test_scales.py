@@ -89,7 +89,7 @@ def test_cancellation_compares_inertial_terms_with_what_is_left_of_them() -> Non
     wrenches = np.zeros((2, 2, 6))
     wrenches[0, 1, 2], wrenches[1, 0, 3] = 8.0, 100.0
     values = samples(layout, wrenches.tolist(), [3.0, 0.0])
-    proven = SimpleNamespace(residuals=SimpleNamespace(inertia=np.array([10.0, 60.0, 20.0])))
+    proven = SimpleNamespace(inertia=np.array([10.0, 60.0, 20.0]))
     # 60 N·m against a force of 8 N at 0.5 m.
     assert measures.cancellation(values, proven) == 1.0 + 60.0 / 4.0  # type: ignore[arg-type]
     assert measures.cancellation(0.0 * values, proven) == 1.0  # type: ignore[arg-type]

@@ -35,11 +35,12 @@ def every_type() -> cd.Mechanism:
     return cd.load(chain + "</robot>")
 
 
-def motion_of(mechanism: cd.Mechanism, x: np.ndarray) -> Motion:
+def motion_of(
+    mechanism: cd.Mechanism, x: np.ndarray, shape: tuple[int, ...] | None = None
+) -> Motion:
     rates = np.zeros((len(x), mechanism.model.nv))
-    return Motion(
-        mechanism, (), x, np.zeros_like(x), rates, rates, VelocityRatios.of(rates[:, :, None])
-    )
+    ratios = VelocityRatios.of(rates[:, :, None])
+    return Motion(mechanism, (), x, np.zeros_like(x), rates, rates, ratios, shape)
 
 
 def rotations(mechanism: cd.Mechanism, x: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -142,12 +143,25 @@ def test_the_axes_of_a_fixed_loop_are_those_of_its_parent() -> None:
     np.testing.assert_allclose(in_world.vector(0), expected, atol=1e-15)
 
 
-def test_only_sweeps_over_one_dimension_are_turned() -> None:
+@pytest.mark.parametrize("frame", ["parent", "world"])
+@pytest.mark.parametrize("name", TYPES)
+def test_wrenches_of_a_grid_are_turned_as_those_in_a_row(name: str, frame: str) -> None:
     mechanism = every_type()
-    grid = StoredComponents(np.zeros((2, 3, 6)))
-    motion = motion_of(mechanism, rows(mechanism, 6))
-    with pytest.raises(cd.ArgumentError, match=r"only sweeps over one dimension .* \(2, 3\)"):
-        turned(mechanism, "planar", "world", grid, rotation_of(motion))
+    x = rows(mechanism, 6)
+    values = np.random.default_rng(1).normal(size=(6, 6))
+    row, row_axis = turned(
+        mechanism, name, frame, StoredComponents(values), rotation_of(motion_of(mechanism, x))
+    )
+    components = StoredComponents(values.reshape(2, 3, 6))
+    grid, axis = turned(
+        mechanism, name, frame, components, rotation_of(motion_of(mechanism, x, (2, 3)))
+    )
+    for first in (0, 3):
+        vectors = grid.vector(first)
+        assert vectors.shape == (2, 3, 3)
+        np.testing.assert_allclose(vectors.reshape(6, 3), row.vector(first), atol=1e-15)
+    assert axis.shape == ((3,) if row_axis.ndim == 1 else (2, 3, 3))
+    np.testing.assert_allclose(axis.reshape(row_axis.shape), row_axis, atol=1e-15)
 
 
 @pytest.mark.parametrize("column", ["continuous", "planar"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.claims import acting
 from testkit.drive_lines import two_lines
 from testkit.linkages import coupling, gears
 from testkit.planar_linkages import five_bar
@@ -11,12 +12,14 @@ from testkit.planar_linkages import five_bar
 import cardan_dyn as cd
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
 from cardan_dyn.problem.arguments import checked
+from cardan_dyn.problem.samples import Targets
 from cardan_dyn.results.collect import motion_at, sweep_of
 
 COUNT = 5
 POSITIONS = np.linspace(0.0, 1.0, COUNT)[:, None]
 SPEEDS = np.full((COUNT, 1), 2.0)
 ACCELERATIONS = np.full((COUNT, 1), -3.0)
+LOADS = {"bearing_out": -2.0}
 
 
 def solver_of(mechanism: cd.Mechanism, **options: object) -> ProblemSolver:
@@ -24,9 +27,10 @@ def solver_of(mechanism: cd.Mechanism, **options: object) -> ProblemSolver:
 
 
 def sweep(solver: ProblemSolver, *rates: np.ndarray, positions: np.ndarray = POSITIONS) -> cd.Sweep:
-    speeds, accelerations = rates or (np.zeros_like(positions),) * 2
-    solution = solver.solve(solver.assemble(positions), speeds, accelerations)
-    return sweep_of(solver, solver.assemble(positions), speeds, accelerations, solution)
+    targets = Targets.of_positions(positions)
+    acts = acting(solver, *(rates or (np.zeros_like(positions),) * 2))
+    solution = solver.solve(solver.assemble(targets), acts)
+    return sweep_of(solver, solver.assemble(targets), acts, solution)
 
 
 def test_one_drive_has_no_dimension_of_its_own(joint: cd.Mechanism) -> None:
@@ -55,9 +59,10 @@ def test_residuals_are_those_of_the_solution(joint: cd.Mechanism) -> None:
     solver = solver_of(
         joint, drive="bearing_in", held={"joint_angle": 0.5}, gravity=(0.0, 0.0, -9.81)
     )
-    assembled = solver.assemble(POSITIONS)
-    solution = solver.solve(assembled, SPEEDS, ACCELERATIONS)
-    turn = sweep_of(solver, assembled, SPEEDS, ACCELERATIONS, solution)
+    assembled = solver.assemble(Targets.of_positions(POSITIONS))
+    acts = acting(solver, SPEEDS, ACCELERATIONS)
+    solution = solver.solve(assembled, acts)
+    turn = sweep_of(solver, assembled, acts, solution)
     assert turn.loop_residual == np.max(solution.loop_error)
     assert turn.balance_residual == solution.residuals.balance
     assert turn.power_residual == solution.residuals.power
@@ -72,7 +77,7 @@ def test_joints_that_no_output_needs_are_nan() -> None:
     options = {"drive": "bearing_0", "loads": {"left_2": -5.0}, "outputs": ["left_2"]}
     solver = solver_of(mechanism, **options)
     turn = sweep(solver, SPEEDS, ACCELERATIONS)
-    motion = motion_at(solver, POSITIONS, SPEEDS, ACCELERATIONS)
+    motion = motion_at(solver, Targets.of_positions(POSITIONS), SPEEDS, ACCELERATIONS)
     for item in (turn.motion, motion):
         for name in mechanism.coordinates.columns:
             values = (item.position(name), item.velocity(name), item.acceleration(name))
@@ -90,7 +95,8 @@ def test_a_motion_alone_is_that_of_the_sweep(shaft: cd.Mechanism) -> None:
     positions = np.linspace(-9.0, 9.0, 800)[:, None]
     rates = np.cos(positions), np.sin(positions)
     turn = sweep(solver_of(shaft, drive="bearing_in", held=held), *rates, positions=positions)
-    motion = motion_at(solver_of(shaft, drive="bearing_in", held=held), positions, *rates)
+    targets = Targets.of_positions(positions)
+    motion = motion_at(solver_of(shaft, drive="bearing_in", held=held), targets, *rates)
     assert len(motion) == 800
     for name in shaft.coordinates.columns:
         for quantity in ("position", "velocity", "acceleration", "ratio"):
@@ -148,9 +154,33 @@ def test_strict_problems_refuse_what_is_not_unique(joint: cd.Mechanism) -> None:
 
 def test_loads_with_another_count_of_samples_are_refused(joint: cd.Mechanism) -> None:
     options = {"drive": "bearing_in", "held": {"joint_angle": 0.5}}
-    solver = solver_of(joint, **options, loads={"bearing_out": [1.0, 2.0]})
-    with pytest.raises(cd.ArgumentError, match="'bearing_out' has 2 values, the sweep 5"):
-        sweep(solver)
+    scene = cd.Scene(joint, **options, loads={"bearing_out": [1.0, 2.0]})
+    with pytest.raises(cd.ArgumentError, match=r"position \(5,\), loads\['bearing_out'\] \(2,\)"):
+        scene.sweep(POSITIONS[:, 0])
+
+
+def test_a_grid_has_what_its_samples_have_in_a_row(joint: cd.Mechanism) -> None:
+    solver = solver_of(joint, drive="bearing_in", held={"joint_angle": 0.5}, loads=LOADS)
+    targets = Targets.of_positions(np.linspace(0.0, 1.0, 6)[:, None])
+    speeds = np.linspace(1.0, 2.0, 6)[:, None]
+    acts = acting(solver, speeds, -speeds)
+    assembled = solver.assemble(targets)
+    flat = sweep_of(solver, assembled, acts, solver.solve(assembled, acts))
+    as_given = acts._replace(speeds=speeds.reshape(2, 3, 1), accelerations=-speeds.reshape(2, 3, 1))
+    on_grid = targets.positions.reshape(2, 3, 1)
+    assembled = solver.assemble(targets._replace(shape=(2, 3), given=on_grid))
+    grid = sweep_of(solver, assembled, as_given, solver.solve(assembled, acts))
+    assert grid.shape == (2, 3)
+    for name in ("position", "speed", "acceleration", "drive_effort", "condition"):
+        expected = getattr(flat, name).reshape(2, 3)
+        np.testing.assert_array_equal(getattr(grid, name), expected)
+    holding = flat.holding_effort["joint_angle"].reshape(2, 3)
+    np.testing.assert_array_equal(grid.holding_effort["joint_angle"], holding)
+    for name in joint.joint_names:
+        np.testing.assert_array_equal(grid[name].force, flat[name].force.reshape(2, 3, 3))
+        for quantity in ("position", "velocity", "acceleration", "ratio"):
+            expected = getattr(flat.motion, quantity)(name).reshape(2, 3)
+            np.testing.assert_array_equal(getattr(grid.motion, quantity)(name), expected)
 
 
 def test_nothing_of_a_sweep_can_be_written_to(joint: cd.Mechanism) -> None:

@@ -20,7 +20,7 @@ COUNT = 4
 DRIVES = ("turn", "slide")
 
 
-def random_motion(drives: tuple[str, ...] = DRIVES) -> Motion:
+def random_motion(drives: tuple[str, ...] = DRIVES, shape: tuple[int, ...] | None = None) -> Motion:
     mechanism = cd.load(MIXED)
     x = rows(mechanism, COUNT)
     rng = np.random.default_rng(2)
@@ -28,9 +28,8 @@ def random_motion(drives: tuple[str, ...] = DRIVES) -> Motion:
     turns[:, mechanism.coordinates.columns["turn"]] = [[-1.0], [0.0], [2.0], [5e5]]
     nv = mechanism.model.nv
     rates = (rng.normal(size=(COUNT, nv)), rng.normal(size=(COUNT, nv)))
-    return Motion(
-        mechanism, drives, x, turns, *rates, VelocityRatios.of(rng.normal(size=(COUNT, nv, 2)))
-    )
+    ratios = VelocityRatios.of(rng.normal(size=(COUNT, nv, 2)))
+    return Motion(mechanism, drives, x, turns, *rates, ratios, shape)
 
 
 def test_positions_count_whole_turns() -> None:
@@ -101,6 +100,26 @@ def test_drives_without_names_are_listed_by_index() -> None:
         random_motion(()).ratio("hinge", 7)
 
 
+@pytest.mark.parametrize("shape", [(4,), (2, 2), (1, 4), (2, 1, 2)])
+def test_samples_may_have_several_dimensions(shape: tuple[int, ...]) -> None:
+    row, motion = random_motion(), random_motion(shape=shape)
+    model = motion.mechanism.model
+    assert motion.shape == shape
+    assert len(motion) == shape[0]
+    for name, trailing in (("q", (model.nq,)), ("v", (model.nv,)), ("a", (model.nv,))):
+        expected = getattr(row, name).reshape(*shape, *trailing)
+        np.testing.assert_array_equal(getattr(motion, name), expected)
+    for joint in motion.mechanism.coordinates.columns:
+        for quantity in ("position", "velocity", "acceleration", "ratio"):
+            expected = getattr(row, quantity)(joint)
+            found = getattr(motion, quantity)(joint)
+            np.testing.assert_array_equal(found, expected.reshape(*shape, *expected.shape[1:]))
+        for found, expected in zip(
+            motion.joint_placement(joint), row.joint_placement(joint), strict=True
+        ):
+            np.testing.assert_array_equal(found, expected.reshape(*shape, *expected.shape[1:]))
+
+
 def test_joints_without_coordinates_are_refused() -> None:
     motion = random_motion()
     for method in (motion.position, motion.velocity, motion.acceleration, motion.ratio):
@@ -115,9 +134,13 @@ def test_joints_without_coordinates_are_refused() -> None:
 @pytest.mark.parametrize(
     "copied", [copy.copy, copy.deepcopy, lambda m: pickle.loads(pickle.dumps(m))]
 )
-def test_copies_are_equal_and_as_closed_to_writing(copied: object) -> None:
-    motion = random_motion()
+@pytest.mark.parametrize("shape", [None, (2, 2)])
+def test_copies_are_equal_and_as_closed_to_writing(
+    copied: object, shape: tuple[int, ...] | None
+) -> None:
+    motion = random_motion(shape=shape)
     again = copied(motion)  # type: ignore[operator]
+    assert again.shape == motion.shape
     for name in ("_x", "_turns", "v", "a", "_velocity_ratios.values", "_velocity_ratios.moved"):
         array = attrgetter(name)(again)
         np.testing.assert_array_equal(array, attrgetter(name)(motion))

@@ -20,6 +20,7 @@ def source() -> SolvedSource:
     mechanism = four_bar()
     x, rates = np.zeros((3, mechanism.coordinates.size)), np.zeros((3, mechanism.model.nv))
     return SolvedSource(
+        shape=(3,),
         wrenches=np.arange(36.0).reshape(3, 2, 6),
         drive_efforts=np.array([1.0, 2.0, 3.0]),
         holding_efforts=frozen({"D": np.array([4.0, 5.0, 6.0])}),
@@ -29,8 +30,11 @@ def source() -> SolvedSource:
         position=np.array([0.1, 0.2, 0.3]),
         speed=np.array([10.0, 20.0, 30.0]),
         acceleration=np.array([7.0, 8.0, 9.0]),
+        held=frozen({"D": 0.3}),
         joint_loads=frozen({"D": np.array(-2.0)}),
+        link_loads=frozen({}),
         gravity=np.array([0.0, 0.0, -9.81]),
+        inertia=frozen({}),
     )
 
 

@@ -68,7 +68,7 @@ def test_a_sweep_knows_what_was_given(turn: cd.Sweep) -> None:
     load = turn.loads["shaft_out"]
     assert load.frame == "world"
     np.testing.assert_array_equal(load.force, np.outer(POSITIONS, [1.0, 2.0, 3.0]))
-    np.testing.assert_array_equal(load.moment, [[0.0, 0.0, 0.0]])
+    np.testing.assert_array_equal(load.moment, [0.0, 0.0, 0.0])
     with pytest.raises(cd.ImmutableError):
         turn.loads["bearing_out"] = 0.0
 
@@ -160,9 +160,14 @@ def test_a_grid_of_a_response_has_the_shape_of_its_operating_points(joint: cd.Me
     assert grid.shape == (2, 7)
     assert grid.drive_effort.shape == grid["bearing_out"].torsion.shape == (2, 7)
     assert grid["bearing_out"].force.shape == (2, 7, 3)
+    # Forces and moments of all samples are turned, their sizes along the axis are not.
+    moments = grid["bearing_out"].moment
+    turned = np.einsum("...ij,...j->...i", grid.rotation("bearing_out"), moments)
+    np.testing.assert_allclose(grid.wrench("bearing_out", "world").moment, turned, atol=1e-12)
     for frame in ("parent", "world"):
-        with pytest.raises(cd.ArgumentError, match=r"over one dimension .* shape \(2, 7\)"):
-            grid.wrench("bearing_out", frame)
+        wrench = grid.wrench("bearing_out", frame)
+        assert wrench.force.shape == (2, 7, 3)
+        np.testing.assert_allclose(wrench.torsion, grid["bearing_out"].torsion, atol=1e-11)
 
 
 def test_every_output_has_its_row_of_flags(turn: cd.Sweep) -> None:

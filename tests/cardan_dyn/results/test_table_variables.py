@@ -201,6 +201,41 @@ def test_grids_give_each_coordinate_the_dimensions_along_which_it_varies(
     np.testing.assert_allclose(item["joint_velocity"].values[..., crank], expected, rtol=1e-14)
 
 
+def test_what_is_given_to_a_grid_has_the_dimensions_along_which_it_varies(
+    joint: cd.Mechanism,
+) -> None:
+    angle, factor = np.array([[0.1], [0.5], [0.9]]), np.array([1.0, 2.0, 3.0, 4.0])
+    forces, moments = np.arange(9.0).reshape(3, 1, 3), np.arange(12.0).reshape(4, 3)
+    scene = universal(joint, 0.5, load=-2.0, gravity=(0.0, 0.0, -9.81))
+    sweep = scene.sweep(
+        POSITIONS,
+        held={"joint_angle": angle},
+        loads={"bearing_out": POSITIONS, "cross": cd.Wrench(forces, moments)},
+        inertia={"cross": factor, "shaft_in": 2.0},
+    )
+    item = variables(sweep)
+    for name, dims, unit, values in (
+        ("held_joint_angle", ("sample_0",), "rad", angle[:, 0]),
+        ("inertia_cross", ("sample_1",), "1", factor),
+        ("inertia_shaft_in", (), "1", 2.0),
+        ("load_bearing_out", ("sample_1",), "N·m", POSITIONS),
+        ("load_cross_force", ("sample_0", "component"), "N", forces[:, 0]),
+        ("load_cross_moment", ("sample_1", "component"), "N·m", moments),
+    ):
+        assert item[name].is_coordinate
+        assert (item[name].dims, item[name].unit) == (dims, unit)
+        np.testing.assert_array_equal(item[name].values, values)
+    assert item["held_joint_angle"].long_name == "position at which joint_angle is held"
+    assert item["inertia_cross"].long_name == "factor on mass and inertia of link cross"
+    assert "gravity" not in item
+    samples = ("sample_0", "sample_1")
+    assert item["force"].dims == (*samples, "joint", "component")
+    assert item["condition"].dims == item["drive_effort"].dims == samples
+    for index, name in enumerate(labels_of(sweep)["moving_joint"]):
+        values = item["joint_position"].values[..., index]
+        np.testing.assert_array_equal(values, sweep.motion.position(name))
+
+
 def test_flat_sweeps_of_a_response_have_all_coordinates_along_their_samples(
     joint: cd.Mechanism,
 ) -> None:

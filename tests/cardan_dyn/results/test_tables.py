@@ -125,6 +125,22 @@ def test_attributes_are_numbers_and_texts(turn: cd.Sweep, grid: cd.Sweep) -> Non
     }
 
 
+def test_held_positions_that_vary_are_a_coordinate(joint: cd.Mechanism) -> None:
+    angles = np.linspace(0.1, 0.9, 4)
+    scene = universal(joint, 0.5, outputs=["bearing_out"])
+    sweep = scene.sweep(POSITIONS, held={"joint_angle": angles}, inertia={"cross": angles})
+    data, frame = sweep.to_xarray(), sweep.to_dataframe()
+    for table in (data, frame):
+        held = {"joint_angle": "see coordinate held_joint_angle"}
+        assert json.loads(table.attrs["held"]) == held
+    np.testing.assert_array_equal(data.held_joint_angle, angles)
+    np.testing.assert_array_equal(frame["held_joint_angle"], angles)
+    np.testing.assert_array_equal(frame["inertia_cross"], angles)
+    assert frame.attrs["units"]["held_joint_angle"] == "rad"
+    single = scene.sweep(POSITIONS, held={"joint_angle": 0.2}).to_xarray()
+    assert json.loads(single.attrs["held"]) == {"joint_angle": 0.2}
+
+
 def test_gravity_that_varies_is_a_coordinate(joint: cd.Mechanism) -> None:
     response = universal(joint, 0.5, gravity=(0.0, 0.0, -9.81), outputs=["bearing_out"]).response()
     pull = np.arange(12.0).reshape(4, 3)

@@ -48,7 +48,7 @@ def test_arguments_are_properties(joint: cd.Mechanism) -> None:
     assert list(item.loads) == ["bearing_out", "shaft_out"]
     assert item.loads["bearing_out"] == -2.0
     assert item.loads["shaft_out"].frame == "world"
-    np.testing.assert_array_equal(item.loads["shaft_out"].force, [[1.0, 2.0, 3.0]])
+    np.testing.assert_array_equal(item.loads["shaft_out"].force, [1.0, 2.0, 3.0])
     with pytest.raises(cd.ImmutableError):
         item.loads["bearing_out"] = 0.0
     with pytest.raises(cd.ImmutableError, match="strict of a Arguments cannot be changed"):
@@ -82,7 +82,7 @@ def test_changes_of_nothing_give_the_same_problem(joint: cd.Mechanism) -> None:
     # Loads on links are compared by identity.
     assert again.differs_from(item._problem) == {"link_loads"}
     assert again.link_loads["shaft_out"].in_world
-    np.testing.assert_array_equal(again.link_loads["shaft_out"].force, [[1.0, 2.0, 3.0]])
+    np.testing.assert_array_equal(again.link_loads["shaft_out"].force, [1.0, 2.0, 3.0])
 
 
 @pytest.mark.parametrize(

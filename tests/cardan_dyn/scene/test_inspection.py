@@ -13,3 +13,4 @@ def test_a_scene_is_inspected_before_any_sweep() -> None:
     assert scene.motion_range() == (-np.inf, np.inf)
     assert scene.configuration().mechanism is scene.mechanism
     assert next(iter(scene.branches())) == "A"
+    np.testing.assert_array_equal(scene.reachable([[0.0, 7.0]]), [[True, True]])

@@ -205,19 +205,29 @@ def test_branches_tell_angles_within_half_a_turn(joint: cd.Mechanism) -> None:
 
 def test_shapes_of_a_sweep(joint: cd.Mechanism) -> None:
     scene = cd.Scene(joint, drive="bearing_in", held=HELD, loads={"bearing_out": [-1.0, -2.0]})
-    with pytest.raises(cd.ArgumentError, match="load on 'bearing_out' has 2 values, the sweep 3"):
-        scene.sweep([0.0, 1.0, 2.0])
-    with pytest.raises(cd.ArgumentError, match="speed has 3 samples, position has 2"):
-        scene.sweep([0.0, 1.0], speed=[1.0, 2.0, 3.0])
-    with pytest.raises(cd.ArgumentError, match=r"position has shape \(2, 3\)"):
-        scene.sweep(np.zeros((2, 3)))
+    for position, speed, shapes in (
+        ([0.0, 1.0, 2.0], 0.0, r"position \(3,\), loads\['bearing_out'\] \(2,\)"),
+        ([0.0, 1.0], [1.0, 2.0, 3.0], r"position \(2,\), speed \(3,\), loads.* \(2,\)"),
+        (np.zeros((2, 3)), 0.0, r"position \(2, 3\), loads\['bearing_out'\] \(2,\)"),
+    ):
+        message = f"^shapes do not broadcast: {shapes}; for a grid, give each argument an axis"
+        with pytest.raises(cd.ArgumentError, match=message):
+            scene.sweep(position, speed=speed)
     with pytest.raises(cd.ArgumentError, match="position is empty"):
         scene.sweep([])
-    with pytest.raises(cd.ArgumentError, match=r"loads\['bearing_out'\] has shape \(1, 1\)"):
-        cd.Scene(joint, drive="bearing_in", held=HELD, loads={"bearing_out": [[1.0]]})
+    assert scene.sweep(np.zeros((3, 2))).shape == (3, 2)
+    both = cd.Scene(joint, drive=["bearing_in", "joint_angle"])
+    with pytest.raises(
+        cd.ArgumentError, match=r"position has shape \(2, 3\), expected .*\(..., 2\)"
+    ):
+        both.sweep(np.zeros((2, 3)))
+    scene = cd.Scene(joint, drive="bearing_in", held=HELD, loads={"bearing_out": [[1.0]]})
+    assert scene.sweep([0.0, 1.0]).shape == (1, 2)
     wrench = cd.Wrench(force=np.zeros((3, 3)))
     scene = cd.Scene(joint, drive="bearing_in", held=HELD, loads={"shaft_out": wrench})
-    with pytest.raises(cd.ArgumentError, match="wrench on 'shaft_out' has 3 samples, the sweep 2"):
+    with pytest.raises(
+        cd.ArgumentError, match=r"position \(2,\), loads\['shaft_out'\]\.force \(3,\);"
+    ):
         scene.sweep([0.0, 1.0])
     turn = universal(joint, 0.5).sweep(0.25)
     assert len(turn) == 1
@@ -248,7 +258,7 @@ def test_positions_closed_once_serve_several_sweeps(
         turned = [sweep.motion.position("bearing_out") for sweep in (again, direct)]
         np.testing.assert_allclose(*turned, rtol=0.0, atol=1e-14)
         assert again.balance_residual < 10.0 * direct.balance_residual
-    with pytest.raises(cd.ArgumentError, match="speed has 3 samples, position has 700"):
+    with pytest.raises(cd.ArgumentError, match=r"position \(700,\), speed \(3,\)"):
         scene.sweep(closed, speed=np.zeros(3))
     with pytest.raises(cd.ArgumentError, match="assembled by another scene"):
         double(shaft, 0.5, 0.4).sweep(closed)

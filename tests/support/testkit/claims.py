@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import cardan_dyn as cd
+from cardan_dyn.dynamics.problem_solver import ProblemSolver
+from cardan_dyn.problem.samples import Acting, acting_on
 from cardan_dyn.proof.free_bodies import FreeBodies
 from cardan_dyn.proof.residuals import Claim, Residuals
 from testkit.many_drives import cranks, on_arms
@@ -77,6 +79,13 @@ SCENES = {
 def positions(scene: cd.Scene) -> np.ndarray:
     """Return drive positions `(30, d)` of a scene."""
     return np.stack([(k + 1.0) * POSITIONS for k in range(len(scene.drives))], axis=1)
+
+
+def acting(solver: ProblemSolver, speeds: np.ndarray, accelerations: np.ndarray) -> Acting:
+    """Return rates `(N, d)` of the drives, with what acts in the scene, flat over the samples."""
+    if speeds.shape[1] == 1:
+        speeds, accelerations = speeds[:, 0], accelerations[:, 0]
+    return acting_on(solver.problem, speeds, accelerations).flat((len(speeds),))
 
 
 def claimed(

@@ -1,0 +1,380 @@
+"""Samples: what a sweep prescribes at each of its samples, from arguments that broadcast.
+
+Positions, rates, held positions, loads, gravity and factors on inertia may each have a shape of
+their own; together they span the shape of the sweep. Within, samples are counted in C order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..checks import mapping, numbers, shortened
+from ..errors import ArgumentError, choices
+from ..forces.link_loads import LinkLoad
+from ..frozen import FrozenDict, frozen
+from ..mechanism.mechanism import Mechanism
+from .arguments import check_distance, check_single, split_loads
+from .problem import Problem
+
+
+class Targets(NamedTuple):
+    """Positions at which the loops are closed, N in all.
+
+    Attributes:
+        shape: of the samples.
+        positions: of the drives `(N, d)` [rad or m].
+        held: held joints whose positions are not those of the scene, and these, as they were given.
+        designs: the same as rows `(D, h)` [rad or m].
+        design_of: `(N,)` the design (index) of each sample.
+        given: positions of the drives as they were given, `(..., d)`.
+        was_column: whether `(N, 1)` was given where `shape` is `(N,)`.
+    """
+
+    shape: tuple[int, ...]
+    positions: Array
+    held: FrozenDict[str, Array]
+    designs: Array
+    design_of: Array
+    given: Array
+    was_column: bool = False
+
+    @staticmethod
+    def of_positions(positions: Array, shape: tuple[int, ...] | None = None) -> Targets:
+        """Return the targets that are positions `(N, d)` of the drives alone."""
+        count = len(positions)
+        none = np.zeros(count, dtype=int)
+        shape = shape or (count,)
+        given = positions.reshape(*shape, -1)
+        return Targets(shape, positions, frozen({}), np.zeros((1, 0)), none, given)
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return len(self.positions)
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """Names of the held joints whose positions are not those of the scene."""
+        return tuple(self.held)
+
+    @property
+    def prescribed(self) -> Array:
+        """Positions of the drives, then of the varied joints, `(N, d + h)`."""
+        if not self.held:
+            return self.positions
+        return np.concatenate([self.positions, self.designs[self.design_of]], axis=1)
+
+    def held_at(self, positions: Mapping[str, Array]) -> Targets:
+        """Return the same with held joints at one position each for all samples."""
+        row = np.array([list(positions.values())], dtype=float)
+        none = np.zeros(self.size, dtype=int)
+        return self._replace(held=frozen(positions), designs=row, design_of=none)
+
+    def of_samples(self, samples: Array) -> Targets:
+        """Return the targets of some samples, by their indices `(K,)`."""
+        return self._replace(
+            shape=samples.shape,
+            positions=self.positions[samples],
+            design_of=self.design_of[samples],
+            given=self.positions[samples],
+            was_column=False,
+        )
+
+    def expanded(self, shape: tuple[int, ...]) -> Targets:
+        """Return the targets of a shape with which theirs broadcasts."""
+        if shape == self.shape:
+            return self
+        positions, design_of = (
+            _flat(values.reshape(*self.shape, *values.shape[1:]), shape, values.ndim - 1)
+            for values in (self.positions, self.design_of)
+        )
+        return self._replace(shape=shape, positions=positions, design_of=design_of)
+
+
+class Acting(NamedTuple):
+    """How fast the drives move and what acts; each array broadcasts with the shape of the samples.
+
+    Attributes:
+        speeds, accelerations: of the drives `(..., d)` [rad/s or m/s, per s].
+        joint_loads: loaded coordinate to the effort added there [N·m or N].
+        link_loads: link to the wrench that acts on it.
+        gravity: `(..., 3)` [m/s²].
+        inertia: link to the factor on its mass and inertia.
+    """
+
+    speeds: Array
+    accelerations: Array
+    joint_loads: FrozenDict[str, Array]
+    link_loads: FrozenDict[str, LinkLoad]
+    gravity: Array
+    inertia: FrozenDict[str, Array]
+
+    @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shapes of the samples of each argument, by the names that messages use."""
+        shapes = {
+            "speed": self.speeds.shape[:-1],
+            "acceleration": self.accelerations.shape[:-1],
+            "gravity": self.gravity.shape[:-1],
+        }
+        for name, effort in self.joint_loads.items():
+            shapes[f"loads[{name!r}]"] = effort.shape
+        for name, load in self.link_loads.items():
+            shapes[f"loads[{name!r}].force"] = load.force.shape[:-1]
+            shapes[f"loads[{name!r}].moment"] = load.moment.shape[:-1]
+        for name, factor in self.inertia.items():
+            shapes[f"inertia[{name!r}]"] = factor.shape
+        return shapes
+
+    def without_columns(self) -> Acting:
+        """Return the same with arrays over `(N,)` instead of `(N, 1)`."""
+        loads = {
+            name: replace(
+                load, force=without_column(load.force, 1), moment=without_column(load.moment, 1)
+            )
+            for name, load in self.link_loads.items()
+        }
+        return Acting(
+            without_column(self.speeds, 1),
+            without_column(self.accelerations, 1),
+            frozen({name: without_column(effort) for name, effort in self.joint_loads.items()}),
+            frozen(loads),
+            without_column(self.gravity, 1),
+            frozen({name: without_column(factor) for name, factor in self.inertia.items()}),
+        )
+
+    def flat(self, shape: tuple[int, ...]) -> Acting:
+        """Return the same with arrays over `(N,)`, or `(1,)` where all samples have one value."""
+
+        def over(values: Array, trailing: int = 0) -> Array:
+            rest = values.shape[values.ndim - trailing :]
+            alone = values.size == math.prod(rest)
+            return values.reshape(1, *rest) if alone else _flat(values, shape, trailing)
+
+        return Acting(
+            _flat(self.speeds, shape, 1),
+            _flat(self.accelerations, shape, 1),
+            frozen({name: over(effort) for name, effort in self.joint_loads.items()}),
+            frozen(
+                {
+                    name: replace(load, force=over(load.force, 1), moment=over(load.moment, 1))
+                    for name, load in self.link_loads.items()
+                }
+            ),
+            over(self.gravity, 1),
+            frozen({name: over(factor) for name, factor in self.inertia.items()}),
+        )
+
+
+def targets_of(
+    problem: Problem,
+    position: object,
+    held: object = None,
+    others: Mapping[str, tuple[int, ...]] | None = None,
+) -> Targets:
+    """Return the positions that a sweep asks for.
+
+    Args:
+        problem: of the scene.
+        position: of its d drives, see `_drive_values`.
+        held: held joint to positions of any shape, instead of those of the scene.
+        others: shapes of what acts there. Where neither these nor held joints vary along the last
+            axis, positions `(N, 1)` of one drive are `(N,)`.
+
+    Raises:
+        ArgumentError: not finite, empty, shapes that do not broadcast, or a joint that is not held.
+        ModelError: no such joint.
+    """
+    driven = _drive_values("position", position, len(problem.drives))
+    every = _held(problem, held)
+    varied = {
+        name: values for name, values in every.items() if np.any(values != problem.held[name])
+    }
+    shapes = {"position": driven.shape[:-1]}
+    shapes |= {f"held[{name!r}]": values.shape for name, values in every.items()}
+    was_column = False
+    if driven.shape[1:] == (1, 1) and is_column(common_shape({**shapes, **(others or {})})):
+        driven, was_column = driven[:, 0], True
+        varied = {name: without_column(values) for name, values in varied.items()}
+        shapes = {name: shape[:1] if is_column(shape) else shape for name, shape in shapes.items()}
+    shape = common_shape(shapes) or (1,)
+    positions = _flat(driven, shape, trailing=1)
+    if not varied:
+        targets = Targets.of_positions(positions, shape)
+        return targets._replace(given=driven, was_column=was_column)
+    rows = np.stack(np.broadcast_arrays(*varied.values()), axis=-1)
+    of_rows = np.arange(rows[..., 0].size).reshape(rows.shape[:-1])
+    designs = rows.reshape(-1, len(varied))
+    design_of = _flat(of_rows, shape)
+    return Targets(shape, positions, frozen(varied), designs, design_of, driven, was_column)
+
+
+def acting_on(
+    problem: Problem,
+    speed: object = 0.0,
+    acceleration: object = 0.0,
+    loads: object = None,
+    gravity: object = None,
+    inertia: object = None,
+) -> Acting:
+    """Return how fast a sweep moves and what acts in it.
+
+    Args:
+        problem: of the scene.
+        speed: of its d drives, see `_drive_values`.
+        acceleration: likewise.
+        loads: joints and links to what acts on them instead of what the scene has there.
+        gravity: `(..., 3)` instead of the scene's.
+        inertia: link to the factor on its mass and inertia.
+
+    Raises:
+        ArgumentError: not finite, empty, of a wrong shape, or a factor below zero.
+        ModelError: no such joint or link.
+    """
+    drives = len(problem.drives)
+    efforts, wrenches = split_loads(problem.mechanism, loads)
+    for name in efforts:
+        if name not in problem.mechanism.coordinates.named:
+            raise ArgumentError(
+                f"loads[{name!r}]: the scene solves this joint as a ball; give the scene itself a "
+                "load on one of its coordinates"
+            )
+    gravities = problem.gravity if gravity is None else numbers("gravity", gravity)
+    if gravities.shape[-1:] != (3,) or not gravities.size:
+        raise ArgumentError(f"gravity has shape {gravities.shape}, expected (..., 3)")
+    return Acting(
+        _drive_values("speed", speed, drives),
+        _drive_values("acceleration", acceleration, drives),
+        frozen({**problem.joint_loads, **efforts}),
+        frozen({**problem.link_loads, **wrenches}),
+        gravities,
+        frozen(_factors(problem.mechanism, inertia)),
+    )
+
+
+def is_column(shape: tuple[int, ...]) -> bool:
+    """Return whether a shape is that of a column, `(N, 1)`."""
+    return len(shape) == 2 and shape[1] == 1
+
+
+def without_column(values: Array, trailing: int = 0) -> Array:
+    """Return values `(N, 1, ...)` without the second axis, others as they are.
+
+    Args:
+        values: of samples.
+        trailing: number of axes that are not those of samples.
+    """
+    return values[:, 0] if is_column(values.shape[: values.ndim - trailing]) else values
+
+
+def common_shape(shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
+    """Return the shape that arguments span together.
+
+    Args:
+        shapes: of the arguments, by the names that messages use.
+
+    Raises:
+        ArgumentError: they do not broadcast.
+    """
+    different = {shape for shape in shapes.values() if shape}
+    if len(different) <= 1:  # Most sweeps have one argument that varies.
+        return different.pop() if different else ()
+    try:
+        return np.broadcast_shapes(*different)
+    except ValueError as error:
+        listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise ArgumentError(
+            f"shapes do not broadcast: {listed}; for a grid, give each argument an axis of its "
+            "own, as values[:, None] does"
+        ) from error
+
+
+def _flat(values: Array, shape: tuple[int, ...], trailing: int = 0) -> Array:
+    """Return values `(...)` over all samples `(N,)`; the last `trailing` axes are kept."""
+    rest = values.shape[values.ndim - trailing :]
+    if values.shape != (*shape, *rest):
+        values = np.broadcast_to(values, (*shape, *rest))
+    return values.reshape(-1, *rest)
+
+
+def _drive_values(name: str, value: object, drives: int) -> Array:
+    """Return positions, speeds or accelerations of the drives as `(..., d)`.
+
+    Args:
+        name: how messages call the argument.
+        value: of any shape for one drive; a number for all of d drives, or `(..., d)`.
+        drives: their number d.
+
+    Raises:
+        ArgumentError: it is not numeric, not finite, empty or has another shape.
+    """
+    array = numbers(name, value)
+    if not array.size:
+        raise ArgumentError(f"{name} is empty")
+    if drives == 1:
+        return array[..., None]
+    if not array.ndim:
+        return np.full(drives, float(array))
+    if array.shape[-1] != drives:
+        raise ArgumentError(
+            f"{name} has shape {array.shape}, expected a number or (..., {drives}), a column for "
+            "each drive"
+        )
+    return array
+
+
+def _held(problem: Problem, held: object) -> dict[str, Array]:
+    """Return the positions of held joints, in the order of the scene.
+
+    Raises:
+        ArgumentError: not finite, empty, too far away, or a joint that the scene does not hold.
+        ModelError: no such joint.
+    """
+    varied = {}
+    given = mapping("held", held)
+    # In the order of the scene, so that one set of joints is one family of designs.
+    order = {name: index for index, name in enumerate(problem.held)}
+    for name in sorted(given, key=lambda name: order.get(name, len(order))):
+        value = given[name]
+        check_single(problem.mechanism, name, "held joint")
+        label = f"held[{shortened(repr(name))}]"
+        if name not in problem.held:
+            raise ArgumentError(
+                f"{label}: the scene does not hold this joint; held: "
+                f"{choices(problem.held, name)}. Hold it in the scene, at any position near these"
+            )
+        values = numbers(label, value)
+        if not values.size:
+            raise ArgumentError(f"{label} is empty")
+        farthest = values.flat[np.argmax(np.abs(values))]
+        check_distance(problem.mechanism, name, label, float(farthest))
+        varied[name] = values
+    return varied
+
+
+def _factors(mechanism: Mechanism, inertia: object) -> dict[str, Array]:
+    """Return the factors on mass and inertia of links.
+
+    Raises:
+        ArgumentError: not finite, empty, below zero, or a link that is fixed to the world.
+        ModelError: no such link.
+    """
+    factors = {}
+    for name, value in mapping("inertia", inertia).items():
+        body, _ = mechanism.link(name)
+        label = f"inertia[{shortened(repr(name))}]"
+        if body == 0:
+            raise ArgumentError(f"{label}: the link is fixed to the world; its mass does not count")
+        factor = numbers(label, value)
+        if not factor.size:
+            raise ArgumentError(f"{label} is empty")
+        if np.any(factor < 0.0):
+            raise ArgumentError(f"{label} is {float(np.min(factor)):g}; factors are not negative")
+        factors[name] = factor
+    return factors

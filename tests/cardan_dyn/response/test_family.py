@@ -1,0 +1,156 @@
+"""Families of responses: against responses of scenes made one by one, and direct sweeps."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn.response.family import ResponseFamily
+
+ANGLES = np.array([0.1, 0.4, 0.9, 1.2])
+POSITIONS = np.linspace(-4.0, 9.0, 31)
+
+
+@pytest.fixture(scope="module")
+def scene() -> cd.Scene:
+    return cd.Scene(
+        cd.load("universal_joint"),
+        drive="bearing_in",
+        held={"joint_angle": 0.5},
+        loads={"bearing_out": -100.0, "cross": cd.Wrench((1.0, 2.0, 3.0))},
+        gravity=(0.0, 1.0, -9.81),
+    )
+
+
+@pytest.fixture(scope="module")
+def family(scene: cd.Scene) -> ResponseFamily:
+    return scene.responses({"joint_angle": ANGLES})
+
+
+def test_each_response_is_that_of_its_own_scene(scene: cd.Scene, family: ResponseFamily) -> None:
+    assert family.shape == (4,)
+    assert len(family) == len(list(family)) == 4
+    for index, angle in enumerate(ANGLES.tolist()):
+        own = scene.replace(held={"joint_angle": angle}).response()
+        member = family[index]
+        assert member.sample_count == own.sample_count == family.sample_count[index]
+        assert member.columns == own.columns
+        assert family.error[index] == member.error < 1e-11
+        expected = own.sweep(POSITIONS, 7.0, -2.0, loads={"bearing_out": 30.0})
+        turn = member.sweep(POSITIONS, 7.0, -2.0, loads={"bearing_out": 30.0})
+        for name in expected:
+            size = np.max(np.abs(expected[name].moment)) + 1.0
+            for part in ("force", "moment"):
+                first, second = getattr(turn[name], part), getattr(expected[name], part)
+                np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-11 * size)
+        assert turn.held == {"joint_angle": angle}
+        np.testing.assert_allclose(
+            turn.motion.position("bearing_out"), expected.motion.position("bearing_out"), atol=1e-12
+        )
+
+
+def test_a_sweep_of_the_family_is_a_direct_one(scene: cd.Scene) -> None:
+    angle = ANGLES[:, None]
+    family = scene.responses({"joint_angle": angle})
+    speed = np.linspace(0.0, 20.0, 31)
+    turn = family.sweep(POSITIONS, speed, 3.0, loads={"bearing_out": -20.0}, gravity=(0, 0, -5.0))
+    direct = scene.sweep(
+        POSITIONS,
+        speed,
+        3.0,
+        held={"joint_angle": angle},
+        loads={"bearing_out": -20.0},
+        gravity=(0.0, 0.0, -5.0),
+    )
+    assert turn.shape == direct.shape == (4, 31)
+    for name in direct:
+        for part in ("force", "moment", "bending", "torsion"):
+            first, second = getattr(turn[name], part), getattr(direct[name], part)
+            np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(turn.drive_effort, direct.drive_effort, atol=1e-9)
+    np.testing.assert_allclose(
+        turn.holding_effort["joint_angle"], direct.holding_effort["joint_angle"], atol=1e-9
+    )
+    np.testing.assert_allclose(turn.motion.v, direct.motion.v, atol=1e-11)
+    np.testing.assert_array_equal(turn.position, np.broadcast_to(POSITIONS, (4, 31)))
+    np.testing.assert_array_equal(turn.unique, direct.unique)
+    assert turn.balance_residual < 1e-10
+    assert turn.to_xarray()["bending"].dims == ("sample_0", "sample_1", "joint")
+
+
+def test_designs_of_several_dimensions_are_indexed_by_them() -> None:
+    shaft = cd.load("double_shaft_z")
+    held = {"joint_angle_1": np.array([[0.2], [0.3]]), "joint_angle_2": np.array([0.1, 0.4, 0.6])}
+    scene = cd.Scene(
+        shaft,
+        drive="bearing_in",
+        held={"joint_angle_1": 0.3, "joint_angle_2": 0.2},
+        loads={"bearing_out": -100.0},
+    )
+    family = scene.responses(held)
+    assert family.shape == family.error.shape == (2, 3)
+    whole = family.sweep(1.0)
+    assert whole.shape == (2, 3)
+    for i, j in np.ndindex(2, 3):
+        own = {
+            "joint_angle_1": held["joint_angle_1"][i, 0],
+            "joint_angle_2": held["joint_angle_2"][j],
+        }
+        expected = scene.replace(held=own).sweep(1.0)["bearing_out"].bending[0]
+        assert whole["bearing_out"].bending[i, j] == pytest.approx(expected, rel=1e-10)
+        assert family[i, j].sweep(1.0)["bearing_out"].bending[0] == pytest.approx(expected)
+    for index in (0, (0, 1, 0), "a", (0.0, 1)):
+        with pytest.raises(cd.ArgumentError, match="has 2 indices"):
+            family[index]  # type: ignore[index]
+    with pytest.raises(IndexError):
+        family[2, 0]
+
+
+def test_designs_that_are_all_that_of_the_scene(scene: cd.Scene) -> None:
+    family = scene.responses({"joint_angle": np.full(3, 0.5)})
+    assert family.shape == (3,)
+    turn = family.sweep(POSITIONS[:, None])
+    expected = scene.sweep(POSITIONS)["bearing_in"].bending
+    np.testing.assert_allclose(turn["bearing_in"].bending, np.tile(expected, (3, 1)).T, atol=1e-10)
+
+
+def test_ranges_of_drives_that_do_not_turn_through() -> None:
+    """A double Cardan shaft is swung by its joint angle through a range."""
+    crank = cd.load("slider_crank")
+    scene = cd.Scene(
+        crank, drive="crank_bearing", held={}, loads={"piston_guide": -10.0}, outputs=["crank_pin"]
+    )
+    whole = scene.responses({}, interval=(0.5, 1.5))
+    turn = whole.sweep([0.6, 1.4])
+    expected = scene.sweep([0.6, 1.4])["crank_pin"].force
+    np.testing.assert_allclose(turn["crank_pin"].force[..., :], expected, atol=1e-10)
+
+
+def test_copies_and_files(scene: cd.Scene, family: ResponseFamily, tmp_path: object) -> None:
+    expected = family.sweep(POSITIONS[:, None])["bearing_in"].moment
+    copy = pickle.loads(pickle.dumps(family))
+    np.testing.assert_allclose(copy.sweep(POSITIONS[:, None])["bearing_in"].moment, expected)
+    member = pickle.loads(pickle.dumps(family[2]))
+    np.testing.assert_allclose(member.sweep(POSITIONS)["bearing_in"].moment, expected[:, 2])
+    path = f"{tmp_path}/design.npz"
+    family[2].save(path)
+    restored = scene.replace(held={"joint_angle": float(ANGLES[2])}).load_response(path)
+    np.testing.assert_array_equal(restored.sweep(POSITIONS)["bearing_in"].moment, expected[:, 2])
+    with pytest.raises(cd.CardanError, match="held"):
+        scene.load_response(path)
+    with pytest.raises(cd.ImmutableError):
+        family.shape = (1,)
+
+
+def test_what_cannot_be_reached_is_refused_by_design(scene: cd.Scene) -> None:
+    with pytest.raises(cd.AssemblyError, match=r"^design 2: .*held joint 'joint_angle'"):
+        scene.responses({"joint_angle": [0.1, 0.2, 2.0]})
+    with pytest.raises(cd.AccuracyError, match=r"^design 1: the response reaches"):
+        scene.responses({"joint_angle": [0.1, 1.5707]})
+    with pytest.raises(cd.ArgumentError, match="does not hold this joint"):
+        scene.responses({"pin_in": [0.1, 2.0]})
+    with pytest.raises(cd.ArgumentError, match="do not broadcast"):
+        scene.responses({"joint_angle": ANGLES}).sweep(np.zeros(3))

@@ -1,0 +1,33 @@
+"""Descriptions in which the mass and inertia of some links are multiplied."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+import cardan_dyn as cd
+
+_NUMBER = re.compile(r'\b(value|ixx|iyy|izz|ixy|ixz|iyz)="([^"]*)"')
+
+
+def moving(mechanism: cd.Mechanism) -> list[str]:
+    """Return the names of the links that have mass and are not fixed to the world."""
+    links = [link.name for link in mechanism.description.links if link.mass > 0.0]
+    return [name for name in links if mechanism.link(name)[0]]
+
+
+def scaled(mechanism: cd.Mechanism, factors: Mapping[str, float]) -> cd.Mechanism:
+    """Return a mechanism read from the same URDF text with other masses and inertias."""
+    text = mechanism.description.source.text
+    for link, factor in factors.items():
+        first = text.index(f'<link name="{link}">')
+        last = text.index("</link>", first)
+        text = text[:first] + _times(factor, text[first:last]) + text[last:]
+    return cd.load(text)
+
+
+def _times(factor: float, element: str) -> str:
+    return _NUMBER.sub(
+        lambda found: f'{found[1]}="{factor * float(found[2])!r}"',
+        element,
+    )
