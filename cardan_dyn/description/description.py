@@ -6,7 +6,8 @@ whatever notation they were read from: `==` compares contents, arrays included, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from collections.abc import Collection
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -136,6 +137,8 @@ class JointDescription(Record):
         child_placement: `(4, 4)` placement of the child link in the joint's frame [m]. In a URDF
             both frames coincide; MJCF places them independently.
         limits: of its coordinate.
+        adjustable: what a `fixed` joint becomes in a scene that holds or drives it: `revolute` or
+            `prismatic` along `axis`, where its place is zero; empty if it stays fixed.
     """
 
     name: str
@@ -147,6 +150,7 @@ class JointDescription(Record):
     axis_2: np.ndarray
     child_placement: np.ndarray = field(default_factory=lambda: np.eye(4))
     limits: Limits = field(default_factory=Limits)
+    adjustable: str = ""
 
     def __repr__(self) -> str:
         return f"<JointDescription {self.name!r}: {self.type}, {self.parent!r} -> {self.child!r}>"
@@ -236,6 +240,18 @@ class Description(Record):
     notation: str = field(default="URDF+", compare=False)
     warnings: tuple[str, ...] = field(default=(), compare=False)
     source: SourceText | None = field(default=None, compare=False)
+
+    def with_moving(self, joints: Collection[str]) -> Description:
+        """Return the description in which some adjustable joints are what they become."""
+        return replace(
+            self,
+            joints=tuple(
+                replace(joint, type=joint.adjustable, adjustable="")
+                if joint.name in joints
+                else joint
+                for joint in self.joints
+            ),
+        )
 
     @property
     def root(self) -> str:

@@ -21,6 +21,8 @@ TREE_TYPES = JOINT_TYPES | ADDED_TYPES
 """Types of tree joints that can be loaded."""
 SINGLE_TYPES = frozenset({"revolute", "continuous", "prismatic"})
 """Types of joints that have one coordinate."""
+ADJUSTABLE_TYPES = frozenset({"revolute", "prismatic"})
+"""What fixed joints may become in scenes that hold or drive them."""
 LOOP_TYPES = TREE_TYPES - {"floating"}
 """Types of loops that can be closed."""
 
@@ -282,3 +284,20 @@ def _end(side: ElementTree.Element | None, at: str) -> np.ndarray:
     if side.get("xyz") is not None or side.get("rpy") is not None:
         raise ModelError(f"{at}: <{side.tag}> has attributes xyz or rpy and an <origin>; keep one")
     return placement(side, at)
+
+
+def adjustable_type(element: ElementTree.Element, kind: str, at: str) -> str:
+    """Return what a fixed joint becomes where a scene holds or drives it; empty if it stays fixed.
+
+    Raises:
+        ModelError: the joint is not fixed, or cannot become that.
+    """
+    becomes = element.get("adjustable", "")
+    if becomes and kind != "fixed":
+        raise ModelError(f"{at}: only fixed joints are adjustable, and its type is {kind!r}")
+    if becomes and becomes not in ADJUSTABLE_TYPES:
+        raise ModelError(
+            f"{at}: a joint cannot be adjustable {becomes!r}; types: "
+            f"{choices(ADJUSTABLE_TYPES, becomes)}"
+        )
+    return becomes

@@ -110,7 +110,8 @@ def _joint(joint: JointDescription, element: Element) -> JointDescription:
     """Return a joint with the placement and axes of its element."""
     origin = _origin(element)
     made_universal = joint.type == "universal" and element.get("type") != "universal"
-    if joint.type == "fixed" or made_universal:
+    stays_fixed = joint.type == "fixed" and not joint.adjustable
+    if stays_fixed or made_universal:
         # A file beside the URDF that makes a joint universal states its axes as well.
         return replace(joint, origin=origin)
     axis = _axis(element, "axis")

@@ -31,6 +31,7 @@ from .elements import (
     JOINT_TYPES,
     LEAST_MASS,
     TREE_TYPES,
+    adjustable_type,
     axes_of,
     check_size,
     check_unique,
@@ -311,11 +312,12 @@ def _joint(
         )
     changed = changed_types.get(name, ChangedType(kind))
     kind = changed.type
+    adjustable = adjustable_type(element, kind, at)
     axis = axis_2 = np.array([1.0, 0.0, 0.0])
     if changed.axes:
         axis, axis_2 = changed.axes
-    elif kind != "fixed":
-        axis, axis_2 = axes_of(element, kind, at)
+    elif kind != "fixed" or adjustable:
+        axis, axis_2 = axes_of(element, adjustable or kind, at)
     return JointDescription(
         name=name,
         type=kind,
@@ -325,6 +327,7 @@ def _joint(
         axis=axis,
         axis_2=axis_2,
         limits=_limits(element, kind, at),
+        adjustable=adjustable,
     )
 
 

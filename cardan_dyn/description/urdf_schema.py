@@ -25,7 +25,7 @@ _KNOWN: dict[str, str] = {
     "mass": "value",
     "inertia": "ixx ixy ixz iyy iyz izz",
     "origin": f"{_POSE} quat_xyzw",
-    "joint": "name type independent",
+    "joint": "name type independent adjustable",
     "joint/": "origin parent child axis axis2 limit dynamics mimic calibration safety_controller",
     "parent": "link",
     "child": "link",

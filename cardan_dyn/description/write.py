@@ -166,10 +166,12 @@ def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> 
     element = SubElement(robot, "joint", name=joint.name, type=joint.type)
     if independent:
         element.set("independent", "true")
+    if joint.adjustable:
+        element.set("adjustable", joint.adjustable)
     SubElement(element, "parent", link=joint.parent)
     SubElement(element, "child", link=joint.child)
     _write_origin(element, joint.origin, at)
-    if joint.type != "fixed":
+    if joint.type != "fixed" or joint.adjustable:
         _write_axes(element, joint)
     _write_limits(element, joint.limits, joint.type, at)
     return element

@@ -131,10 +131,7 @@ class ClosureEquations:
 
     @cached_property
     def _candidates(self) -> list[list[LoopAxes]]:
-        """Per loop, the axes in which rows may be chosen, those of the body that carries it first.
-
-        The others are fixed to the bodies on the loop.
-        """
+        """Per loop, axes for its rows: those of the body that carries it, then of those on it."""
         return [
             [own, *(_axes_on(int(body), loop, self.mechanism, self.batch) for body in on_loop)]
             for own, loop, on_loop in zip(

@@ -47,7 +47,7 @@ class Mechanism(Presentation):
 
     A ball (of a `spherical` or `floating` joint) has a unit quaternion as its coordinates. A scene
     that names one of its Cardan angles has a mechanism in which this ball is three turns, see
-    `with_cardan_angles`: about x of the parent's side, then the carried y, then the child's z.
+    `variant`: about x of the parent's side, then the carried y, then the child's z.
 
     Attributes:
         name: name in the description.
@@ -55,9 +55,8 @@ class Mechanism(Presentation):
         notation: how the description writes its loops, and what else it says about them.
         warnings: what is wrong with the description and was accepted.
         model: `pin.Model` of the spanning tree, the joints of the loops included. Its `gravity` is
-            Pinocchio's 9.81 m/s² along -z, which plays no part in scenes: they have the gravity
-            that they are given, none unless they are given some. It keeps the limits of the
-            description, of which scenes know nothing either.
+            Pinocchio's 9.81 m/s² along -z, which plays no part in scenes, as the limits that it
+            keeps play none.
         constraint_models: the welds as `pin.RigidConstraintModel`, for `pin.constraintDynamics`.
         joints: mapping of joint names to `Joint`, tree joints first, then loops.
         links: mapping of link names to `(index in model, pin.SE3 placement in that body)`.
@@ -65,8 +64,7 @@ class Mechanism(Presentation):
         couplings: the ratios between the motions of links or joints.
         independent_joints: names of the joints that the description's author drives.
         auxiliary_bodies: indices of the bodies in `model` that only carry a loop's joint to the
-            world. Their artificial inertia keeps the inertia matrix of `model` regular; it has no
-            effect, since they are welded to the world.
+            world. Their artificial inertia, without effect, keeps the inertia matrix regular.
         characteristic_length: greatest distance within a body [m]. It weighs forces against
             moments and distances against angles wherever both are compared.
         coordinates: layout of joint coordinates and velocities.
@@ -83,9 +81,8 @@ class Mechanism(Presentation):
             cardan: names of the joints whose balls are written as three turns.
         """
         self.description = description
-        # Without a reference to itself, it is freed as soon as nobody uses it.
         self._base = base
-        self._variants: dict[frozenset[str], Mechanism] = {}
+        self._variants: dict[tuple[frozenset[str], frozenset[str]], Mechanism] = {}
         self.name = description.name
         self.notation = description.notation
         self.warnings = description.warnings
@@ -106,7 +103,12 @@ class Mechanism(Presentation):
             if loop.successor == 0 and self.joints[loop.joint].parts
         )
         self.constraint_models = constraint_models(self.model, self.loops)
-        self.characteristic_length = characteristic_length(self.model, self.loops)
+        # Variants are compared by the same length, however their bodies are divided.
+        self.characteristic_length = (
+            characteristic_length(self.model, self.loops)
+            if base is None
+            else base.characteristic_length
+        )
         if self.characteristic_length < _SHORTEST:
             raise ModelError(
                 f"{self.name}: the greatest length is {self.characteristic_length:g} m; "
@@ -119,7 +121,8 @@ class Mechanism(Presentation):
 
     def __reduce__(self) -> tuple[object, ...]:
         if self._base is not None:
-            return _variant, (self._base, sorted(self.coordinates.cardan))
+            moving = sorted(self._base.adjustable.keys() & self.joints.keys())
+            return _variant, (self._base, sorted(self.coordinates.cardan), moving)
         return Mechanism, (self.description,)
 
     @cached_property
@@ -187,25 +190,34 @@ class Mechanism(Presentation):
         # A fixed joint has no coordinate; its own name says which one it is in errors.
         return tuple(name for joint in joints for name in joint.coordinates or (joint.name,))
 
-    def with_cardan_angles(self, joints: Collection[str]) -> Mechanism:
-        """Return the mechanism in which the balls of some joints are three turns.
+    @cached_property
+    def adjustable(self) -> FrozenDict[str, str]:
+        """Fixed joints that become movable in scenes that hold or drive them, and what they become.
 
-        Its wrenches are the same, in the same frames. Each variant is made once.
+        At zero they are where they are fixed; `<joint type="fixed" adjustable="revolute">` in URDF.
+        """
+        joints = self.base.description.joints
+        return FrozenDict({item.name: item.adjustable for item in joints if item.adjustable})
+
+    def variant(self, cardan: Collection[str] = (), adjusted: Collection[str] = ()) -> Mechanism:
+        """Return the mechanism in which balls are three turns and adjustable joints can move.
 
         Args:
-            joints: names of joints; those without a ball make no difference.
+            cardan: names of joints whose balls are turns; those without make no difference.
+            adjusted: names of the adjustable joints that can move.
 
         Raises:
             ModelError: no such joint.
         """
-        cardan = frozenset(name for name in joints if self.base.joint(name).has_ball)
-        if not cardan:
-            return self.base
-        variants = self.base._variants
-        if cardan not in variants:
-            # Threads may make the same one at the same time; all of them get the first.
-            variants.setdefault(cardan, Mechanism(self.description, self.base, cardan))
-        return variants[cardan]
+        base, moving = self.base, frozenset(adjusted)
+        key = frozenset(name for name in cardan if base.joint(name).has_ball), moving
+        if not any(key):
+            return base
+        if key not in base._variants:
+            description = base.description.with_moving(moving) if moving else base.description
+            # Of those that threads make at the same time, all of them get the first.
+            base._variants.setdefault(key, Mechanism(description, base, key[0]))
+        return base._variants[key]
 
     @property
     def base(self) -> Mechanism:
@@ -280,8 +292,8 @@ class Mechanism(Presentation):
         return read_only(zero_of(self.description, self.coordinates))
 
 
-def _variant(base: Mechanism, cardan: Collection[str]) -> Mechanism:
-    return base.with_cardan_angles(cardan)
+def _variant(base: Mechanism, cardan: Collection[str], moving: Collection[str]) -> Mechanism:
+    return base.variant(cardan, moving)
 
 
 def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:

@@ -86,12 +86,12 @@ def checked(
 
 
 def with_named_balls(mechanism: Mechanism, named: Iterable[str]) -> Mechanism:
-    """Return the mechanism in which those balls are turns of which a coordinate is named."""
-    drivable = mechanism.drivable
-    names_known = (name for name in named if name in drivable)
+    """Return the mechanism in which named adjustable joints move, and named balls are turns."""
+    drivable, every = mechanism.base.drivable, set(named)
     # The slides of a floating joint are no angles of its ball.
-    turning = (drivable[name] for name in names_known if not drivable[name].slides)
-    return mechanism.with_cardan_angles({item.joint for item in turning})
+    turning = (drivable[name] for name in every & drivable.keys() if not drivable[name].slides)
+    adjusted = every & mechanism.adjustable.keys()
+    return mechanism.variant({item.joint for item in turning}, adjusted)
 
 
 def _drives(
@@ -125,6 +125,8 @@ def check_single(mechanism: Mechanism, name: object, role: str) -> None:
     """
     if isinstance(name, str) and name in mechanism.drivable:
         return
+    if isinstance(name, str) and name in mechanism.adjustable:
+        raise ArgumentError(f"{role} {name!r} is fixed in this scene; hold it there as well")
     if isinstance(name, str) and name not in mechanism and "." in name:
         joint_name, _, coordinate = name.rpartition(".")
         reason = f"no joint or coordinate {name!r}; there are: {choices(mechanism.drivable, name)}"

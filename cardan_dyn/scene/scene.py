@@ -34,7 +34,7 @@ class Scene(SceneResponses):
             that the description calls independent, as far as they are not held. Of a joint with
             several coordinates, here and in `held`, `loads` and `start`, the name of one of them,
             `joint.coordinate`; `Mechanism.drivable` lists them. To name an angle of a ball makes
-            it three turns, see `Mechanism.with_cardan_angles`, in `Scene.mechanism` as well.
+            it three turns, see `Mechanism.variant`, in `Scene.mechanism` as well.
         held: joints whose position the scene fixes, to their coordinates [rad or m]. The moment
             or force that holds them is a result.
         loads: what acts on the mechanism. A joint's name with an effort, a number or `(N,)`

@@ -257,9 +257,9 @@ def test_copies_and_pickles_solve_the_same() -> None:
         np.testing.assert_array_equal(other.motion.position("base.turn_y"), x[:, 5])
         np.testing.assert_array_equal(other["base"].moment, sweep["base"].moment)
     mechanism = pickle.loads(pickle.dumps(scene.mechanism))
-    assert mechanism.with_cardan_angles(["base"]) is mechanism
-    assert mechanism.base is mechanism.with_cardan_angles([])
-    assert mechanism.base.with_cardan_angles(["base", "a"]) is mechanism
+    assert mechanism.variant(["base"]) is mechanism
+    assert mechanism.base is mechanism.variant([])
+    assert mechanism.base.variant(["base", "a"]) is mechanism
 
 
 def test_balls_of_mjcf() -> None:

@@ -52,8 +52,10 @@ def turn(degrees: tuple[float, ...]) -> cd.Sweep:
 
 def test_lengths_are_those_of_the_file() -> None:
     reader = Reader(text("drive_line"))
-    assert reader.origin("pin_2_in").tolist() == [FRONT, 0.0, 0.0]
-    assert reader.origin("slip").tolist() == [REAR, 0.0, 0.0]
+    assert reader.origin("fork_phase_1").tolist() == [FRONT, 0.0, 0.0]
+    assert reader.origin("fork_phase_2").tolist() == [REAR, 0.0, 0.0]
+    for name in ("pin_2_in", "slip"):
+        assert not reader.origin(name).any()
     assert reader.origin("bearing_float").tolist() == [BEARING, 0.0, 0.0]
 
 

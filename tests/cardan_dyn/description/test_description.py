@@ -75,6 +75,7 @@ CHANGES = [
             **{"name": "h", "type": "continuous", "parent": "hand", "child": "hand"},
             **{"origin": ELSEWHERE, "axis": Y, "axis_2": X, "child_placement": ELSEWHERE},
             "limits": Limits(upper=3.0),
+            "adjustable": "revolute",
         },
     ),
     (

@@ -16,7 +16,7 @@ PLAIN = cd.load(
         joint("ball", "spherical", "a b"),
     )
 )
-MECHANISM = PLAIN.with_cardan_angles(["ball", "base"])
+MECHANISM = PLAIN.variant(["ball", "base"])
 
 
 def note(passives: list[str], **positions: float) -> str:

@@ -66,7 +66,7 @@ def test_turns_and_slides_are_found_by_name(mechanism: cd.Mechanism) -> None:
     ball = coordinates.velocity_columns["ball"].start
     angles = ["ball.x", "ball.y", "ball.z"]
     assert coordinates.names_of({ball + 1, rate + 1}) == [*angles, "cross.turn_2"]
-    variant = mechanism.with_cardan_angles(["ball"]).coordinates
+    variant = mechanism.variant(["ball"]).coordinates
     assert variant.names_of({ball + 1}) == ["ball.y"]
     assert variant.columns["ball"].stop - variant.columns["ball"].start == 3
     assert variant.neutral().tolist() == [0.0] * 9

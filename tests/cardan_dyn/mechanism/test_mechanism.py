@@ -106,10 +106,10 @@ def test_tables_escape_names_and_list_couplings() -> None:
 
 
 def test_a_variant_has_turns_instead_of_balls(mixed: cd.Mechanism) -> None:
-    variant = mixed.with_cardan_angles(["ball", "turn"])
-    assert variant is mixed.with_cardan_angles(["ball"]) is variant.with_cardan_angles(["ball"])
+    variant = mixed.variant(["ball", "turn"])
+    assert variant is mixed.variant(["ball"]) is variant.variant(["ball"])
     assert variant.base is mixed.base is mixed
-    assert mixed.with_cardan_angles(["turn"]) is mixed is variant.with_cardan_angles([])
+    assert mixed.variant(["turn"]) is mixed is variant.variant([])
     assert (mixed["ball"].has_ball, variant["ball"].has_ball) == (True, False)
     assert variant["ball"].type == "spherical"
     np.testing.assert_array_equal(variant["ball"].axis, mixed["ball"].axis)
@@ -117,14 +117,14 @@ def test_a_variant_has_turns_instead_of_balls(mixed: cd.Mechanism) -> None:
     assert list(variant.drivable.items()) == list(mixed.drivable.items())
     assert variant.to_urdf() == mixed.to_urdf()
     with pytest.raises(cd.ModelError, match="no joint 'nothing'"):
-        variant.with_cardan_angles(["nothing"])
+        variant.variant(["nothing"])
 
 
 def test_variants_are_copied_with_their_base(mixed: cd.Mechanism) -> None:
-    again = pickle.loads(pickle.dumps(mixed.with_cardan_angles(["ball"])))
+    again = pickle.loads(pickle.dumps(mixed.variant(["ball"])))
     assert again.coordinates.cardan == {"ball"} and not again.base.coordinates.cardan
-    assert again.base.with_cardan_angles(["ball"]) is again
-    both = pickle.loads(pickle.dumps((mixed, mixed.with_cardan_angles(["ball"]))))
+    assert again.base.variant(["ball"]) is again
+    both = pickle.loads(pickle.dumps((mixed, mixed.variant(["ball"]))))
     assert both[1].base is both[0]
 
 

@@ -32,5 +32,5 @@ def test_welds_count_in_the_length_of_a_mechanism() -> None:
     assert characteristic_length(mechanism.model, mechanism.loops) == max(alone, apart)
     assert mechanism.characteristic_length == pytest.approx(max(alone, apart))
     # It is the same however the balls are written.
-    variant = mechanism.with_cardan_angles(["ball"])
+    variant = mechanism.variant(["ball"])
     assert variant.characteristic_length == mechanism.characteristic_length

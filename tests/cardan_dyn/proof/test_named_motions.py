@@ -25,7 +25,7 @@ def described(mechanism: cd.Mechanism) -> dict[str, tuple[str, list[float]]]:
 
 def test_coordinates_are_named_by_what_they_are() -> None:
     x, y, z = np.eye(3).tolist()
-    plain, cardan = cd.load(FLOATING), cd.load(FLOATING).with_cardan_angles(["ball", "base"])
+    plain, cardan = cd.load(FLOATING), cd.load(FLOATING).variant(["ball", "base"])
     slides = {"base.x": ("slide", x), "base.y": ("slide", y), "base.z": ("slide", z)}
     assert described(plain) == slides
     turns = {"base.turn_x": x, "base.turn_y": y, "base.turn_z": z}
@@ -57,7 +57,7 @@ def test_the_exact_name_of_a_joint_comes_first() -> None:
 def test_the_solution_means_the_same_coordinates(text: str) -> None:
     """Both sides read names by code of their own."""
     mechanism = cd.load(text)
-    for variant in (mechanism, mechanism.with_cardan_angles(list(mechanism))):
+    for variant in (mechanism, mechanism.variant(list(mechanism))):
         found = named_motions(variant.frames)
         assert set(found) == set(variant.coordinates.named)
         for name, scalar in variant.coordinates.named.items():
