@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from math import cos, sin
 from pathlib import Path
+
+import numpy as np
 
 URDF = Path(__file__).parents[1] / "urdf"
 
@@ -16,10 +19,34 @@ def text(name: str) -> str:
 
 
 def mechanics(name: str) -> str:
-    """Return a bundled description without its visuals, materials and comments."""
+    """Return a bundled description without visuals, materials, comments and adjustable joints."""
     urdf = re.sub(r"<!--.*?-->", "", text(name), flags=re.DOTALL)
     urdf = re.sub(r"\s*<visual.*?</visual>", "", urdf, flags=re.DOTALL)
-    return re.sub(r"\s*<material name=.*?</material>", "", urdf, flags=re.DOTALL)
+    urdf = re.sub(r"\s*<material name=.*?</material>", "", urdf, flags=re.DOTALL)
+    return _without_adjustable_joints(urdf)
+
+
+def _without_adjustable_joints(urdf: str) -> str:
+    """Return a description in which what hangs from adjustable joints hangs from their parents.
+
+    They are shifted, not turned, and the links behind them have no mass.
+    """
+    robot = ElementTree.fromstring(urdf)
+    for joint in [item for item in robot.findall("joint") if item.get("adjustable")]:
+        parent, child, origin = (joint.find(tag) for tag in ("parent", "child", "origin"))
+        assert parent is not None and child is not None and origin is not None
+        shift = np.array(origin.get("xyz", "0 0 0").split(), dtype=float)
+        for other in robot.findall("joint"):
+            end, place = other.find("parent"), other.find("origin")
+            if end is not None and end.get("link") == child.get("link"):
+                assert place is not None
+                moved = shift + np.array(place.get("xyz", "0 0 0").split(), dtype=float)
+                place.set("xyz", " ".join(repr(float(value)) for value in moved))
+                end.set("link", parent.get("link", ""))
+        (link,) = (item for item in robot.findall("link") if item.get("name") == child.get("link"))
+        robot.remove(joint)
+        robot.remove(link)
+    return ElementTree.tostring(robot, encoding="unicode").replace(" />", "/>")
 
 
 def massless(urdf: str) -> str:
@@ -126,3 +153,48 @@ def _line(count: int, prefix: str, beta: float) -> str:
             f'<successor link="{shaft}"/><axis xyz="{pins[1]}"/></loop>'
         )
     return urdf
+
+
+def design_line(count: int) -> str:
+    """Return a line of joints whose angles, fork phases and lengths are joints to be held.
+
+    `angle_k` bends joint k; behind it `phase_k` turns the rear fork of the shaft, and `length_k`
+    moves the next joint, which a slide in the shaft (`slip_k`) follows.
+    """
+
+    def joint(name: str, kind: str, parent: str, child: str, axis: str, at: float = 0.0) -> str:
+        limit = "" if kind == "continuous" else '<limit lower="-3" upper="3"/>'
+        return (
+            f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="{at} 0 0"/><axis xyz="{axis}"/>{limit}</joint>'
+        )
+
+    x, y, z = "1 0 0", "0 1 0", "0 0 1"
+    urdf, before, frame = _input(), "shaft_0", "base"
+    for k in range(1, count + 1):
+        urdf += _SHAFT.format(name=f"shaft_{k}") + _CROSS.format(name=f"cross_{k}")
+        urdf += f'<link name="housing_{k}"/>'
+        urdf += joint(f"pin_{k}_in", "continuous", before, f"cross_{k}", y)
+        urdf += joint(f"angle_{k}", "revolute", frame, f"housing_{k}", z)
+        urdf += joint(f"bearing_{k}", "continuous", f"housing_{k}", f"shaft_{k}", x)
+        urdf += (
+            f'<loop name="pin_{k}_out" type="continuous"><predecessor link="cross_{k}"/>'
+            f'<successor link="shaft_{k}"/><axis xyz="{z}"/></loop>'
+        )
+        if k < count:
+            before, frame = f"rear_{k}", f"frame_{k}"
+            urdf += f'<link name="{frame}"/><link name="spline_{k}"/>' + _SHAFT.format(name=before)
+            urdf += joint(f"length_{k}", "prismatic", f"housing_{k}", frame, x, 0.5)
+            urdf += joint(f"phase_{k}", "revolute", f"shaft_{k}", f"spline_{k}", x, 0.5)
+            urdf += joint(f"slip_{k}", "prismatic", f"spline_{k}", before, x)
+    return f'<robot name="design_line">{urdf}</robot>'
+
+
+def random_designs(count: int, designs: int) -> dict[str, np.ndarray]:
+    """Return random angles, phases and lengths `(designs, 1)` of such lines."""
+    rng = np.random.default_rng(0)
+    behind = range(1, count)
+    limits = {f"angle_{k}": (0.02, 0.5) for k in range(1, count + 1)}
+    limits |= {f"phase_{k}": (0.0, np.pi) for k in behind}
+    limits |= {f"length_{k}": (-0.05, 0.05) for k in behind}
+    return {name: rng.uniform(*ends, size=(designs, 1)) for name, ends in limits.items()}

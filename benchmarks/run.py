@@ -19,7 +19,16 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 if not __package__:
     sys.path.insert(0, str(Path(__file__).parents[1]))
 
-TASKS = ("universal_joint", "double_shaft", "drive_lines", "skipping", "start_up", "stress")
+TASKS = (
+    "universal_joint",
+    "double_shaft",
+    "drive_lines",
+    "many_designs",
+    "short_calls",
+    "skipping",
+    "start_up",
+    "stress",
+)
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -25,11 +25,14 @@ def _model() -> pin.Model:
     return model
 
 
-def _prepare(beta: float, phi: np.ndarray) -> Callable[[], np.ndarray]:
+def prepare(beta: float | np.ndarray, phi: np.ndarray) -> Callable[[], np.ndarray]:
+    """Return what computes D₁, B₁, D₂, B₂ `(N, 4)`; the joint angle may be one per sample."""
     model = _model()
     data = model.createData()
-    axis = np.array([np.cos(beta), np.sin(beta), 0.0])
-    across = np.array([[-np.sin(beta), np.cos(beta), 0.0], [0.0, 0.0, 1.0]]).T
+    sine, cosine = (np.broadcast_to(values, phi.shape) for values in (np.sin(beta), np.cos(beta)))
+    axes = np.stack([cosine, sine, 0.0 * sine], axis=1)
+    planes = np.zeros((len(phi), 3, 2))
+    planes[:, 0, 0], planes[:, 1, 0], planes[:, 2, 1] = -sine, cosine, 1.0
     rest = np.zeros(3)
     forces = pin.StdVec_Force()
     for _ in range(model.njoints):
@@ -38,7 +41,7 @@ def _prepare(beta: float, phi: np.ndarray) -> Callable[[], np.ndarray]:
     def run() -> np.ndarray:
         q = np.stack([phi, *pin_angles(beta, phi)], axis=1)
         result = np.empty((len(phi), 4))
-        for row, out in zip(q, result, strict=True):
+        for row, axis, across, out in zip(q, axes, planes, result, strict=True):
             # Columns of the last joint's Jacobian, in world axes about the joint's centre.
             turning = pin.computeJointJacobians(model, data, row)[3:]
             bearing = np.linalg.solve(turning[:, 1:].T @ across, turning[:, 1:].T @ axis)
@@ -56,4 +59,4 @@ def _prepare(beta: float, phi: np.ndarray) -> Callable[[], np.ndarray]:
 def methods() -> list[Method]:
     """Return the method."""
     settings = "loop closed and closure forces solved by the user"
-    return [Method("Pinocchio by hand", pin.__version__, settings, _prepare)]
+    return [Method("Pinocchio by hand", pin.__version__, settings, prepare)]
