@@ -76,6 +76,28 @@ def flag(name: str, value: object) -> bool:
     return bool(value)
 
 
+def whole(name: str, value: object, least: int = 1) -> int:
+    """Return an argument that is a whole number.
+
+    Args:
+        name: how messages call the argument.
+        value: an integer, Python's or NumPy's.
+        least: smallest number that is accepted.
+
+    Raises:
+        ArgumentError: it is anything else.
+    """
+    # NumPy's durations are a subclass of its integers.
+    is_whole = isinstance(value, (int, np.integer)) and not isinstance(
+        value, (bool, np.timedelta64)
+    )
+    if not is_whole or value < least:  # type: ignore[operator]
+        raise ArgumentError(
+            f"{name} is {described(value)}, expected a whole number from {least} on"
+        )
+    return int(value)  # type: ignore[call-overload]
+
+
 def text(name: str, value: object) -> str:
     """Return an argument that is a name or a word.
 

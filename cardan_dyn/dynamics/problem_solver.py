@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -47,8 +49,7 @@ class AssembledPositions:
         targets: what it closed them at.
         turns: whole turns `(N, size)` to be added to the angles of the blocks' coordinates.
         spans: samples of each block.
-        blocks: the closed state of each block: a list, or an iterator that closes block by block
-            and can be read only once.
+        blocks: the closed state of each block: a list, or `InTurn`.
         kinematics: the kinematics that the loops are closed with.
         along_path: whether every sample was followed from the one before it.
     """
@@ -57,7 +58,7 @@ class AssembledPositions:
     targets: Targets
     turns: Array
     spans: list[slice]
-    blocks: Iterable[ClosedState]
+    blocks: Sequence[ClosedState]
     kinematics: Kinematics
     along_path: bool
 
@@ -79,6 +80,19 @@ class AssembledPositions:
 
     def __repr__(self) -> str:
         return f"<{len(self)} assembled positions of {self.solver.problem.mechanism.name!r}>"
+
+
+class InTurn(Sequence[ClosedState]):
+    """Blocks that are closed whenever they are read, so that only one is in memory at a time."""
+
+    def __init__(self, close: Callable[[slice], ClosedState], spans: list[slice]) -> None:
+        self._close, self._spans = close, spans
+
+    def __len__(self) -> int:
+        return len(self._spans)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._close(self._spans[index])
 
 
 class ProblemSolver(Frozen):
@@ -204,10 +218,9 @@ class ProblemSolver(Frozen):
         return replace(assembled, blocks=list(assembled.blocks))
 
     def assembled_in_turn(self, targets: Targets, along_path: bool = False) -> AssembledPositions:
-        """Return targets whose blocks are closed one by one as they are read.
+        """Return targets whose blocks are closed one by one whenever they are read, see `InTurn`.
 
-        So only one block's arrays are in memory at a time. Arguments and errors as of `assemble`;
-        the latter are raised while the blocks are read.
+        Arguments and errors as of `assemble`; the latter are raised while the blocks are read.
         """
         guess, positions = self.assembly.guesses(targets, along_path), targets.positions
         # Blocks of equal size: a small last one would cost almost as much as a large one.
@@ -216,7 +229,11 @@ class ProblemSolver(Frozen):
         count = max(1, -(-len(positions) // block_size))
         ends = np.linspace(0, len(positions), count + 1).astype(int).tolist()
         spans = [slice(*span) for span in pairwise(ends)]
-        blocks = (self.assembly.close(guess.block(span), positions[span]) for span in spans)
+
+        def close(span: slice) -> ClosedState:
+            return self.assembly.close(guess.block(span), positions[span])
+
+        blocks = InTurn(close, spans)
         return AssembledPositions(
             self, targets, guess.turns, spans, blocks, guess.kinematics, along_path
         )
@@ -241,22 +258,32 @@ class ProblemSolver(Frozen):
             return solver.assembled_in_turn(assembled.targets, assembled.along_path)
         return assembled
 
-    def solve(self, assembled: AssembledPositions, acting: Acting) -> Solution:
+    def solve(self, assembled: AssembledPositions, acting: Acting, workers: int = 1) -> Solution:
         """Return all that is solved and proven at assembled positions.
 
         Args:
             assembled: N samples of this solver.
             acting: how fast the drives move and what acts, flat over these samples.
+            workers: greatest number of processes that divide the blocks among them.
 
         Raises:
             AccuracyError: a residual exceeds its tolerance, or flags of uniqueness are wrong.
             IndeterminateError: a component of an output is not unique, and the problem is strict.
         """
         inputs = Inputs.of(self.problem, assembled.targets, acting, assembled.turns)
-        blocks = [
-            self.inverse_dynamics.solve(state, inputs.of_samples(span))
-            for span, state in zip(assembled.spans, assembled.blocks, strict=True)
-        ]
+        solve, closed = self.inverse_dynamics.solve, assembled.blocks
+        if workers > 1:
+            from .workers import in_order  # Most sweeps are done by one.
+
+            _ = self.inverse_dynamics.bodies  # Made once, before others need it.
+            tasks = [
+                partial(lambda index, span: solve(closed[index], inputs.of_samples(span)), *item)
+                for item in enumerate(assembled.spans)
+            ]
+            blocks = in_order(tasks, workers)
+        else:
+            pairs = zip(closed, assembled.spans, strict=True)
+            blocks = [solve(state, inputs.of_samples(span)) for state, span in pairs]
         solution = joined(blocks, assembled.targets.positions)
         self.inverse_dynamics.prove_flags(solution)
         self.refuse_indeterminate(solution.unique[self.problem.output_indices])

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..checks import described, numbers
+from ..checks import numbers, whole
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, ModelError, choices
 from ..frozen import Frozen, read_only
@@ -135,15 +135,10 @@ class Response(Frozen):
         """
         if not self._data.series.domain.periodic:
             raise ArgumentError("the drive does not turn through; use sweep() on its range")
-        # NumPy's durations are a subclass of its integers.
-        is_whole = isinstance(count, (int, np.integer)) and not isinstance(
-            count, (bool, np.timedelta64)
-        )
-        if not is_whole or count < 1:
-            raise ArgumentError(f"count is {described(count)}, expected a number of positions")
-        _refuse_size((int(count),))
+        count = whole("count", count)
+        _refuse_size((count,))
         operation = checked_operation(self._problem, speed, acceleration, loads, gravity)
-        return self._sweep(None, int(count), operation)
+        return self._sweep(None, count, operation)
 
     def inertia(self, position: ArrayLike) -> Array:
         """Return the inertia [kg·m² or kg] that the drive accelerates, at positions of any shape.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..checks import flag
+from ..checks import flag, whole
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import checked
@@ -137,6 +137,7 @@ class Scene(SceneResponses):
         gravity: ArrayLike | None = None,
         inertia: Mapping[str, ArrayLike] | None = None,
         along_path: bool = False,
+        workers: int = 1,
     ) -> Sweep:
         """Solve motion and reactions at given drive positions.
 
@@ -157,7 +158,7 @@ class Scene(SceneResponses):
             speed: drive speeds [rad/s or m/s], like `position`. The mechanism is quasi-static
                 where it is zero.
             acceleration: drive accelerations [rad/s² or m/s²], like `position`.
-            held: joints that the scene holds, to other positions [rad or m]: bend angles, lengths.
+            held: joints that the scene holds, to other positions [rad or m].
             loads: joints and links to what acts on them instead of in the scene: efforts of any
                 shape [N·m or N], wrenches `(..., 6)`.
             gravity: `(..., 3)` [m/s²] instead of the scene's.
@@ -166,6 +167,8 @@ class Scene(SceneResponses):
                 trajectory of a robot: every sample, in C order, is then followed from the one
                 before it. Unless path and straight line pass a singular configuration on different
                 sides, both lead to the same one; a path may reach what the line does not.
+            workers: processes that share the work of many samples, where the platform can fork
+                them; results are the same to the last bit.
 
         Raises:
             ArgumentError: a value is not finite, shapes do not broadcast, or a joint is not held.
@@ -175,17 +178,9 @@ class Scene(SceneResponses):
             AccuracyError: a result missed its tolerance.
             IndeterminateError: a component of an output is not unique, in a strict scene.
         """
-        asked = Asked(
-            position,
-            speed,
-            acceleration,
-            held,
-            loads,
-            gravity,
-            inertia,
-            flag("along_path", along_path),
-        )
-        return swept(self._solver, asked)
+        along_path, workers = flag("along_path", along_path), whole("workers", workers)
+        given = position, speed, acceleration, held, loads, gravity, inertia
+        return swept(self._solver, Asked(*given, along_path, workers))
 
     def assemble(
         self,

@@ -28,6 +28,7 @@ class Asked(NamedTuple):
     gravity: object = None
     inertia: object = None
     along_path: bool = False
+    workers: int = 1
 
 
 def assembled(solver: ProblemSolver, asked: Asked) -> AssembledPositions:
@@ -67,7 +68,7 @@ def swept(solver: ProblemSolver, asked: Asked) -> Sweep:
             solver = solver.of_varied(targets.varied)
             positions = solver.assembled_in_turn(targets.expanded(shape), asked.along_path)
         solver = positions.solver
-        solution = solver.solve(positions, acting.flat(shape))
+        solution = solver.solve(positions, acting.flat(shape), asked.workers)
     return sweep_of(solver, positions, acting, solution)
 
 
