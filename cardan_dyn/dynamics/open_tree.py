@@ -194,23 +194,22 @@ def _inertial(
     batch = group.batch
     v, a = (batch.velocity(rates) for rates in case.dynamics or ())
     if batch.base < 0:
-        gravity = case.gravity[0]
-        if len(case.gravity) > 1:
+        if np.any(case.gravity):
             _fall(group, a, case.gravity)
-            gravity = np.zeros(3)
-        return batch.inverse_dynamics(group.q, v, a, gravity), []
+        return batch.inverse_dynamics(group.q, v, a), []
     wrenches, of_base = batch.inverse_dynamics_on(motions[batch.base], group.q, v, a)
     return wrenches, [of_base]
 
 
 def _fall(group: GroupState, accelerations: Array, gravity: Array) -> None:
-    """Let all bodies accelerate against gravity `(N, 3)`, which loads them as gravity does.
+    """Let all bodies accelerate against gravity, which loads them as gravity does.
 
     Args:
         group: on the world.
         accelerations: `(N, 6 n)` of the bodies relative to each other; changed.
-        gravity: [m/s²].
+        gravity: `(N, 3)` or `(1, 3)` [m/s²].
     """
+    gravity = np.broadcast_to(gravity, (len(accelerations), 3))
     for index in np.nonzero(group.batch.parents < 0)[0].tolist():
         rotation, _ = placement(group.actions, index)
         accelerations[:, 6 * index : 6 * index + 3] -= np.einsum("ijn,ni->nj", rotation, gravity)

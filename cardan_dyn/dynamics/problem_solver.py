@@ -63,7 +63,8 @@ class AssembledPositions:
     along_path: bool
 
     def __post_init__(self) -> None:
-        read_only(self.targets.positions)
+        for array in (self.targets.positions, self.targets.designs, self.targets.design_of):
+            read_only(array)
         read_only(self.turns)
 
     def __len__(self) -> int:
@@ -127,6 +128,10 @@ class ProblemSolver(Frozen):
             varied: see the attribute. With them, `like` solves the same problem without.
         """
         self.problem, self.varied = problem, varied
+        # How a copy is made, with what it shares; None for a solver that shares nothing.
+        self._made_by: tuple[object, ...] | None = None
+        if like is not None and varied:
+            self._made_by = _varied_solver, (like, varied)
         self._of_varied: dict[tuple[str, ...], ProblemSolver] = {}
         self._lock = threading.Lock()
         mechanism = problem.mechanism
@@ -157,7 +162,7 @@ class ProblemSolver(Frozen):
         self._freeze()
 
     def __reduce__(self) -> tuple[object, ...]:
-        return _restored, (self.problem, self.varied)
+        return self._made_by or (ProblemSolver, (self.problem,))
 
     def of_varied(self, names: tuple[str, ...]) -> ProblemSolver:
         """Return the solver of the same problem for other positions of some held joints."""
@@ -180,6 +185,7 @@ class ProblemSolver(Frozen):
         held = frozen({**self.problem.held, **positions})
         solver.problem, solver.varied = replace(self.problem, held=held), ()
         solver._of_varied, solver._lock = {}, threading.Lock()
+        solver._made_by = _solver_at_design, (self, dict(positions))
         solver.assembly = AssemblyAtDesign(self.assembly, positions)
         solver.reactions, solver.inverse_dynamics = self.reactions, self.inverse_dynamics
         solver._freeze()
@@ -231,7 +237,7 @@ class ProblemSolver(Frozen):
         spans = [slice(*span) for span in pairwise(ends)]
 
         def close(span: slice) -> ClosedState:
-            return self.assembly.close(guess.block(span), positions[span])
+            return self.assembly.close(guess.block(span), positions[span], span.start)
 
         blocks = InTurn(close, spans)
         return AssembledPositions(
@@ -248,7 +254,7 @@ class ProblemSolver(Frozen):
             ArgumentError: they were assembled by another scene.
         """
         solver = assembled.solver
-        if solver is not self and solver not in self._of_varied.values():
+        if solver is not self and self._of_varied.get(solver.varied) is not solver:
             raise ArgumentError(
                 "these positions were assembled by another scene; assemble them again"
             )
@@ -314,6 +320,9 @@ class ProblemSolver(Frozen):
         )
 
 
-def _restored(problem: Problem, varied: tuple[str, ...]) -> ProblemSolver:
-    solver = ProblemSolver(problem)
-    return solver.of_varied(varied)
+def _varied_solver(base: ProblemSolver, varied: tuple[str, ...]) -> ProblemSolver:
+    return base.of_varied(varied)
+
+
+def _solver_at_design(family: ProblemSolver, positions: Mapping[str, float]) -> ProblemSolver:
+    return family.at_design(positions)

@@ -22,8 +22,10 @@ _FEWEST_PER_WORKER = 4
 
 
 def can_fork() -> bool:
-    """Return whether this platform forks processes reliably, which macOS does not."""
-    return "fork" in multiprocessing.get_all_start_methods() and sys.platform != "darwin"
+    """Return whether this process can fork others reliably, which on macOS none can."""
+    if sys.platform == "darwin" or "fork" not in multiprocessing.get_all_start_methods():
+        return False
+    return not multiprocessing.current_process().daemon
 
 
 def in_order(tasks: Sequence[Callable[[], _Result]], workers: int) -> list[_Result]:

@@ -107,8 +107,13 @@ class Assembly:
         """
         return self._cache.guesses(targets, along_path)
 
-    def close(self, guess: Guess, positions: Array) -> ClosedState:
+    def close(self, guess: Guess, positions: Array, first: int = 0) -> ClosedState:
         """Close the loops at guesses for drive positions `(N, d)`.
+
+        Args:
+            guess: N samples.
+            positions: of the drives, for messages.
+            first: index of the first sample in the sweep, likewise.
 
         Raises:
             AssemblyError: the loops cannot be closed at a position.
@@ -117,14 +122,15 @@ class Assembly:
         state = guess.kinematics.close(guess.x, guess.turns, settles=True)
         is_bad = ~_is_closed(state, guess)
         if np.any(is_bad):
-            first = int(np.argmax(is_bad))
+            bad = int(np.argmax(is_bad))
             raise AssemblyError(
                 f"the loops cannot be closed on the branch at drive position "
-                f"{as_text(positions[first])} (closure error {state.residual[first]:.1e}, "
-                f"{state.correction[first]:.1e} away from where the branch leads)",
-                position=as_position(positions[first]),
+                f"{as_text(positions[bad])} (closure error {state.residual[bad]:.1e}, "
+                f"{state.correction[bad]:.1e} away from where the branch leads)",
+                position=as_position(positions[bad]),
                 nearest=None,
-                residual=float(state.residual[first]),
+                residual=float(state.residual[bad]),
+                sample=first + bad,
             )
         worst = int(np.argmax(state.condition))
         if state.condition[worst] > SINGULAR_CONDITION:
@@ -139,6 +145,7 @@ class Assembly:
                 f"another drive{note}",
                 position=as_position(positions[worst]),
                 condition=float(state.condition[worst]),
+                sample=first + worst,
                 **singularity.details,
             )
         return state

@@ -84,7 +84,6 @@ class BatchModel:
         self.origin = origin
         inertial_bodies = inertial_bodies - {index - 1 for index in mechanism.auxiliary_bodies}
         self.model = _free_flyers(mechanism.model, self.index_of, inertial_bodies, origin)
-        self._model_under = {(0.0, 0.0, 0.0): self.model}
         self._of_thread = threading.local()
         self.mass = np.array([inertia.mass for inertia in list(self.model.inertias)[1:]])
         self.has_mass = bool(np.any(self.mass > 0.0))
@@ -157,15 +156,6 @@ class BatchModel:
         pinocchio.rneaInParallel(1, pools[key], *columns, result)
         return result.T
 
-    def _with_gravity(self, gravity: Array) -> pinocchio.Model:
-        """Return the model under some gravity `(3,)`, one for each, so that none ever changes."""
-        key = tuple(gravity.tolist())
-        if key not in self._model_under:
-            model = self.model.copy()
-            model.gravity.linear = gravity
-            self._model_under[key] = model
-        return self._model_under[key]
-
     def configuration(self, x: Array) -> Array:
         """Return the batch model's configurations `(N, 7 n)` for coordinate rows `x (N, size)`."""
         q = np.zeros((len(x), len(self), 7))
@@ -211,18 +201,17 @@ class BatchModel:
             out[:] = columns
         return result
 
-    def inverse_dynamics(self, q: Array, v: Array, a: Array, gravity: Array) -> Array:
+    def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
         """Return the wrench of every joint `(N, 6 n)` in its frame, loops left open.
 
-        The base is the world. One call into Pinocchio per sample.
+        The base is at rest, without gravity. One call into Pinocchio per sample.
 
         Args:
             q: configurations `(N, 7 n)`.
             v: velocities `(N, 6 n)`.
             a: accelerations `(N, 6 n)`.
-            gravity: `(3,)` [m/s²].
         """
-        return self._efforts(self._with_gravity(gravity), q, v, a)
+        return self._efforts(self.model, q, v, a)
 
     def inverse_dynamics_on(
         self, base: BaseMotion, q: Array, v: Array, a: Array

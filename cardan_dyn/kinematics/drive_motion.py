@@ -72,6 +72,7 @@ class DriveMotion:
         start: Array,
         drives: list[int],
         groups: list[int],
+        varied: int = 0,
     ) -> None:
         """Begin at the start.
 
@@ -82,8 +83,10 @@ class DriveMotion:
             start: `(size,)` closed coordinates.
             drives: index of the drive.
             groups: see the attribute.
+            varied: how many of the problem's drives, the last ones, are held joints.
         """
         (self._index,) = drives
+        self._role = "held joint" if self._index >= len(problem.drives) - varied else "drive"
         self._drive = drive = problem.drives[self._index]
         self.groups = groups
         self._kinematics = kinematics.part(drives, groups)
@@ -237,6 +240,6 @@ class DriveMotion:
         beyond = sign * targets > sign * (low if sign < 0.0 else high)
         # An end is known to some digits only: a sample that is refused may seem to lie before it.
         sample = int(np.argmax(beyond if np.any(beyond) else sign * targets))
-        who = f"drive {self._drive!r} cannot be brought to"
+        who = f"{self._role} {self._drive!r} cannot be brought to"
         aim = Aim(who, float(targets[sample]), self._slides, sample)
         return out_of_reach(aim, error, (low, high))

@@ -160,7 +160,7 @@ class GuessCache:
         kinematics = self._study.open_kinematics
         common = self._problem, self._system, kinematics, self.start, drives, groups
         if len(drives) == 1:
-            return DriveMotion(*common)
+            return DriveMotion(*common, varied=self._varied)
         from .joint_motion import JointMotion  # Most scenes have a single drive.
 
         return JointMotion(*common, varied=self._varied)

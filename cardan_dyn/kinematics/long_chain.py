@@ -38,13 +38,10 @@ class LongChain(BatchModel):
             block[:, 3:, :3] = np.cross(position.T[:, None, :], columns)
         return result
 
-    def inverse_dynamics(self, q: Array, v: Array, a: Array, gravity: Array) -> Array:
+    def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
         """See `BatchModel.inverse_dynamics`."""
-        twist = np.zeros((2, 3, len(q)))
-        # A world that accelerates against gravity loads the bodies as gravity does.
-        acceleration = twist.copy()
-        acceleration[0] = -gravity[:, None]
-        return self._newton_euler(q, v, a, twist, acceleration)[0]
+        rest = np.zeros((2, 3, len(q)))
+        return self._newton_euler(q, v, a, rest, rest)[0]
 
     def inverse_dynamics_on(
         self, base: BaseMotion, q: Array, v: Array, a: Array

@@ -32,7 +32,7 @@ class Targets(NamedTuple):
         held: held joints whose positions are not those of the scene, and these, as they were given.
         designs: the same as rows `(D, h)` [rad or m].
         design_of: `(N,)` the design (index) of each sample.
-        given: positions of the drives as they were given, `(..., d)`.
+        given: positions of the drives as they were given, `(..., d)`, which broadcast with `shape`.
         was_column: whether `(N, 1)` was given where `shape` is `(N,)`.
     """
 
@@ -229,7 +229,7 @@ def acting_on(
         problem: of the scene.
         speed: of its d drives, see `_drive_values`.
         acceleration: likewise.
-        loads: joints and links to what acts on them instead of what the scene has there.
+        loads: joints and links to what acts on them; all others keep what the scene has there.
         gravity: `(..., 3)` instead of the scene's.
         inertia: link to the factor on its mass and inertia.
 

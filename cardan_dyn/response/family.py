@@ -38,16 +38,11 @@ def family(
     rows = designs.designs[designs.design_of]
     refuse_what_does_not_come_back(every, designs, domain)
     sampler = FunctionSampler(every)
-    data = built(every, sampler, designs, domain, checked)
+    # Where all designs are that of the scene, they share one response.
+    different = designs if designs.held else designs.of_samples(np.zeros(1, dtype=int))
+    data = built(every, sampler, different, domain, checked)
     every_held: dict[str, float | Array] = {**solver.problem.held, **designs.held}
-    shape = designs.shape if designs.held else _shape_of(held)
-    return ResponseFamily(every, shape, frozen(every_held), designs.varied, rows, data)
-
-
-def _shape_of(held: object) -> tuple[int, ...]:
-    """Return the shape of designs that are all that of the scene."""
-    values = held.values() if isinstance(held, Mapping) else ()
-    return np.broadcast_shapes(*(np.shape(value) for value in values)) or (1,)
+    return ResponseFamily(every, designs.shape, frozen(every_held), designs.varied, rows, data)
 
 
 class ResponseFamily(Frozen):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -15,6 +16,8 @@ from .data import ResponseData
 from .domain import Domain
 from .sampling import Answer, FunctionSampler, Request
 
+_COUNTED = r" \(sample \d+( of \d+)?\)|; \d+ other samples? (is|are) out of reach too"
+"""What messages say of the number of a sample."""
 _MOST_SAMPLES = 65_536
 """Samples that are followed at a time, so that memory does not grow with the designs."""
 _BEFORE_THE_END = 1e-9
@@ -144,7 +147,11 @@ def _of_design(
     if sample is None:
         return error
     name = _name(designs.shape, int(sample_of[sample]))
-    return type(error)(f"{name}: {error}", **{**error.details, "sample": None})
+    # Nobody asked for these samples, of which the message counts some.
+    finding = re.sub(
+        r" \(sample \d+ of \d+\)|; \d+ other samples? (is|are) out of reach too", "", str(error)
+    )
+    return type(error)(f"{name}: {finding}", **{**error.details, "sample": None})
 
 
 def _name(shape: tuple[int, ...], index: int) -> str:

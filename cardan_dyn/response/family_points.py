@@ -51,7 +51,7 @@ class FamilyPoints:
 
     @property
     def inertia(self) -> Mapping[str, Array]:
-        """No factors on mass and inertia."""
+        """Factors on mass and inertia of links: none."""
         return frozen({})
 
     def wrench(self, output: int) -> FamilyComponents:

@@ -84,7 +84,7 @@ class OperatingPoints:
 
     @property
     def inertia(self) -> Mapping[str, Array]:
-        """No factors on mass and inertia."""
+        """Factors on mass and inertia of links: none."""
         return frozen({})
 
     def drive_effort(self) -> Array | None:

@@ -137,7 +137,8 @@ class FunctionSampler:
         answers: list[Answer] = []
         for together in _in_blocks(spans):
             block = slice(together[0].start, together[-1].stop)
-            state = self._solver.assembly.close(guess.block(block), targets.positions[block])
+            positions = targets.positions[block]
+            state = self._solver.assembly.close(guess.block(block), positions, block.start)
             rates = self._rates(state)
             reactions = self._reactions(state, rates)
             values, condition = self._values(reactions, rates.v), self._condition(state, rates)

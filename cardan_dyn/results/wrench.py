@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -176,7 +176,7 @@ class JointWrench:
         return values if factor == 1.0 else values * factor
 
 
-@cache
+@lru_cache(maxsize=1024)
 def _directions_across(x: float, y: float, z: float) -> tuple[Array, Array]:
     """Return two unit vectors `(3,)` across an axis and each other."""
     axis = np.array([x, y, z])

@@ -26,7 +26,7 @@ class SceneArguments(Prescribed):
 
     @property
     def loads(self) -> Mapping[str, Array | Wrench]:
-        """Loaded joint to its effort, a number or `(N,)` [N·m or N]; link to its `Wrench`."""
+        """Loaded joint to its effort, of any shape [N·m or N]; link to its `Wrench`."""
         links = {name: load.wrench for name, load in self._problem.link_loads.items()}
         return frozen({**self._problem.joint_loads, **links})
 

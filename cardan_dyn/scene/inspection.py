@@ -76,6 +76,8 @@ class SceneInspection(SceneArguments):
 
         Raises:
             ArgumentError: a value is not finite, shapes do not broadcast, or a joint is not held.
+            ModelError: no such joint.
+            MobilityError: the drives do not decide the motion.
         """
         return reachable(self._solver, Asked(position, held=held))
 

@@ -62,7 +62,9 @@ class SceneResponses(SceneInspection):
             interval: see `response`; the same for every design.
 
         Raises:
-            CardanError: see `response`; the message names the design.
+            ArgumentError: shapes do not broadcast, or a joint is not held.
+            ModelError: no such joint.
+            CardanError: see `response`; the message names the design where it is that of one.
         """
         from ..response.family import family
 

@@ -37,10 +37,9 @@ class Scene(SceneResponses):
             it three turns, see `Mechanism.variant`, in `Scene.mechanism` as well.
         held: joints whose position the scene fixes, to their coordinates [rad or m]. The moment
             or force that holds them is a result.
-        loads: what acts on the mechanism. A joint's name with an effort, a number or `(N,)`
-            [N·m or N], positive in the sense of the joint's coordinate; a link's name with a
-            `Wrench`, or with six numbers `(6,)` or `(N, 6)`: force and moment about the link's
-            origin in the link's axes.
+        loads: what acts on the mechanism. A joint's name with an effort of any shape [N·m or N],
+            positive in the sense of the joint's coordinate; a link's name with a `Wrench`, or with
+            `(..., 6)`: force and moment about the link's origin in the link's axes.
         gravity: `(3,)` acceleration of free fall in world axes [m/s²]; none unless given.
         outputs: names of the joints whose wrenches are results; all joints if not given. Loops
             that they do not need are not solved. Drive efforts and what holds joints are among

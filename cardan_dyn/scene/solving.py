@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Array
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..errors import ArgumentError
-from ..problem.samples import acting_on, common_shape, targets_of
+from ..problem.samples import acting_on, common_shape, is_column, targets_of
 from ..results.collect import sweep_of
 from ..results.sweep import Sweep
 
@@ -53,7 +53,10 @@ def swept(solver: ProblemSolver, asked: Asked) -> Sweep:
             positions = _again(solver, asked.position, asked)
             shape = positions.shape
             if asked.position.targets.was_column:
-                acting = acting.without_columns()
+                # As if the positions were given here, and not to `assemble`.
+                whole = common_shape({"position": (*shape, 1), **acting.shapes})
+                shape = shape if is_column(whole) else (*shape, 1)
+                acting = acting.without_columns() if is_column(whole) else acting
             if common_shape({"position": shape, **acting.shapes}) != shape:
                 listed = ", ".join(f"{name} {size}" for name, size in acting.shapes.items() if size)
                 raise ArgumentError(

@@ -20,7 +20,6 @@ def test_a_long_chain_is_the_batch_of_the_same_bodies() -> None:
     v, a = np.random.default_rng(4).uniform(-3.0, 3.0, (2, 6, mechanism.model.nv))
     q, v, a = chain.configuration(x), chain.velocity(v), chain.velocity(a)
     np.testing.assert_allclose(chain.actions(q), batch.actions(q), atol=1e-13)
-    gravity = np.array([3.0, -1.0, -9.81])
-    found, expected = (item.inverse_dynamics(q, v, a, gravity) for item in (chain, batch))
+    found, expected = (item.inverse_dynamics(q, v, a) for item in (chain, batch))
     np.testing.assert_allclose(found, expected, atol=1e-13 * np.max(np.abs(expected)))
     assert "data" not in vars(chain._of_thread)

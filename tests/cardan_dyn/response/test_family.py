@@ -6,6 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
+from testkit.bars_of_lengths import four_bar_of_lengths
 
 import cardan_dyn as cd
 from cardan_dyn.response.family import ResponseFamily
@@ -117,18 +118,6 @@ def test_designs_that_are_all_that_of_the_scene(scene: cd.Scene) -> None:
     np.testing.assert_allclose(turn["bearing_in"].bending, np.tile(expected, (3, 1)).T, atol=1e-10)
 
 
-def test_ranges_of_drives_that_do_not_turn_through() -> None:
-    """A double Cardan shaft is swung by its joint angle through a range."""
-    crank = cd.load("slider_crank")
-    scene = cd.Scene(
-        crank, drive="crank_bearing", held={}, loads={"piston_guide": -10.0}, outputs=["crank_pin"]
-    )
-    whole = scene.responses({}, interval=(0.5, 1.5))
-    turn = whole.sweep([0.6, 1.4])
-    expected = scene.sweep([0.6, 1.4])["crank_pin"].force
-    np.testing.assert_allclose(turn["crank_pin"].force[..., :], expected, atol=1e-10)
-
-
 def test_copies_and_files(scene: cd.Scene, family: ResponseFamily, tmp_path: object) -> None:
     expected = family.sweep(POSITIONS[:, None])["bearing_in"].moment
     copy = pickle.loads(pickle.dumps(family))
@@ -150,7 +139,21 @@ def test_what_cannot_be_reached_is_refused_by_design(scene: cd.Scene) -> None:
         scene.responses({"joint_angle": [0.1, 0.2, 2.0]})
     with pytest.raises(cd.AccuracyError, match=r"^design 1: the response reaches"):
         scene.responses({"joint_angle": [0.1, 1.5707]})
+    with pytest.raises(cd.SingularConfigurationError, match=r"^design 1: .*is singular"):
+        scene.responses({"joint_angle": [0.1, 0.5 * np.pi]})
     with pytest.raises(cd.ArgumentError, match="does not hold this joint"):
         scene.responses({"pin_in": [0.1, 2.0]})
     with pytest.raises(cd.ArgumentError, match="do not broadcast"):
         scene.responses({"joint_angle": ANGLES}).sweep(np.zeros(3))
+
+
+def test_members_of_scenes_with_a_start_are_copied_with_their_motion() -> None:
+    """A copy follows the same way to its design as the original, from the start of the scene."""
+    bars = four_bar_of_lengths()
+    scene = cd.Scene(bars, drive="drive", held={"frame": 0.0}, start={"bearing": -0.106})
+    member = scene.responses({"frame": [0.0, 0.12]})[1]
+    copy = pickle.loads(pickle.dumps(member))
+    expected = member.sweep(POSITIONS).motion.position("bearing")
+    np.testing.assert_allclose(copy.sweep(POSITIONS).motion.position("bearing"), expected)
+    direct = scene.sweep(POSITIONS, held={"frame": 0.12}).motion.position("bearing")
+    np.testing.assert_allclose(expected, direct, atol=1e-12)

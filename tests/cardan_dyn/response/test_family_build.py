@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.bars_of_lengths import four_bar_of_lengths
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.assembly import Assembly
@@ -36,30 +37,6 @@ def test_requests_are_divided_by_kind_and_size(monkeypatch: pytest.MonkeyPatch) 
     sizes = {0: 4, 1: 12, 2: 6, 3: 4, 4: 4}
     requests = {index: Request(np.zeros(size), proven=index != 3) for index, size in sizes.items()}
     assert list(family_build._portions(requests)) == [[0], [1], [2, 4], [3]]
-
-
-def four_bar_of_lengths() -> cd.Mechanism:
-    """Return a crank-rocker of 0.1, 0.35 and 0.3 m in a frame of 0.4 m, which `frame` lengthens."""
-    along = 0.3 / 2.0 + (0.35**2 - 0.3**2) / (2.0 * 0.3)
-    up = float(np.sqrt(0.35**2 - along**2))
-    coupler, rocker = np.arctan2(up, along), np.arctan2(up, along - 0.3)
-    joint = (
-        '<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/>'
-        '<origin xyz="{} 0 0" rpy="0 0 {!r}"/><axis xyz="{}"/>'
-        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
-    )
-    turn = "0 0 1"
-    return cd.load(
-        '<robot name="bars">'
-        + "".join(f'<link name="{name}"/>' for name in ("base", "crank", "bar", "end", "rocker"))
-        + joint.format("drive", "continuous", "base", "crank", 0, 0.0, turn)
-        + joint.format("pin", "continuous", "crank", "bar", 0.1, float(coupler), turn)
-        + joint.format("frame", "prismatic", "base", "end", 0.4, 0.0, "1 0 0")
-        + joint.format("bearing", "continuous", "end", "rocker", 0, float(rocker), turn)
-        + '<loop name="top" type="continuous"><predecessor link="bar"><origin xyz="0.35 0 0"/>'
-        '</predecessor><successor link="rocker"><origin xyz="0.3 0 0"/></successor>'
-        '<axis xyz="0 0 1"/></loop></robot>'
-    )
 
 
 def test_designs_that_do_not_turn_through_are_named() -> None:
