@@ -13,7 +13,7 @@ from ..problem.samples import Targets
 from .all_groups import Kinematics
 from .drive_motion import TURN, Followed, turns_freely
 from .following import beyond_reach, follow
-from .lattice import near_lattice, spacing_for
+from .lattice import near_lattices
 from .loop_system import LoopSystem
 from .redundancy import STATES_STUDIED
 from .straight_lines import OnLines, Reached, along_lines, samples_on_lines
@@ -43,8 +43,8 @@ class JointMotion:
     """The motion of what several drives move together; varied held joints are drives here as well.
 
     The configuration at a sample is reached from the start: held joints first move to their
-    positions along a straight line, then the drives to theirs. Before that, whole turns are taken
-    off the drives that bring the mechanism back to itself when they turn alone, from the start.
+    positions along a straight line, then the drives to theirs. Before the latter, whole turns are
+    taken off the drives that bring the mechanism back to itself when they turn alone, from there.
 
     Attributes:
         groups: indices of the groups whose passives they move.
@@ -124,7 +124,7 @@ class JointMotion:
                 x = follow(self._kinematics, self._start, self._drive_columns, asked)
                 reached = Reached(x, np.ones(len(x), dtype=bool), np.zeros(len(x)))
             else:
-                own = self._without_turns(asked, turns)
+                own = self._without_turns(asked, turns, targets.design_of)
                 reached = self._reached(kinematics, own, targets.design_of)
                 if strict and not np.all(reached.is_there):
                     raise self._beyond(asked, own, reached)
@@ -138,7 +138,7 @@ class JointMotion:
             self.states = some.x[some.residual < CLOSURE_TOLERANCE]
         return Followed(np.stack([x, turns])[:, :, self._columns], True, is_there)
 
-    def _without_turns(self, own: Array, turns: Array) -> Array:
+    def _without_turns(self, own: Array, turns: Array, design_of: Array) -> Array:
         """Return positions `(N, d)` less whole turns, which are added to `turns (N, size)`."""
         own = own.copy()
         for index in self._turning:
@@ -149,7 +149,18 @@ class JointMotion:
             if index not in self._turns:
                 self._turns[index] = self._turn_of(index)
             turn = self._turns[index]
-            if turn is not None:
+            if self._held:
+                from .design_turns import TurnSearch  # Most sweeps stay within a turn.
+
+                period = TURN if turn is None else turn.period
+                common = self._kinematics, self._start, self._held, index
+                search = TurnSearch(*common, self._drive_columns, period)
+                far = np.nonzero(np.abs(ahead) > TURN)[0]
+                designs = own[far][:, self._held]
+                back, wound = search.turned_back(ahead[far], designs, design_of[far])
+                own[far, index] -= back
+                turns[far] += wound
+            elif turn is not None:
                 periods = np.trunc(ahead / turn.period)
                 own[:, index] -= periods * turn.period
                 turns += periods[:, None] * turn.windings
@@ -167,7 +178,8 @@ class JointMotion:
         known = kinematics.part(self._drives, self.groups)
         x = np.full((len(own), self._start.size), np.nan)
         if not self._lines_pay(own, design_of):
-            x = self._near_lattices(known, own)
+            legs = [leg for leg in (self._held, self._driven) if leg]
+            x = near_lattices(known, self._start, self._drive_columns, own, self._units, legs)
         is_there, residual = ~np.isnan(x[:, self._drive_columns[0]]), np.zeros(len(own))
         ways = [known]
         if any(
@@ -253,30 +265,6 @@ class JointMotion:
         if more:
             error.hint += f"; {more} other sample{'s are' if more > 1 else ' is'} out of reach too"
         return error
-
-    def _near_lattices(self, kinematics: Kinematics, own: Array) -> Array:
-        """Return coordinates `(N, size)` near closed ones where lattices serve, NaN elsewhere.
-
-        Args:
-            kinematics: of these drives and groups.
-            own: `(N, d)` positions of these drives.
-        """
-        x = np.full((len(own), self._start.size), np.nan)
-        rest, spacing = np.arange(len(own)), np.inf
-        ahead = (own - self._start[self._drive_columns]) / self._units
-        while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
-            spacing = found
-            near = near_lattice(
-                kinematics,
-                self._start,
-                self._drive_columns,
-                own[rest],
-                spacing * self._units,
-                [leg for leg in (self._held, self._driven) if leg],
-            )
-            x[rest[near.is_there]] = near.x[near.is_there]
-            rest = rest[~near.is_there]
-        return x
 
     def write(
         self, followed: Followed, targets: Targets, x: Array, turns: Array, kinematics: Kinematics

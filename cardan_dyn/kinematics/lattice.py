@@ -82,6 +82,38 @@ def spacing_for(ahead: Array, finer_than: float = np.inf) -> float | None:
     return spacing
 
 
+def near_lattices(
+    kinematics: Kinematics,
+    start: Array,
+    columns: list[int],
+    positions: Array,
+    units: Array,
+    legs: Sequence[list[int]],
+) -> Array:
+    """Return coordinates `(N, size)` near closed ones where lattices serve, NaN elsewhere.
+
+    Where one lattice is too coarse for some samples, a finer one is tried.
+
+    Args:
+        kinematics: see `near_lattice`.
+        start: likewise.
+        columns: likewise.
+        positions: likewise.
+        units: `(d,)` displacements of the drives that count as one radian [rad or m].
+        legs: see `near_lattice`.
+    """
+    x = np.full((len(positions), start.size), np.nan)
+    rest, spacing = np.arange(len(positions)), np.inf
+    ahead = (positions - start[columns]) / units
+    while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
+        spacing = found
+        unit = spacing * units
+        near = near_lattice(kinematics, start, columns, positions[rest], unit, legs)
+        x[rest[near.is_there]] = near.x[near.is_there]
+        rest = rest[~near.is_there]
+    return x
+
+
 def near_lattice(
     kinematics: Kinematics,
     start: Array,

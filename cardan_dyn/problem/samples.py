@@ -157,18 +157,18 @@ class Acting(NamedTuple):
             alone = values.size == math.prod(rest)
             return values.reshape(1, *rest) if alone else _flat(values, shape, trailing)
 
+        links = {
+            name: replace(load, force=over(load.force, 1), moment=over(load.moment, 1))
+            for name, load in self.link_loads.items()
+        }
+        inertia = {name: over(factor) for name, factor in self.inertia.items()}
         return Acting(
             _flat(self.speeds, shape, 1),
             _flat(self.accelerations, shape, 1),
             frozen({name: over(effort) for name, effort in self.joint_loads.items()}),
-            frozen(
-                {
-                    name: replace(load, force=over(load.force, 1), moment=over(load.moment, 1))
-                    for name, load in self.link_loads.items()
-                }
-            ),
+            frozen(links) if links else self.link_loads,
             over(self.gravity, 1),
-            frozen({name: over(factor) for name, factor in self.inertia.items()}),
+            frozen(inertia) if inertia else self.inertia,
         )
 
 

@@ -1,0 +1,69 @@
+"""Turns of designs: crank-rockers, drag links and rockers in one sweep, each as it turns itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.bars_of_lengths import four_bar_of_lengths
+
+import cardan_dyn as cd
+from cardan_dyn.kinematics.design_turns import TurnSearch
+
+TURN = 2.0 * np.pi
+CRANK_ROCKER, DRAG_LINK, ROCKER = 0.0, -0.37, 0.2
+"""Changes of the frame of 0.4 m, between bars of 0.1, 0.35 and 0.3 m."""
+
+
+@pytest.fixture(scope="module", params=[CRANK_ROCKER, DRAG_LINK])
+def scene(request: pytest.FixtureRequest) -> cd.Scene:
+    return scene_at(request.param)
+
+
+def scene_at(frame: float) -> cd.Scene:
+    start = {"drive": 0.5 * np.pi}
+    return cd.Scene(four_bar_of_lengths(), drive="drive", held={"frame": frame}, start=start)
+
+
+def search(scene: cd.Scene) -> TurnSearch:
+    part = scene._solver.of_varied(("frame",)).assembly._cache._parts[0]
+    kinematics, columns = part._kinematics, part._drive_columns
+    return TurnSearch(kinematics, part._start, part._held, part._driven[0], columns, TURN)
+
+
+def test_each_design_comes_back_as_grashof_says(scene: cd.Scene) -> None:
+    rows = np.array([[CRANK_ROCKER], [DRAG_LINK], [ROCKER]])
+    found = search(scene).of_designs(rows)
+    np.testing.assert_array_equal(found.period, [TURN, TURN, 0.0])
+    column = scene.mechanism.coordinates.named["bearing"].column
+    # The rocker swings, the drag link turns with the crank.
+    np.testing.assert_array_equal(np.abs(found.windings[:, column]), [0.0, 1.0, 0.0])
+
+
+def test_many_designs_come_back_as_each_alone(scene: cd.Scene) -> None:
+    """Near the borders of the kinds, at frames of 0.05 m and 0.55 m, none stands for others."""
+    rows = np.linspace(-0.375, 0.19, 2400)[:, None]
+    finder = search(scene)
+    together, alone = finder.of_designs(rows), finder._each(rows)[0]
+    np.testing.assert_array_equal(together.period, alone.period)
+    np.testing.assert_array_equal(together.windings, alone.windings)
+    assert 0 < np.sum(together.period == 0.0) < 1200
+
+
+@pytest.mark.parametrize("design", [CRANK_ROCKER, DRAG_LINK])
+def test_motion_goes_on_over_whole_turns(scene: cd.Scene, design: float) -> None:
+    position = np.array([1.0, TURN - 0.01, TURN + 0.01, TURN + 2.0, 40.0 * TURN + 1.0])
+    turn = scene.sweep(position, held={"frame": np.full(5, design)})
+    expected = scene_at(design).sweep(position)
+    for name in ("bearing", "pin"):
+        found = turn.motion.position(name)
+        own = expected.motion.position(name)
+        # Both count from their own start, which may be whole turns apart.
+        offset = TURN * np.rint((found[0] - own[0]) / TURN)
+        np.testing.assert_allclose(found - offset, own, atol=1e-10)
+        assert abs(found[2] - found[1]) < 0.2
+
+
+def test_designs_that_do_not_turn_are_not_reached_a_turn_later(scene: cd.Scene) -> None:
+    position = np.array([1.5, TURN + 1.5, 2.0 * TURN])
+    mask = scene.reachable(position[:, None], held={"frame": [CRANK_ROCKER, ROCKER]})
+    np.testing.assert_array_equal(mask, [[True, True], [True, False], [True, False]])
