@@ -58,7 +58,7 @@ def checked(
         drive = [name for name in mechanism.independent_coordinates if name not in held]
     drive = names("drive", drive)
     efforts = (name for name, value in loads.items() if _is_effort(mechanism, name, value))
-    mechanism = with_named_balls(mechanism, (*drive, *held, *start, *efforts))
+    mechanism = with_named(mechanism, (*drive, *held, *start, *efforts), (*drive, *held))
     held_at = held_positions(mechanism, held, "held")
     start_at, start_balls = start_positions(mechanism, start)
     for name in held_at.keys() & start_at.keys():
@@ -85,12 +85,18 @@ def checked(
     )
 
 
-def with_named_balls(mechanism: Mechanism, named: Iterable[str]) -> Mechanism:
-    """Return the mechanism in which named adjustable joints move, and named balls are turns."""
+def with_named(mechanism: Mechanism, named: Iterable[str], moving: Iterable[str] = ()) -> Mechanism:
+    """Return the mechanism in which balls are turns of which a coordinate is named.
+
+    Args:
+        mechanism: any variant of it.
+        named: joints and coordinates.
+        moving: adjustable joints that are not fixed; other names make no difference.
+    """
     drivable, every = mechanism.base.drivable, set(named)
     # The slides of a floating joint are no angles of its ball.
     turning = (drivable[name] for name in every & drivable.keys() if not drivable[name].slides)
-    adjusted = every & mechanism.adjustable.keys()
+    adjusted = set(moving) & mechanism.adjustable.keys()
     return mechanism.variant({item.joint for item in turning}, adjusted)
 
 
@@ -331,6 +337,8 @@ def split_loads(
                 raise ArgumentError(f"{label} is empty")
         elif name in mechanism.links:
             wrenches[name] = _link_load(mechanism, name, label, value)
+        elif name in mechanism.adjustable:
+            check_single(mechanism, name, "loaded joint")
         else:
             raise ArgumentError(
                 f"{label}: no joint or link has this name; joints: "

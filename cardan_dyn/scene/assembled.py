@@ -17,7 +17,7 @@ from ..kinematics.structure import Structure
 from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..mechanism.configuration import Configuration
 from ..mechanism.mechanism import Mechanism
-from ..problem.arguments import start_positions, starting, with_named_balls
+from ..problem.arguments import start_positions, starting, with_named
 
 _STEP = 0.1
 """Greatest part of a turn [rad], or of the characteristic length, by which the joints of `start`
@@ -28,7 +28,7 @@ def assembled(
     mechanism: Mechanism, start: Configuration | Mapping[str, float | Array] | None = None
 ) -> Configuration:
     """Return a closed configuration of a mechanism; see `Mechanism.assembled`."""
-    mechanism = with_named_balls(mechanism, starting(start))
+    mechanism = with_named(mechanism, starting(start))
     structure = Structure(mechanism)
     zero = mechanism.zero
     zero_residual = _residual(structure, zero)

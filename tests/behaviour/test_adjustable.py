@@ -142,8 +142,12 @@ def test_false_declarations_are_refused(attributes: str, message: str) -> None:
 
 def test_false_uses_are_refused() -> None:
     shaft = cd.load("double_shaft_z")
-    with pytest.raises(cd.ArgumentError, match="no joint or link has this name"):
-        scene_of(shaft).replace(loads={"fork_phase": 1.0})
+    for arguments in ({"loads": {"fork_phase": 1.0}}, {"start": {"fork_phase": 0.1}}):
+        with pytest.raises(cd.ArgumentError, match="'fork_phase' is fixed in this scene; hold it"):
+            scene_of(shaft).replace(**arguments)
+    loaded = scene_of(shaft, fork_phase=0.1).replace(loads={"fork_phase": 1.0})
+    with pytest.raises(cd.ArgumentError, match="'fork_phase' is fixed in this scene; hold it"):
+        loaded.replace(held={"fork_phase": None})
     for scene in (scene_of(shaft, fork_phase=0.1), scene_of(shaft)):
         with pytest.raises(cd.ArgumentError, match="'offset_y' is fixed in this scene; hold it"):
             scene.sweep(0.0, held={"offset_y": 0.1})
