@@ -148,9 +148,7 @@ def _of_design(
         return error
     name = _name(designs.shape, int(sample_of[sample]))
     # Nobody asked for these samples, of which the message counts some.
-    finding = re.sub(
-        r" \(sample \d+ of \d+\)|; \d+ other samples? (is|are) out of reach too", "", str(error)
-    )
+    finding = re.sub(_COUNTED, "", str(error))
     return type(error)(f"{name}: {finding}", **{**error.details, "sample": None})
 
 
