@@ -6,6 +6,7 @@ array. Callers get an `ArgumentError` in any case, whose message says what was e
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterable, Iterator, KeysView, Mapping, Set
 from contextlib import contextmanager
@@ -172,22 +173,37 @@ def numbers(name: str, value: object) -> Array:
     Raises:
         ArgumentError: it is not numeric or not finite.
     """
-    with _reading(name, "an array of real numbers"), np.errstate(all="ignore"):
-        if isinstance(value, (bytes, bytearray)):
-            raise TypeError(f"it is {described(value)}")
-        array = np.asarray(value)
-        if array.dtype.kind not in "iuf":
-            type_of_elements = f"its elements are of type {array.dtype}"
-            raise TypeError(type_of_elements if array.ndim else f"it is {described(value)}")
-        masked = sys.modules.get("numpy.ma")  # Where nobody imported it, nothing is masked.
-        if masked is not None and masked.is_masked(value):
-            raise ValueError("some are masked")
-        # Numbers of longer types beyond a double's range become infinite here.
-        array = array.astype(float)
-    if not np.all(np.isfinite(array)):
-        index = np.argwhere(~np.isfinite(array))[0].tolist()
+    if type(value) is float and math.isfinite(value):  # What most arguments are left at.
+        return np.array(value)
+    try:
+        array = _as_floats(value)
+    except ArgumentError:
+        raise
+    except Exception as error:
+        raise ArgumentError(f"{name} is not an array of real numbers ({_reason(error)})") from error
+    finite = np.isfinite(array)
+    if not finite.all():
+        index = np.argwhere(~finite)[0].tolist()
         raise ArgumentError(f"{name} is not finite{f' at index {index}' if index else ''}")
     return array
+
+
+def _as_floats(value: object) -> Array:
+    """Return numbers as an array of floats; the argument may raise anything while it is read."""
+    if isinstance(value, (bytes, bytearray)):
+        raise TypeError(f"it is {described(value)}")
+    array = np.asarray(value)
+    if array.dtype.kind not in "iuf":
+        type_of_elements = f"its elements are of type {array.dtype}"
+        raise TypeError(type_of_elements if array.ndim else f"it is {described(value)}")
+    masked = sys.modules.get("numpy.ma")  # Where nobody imported it, nothing is masked.
+    if masked is not None and masked.is_masked(value):
+        raise ValueError("some are masked")
+    if array.dtype == float:
+        return array.astype(float)
+    with np.errstate(all="ignore"):
+        # Numbers of longer types beyond a double's range become infinite here.
+        return array.astype(float)
 
 
 def vector(name: str, value: object, size: int) -> Array:

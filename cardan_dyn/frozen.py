@@ -71,4 +71,4 @@ def read_only(array: np.ndarray) -> np.ndarray:
 
 def frozen(mapping: Mapping[_Key, _Value]) -> FrozenDict[_Key, _Value]:
     """Return a copy of a mapping that cannot be changed; its arrays are made read-only as well."""
-    return FrozenDict(mapping)
+    return mapping if isinstance(mapping, FrozenDict) else FrozenDict(mapping)

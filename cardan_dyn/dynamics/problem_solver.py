@@ -233,7 +233,7 @@ class ProblemSolver(Frozen):
         numbers = self.problem.mechanism.model.nv * (_NUMBERS_PER_COORDINATE + positions.shape[1])
         block_size = max(1, min(_BLOCK_SIZE, _BLOCK_NUMBERS // numbers))
         count = max(1, -(-len(positions) // block_size))
-        ends = np.linspace(0, len(positions), count + 1).astype(int).tolist()
+        ends = [len(positions) * block // count for block in range(count + 1)]
         spans = [slice(*span) for span in pairwise(ends)]
 
         def close(span: slice) -> ClosedState:

@@ -246,12 +246,11 @@ class Kinematics:
 
 
 def _joined(x: Array, groups: list[GroupState]) -> ClosedState:
-    def worst(name: str, least: float) -> Array:
-        greatest = np.full(len(x), least)
-        for group in groups:
-            greatest = np.maximum(greatest, getattr(group, name))
-        return greatest
-
-    return ClosedState(
-        x, groups, worst("residual", 0.0), worst("condition", 1.0), worst("correction", 0.0)
-    )
+    """Return the state of all groups, each at the coordinates `x`."""
+    residual, condition = np.zeros(len(x)), np.ones(len(x))
+    correction = np.zeros(len(x))
+    for group in groups:
+        np.maximum(residual, group.residual, out=residual)
+        np.maximum(condition, group.condition, out=condition)
+        np.maximum(correction, group.correction, out=correction)
+    return ClosedState(x, groups, residual, condition, correction)

@@ -120,9 +120,9 @@ class Assembly:
             SingularConfigurationError: a position is a dead point.
         """
         state = guess.kinematics.close(guess.x, guess.turns, settles=True)
-        is_bad = ~_is_closed(state, guess)
-        if np.any(is_bad):
-            bad = int(np.argmax(is_bad))
+        is_closed = _is_closed(state, guess)
+        if not is_closed.all():
+            bad = int(np.argmin(is_closed))
             raise AssemblyError(
                 f"the loops cannot be closed on the branch at drive position "
                 f"{as_text(positions[bad])} (closure error {state.residual[bad]:.1e}, "
@@ -132,7 +132,7 @@ class Assembly:
                 residual=float(state.residual[bad]),
                 sample=first + bad,
             )
-        worst = int(np.argmax(state.condition))
+        worst = int(state.condition.argmax())
         if state.condition[worst] > SINGULAR_CONDITION:
             from .gimbal_lock import gimbal_note  # Imported here: only errors need it.
             from .singularities import singularity_at
@@ -304,5 +304,8 @@ class AssemblyAtDesign(Assembly):
 
 def _is_closed(state: ClosedState, guess: Guess) -> Array:
     """Return `(N,)` whether loops are closed, in the assembly mode in which guesses were."""
-    has_left_branch = (state.correction > SAFE_CORRECTION) & guess.followed
-    return np.asarray((state.residual < CLOSURE_TOLERANCE) & ~has_left_branch)
+    is_closed = state.residual < CLOSURE_TOLERANCE
+    if guess.followed:
+        # The negated comparison counts what is not a number as near, as its residual is judged.
+        is_closed &= ~(state.correction > SAFE_CORRECTION)
+    return np.asarray(is_closed)

@@ -280,10 +280,12 @@ def positions(rotation: Array, moment: Array) -> Array:
 
     The moment of a rotation R at p is M = [p]× R, so M Rᵀ = [p]× holds the position.
     """
-    return np.asarray(np.einsum("x...in,x...in->x...n", moment[_BEFORE], rotation[_AFTER]))
+    products = moment.take(_BEFORE, 0)
+    products *= rotation.take(_AFTER, 0)
+    return np.asarray(np.add.reduce(products, axis=-2))
 
 
-_BEFORE, _AFTER = [2, 0, 1], [1, 2, 0]
+_BEFORE, _AFTER = np.array([2, 0, 1]), np.array([1, 2, 0])
 """Axes before and after x, y and z in cyclic order: p_x is the entry (z, y) of [p]×, and so on."""
 
 

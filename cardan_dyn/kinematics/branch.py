@@ -57,6 +57,7 @@ class Branch:
         self.windings = np.zeros(start.size)
         self._start = float(start[drive_column])
         self._table = table_of(kinematics, kinematics.evaluate(start[None, :]), drive_column)
+        self._states_of, self._states = self._table, self._table.states
         self._ends = (LOWER, UPPER)
         # Number of nodes that it was last refined to; zero while guesses need not be safe.
         self._refined_to = 0
@@ -169,8 +170,13 @@ class Branch:
         return self._table.values(positions, columns)
 
     def states(self) -> Array:
-        """Return closed coordinates `(K, size)` at positions distributed over the branch."""
-        return self._table.states
+        """Return closed coordinates `(K, size)` at positions distributed over the branch.
+
+        They are the same object until the branch gets other nodes.
+        """
+        if self._states_of is not self._table:
+            self._states_of, self._states = self._table, self._table.states
+        return self._states
 
     def limit(self, target: float) -> float:
         """Return how far towards `target` the branch can be followed from its start.

@@ -11,6 +11,20 @@ from ..mechanism.coordinates import Coordinates
 from .all_groups import ClosedState, Kinematics
 
 
+_HERMITE = np.array(
+    [
+        [0.0, 1.0, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.5, 0.0, 0.0],
+        [10.0, -6.0, -1.5, -4.0, 0.5],
+        [-15.0, 8.0, 1.5, 7.0, -1.0],
+        [6.0, -3.0, -0.5, -3.0, 0.5],
+    ]
+)
+"""Quintic Hermite polynomials on an interval of width one, a row per power of the share from the
+first on. The columns are factors of the difference of both values, of the left node's derivatives
+and of the right node's."""
+
+
 class BranchTable(NamedTuple):
     """Nodes of a branch in ascending order of the drive. It is never changed.
 
@@ -78,13 +92,18 @@ class BranchTable(NamedTuple):
             positions: `(N,)` drive positions.
             columns: of a row; quaternions come without their unit length.
         """
-        nodes = self.nodes[:, :, columns]
         if self.size == 1:
-            return np.repeat(nodes[:, 0], len(positions), axis=0)
-        left = np.clip(np.searchsorted(self.positions, positions) - 1, 0, self.size - 2)
-        width = self.positions[left + 1] - self.positions[left]
-        share = (positions - self.positions[left]) / width
-        return _hermite(nodes[left], nodes[left + 1], width[:, None], share[:, None])
+            return np.repeat(self.nodes[:, 0, columns], len(positions), axis=0)
+        left = self.positions[1:-1].searchsorted(positions)
+        right, low = left + 1, self.positions[left]
+        width = self.positions[right] - low
+        nodes = self.nodes
+        if len(positions) < self.size:
+            left_nodes, right_nodes = nodes[left][:, :, columns], nodes[right][:, :, columns]
+        else:
+            nodes = nodes[:, :, columns]
+            left_nodes, right_nodes = nodes[left], nodes[right]
+        return _hermite(left_nodes, right_nodes, width, (positions - low) / width)
 
     def extrapolated(self, indices: list[int], positions: Array) -> Array:
         """Return coordinates `(E, size)` beyond nodes, by Taylor polynomials of second order.
@@ -163,14 +182,14 @@ def _hermite(left: Array, right: Array, width: Array, share: Array) -> Array:
     Args:
         left: nodes at the share 0.
         right: nodes at the share 1.
-        width: `(N, 1)` drive displacements between them.
-        share: `(N, 1)` share of the width.
+        width: `(N,)` drive displacements between them.
+        share: `(N,)` share of the width.
     """
-    t, h = share, width
-    d = right[:, 0] - left[:, 0]
-    f1, g1 = h * left[:, 1], h * right[:, 1]
-    f2, g2 = h * h * left[:, 2], h * h * right[:, 2]
-    c3 = 10.0 * d - 6.0 * f1 - 4.0 * g1 - 1.5 * f2 + 0.5 * g2
-    c4 = -15.0 * d + 8.0 * f1 + 7.0 * g1 + 1.5 * f2 - g2
-    c5 = 6.0 * d - 3.0 * (f1 + g1) + 0.5 * (g2 - f2)
-    return np.asarray(left[:, 0] + t * (f1 + t * (0.5 * f2 + t * (c3 + t * (c4 + t * c5)))))
+    powers = np.multiply.accumulate(np.repeat(share[:, None], 5, axis=1), axis=1)
+    weights = powers @ _HERMITE
+    # Derivatives are taken with respect to the drive: first ones count times the width, second
+    # ones times its square.
+    weights[:, 1:] *= width[:, None]
+    weights[:, 2::2] *= width[:, None]
+    known = np.concatenate((right[:, :1] - left[:, :1], left[:, 1:], right[:, 1:]), axis=1)
+    return np.asarray(left[:, 0] + np.matmul(weights[:, None], known)[:, 0])

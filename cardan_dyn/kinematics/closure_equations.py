@@ -245,17 +245,17 @@ class ClosureEquations:
         """
         result = np.empty((len(actions), len(self.ends), 6))
         worst = np.zeros(len(actions))
+        deviation = np.empty((2, 3, len(actions)))
         for index, ends in enumerate(self.ends):
             gap, turn, middle = gap_between(ends, actions)
             # A rotation about the origin shifts the weld as well; the twist makes up for it.
             result[:, index, :3] = (gap - cross(turn, middle)).T
             result[:, index, 3:] = turn.T
-            gap /= self.mechanism.characteristic_length
-            for deviation in (turn, gap):
-                deviation *= deviation
-                np.maximum(worst, deviation.sum(axis=0), out=worst)
-        np.sqrt(worst, out=worst)
-        return result, worst
+            np.divide(gap, self.mechanism.characteristic_length, out=deviation[0])
+            deviation[1] = turn
+            deviation *= deviation
+            np.maximum(worst, np.add.reduce(deviation, axis=1).max(axis=0), out=worst)
+        return result, np.sqrt(worst)
 
     def at_welds(self, twists: Array, actions: Array) -> tuple[Array, Array]:
         """Return all closure equations about the welds instead of the batch model's origin.

@@ -168,7 +168,8 @@ class DriveMotion:
         own = kinematics.part([self._index], self.groups)
         branch.refine(own, node_limit=self._samples_served // _SAMPLES_PER_NODE)
         position = targets.prescribed[:, self._index]
-        position = np.where(followed.is_there, position, self._start)
+        if not followed.is_there.all():
+            position = np.where(followed.is_there, position, self._start)
         within = position - followed.values[:, 0] * (branch.period or 0.0)
         x[:, self._columns] = branch.values(within, self._columns)
         turns[:, self._columns] = followed.values * branch.windings[self._columns]
@@ -183,7 +184,7 @@ class DriveMotion:
             AssemblyError, SingularConfigurationError: a position is out of reach.
         """
         branch = self.branch
-        low, high = float(np.min(targets)), float(np.max(targets))
+        low, high = float(targets.min()), float(targets.max())
         leaves_turn = high - low >= TURN or max(high, -low) > TURN
         is_far = self._turns_freely and leaves_turn
         turns_through = True

@@ -6,6 +6,7 @@ small step serves the rates and the closure forces as well, after one step of re
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import numpy as np
@@ -103,6 +104,7 @@ class GroupSolver:
         reduction: Reduction,
         turns: Array | None = None,
         inverse: Array | None = None,
+        correction: Array | None = None,
     ) -> tuple[GroupState, Array]:
         """Return the closure equations at `x` and their reduced error `(N, R)`, closed or not.
 
@@ -111,8 +113,9 @@ class GroupSolver:
             reduction: the rows that are solved.
             turns: `(N, size)` whole turns that the angles in `x` lack; couplings count them.
             inverse: inverse at a position nearby; used where it is near enough.
+            correction: `(N,)` how far the guess was off; zero if None.
         """
-        equations, known = self.equations, len(self.group.known)
+        equations, known, count = self.equations, len(self.group.known), len(x)
         q = self.batch.configuration(x)
         actions = self.batch.actions(q)
         twists = equations.unit_twists.of(actions)
@@ -123,12 +126,12 @@ class GroupSolver:
         if slips.size:
             relative = np.abs(slips) / equations.slip_units
             residual = np.maximum(residual, np.max(relative, axis=1))
-        idle = np.zeros((len(x), passive.shape[1], 0))
+        idle = np.zeros((count, passive.shape[1], 0))
         if self.group.idle:
             rank = passive.shape[1] - len(self.group.idle)
             inverse, null, condition, idle = factorised_at_rank(passive, self._row_scale, rank)
         elif inverse is not None and is_near(passive, inverse, self._row_scale):
-            null = np.zeros((len(x), inverse.shape[1], 0))
+            null = np.zeros((count, inverse.shape[1], 0))
             condition = condition_numbers(passive, inverse, self._row_scale)
         else:
             inverse, null, condition = factorised(passive, self._row_scale)
@@ -148,7 +151,7 @@ class GroupSolver:
             null=null,
             residual=residual,
             condition=condition,
-            correction=np.zeros(len(x)),
+            correction=np.zeros(count) if correction is None else correction,
             idle=idle,
         )
         return state, equations.project(error, slips, actions, reduction)
@@ -234,18 +237,18 @@ class GroupSolver:
             if (scaled <= rounding).all():
                 break
             sizes = scaled.max(axis=1)
-            correction += sizes
+            correction = correction + sizes
             worst = float(sizes.max())
             if worst > _LONGEST:
                 step *= np.minimum(1.0, _LONGEST / np.maximum(sizes, _LONGEST))[:, None]
-            if not np.isfinite(worst):
-                break
+            if not math.isfinite(worst):
+                return state._replace(correction=correction)
             self._moves.apply(x, step)
             nearby = state.inverse if worst < _NEARBY else None
-            state, error = self.evaluate(x, reduction, turns, nearby)
+            state, error = self.evaluate(x, reduction, turns, nearby, correction)
             if worst < enough:
                 break
-        return state._replace(correction=correction)
+        return state
 
     def settled(
         self, state: GroupState, x: Array, reduction: Reduction, turns: Array | None

@@ -103,6 +103,8 @@ class GroupState(NamedTuple):
     def step(self, error: Array) -> Array:
         """Return Newton's step `(N, p)` that removes an error `(N, R)`."""
         step = -times(transposed(self.inverse), error)
+        if not self.group.idle:
+            return step
         return self._without_spins(step, np.zeros((len(step), len(self.group.known))))
 
     def rates(self, known: Array) -> Array:

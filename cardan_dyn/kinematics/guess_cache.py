@@ -7,6 +7,7 @@ followed together.
 
 from __future__ import annotations
 
+import operator
 import threading
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -88,6 +89,9 @@ class GuessCache:
         self._varied = varied
         self._columns = problem.mechanism.coordinates.columns_of(problem.drives)
         self._is_scouted = False
+        # What the Newton tolerances of the kinematics beside follow from.
+        self._known: list[Kinematics | Array | None] = []
+        self._amplified = redundancy.kinematics
         self._lock = threading.RLock()
 
     @property
@@ -109,8 +113,8 @@ class GuessCache:
             MobilityError: the drives do not decide the motion.
             SingularConfigurationError: a dead point lies on the way.
         """
-        x = np.repeat(self.start[None, :], targets.size, axis=0)
-        turns = np.zeros_like(x)
+        x = self.start[None, :].repeat(targets.size, axis=0)
+        turns = np.zeros(x.shape)
         with self._lock:
             if self._motionless:
                 x[:, self._columns] = targets.prescribed
@@ -126,12 +130,11 @@ class GuessCache:
             x[:, self._columns] = targets.prescribed
             turns[:, self._columns] = 0.0
             self._problem.mechanism.coordinates.normalised(x)
-            kinematics = self.kinematics.with_amplitudes(
-                {index: part.amplitudes for part in self._parts for index in part.groups}
-            )
-            is_there = np.logical_and.reduce([item.is_there for item in followed])
+            is_there = followed[0].is_there
+            for item in followed[1:]:
+                is_there = is_there & item.is_there
             is_exact = all(part.is_exact for part in self._parts)
-            return Guess(x, turns, kinematics, is_exact, is_there)
+            return Guess(x, turns, self._with_amplitudes(), is_exact, is_there)
 
     def period(self) -> float | None:
         """Return the drive displacement [rad] after which the motion repeats, None if it does not.
@@ -150,6 +153,24 @@ class GuessCache:
                 part.branch.find_period()
                 self._learn()
             return part.branch.period
+
+    def _with_amplitudes(self) -> Kinematics:
+        """Return the kinematics with Newton tolerances for what is known of the motion.
+
+        They are made anew where more is known than at the last call.
+        """
+        amplitudes = [part.amplitudes for part in self._parts]
+        # By identity, since known states are never changed, and comparing takes as long as this.
+        known = [self.kinematics, *amplitudes]
+        if len(known) != len(self._known) or any(map(operator.is_not, known, self._known)):
+            of_groups = {
+                index: states
+                for part, states in zip(self._parts, amplitudes, strict=True)
+                for index in part.groups
+            }
+            self._known = known
+            self._amplified = self.kinematics.with_amplitudes(of_groups)
+        return self._amplified
 
     @cached_property
     def _parts(self) -> list[DriveMotion | JointMotion]:

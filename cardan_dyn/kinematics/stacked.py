@@ -140,7 +140,9 @@ def condition_numbers(rows: Array, inverse: Array, scale: Array | None) -> Array
     """
     if scale is not None:
         rows, inverse = rows * scale, inverse / scale.T
-    return _norms(rows) * _norms(inverse)
+    squares = np.einsum("nij,nij->n", rows, rows)
+    squares *= np.einsum("nij,nij->n", inverse, inverse)
+    return np.asarray(np.sqrt(squares, out=squares))
 
 
 def is_near(rows: Array, inverse: Array, scale: Array | None) -> bool:
@@ -152,8 +154,4 @@ def is_near(rows: Array, inverse: Array, scale: Array | None) -> bool:
     if scale is not None:
         product *= scale / scale.T
     product -= np.eye(p)
-    return bool(np.max(np.abs(product), initial=0.0) < _STALE)
-
-
-def _norms(matrices: Array) -> Array:
-    return np.asarray(np.sqrt(np.einsum("nij,nij->n", matrices, matrices)))
+    return bool(np.abs(product).max(initial=0.0) < _STALE)

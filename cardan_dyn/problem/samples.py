@@ -157,19 +157,20 @@ class Acting(NamedTuple):
             alone = values.size == math.prod(rest)
             return values.reshape(1, *rest) if alone else _flat(values, shape, trailing)
 
-        links = {
-            name: replace(load, force=over(load.force, 1), moment=over(load.moment, 1))
-            for name, load in self.link_loads.items()
-        }
-        inertia = {name: over(factor) for name, factor in self.inertia.items()}
-        return Acting(
-            _flat(self.speeds, shape, 1),
-            _flat(self.accelerations, shape, 1),
-            frozen({name: over(effort) for name, effort in self.joint_loads.items()}),
-            frozen(links) if links else self.link_loads,
-            over(self.gravity, 1),
-            frozen(inertia) if inertia else self.inertia,
-        )
+        efforts, links, inertia = self.joint_loads, self.link_loads, self.inertia
+        if efforts:
+            efforts = frozen({name: over(effort) for name, effort in efforts.items()})
+        if links:
+            links = frozen(
+                {
+                    name: replace(load, force=over(load.force, 1), moment=over(load.moment, 1))
+                    for name, load in links.items()
+                }
+            )
+        if inertia:
+            inertia = frozen({name: over(factor) for name, factor in inertia.items()})
+        speeds, accelerations = _flat(self.speeds, shape, 1), _flat(self.accelerations, shape, 1)
+        return Acting(speeds, accelerations, efforts, links, over(self.gravity, 1), inertia)
 
 
 def targets_of(
@@ -251,8 +252,8 @@ def acting_on(
     return Acting(
         _drive_values("speed", speed, drives),
         _drive_values("acceleration", acceleration, drives),
-        frozen({**problem.joint_loads, **efforts}),
-        frozen({**problem.link_loads, **wrenches}),
+        frozen({**problem.joint_loads, **efforts}) if efforts else problem.joint_loads,
+        frozen({**problem.link_loads, **wrenches}) if wrenches else problem.link_loads,
         gravities,
         frozen(_factors(problem.mechanism, inertia)),
     )

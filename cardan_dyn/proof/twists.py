@@ -13,6 +13,9 @@ import numpy as np
 from ..arrays import Array
 from ..mechanism.frames import Frames
 
+_NEXT, _BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
+"""Axes after and before x, y and z in cyclic order."""
+
 
 class State(NamedTuple):
     """A mechanism at given coordinates, in world axes, samples along the last axis.
@@ -146,9 +149,6 @@ def cross(a: Array, b: Array) -> Array:
 
     `np.cross` would need that axis to be moved, and makes more copies.
     """
-    result = np.empty(np.broadcast(a, b).shape)
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        component = result[..., i, :]
-        np.multiply(a[..., j, :], b[..., k, :], out=component)
-        component -= a[..., k, :] * b[..., j, :]
-    return result
+    result = a.take(_NEXT, -2) * b.take(_BEFORE, -2)
+    result -= a.take(_BEFORE, -2) * b.take(_NEXT, -2)
+    return np.asarray(result)

@@ -64,10 +64,12 @@ def swept(solver: ProblemSolver, asked: Asked) -> Sweep:
                     "give the positions an axis for each of theirs"
                 )
         else:
-            targets = targets_of(solver.problem, asked.position, asked.held, acting.shapes)
+            shapes = acting.shapes
+            targets = targets_of(solver.problem, asked.position, asked.held, shapes)
             if targets.was_column:
                 acting = acting.without_columns()
-            shape = common_shape({"position": targets.shape, **acting.shapes})
+                shapes = acting.shapes
+            shape = common_shape({"position": targets.shape, **shapes})
             solver = solver.of_varied(targets.varied)
             positions = solver.assembled_in_turn(targets.expanded(shape), asked.along_path)
         solver = positions.solver
