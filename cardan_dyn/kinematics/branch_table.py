@@ -10,7 +10,6 @@ from ..arrays import Array
 from ..mechanism.coordinates import Coordinates
 from .all_groups import ClosedState, Kinematics
 
-
 _HERMITE = np.array(
     [
         [0.0, 1.0, 0.0, 0.0, 0.0],

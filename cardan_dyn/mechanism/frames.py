@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from .placing import Offset, Turn, rotations
 
 if TYPE_CHECKING:
     from ..description.description import (
@@ -99,6 +100,31 @@ class Frames:
         self.ends = [self._add_loop(loop) for loop in description.loops]
         self.bodies = self._bodies(description)
         self.corner = self._corner()
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        """Find what placing the frames needs and no position changes."""
+        self._starts = [self._offset(motion.before, motion.placement) for motion in self.motions]
+        self._turns = {
+            index: Turn(motion.axis)
+            for index, motion in enumerate(self.motions)
+            if motion.kind == "turn"
+        }
+        self._angle_columns = np.array(
+            [self.motions[index].column for index in self._turns], dtype=int
+        )
+        self._fixed = {
+            joint: self._offset(self.last[joint], placement)
+            for joint, placement in self.fixed_placement.items()
+        }
+        bodies = self.children[self.tree :]
+        lasts = [self.last[body] if body >= 0 else -1 for body in bodies]
+        self._ends = list(map(self._offset, lasts, self.ends))
+        self._are_motions = not self._fixed and self.last == list(range(len(self.motions)))
+
+    def _offset(self, motion: int, placement: Array) -> Offset:
+        """Return a `(4, 4)` placement in the frame of a motion, -1 for the world."""
+        return Offset.of(motion, placement, self.corner)
 
     def _add_tree(self, description: Description) -> dict[str, tuple[int, Array]]:
         """Add the joints of the tree, depth first; return the links, see `links`."""
@@ -189,11 +215,10 @@ class Frames:
         in world axes.
         """
         result = np.empty((len(self.motions), 4, 3, len(x)))
-        turning = [index for index, motion in enumerate(self.motions) if motion.kind == "turn"]
-        angles = np.ascontiguousarray(x[:, [self.motions[index].column for index in turning]].T)
-        turns = dict(zip(turning, zip(np.cos(angles), np.sin(angles), strict=True), strict=True))
+        angles = x.T.take(self._angle_columns, 0)
+        turned = iter(zip(np.cos(angles), np.sin(angles), strict=True))
         for index in range(len(self.motions)):
-            self._place(result, index, x, turns.get(index))
+            self._place(result, index, x, next(turned) if index in self._turns else None)
         return result
 
     def joint(self, x: Array, index: int) -> tuple[Array, Array]:
@@ -212,7 +237,8 @@ class Frames:
             angle = x[:, self.motions[motion].column]
             frames[motion] = np.empty((4, 3, len(x)))
             self._place(frames, motion, x, (np.cos(angle), np.sin(angle)))
-        frame = self._moved(frames, last, self.fixed_placement.get(index, _IDENTITY), len(x))
+        offset = self._offset(last, self.fixed_placement.get(index, _IDENTITY))
+        frame = np.broadcast_to(offset.frame(frames), (4, 3, len(x)))
         origin = frame[3].T + self.corner
         return np.ascontiguousarray(frame[:3].transpose(2, 1, 0)), origin
 
@@ -231,57 +257,35 @@ class Frames:
             x: `(N, size)` coordinates.
             turn: cosines and sines of a turn's angle.
         """
-        motion, frame = self.motions[index], frames[index]
-        start = self._moved(frames, motion.before, motion.placement, len(x))
+        motion, frame, start = self.motions[index], frames[index], self._starts[index].frame(frames)
         if motion.kind == "turn" and turn is not None:
-            _turn(frame, start, motion.axis, *turn)
+            self._turns[index].write(frame, start, *turn)
         elif motion.kind == "ball":
             frame[3] = start[3]
             q = np.ascontiguousarray(x[:, motion.column : motion.column + 4].T)
-            frame[:3] = np.einsum("ijn,ikn->jkn", _rotation(q), start[:3])
+            frame[:3] = np.einsum("ijn,ikn->jkn", rotations(q), start[:3])
         else:
             frame[:3] = start[:3]
             direction = motion.axis @ start[:3].reshape(3, -1)
             frame[3] = start[3] + direction.reshape(3, -1) * x[:, motion.column]
 
     def ended(self, frames: Array, loop: int) -> Array:
-        """Return the frame of a loop's successor where the loop joins it, `(4, 3, N)`."""
-        body = self.children[self.tree + loop]
-        motion = self.last[body] if body >= 0 else -1
-        return self._moved(frames, motion, self.ends[loop], frames.shape[-1])
+        """Return the frame of a loop's successor where the loop joins it.
+
+        It is `(4, 3, N)`, or `(4, 3, 1)` in the world.
+        """
+        return self._ends[loop].frame(frames)
 
     def joint_frames(self, frames: Array) -> Array:
         """Return the frames of all joints `(J, 4, 3, N)`."""
-        if not self.fixed_placement and self.last == list(range(len(frames))):
+        if self._are_motions:
             return frames
         result = np.empty((len(self.joints), *frames.shape[1:]))
         for index, last in enumerate(self.last):
-            if index in self.fixed_placement:
-                placement = self.fixed_placement[index]
-                result[index] = self._moved(frames, last, placement, frames.shape[-1])
-            else:
-                result[index] = frames[last]
+            result[index] = (
+                self._fixed[index].frame(frames) if index in self._fixed else frames[last]
+            )
         return result
-
-    def _moved(
-        self, frames: Array | dict[int, Array], motion: int, placement: Array, count: int
-    ) -> Array:
-        """Return a placement in the frame of a motion as a frame in the world, `(4, 3, N)`.
-
-        Args:
-            frames: of the motions.
-            motion: index of the motion, -1 for the world.
-            placement: `(4, 4)`.
-            count: number of samples N.
-        """
-        if motion < 0:
-            columns = placement[:3].T.copy()
-            columns[3] -= self.corner
-            return np.repeat(columns[:, :, None], count, axis=2)
-        frame = frames[motion]
-        if np.array_equal(placement, _IDENTITY):
-            return frame
-        return np.asarray((placement.T @ frame.reshape(4, -1)).reshape(frame.shape))
 
 
 def _motions(kind: str, axis: Array, axis_2: Array) -> list[tuple[str, Array]]:
@@ -313,47 +317,6 @@ def _turns_for_ball(motion: tuple[str, Array]) -> list[tuple[str, Array]]:
     """Return the turns by Cardan angles that a ball is written as; other motions as they are."""
     kind, _ = motion
     return [("turn", axis) for axis in np.eye(3)] if kind == "ball" else [motion]
-
-
-def _turn(frame: Array, start: Array, axis: Array, cosine: Array, sine: Array) -> None:
-    """Write into `frame` what a frame `start` is after a turn about an axis of its own.
-
-    Args:
-        frame: `(4, 3, N)` the result.
-        start: `(4, 3, N)`.
-        axis: `(3,)` unit vector in that frame.
-        cosine: `(N,)` of the angle.
-        sine: `(N,)` of the angle.
-    """
-    along = int(np.argmax(np.abs(axis)))
-    second, third = (along + 1) % 3, (along + 2) % 3
-    frame[3] = start[3]
-    if axis[second] == 0.0 and axis[third] == 0.0:
-        sine = sine * axis[along]
-        frame[along] = start[along]
-        frame[second] = cosine * start[second] + sine * start[third]
-        frame[third] = cosine * start[third] - sine * start[second]
-        return
-    # Rodrigues: R = 1 + sin K + (1 - cos) K², applied to the three axes of the frame.
-    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    axes = start[:3].reshape(3, -1)
-    linear = (cross.T @ axes).reshape(3, 3, -1)
-    quadratic = ((cross @ cross).T @ axes).reshape(3, 3, -1)
-    # 1 - cos, without cancellation for small angles.
-    versine = np.where(cosine > 0.0, sine**2 / (1.0 + np.abs(cosine)), 1.0 - cosine)
-    frame[:3] = start[:3] + sine * linear + versine * quadratic
-
-
-def _rotation(q: Array) -> Array:
-    """Return the rotations `(3, 3, N)` of unit quaternions `(4, N)`, x, y, z, w."""
-    x, y, z, w = q
-    return np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
-            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
-            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )
 
 
 def merged(described: dict[str, LinkDescription], placements: dict[str, Array]) -> Body:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, consecutive
 from ..mechanism.coordinates import Coordinates
 from .named_motions import named_motions
 from .residuals import Claim, ratio
@@ -79,17 +79,25 @@ class Constraints:
         self.rate_scale[twists.rates[twists.sliding]] = length
         driven, held = prescribed_motions(self._frames, motion)
         self._drive_rates = [item.rate for item in driven]
-        self._drive_columns = [item.column for item in driven]
         self._unit_ratios = np.eye(len(motion.drives))
         self._held_rates = [item.rate for item in held]
-        self._held_columns = [item.column for item in held]
+        self._held_scale = self.rate_scale[self._held_rates, None]
+        self._prescribed = [self._columns_and_scale(items) for items in (driven, held)]
         self._lay_out_couplings(description, coordinates)
         self._signs = [self._signs_around(loop) for loop in range(len(self._frames.ends))]
+        self._around = [np.flatnonzero(signs) for signs in self._signs]
+        self._known_rates = consecutive(np.flatnonzero(motion.known))
+        self._known_scale = self.rate_scale[self._known_rates, None]
         self.loops = [
             loop
             for loop, signs in enumerate(self._signs)
             if np.all(motion.known[twists.rates[signs[twists.owners] != 0.0]])
         ]
+
+    def _columns_and_scale(self, items: list[ElementaryMotion]) -> tuple[Array, Array]:
+        """Return the columns of turns and slides in a row, and what their errors are divided by."""
+        columns = np.array([item.column for item in items], dtype=int)
+        return columns, self.rate_scale[[item.rate for item in items]]
 
     @property
     def known_coupling_factors(self) -> Array:
@@ -151,14 +159,14 @@ class Constraints:
             slip = positions @ self._column_factors[self.couplings].T
             slip -= self._offsets[self.couplings]
             worst = np.maximum(worst, np.max(np.abs(slip) / self._slip_scale, axis=1))
-        for columns, prescribed, rates in (
-            (self._drive_columns, claim.positions, self._drive_rates),
-            (self._held_columns, claim.held, self._held_rates),
+        for (columns, scale), prescribed in zip(
+            self._prescribed, (claim.positions, claim.held), strict=True
         ):
-            error = np.abs(claim.x[:, columns] - prescribed) / self.rate_scale[rates]
-            # A position of many turns is known only up to the rounding of its great number.
-            error /= np.maximum(1.0, np.abs(prescribed) / self.rate_scale[rates])
-            worst = np.maximum(worst, error.max(axis=1, initial=0.0))
+            if columns.size:
+                error = np.abs(claim.x.take(columns, 1) - prescribed) / scale
+                # A position of many turns is known only up to the rounding of its great number.
+                error /= np.maximum(1.0, np.abs(prescribed) / scale)
+                np.maximum(worst, error.max(axis=1), out=worst)
         return worst
 
     def _loop_error(self, state: State) -> Array:
@@ -167,12 +175,12 @@ class Constraints:
         for loop in self.loops:
             predecessor_end = state.joint_frames[frames.tree + loop]
             gap = predecessor_end - frames.ended(state.motion_frames, loop)
-            gap[3] /= self._length
             # Between frames that are turned by an angle φ, the squared differences of the three
             # axes add up to 2 (2 sin φ/2)², which is 2 φ² for small angles.
-            square = np.einsum("cin,cin->n", gap[:3], gap[:3])
-            np.maximum(worst, 0.5 * square, out=worst)
-            np.maximum(worst, np.einsum("in,in->n", gap[3], gap[3]), out=worst)
+            square = 0.5 * np.einsum("cin,cin->n", gap[:3], gap[:3])
+            np.maximum(worst, square, out=worst)
+            distance = gap[3] / self._length
+            np.maximum(worst, np.einsum("in,in->n", distance, distance), out=worst)
         return np.sqrt(worst)
 
     def drive_rate_error(self, claim: Claim) -> Array:
@@ -181,67 +189,65 @@ class Constraints:
         Velocity ratios of drives have to be one and zero. Where a claim has no rates, all of them
         have to be zero, or the error is infinite.
         """
-        unit = np.abs(claim.velocity_ratios[:, self._drive_rates] - self._unit_ratios)
+        unit = np.abs(claim.velocity_ratios.take(self._drive_rates, 1) - self._unit_ratios)
         worst = np.asarray(unit.max(axis=(1, 2)))
         if not claim.has_rates:
-            if np.any(claim.v) or np.any(claim.a):
+            if claim.v.any() or (claim.a is not claim.v and claim.a.any()):
                 worst[:] = np.inf
             return worst
         for rates, prescribed in ((claim.v, claim.speeds), (claim.a, claim.accelerations)):
-            error = np.abs(rates[:, self._drive_rates] - prescribed).max(axis=1)
+            error = np.abs(rates.take(self._drive_rates, 1) - prescribed).max(axis=1)
             np.maximum(worst, ratio(error, np.abs(prescribed).max(axis=1)), out=worst)
         return worst
 
-    def slip_error(self, rates: Array, size: Array) -> Array:
-        """Return `(N,)` how fast couplings slip and held joints move, relative.
+    def slip(self, rates: Array) -> Array:
+        """Return `(N,)` how fast couplings slip and held joints move.
+
+        Slides count over the length.
 
         Args:
             rates: velocities or accelerations `(nv, N)`.
-            size: `(N,)` what is compared with, see `loop_rate_error`.
         """
         worst = np.zeros(rates.shape[1])
         if self._held_rates:
-            moving = np.abs(rates[self._held_rates]) / self.rate_scale[self._held_rates, None]
-            np.maximum(worst, ratio(moving.max(axis=0), size), out=worst)
+            moving = np.abs(rates.take(self._held_rates, 0)) / self._held_scale
+            np.maximum(worst, moving.max(axis=0), out=worst)
         if self.couplings:
             slip = np.abs(self.known_coupling_factors @ rates) / self._slip_scale[:, None]
-            np.maximum(worst, ratio(slip.max(axis=0), size), out=worst)
+            np.maximum(worst, slip.max(axis=0), out=worst)
         return worst
 
     def moved_loops(self, relative: Array) -> list[int]:
-        """Return which of `loops` have a joint that moves, see `loop_rate_error`."""
-        moves = np.any(relative.reshape(len(relative), -1), axis=1)
+        """Return which of `loops` have a joint that moves, see `opening`."""
+        moves = relative.reshape(len(relative), -1).any(axis=1)
         return [loop for loop in self.loops if np.any(moves[self._signs[loop] != 0.0])]
 
-    def loop_rate_error(
-        self, state: State, relative: Array, size: Array, loops: list[int] | None = None
-    ) -> Array:
-        """Return `(N,)` how fast the two ends of a loop move apart, relative.
+    def opening(self, state: State, relative: Array, loops: list[int] | None = None) -> Array:
+        """Return `(N,)` how fast the two ends of a loop move apart [rad/s], gaps over the length.
 
         Args:
             state: of the mechanism.
             relative: what each motion adds to the twists, or to the accelerations,
                 `(M, 2, 3, N)`, see `Twists.relative`.
-            size: `(N,)` greatest rate [rad/s, or rad/s²], slides over the length.
             loops: those to look at; all of `loops` if None.
         """
         worst = np.zeros(state.motion_frames.shape[-1])
         for loop in self.loops if loops is None else loops:
-            signs = self._signs[loop]
-            (around,) = np.nonzero(signs)
-            difference = np.einsum("m,mcin->cin", signs[around], relative[around])
-            linear, angular = difference
+            around = self._around[loop]
+            signs = self._signs[loop][around]
+            difference = np.matmul(signs, relative.take(around, 0).reshape(len(around), -1))
+            linear, angular = difference.reshape(relative.shape[1:])
             last = self._frames.last[self._frames.tree + loop]
             if last >= 0:  # The gap opens at the loop's joint, not at the corner.
                 linear = linear + cross(angular, state.motion_frames[last, 3])
             np.maximum(worst, np.abs(linear).max(axis=0) / self._length, out=worst)
             np.maximum(worst, np.abs(angular).max(axis=0), out=worst)
-        return ratio(worst, size)
+        return worst
 
     def greatest_rate(self, rates: Array) -> Array:
         """Return `(N,)` the greatest of the known rates `(nv, N)`, slides over the length."""
-        known = np.abs(rates[self._known]) / self.rate_scale[self._known, None]
-        return np.asarray(np.max(known, axis=0, initial=0.0))
+        known = np.abs(rates[self._known_rates]) / self._known_scale
+        return np.asarray(known.max(axis=0, initial=0.0))
 
 
 def _coupled_joints(

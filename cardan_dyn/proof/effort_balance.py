@@ -26,7 +26,7 @@ class EffortBalance:
             joints: indices of the joints whose wrenches are claimed, in the order of the wrenches.
             rate_scale: `(nv,)` factor that makes an effort a moment: the length for slides.
         """
-        self._twists, self._rate_scale = twists, rate_scale
+        self._twists = twists
         frames = twists.frames
         owners = [frames.motions[owner].joint for owner in twists.owners]
         index_of = {joint: index for index, joint in enumerate(joints)}
@@ -35,10 +35,14 @@ class EffortBalance:
         # a component of the wrench in the joint's frame, just as it was returned.
         last = [row for row in rows if frames.last[owners[row]] == twists.owners[row]]
         inner = [row for row in rows if row not in set(last)]
-        self._last_rows, self._inner_rows = np.array(last, dtype=int), np.array(inner, dtype=int)
+        last_rows = np.array(last, dtype=int)
+        self._inner_rows = np.array(inner, dtype=int)
         self._last_joints = np.array([index_of[owners[row]] for row in last], dtype=int)
         self._inner_joints = np.array([index_of[owners[row]] for row in inner], dtype=int)
-        self._force_or_moment = np.where(twists.sliding[self._last_rows], 0, 1)
+        self._force_or_moment = np.where(twists.sliding[last_rows], 0, 1)
+        self._last_axes = twists.axes[last_rows][:, :, None]
+        self._rates = twists.rates[np.array([*last, *inner], dtype=int)]
+        self._scale = rate_scale[self._rates][:, None]
 
     def imbalance(self, state: State, wrenches: JointWrenches, given: Array) -> Array:
         """Return `(N,)` the greatest difference [N·m] between a wrench along a rate and `given`.
@@ -48,17 +52,16 @@ class EffortBalance:
             wrenches: of the claimed joints.
             given: `(nv, N)` what loads, drives, held joints and couplings exert [N·m, N].
         """
-        twists = self._twists
-        efforts = np.zeros(given.shape)
-        rows = self._last_rows
         vectors = wrenches.in_joint_frames[self._last_joints, self._force_or_moment]
-        efforts[twists.rates[rows]] = np.einsum("kcn,kc->kn", vectors, twists.axes[rows])
+        difference = np.add.reduce(vectors * self._last_axes, axis=1)
         if self._inner_rows.size:
-            rows, in_world = self._inner_rows, wrenches.in_world[self._inner_joints]
+            twists, rows = self._twists, self._inner_rows
+            in_world = wrenches.in_world[self._inner_joints]
             origins = state.motion_frames[twists.owners[rows], 3]
             moment = in_world[:, 1] - cross(origins, in_world[:, 0])
             vectors = np.where(twists.sliding[rows, None, None], in_world[:, 0], moment)
-            efforts[twists.rates[rows]] = np.einsum("kin,kin->kn", vectors, state.directions[rows])
-        rates = twists.rates[np.concatenate([self._last_rows, self._inner_rows])]
-        imbalance = np.abs(efforts[rates] - given[rates]) * self._rate_scale[rates, None]
-        return np.asarray(np.max(imbalance, axis=0, initial=0.0))
+            inner = np.einsum("kin,kin->kn", vectors, state.directions[rows])
+            difference = np.concatenate((difference, inner))
+        difference -= given.take(self._rates, 0)
+        difference *= self._scale
+        return np.asarray(np.abs(difference).max(axis=0, initial=0.0))

@@ -22,7 +22,7 @@ from ..mechanism.frames import Frames, merged
 from .constraints import Constraints, Motion, prescribed_motions
 from .effort_balance import EffortBalance
 from .momentum import MassiveBodies
-from .residuals import Claim, Residuals
+from .residuals import Claim, Residuals, ratio
 from .self_stress import SelfStressProof, prove_flags
 from .twists import State, Twists, cross
 from .wrenches import JointWrenches, greatest_size, placed_in_world
@@ -111,7 +111,18 @@ class FreeBodies:
         all_claimed = self._sorted == list(range(len(frames.joints)))
         # A slice makes no copies.
         self._chosen: slice | list[int] = slice(None) if all_claimed else self._sorted
+        parents, children = (
+            [of[joint] for joint in self._sorted] for of in (frames.parents, frames.children)
+        )
+        self._of_tree = [joint for joint in self._sorted if joint < frames.tree]
+        first = len(self._of_tree)
+        self._of_loops = [item for item in enumerate(children) if item[0] >= first and item[1] >= 0]
+        self._against = [item for item in enumerate(parents) if item[1] >= 0]
         self._covered = self._covered_bodies()
+        self._uncovered, self._balances = (
+            np.flatnonzero(~self._covered),
+            bool(np.any(self._covered)),
+        )
         self.unproven = tuple(
             link
             for link, (body, _) in frames.links.items()
@@ -175,53 +186,59 @@ class FreeBodies:
         state = self._twists.state(claim.x)
         wrenches = self._joint_wrenches(state, claim)
         rates = self._rates(state, claim)
-        loads = np.ascontiguousarray(np.broadcast_to(claim.loads, claim.v.shape).T)
-        exerted = np.ascontiguousarray(claim.exerted.T)
-        powers = [np.einsum("kn,kn->n", efforts, rates.unit) for efforts in (loads, exerted)]
-        rate_scale = self._constraints.rate_scale[:, None]
-        sizes = [np.max(np.abs(loads) * rate_scale, axis=0, initial=0.0)]
-        inertia = np.zeros(len(claim.x))
+        constraints = self._constraints
+        loads, exerted = claim.loads.T, claim.exerted.T
         net = self._net_joint_wrenches(wrenches)
+        power = _power(loads, rates.unit)
+        of_drives = _power(exerted, rates.unit)
+        power_imbalance, power_scale = power + of_drives, np.abs(power) + np.abs(of_drives)
+        greatest = (np.abs(loads) * constraints.rate_scale[:, None]).max(axis=0, initial=0.0)
+        inertia = np.zeros(len(claim.x))
         for applied in self._applied(state, claim, rates):
             net[applied.bodies] += applied.wrenches
-            powers.append(applied.power)
-            sizes.append(applied.size)
+            power_imbalance += applied.power
+            power_scale += np.abs(applied.power)
+            greatest = np.maximum(greatest, applied.size)
             inertia += applied.inertia
-        net[~self._covered] = 0.0
+        if self._uncovered.size:
+            net[self._uncovered] = 0.0
         body_imbalance = greatest_size(net, self._length, state.joint_frames[: self.frames.tree, 3])
-        couplings = self._constraints.coupling_factors.T @ claim.couplings.T
-        given = loads + claim.exerted.T + couplings
+        given = loads + exerted
+        if claim.couplings.shape[1]:
+            given += constraints.coupling_factors.T @ claim.couplings.T
         effort_imbalance = self._efforts.imbalance(state, wrenches, given)
+        if len(greatest) < len(inertia):
+            greatest = greatest.repeat(len(inertia))
         return Residuals(
             imbalance=np.maximum(body_imbalance, effort_imbalance),
-            power_imbalance=np.abs(np.sum(powers, axis=0)),
-            loop_error=self._constraints.position_error(state, claim),
+            power_imbalance=np.abs(power_imbalance),
+            loop_error=constraints.position_error(state, claim),
             rate_error=rates.error,
             wrench=greatest_size(wrenches.in_joint_frames, self._length),
-            applied=np.max(sizes, axis=0),
+            applied=greatest,
             inertia=inertia,
-            power_scale=np.sum(np.abs(powers), axis=0),
-            speed_scale=self._constraints.greatest_rate(rates.unit),
-            bodies_balanced=bool(np.any(self._covered)),
+            power_scale=power_scale,
+            speed_scale=constraints.greatest_rate(rates.unit),
+            bodies_balanced=self._balances,
             power_balanced=self._power_known,
         )
 
     def _joint_wrenches(self, state: State, claim: Claim) -> JointWrenches:
         """Return the claimed wrenches with the joints in ascending order."""
-        rows = np.ascontiguousarray(claim.wrenches[:, self._order].transpose(1, 2, 0))
+        rows = claim.wrenches.transpose(1, 2, 0).take(self._order, 0)
         rows = rows.reshape(len(self.claimed), 2, 3, len(claim.x))
         return placed_in_world(rows, state.joint_frames[self._chosen])
 
     def _net_joint_wrenches(self, wrenches: JointWrenches) -> Array:
         """Return the sum of the joint wrenches on each body, `(B, 2, 3, N)`."""
-        frames = self.frames
-        net = np.zeros((frames.tree, *wrenches.in_world.shape[1:]))
-        for joint, wrench in zip(self._sorted, wrenches.in_world, strict=True):
-            parent, child = frames.parents[joint], frames.children[joint]
-            if child >= 0:
-                net[child] += wrench
-            if parent >= 0:
-                net[parent] -= wrench
+        in_world = wrenches.in_world
+        net = np.zeros((self.frames.tree, *in_world.shape[1:]))
+        # Every joint of the tree acts on a body of its own.
+        net[self._of_tree] = in_world[: len(self._of_tree)]
+        for index, body in self._of_loops:
+            net[body] += in_world[index]
+        for index, body in self._against:
+            net[body] -= in_world[index]
         return net
 
     def _rates(self, state: State, claim: Claim) -> _Rates:
@@ -232,14 +249,13 @@ class FreeBodies:
         unit = velocity_ratios[0] if single_drive else velocity_ratios.sum(axis=0)
         error = constraints.drive_rate_error(claim)
         for ratios in velocity_ratios:
-            size = constraints.greatest_rate(ratios)
-            np.maximum(error, constraints.slip_error(ratios, size), out=error)
+            violation = constraints.slip(ratios)
             if constraints.loops:
                 relative = twists.relative(state, ratios)
                 # One of many drives moves few loops.
                 loops = None if single_drive else constraints.moved_loops(relative)
-                opening = constraints.loop_rate_error(state, relative, size, loops)
-                np.maximum(error, opening, out=error)
+                np.maximum(violation, constraints.opening(state, relative, loops), out=violation)
+            np.maximum(error, ratio(violation, constraints.greatest_rate(ratios)), out=error)
         if not claim.has_rates:
             return _Rates(unit, error, None, None)
         v, a = np.ascontiguousarray(claim.v.T), np.ascontiguousarray(claim.a.T)
@@ -250,13 +266,13 @@ class FreeBodies:
         # Accelerations contain centripetal terms, which grow with the square of the speed.
         size = constraints.greatest_rate(a) + fastest**2
         for rates, added, scale in ((v, relative, fastest), (a, changes, size)):
-            np.maximum(error, constraints.slip_error(rates, scale), out=error)
-            np.maximum(error, constraints.loop_rate_error(state, added, scale), out=error)
+            violation = np.maximum(constraints.slip(rates), constraints.opening(state, added))
+            np.maximum(error, ratio(violation, scale), out=error)
         return _Rates(unit, error, velocities, twists.absolute(changes) if self._massive else None)
 
     def _applied(self, state: State, claim: Claim, rates: _Rates) -> Iterator[_Applied]:
         """Yield every load on a link, weights and inertia together, then what factors add."""
-        forceless = not claim.has_rates and not np.any(claim.gravity)
+        forceless = not claim.has_rates and not claim.gravity.any()
         massive = None if forceless or not self._massive else self._massive
         if not claim.link_loads and massive is None:
             return
@@ -311,6 +327,11 @@ class FreeBodies:
         slides = self._twists.rates[self._twists.sliding]
         greatest = np.max(np.abs(claim.a[:, slides]), axis=1, initial=0.0)
         return np.asarray(massive.greatest_mass * self._length * greatest)
+
+
+def _power(efforts: Array, rates: Array) -> Array:
+    """Return `(N,)` the power of efforts `(nv, N)` or `(nv, 1)` at rates `(nv, N)` [W]."""
+    return np.asarray(np.add.reduce(efforts * rates, axis=0))
 
 
 def _load_wrench(load: LinkLoad, placement: Array, frame: Array) -> Array:

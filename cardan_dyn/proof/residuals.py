@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -144,6 +144,8 @@ class Residuals(NamedTuple):
 
         One is added, so that it is 1 at rest and rounding grows in proportion to it.
         """
+        if not self.inertia.any():
+            return np.ones(len(self.inertia))
         remaining = np.maximum(self.wrench, self.applied)
         remaining = np.where(remaining > 0.0, remaining, self.inertia)
         return 1.0 + ratio(self.inertia, remaining)
@@ -163,7 +165,7 @@ class Residuals(NamedTuple):
     @property
     def rate(self) -> float:
         """Greatest violation of loops, couplings and drives by rates, relative."""
-        return float(np.max(self.rate_error))
+        return float(self.rate_error.max())
 
     @property
     def power(self) -> float:
@@ -191,22 +193,26 @@ class Residuals(NamedTuple):
             AccuracyError: a residual exceeds its tolerance, or is not a number.
         """
         size = self.wrench + self.applied + self.inertia
-        unit = np.ones_like(self.loop_error)  # Errors of loops and rates are relative already.
+        unit = np.ones(len(size))  # Errors of loops and rates are relative already.
         residuals = [("loop", self.loop_error, unit), ("rate", self.rate_error, unit)]
         if self.bodies_balanced:
             residuals.append(("balance", self.imbalance, size))
         if self.power_balanced:
             scale = self.power_scale + size * self.speed_scale
             residuals.append(("power", self.power_imbalance, scale))
-        for name, error, scale in residuals:
-            _require(name, error, scale, positions, condition)
+        names, errors, scales = zip(*residuals, strict=True)
+        good = _is_proven(np.array(errors), np.array(scales))
+        if good.all():
+            return
+        first = int(good.all(axis=1).argmin())
+        _refuse(names[first], errors[first], scales[first], positions, condition)
 
     def _greatest_wrench(self) -> Array:
         """Return the greatest wrench or load of all samples [N·m], as an array per sample.
 
         Where it is mere rounding of the sample's inertial terms, these take its place.
         """
-        greatest = np.max(np.maximum(self.wrench, self.applied))
+        greatest = np.maximum(self.wrench, self.applied).max()
         cancelled = greatest <= _CANCELLED * self.inertia
         return np.where(cancelled, self.inertia, greatest)
 
@@ -222,13 +228,17 @@ def overflow(what: str) -> AccuracyError:
     )
 
 
-def _require(name: str, error: Array, scale: Array, positions: Array, condition: Array) -> None:
-    """Refuse a residual `(N,)` that exceeds the tolerance times its scale; see `prove`."""
-    relative = ratio(error, scale)
-    # The comparison is negated, since one with nan is false: what is not a number is no proof.
-    bad = ~((error <= BALANCE_TOLERANCE * scale) & (scale < np.inf))
-    if not np.any(bad):
-        return
+def _is_proven(error: Array, scale: Array) -> Array:
+    """Return where residuals are within the tolerance times their scale, see `Residuals.prove`.
+
+    Comparisons with what is not a number are false, so that it is no proof.
+    """
+    return np.asarray((error <= BALANCE_TOLERANCE * scale) & (scale < np.inf))
+
+
+def _refuse(name: str, error: Array, scale: Array, positions: Array, condition: Array) -> NoReturn:
+    """Raise the error for a residual `(N,)` that exceeds the tolerance times its scale."""
+    relative, bad = ratio(error, scale), ~_is_proven(error, scale)
     worst = int(np.argmax(np.where(bad, np.nan_to_num(relative, nan=np.inf), -1.0)))
     at = f"drive position {as_text(positions[worst])}"
     if not np.isfinite(relative[worst]) or not np.isfinite(scale[worst]):
@@ -249,9 +259,9 @@ def _require(name: str, error: Array, scale: Array, positions: Array, condition:
 
 def _worst(error: Array, scale: Array) -> float:
     """Return the greatest relative error, nan where there is nothing to compare."""
-    if not np.any(error) and not np.any(scale):
+    if not scale.any() and not error.any():
         return float("nan")
-    return float(np.max(ratio(error, scale)))
+    return float(ratio(error, scale).max())
 
 
 def ratio(numerator: Array, denominator: Array) -> Array:

@@ -60,6 +60,7 @@ class Twists:
         self.rates = np.array(rates, dtype=int)
         self.axes = np.array(axes).reshape(-1, 3)
         self.sliding = np.array([frames.motions[k].kind == "slide" for k in owners], dtype=bool)
+        self._slides = np.flatnonzero(self.sliding)
         self._one_rate_per_motion = len(set(owners)) == len(owners)
         # A direction along a frame axis is a column of the frame, up to its sign; copying that
         # column is faster than multiplying the frame with the axis.
@@ -82,7 +83,7 @@ class Twists:
             state: of the mechanism.
             rates: joint velocities `(nv, N)`.
         """
-        added = state.unit_twists * rates[self.rates][:, None, None]
+        added = state.unit_twists * rates.take(self.rates, 0)[:, None, None]
         if self._one_rate_per_motion:
             return added
         result = np.zeros((len(self._before), *added.shape[1:]))
@@ -138,9 +139,10 @@ class Twists:
         """Return `(K, 2, 3, N)` the twist per unit of each rate."""
         twists = np.empty((len(directions), 2, *directions.shape[1:]))
         twists[:, 1] = directions
-        twists[:, 0] = cross(motion_frames[self.owners, 3], directions)
-        twists[self.sliding, 0] = directions[self.sliding]
-        twists[self.sliding, 1] = 0.0
+        twists[:, 0] = cross(motion_frames[:, 3].take(self.owners, 0), directions)
+        if self._slides.size:
+            twists[self._slides, 0] = directions[self._slides]
+            twists[self._slides, 1] = 0.0
         return twists
 
 

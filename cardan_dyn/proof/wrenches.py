@@ -54,26 +54,26 @@ def greatest_size(wrenches: Array, length: float, points: Array | None = None) -
     """
     if not len(wrenches):
         return np.zeros(wrenches.shape[-1])
-    force, moment = wrenches[:, 0], wrenches[:, 1]
     if points is not None:
-        moment = moment - cross(points, force)
-    greatest = _greatest_square(force, moment, length)
-    if _LEAST_SQUARE < np.max(greatest) < _GREATEST_SQUARE:
+        wrenches = wrenches.copy()
+        wrenches[:, 1] -= cross(points, wrenches[:, 0])
+    greatest = _greatest_square(wrenches, length)
+    if _LEAST_SQUARE < greatest.max() < _GREATEST_SQUARE:
         return np.asarray(np.sqrt(greatest))
     # Squares overflow, or vanish, long before the wrenches do.
-    scale = float(np.max(np.abs(wrenches)))
+    sizes = np.asarray(np.abs(wrenches).max(axis=(0, 1, 2)))
+    scale = float(sizes.max())
     if not 0.0 < scale < np.inf:
-        return np.asarray(np.max(np.abs(wrenches), axis=(0, 1, 2)))
-    greatest = _greatest_square(force / scale, moment / scale, length)
-    return np.asarray(scale * np.sqrt(greatest))
+        return sizes
+    return np.asarray(scale * np.sqrt(_greatest_square(wrenches / scale, length)))
 
 
-def _greatest_square(force: Array, moment: Array, length: float) -> Array:
-    """Return `(N,)` the greatest square of moments, and of forces times a length, `(B, 3, N)`.
+def _greatest_square(wrenches: Array, length: float) -> Array:
+    """Return `(N,)` the greatest square of moments, and of forces times a length.
 
     It is infinite where squares overflow, and zero where they vanish.
     """
     with np.errstate(over="ignore", under="ignore"):
-        squares = length**2 * np.einsum("bin,bin->bn", force, force)
-        np.maximum(squares, np.einsum("bin,bin->bn", moment, moment), out=squares)
-    return np.asarray(np.max(squares, axis=0))
+        squares = np.einsum("bkin,bkin->kbn", wrenches, wrenches)
+        squares[0] *= length**2
+    return np.asarray(squares.max(axis=(0, 1)))

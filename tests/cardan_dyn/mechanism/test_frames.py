@@ -51,7 +51,7 @@ def test_ends_of_loops_are_those_of_pinocchio(mechanism: cd.Mechanism) -> None:
     placed, data = frames.placed(x), mechanism.model.createData()
     for index, loop in enumerate(mechanism.loops):
         assert frames.joints[frames.tree + index] == loop.joint
-        found = frames.ended(placed, index)
+        found = np.broadcast_to(frames.ended(placed, index), (4, 3, len(x)))
         for sample, q in enumerate(mechanism.coordinates.configuration(x)):
             pinocchio.forwardKinematics(mechanism.model, data, q)
             end = data.oMi[loop.successor] * loop.successor_placement
