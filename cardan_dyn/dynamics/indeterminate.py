@@ -55,7 +55,7 @@ class SelfStress(NamedTuple):
 
     def size(self) -> Array:
         """Return `(J, 6)` the greatest change of each component per unit of self-stress."""
-        return np.asarray(np.abs(self.spread).max(axis=0).max(axis=2))
+        return np.asarray(np.abs(self.spread).max(axis=(0, 3)))
 
 
 class IndeterminacyRule(Protocol):
@@ -104,7 +104,7 @@ class LeastNorm:
             length: that forces are multiplied with [m].
             counted: indices of the wrenches that the sum is over.
         """
-        self._squared_lengths = np.repeat([length, 1.0], 3) ** 2
+        self._squared_lengths = np.repeat([length, 1.0], 3)[:, None] ** 2
         self._counted = counted
 
     def amounts(
@@ -124,6 +124,8 @@ class LeastNorm:
             loaded = loaded.reshape(len(loaded), 6 * len(chosen), loaded.shape[3])
             right[index] = -(weighted @ loaded)
             blocks[index, index] = weighted @ rows
+        if len(self_stresses) == 1:
+            return [_inverse(blocks[0, 0]) @ right[0]]
         for first, second, shared in _connections(self_stresses, indices):
             in_first, in_second = (list(column) for column in zip(*shared, strict=True))
             rows = self_stresses[second].rows(in_second)
@@ -138,8 +140,9 @@ class LeastNorm:
 
     def _weighted_transpose(self, rows: Array) -> Array:
         """Return rows `(N, 6 J, k)` with squared lengths applied, transposed: `(N, k, 6 J)`."""
-        squares = np.tile(self._squared_lengths, rows.shape[1] // 6)
-        return np.asarray((rows * squares[:, None]).transpose(0, 2, 1))
+        count, size, amounts = rows.shape
+        weighted = rows.reshape(count, size // 6, 6, amounts) * self._squared_lengths
+        return np.asarray(weighted.reshape(count, size, amounts).transpose(0, 2, 1))
 
 
 def _connections(
@@ -308,7 +311,8 @@ def influence(self_stresses: list[SelfStress], size: int, length: float) -> Arra
     """
     result = np.zeros((size, 6))
     for item in self_stresses:
-        changes = item.size() * np.repeat([length, 1.0], 3)
+        changes = item.size()
+        changes[:, :3] *= length
         result[item.joints] = np.maximum(result[item.joints], changes)
     return result
 

@@ -80,11 +80,13 @@ class Inputs(NamedTuple):
             acting.gravity,
             acting.inertia,
             turns,
-            bool(np.any(acting.speeds) or np.any(acting.accelerations)),
+            bool(acting.speeds.any() or acting.accelerations.any()),
         )
 
     def of_samples(self, span: slice) -> Inputs:
         """Return what is prescribed for some of the samples."""
+        if span == slice(0, len(self.positions)):
+            return self
 
         def part(values: Array) -> Array:
             return values[span] if len(values) > 1 else values
@@ -228,7 +230,7 @@ class InverseDynamics:
         The residuals are not judged yet, see `joined`.
         """
         rates = self.joint_rates(state, inputs.speeds, inputs.accelerations)
-        has_dynamics = self.has_mass and (inputs.has_rates or bool(np.any(inputs.gravity)))
+        has_dynamics = self.has_mass and (inputs.has_rates or bool(inputs.gravity.any()))
         dynamics = (rates.v, rates.a) if has_dynamics else None
         links = list(inputs.link_loads.values())
         case = LoadCase(dynamics, inputs.loads, links, inputs.gravity, inputs.inertia)
@@ -312,12 +314,12 @@ class InverseDynamics:
         """
         kinematics = self._kinematics
         velocity_ratios, depends = kinematics.velocity_ratios(state), kinematics.depends
-        if np.any(speeds):
+        if speeds.any():
             v = (velocity_ratios @ speeds[:, :, None])[:, :, 0]
             a = kinematics.accelerations(state, v, accelerations)
             return JointRates(velocity_ratios, v, a, depends)
         v = np.zeros(velocity_ratios.shape[:2])
-        if np.any(accelerations):
+        if accelerations.any():
             # At zero speed, accelerations have the same ratios as velocities.
             a = (velocity_ratios @ accelerations[:, :, None])[:, :, 0]
             return JointRates(velocity_ratios, v, a, depends)
@@ -333,7 +335,7 @@ class InverseDynamics:
             velocity_ratios: `(N, nv, d)`; slides are compared with angles by the length.
         """
         ratios = np.abs(velocity_ratios) * self._ratio_scale
-        return state.condition * np.max(ratios, axis=(1, 2), initial=1.0)
+        return np.asarray(state.condition * ratios.max(axis=(1, 2), initial=1.0))
 
 
 def joined(blocks: list[Solution], positions: Array) -> Solution:
@@ -351,7 +353,7 @@ def joined(blocks: list[Solution], positions: Array) -> Solution:
     else:
         solution = _joined(blocks)
     for name in ("x", "v", "a", "wrenches", "efforts"):
-        if not np.all(np.isfinite(getattr(solution, name))):
+        if not np.isfinite(getattr(solution, name)).all():
             raise overflow(f"the {name}")
     solution.residuals.prove(positions, solution.closure_condition)
     return solution

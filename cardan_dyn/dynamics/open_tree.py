@@ -251,8 +251,8 @@ def efforts_along(wrenches: Array, columns: Array, owners: Array, subspace: Arra
         owners: `(nv,)` the body that each of them moves (0-based).
         subspace: `(nv, 6)` their unit twists in their joints' frames.
     """
-    chosen = wrenches[:, owners[columns]]
-    return np.asarray(np.einsum("nkic,ki->nkc", chosen, subspace[columns]))
+    chosen = wrenches.take(owners.take(columns), 1)
+    return np.asarray(np.einsum("nkic,ki->nkc", chosen, subspace.take(columns, 0)))
 
 
 def _load_wrench(load: LinkLoad, group: GroupState, rotation: Array | None) -> Array:

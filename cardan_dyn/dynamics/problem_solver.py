@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any
 
@@ -196,7 +196,7 @@ class ProblemSolver(Frozen):
         """Whether any body has mass."""
         return self.inverse_dynamics.has_mass
 
-    @property
+    @cached_property
     def couplings(self) -> dict[int, str]:
         """Indices and names of the couplings whose moments are solved."""
         indices = solved_couplings(self.assembly.groups, self.assembly.needed)
@@ -208,6 +208,19 @@ class ProblemSolver(Frozen):
         if needed.efforts_alone:
             return joint in self.problem.drives
         return mechanism.joints[mechanism.drivable[joint].joint].id - 1 in needed.known_bodies
+
+    @cached_property
+    def known_efforts(self) -> dict[str, int]:
+        """Names of the driven and held coordinates whose efforts are solved, to their rates."""
+        named = self.problem.mechanism.coordinates.named
+        prescribed = (*self.problem.drives, *self.problem.held)
+        return {name: named[name].rate for name in prescribed if self.knows_effort(name)}
+
+    @cached_property
+    def unsolved(self) -> list[int]:
+        """Velocity coordinates of passive joints whose motion is not solved, ascending."""
+        passives = set(self.problem.passive_columns.tolist())
+        return sorted(passives - set(self.assembly.decided.tolist()))
 
     def assemble(self, targets: Targets, along_path: bool = False) -> AssembledPositions:
         """Return targets with all their loops closed, to be used again.

@@ -143,7 +143,7 @@ class ReactionSolver:
             index - loops
             for item in self_stresses
             for index, unit_forces in item.forces.items()
-            if index >= loops and np.max(np.abs(unit_forces), initial=0.0) > UNIQUE_TOLERANCE
+            if index >= loops and np.abs(unit_forces).max(initial=0.0) > UNIQUE_TOLERANCE
         }
         return [
             Reactions(
@@ -173,7 +173,7 @@ class ReactionSolver:
 
         The moments of couplings are taken off, since they are neither of these.
         """
-        wrenches = reactions.wrenches[:, self._owners]
+        wrenches = reactions.wrenches.take(self._owners, 1)
         efforts = np.asarray(np.einsum("nki,ki->nk", wrenches, self.subspace))
         moments = reactions.closure_forces[len(self._mechanism.loops) :]
         for coupling, moment in zip(self._mechanism.couplings, moments, strict=True):
@@ -187,11 +187,13 @@ class ReactionSolver:
         """Return how much of each self-stress the rule adds, see `IndeterminacyRule.amounts`."""
         if not self_stresses:
             return []
-        loaded = {joint for item in self_stresses for joint in item.joints.tolist()}
-        rotations = {
-            joint: self._rotation_from_zero(state, joint)
-            for joint in self._rule.oriented & loaded & set(range(self._tree.bodies))
-        }
+        rotations = {}
+        if self._rule.oriented:
+            loaded = {joint for item in self_stresses for joint in item.joints.tolist()}
+            rotations = {
+                joint: self._rotation_from_zero(state, joint)
+                for joint in self._rule.oriented & loaded & set(range(self._tree.bodies))
+            }
         return self._rule.amounts(wrenches, self_stresses, rotations)
 
     def _one_solution(
@@ -220,7 +222,7 @@ class ReactionSolver:
             group = group_state.group
             if not (group.loops or group.couplings) or index not in self._active:
                 continue
-            missing = given[:, group.passives] - efforts_along(
+            missing = given.take(group.passives, 1) - efforts_along(
                 wrenches, group.passives, self._owners, self.subspace
             )
             forces_of_group = self._closure.of_multipliers(

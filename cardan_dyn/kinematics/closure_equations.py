@@ -91,6 +91,7 @@ class ClosureEquations:
         self.loops = [mechanism.loops[index] for index in group.loops]
         self.couplings = [mechanism.couplings[index] for index in group.couplings]
         self.weights = np.repeat([1.0 / mechanism.characteristic_length, 1.0], 3)
+        self._weight_column = self.weights[:, None]
         self.signs = np.array([self._signs_of(loop) for loop in self.loops])
         self.signs = self.signs.reshape(len(self.loops), len(batch))
         self._moved_bodies = batch.moved_body[self.movable]
@@ -226,10 +227,11 @@ class ClosureEquations:
         Returns:
             `(N, 6, k)`, force first.
         """
-        weighted = combinations * self.weights[:, None]
+        weighted = combinations * self._weight_column
         if axes.body >= 0:
             return np.asarray(axes.matrices(actions) @ weighted)
-        return np.broadcast_to(weighted, (len(actions), *weighted.shape[-2:]))
+        whole = (len(actions), *weighted.shape[-2:])
+        return weighted if weighted.shape == whole else np.broadcast_to(weighted, whole)
 
     def _weighted(self, axes: LoopAxes, actions: Array, rows: Array) -> Array:
         """Return `(N, 6, r)` the rows of a loop that a moving body carries, in the base's axes."""

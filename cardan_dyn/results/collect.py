@@ -44,7 +44,7 @@ def sweep_of(
             }
         ),
         condition=read_only(solution.condition.reshape(shape)),
-        loop_residual=float(np.max(solution.loop_error)),
+        loop_residual=float(solution.loop_error.max()),
         balance_residual=solution.residuals.balance,
         power_residual=solution.residuals.power,
         rate_residual=solution.residuals.rate,
@@ -57,11 +57,9 @@ def _source(
 ) -> SolvedSource:
     """Return the arrays of a solution as a sweep reads them."""
     problem, targets, shape = solver.problem, assembled.targets, assembled.shape
-    coordinates = problem.mechanism.coordinates.named
     efforts = {
-        name: solution.efforts[:, coordinates[name].rate].reshape(shape)
-        for name in (*problem.drives, *problem.held)
-        if solver.knows_effort(name)
+        name: solution.efforts[:, rate].reshape(shape)
+        for name, rate in solver.known_efforts.items()
     }
 
     def of_drives(values: Array) -> Array:
@@ -85,7 +83,7 @@ def _source(
         position=of_drives(targets.given),
         speed=of_drives(acting.speeds),
         acceleration=of_drives(acting.accelerations),
-        held=frozen({**problem.held, **targets.held}),
+        held=frozen({**problem.held, **targets.held}) if targets.held else problem.held,
         joint_loads=acting.joint_loads,
         link_loads=acting.link_loads,
         gravity=acting.gravity,
@@ -133,8 +131,8 @@ def _motion(
     problem = solver.problem
     coordinates = problem.mechanism.coordinates
     ratios, v, a = rates
-    unsolved = set(problem.passive_columns.tolist()) - set(solver.assembly.decided.tolist())
-    if unsolved:
+    if solver.unsolved:
+        unsolved = set(solver.unsolved)
         x_columns = [
             column
             for name, span in coordinates.velocity_columns.items()
@@ -142,8 +140,8 @@ def _motion(
             for column in range(*coordinates.columns[name].indices(x.shape[1]))
         ]
         x = _with_nan(x, x_columns)
-        v, a = (_with_nan(values, sorted(unsolved)) for values in (v, a))
-        ratios = ratios.without(sorted(unsolved))
+        v, a = (_with_nan(values, solver.unsolved) for values in (v, a))
+        ratios = ratios.without(solver.unsolved)
     arrays = x, assembled.turns, v, a
     return Motion(problem.mechanism, problem.drives, *arrays, ratios, assembled.shape)
 

@@ -11,6 +11,9 @@ import numpy as np
 from ..arrays import Array
 from ..frozen import read_only
 
+_Direction = tuple[tuple[int, float], ...]
+"""A constant vector: the axes along which it has a component, with the components."""
+
 
 def named_components(flags: Array) -> str:
     """Return flagged components `(6,)` as text, for example `force z, moment xy`."""
@@ -57,7 +60,7 @@ class StoredComponents(NamedTuple):
 
     def vanishes(self, index: int) -> bool:
         """Return whether a component is zero throughout."""
-        return not np.any(self.values[..., index])
+        return not self.values[..., index].any()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -138,7 +141,7 @@ class JointWrench:
     def _along(self, first: int) -> Array:
         """Return the component along the axis, of the force (`first` 0) or the moment (3)."""
         if self.axis.ndim == 1:
-            return self._sum(first, self.axis)
+            return self._sum(first, _components_of(self.axis))
         vectors = self.moment if first else self.force
         return np.asarray(np.einsum("...i,...i->...", vectors, self.axis))
 
@@ -158,16 +161,13 @@ class JointWrench:
         components = [self._sum(first, item) for item in acting or directions[:1]]
         return np.asarray(np.hypot(*components) if len(acting) == 2 else np.abs(components[0]))
 
-    def _vanishes(self, first: int, direction: Array) -> bool:
+    def _vanishes(self, first: int, direction: _Direction) -> bool:
         """Return whether all components that a direction has are zero throughout."""
-        return all(
-            self._components.vanishes(first + int(axis)) for axis in np.nonzero(direction)[0]
-        )
+        return all(self._components.vanishes(first + axis) for axis, _ in direction)
 
-    def _sum(self, first: int, direction: Array) -> Array:
+    def _sum(self, first: int, direction: _Direction) -> Array:
         """Return the component along a constant direction; most directions are frame axes."""
-        (axes,) = np.nonzero(direction)
-        terms = [self._term(first + int(axis), direction[axis]) for axis in axes]
+        terms = [self._term(first + axis, factor) for axis, factor in direction]
         return np.asarray(sum(terms[1:], terms[0]))
 
     def _term(self, index: int, factor: float) -> Array:
@@ -176,13 +176,18 @@ class JointWrench:
         return values if factor == 1.0 else values * factor
 
 
+def _components_of(vector: Array) -> _Direction:
+    """Return the axes along which a vector `(3,)` has a component, with the components."""
+    return tuple((axis, value) for axis, value in enumerate(vector.tolist()) if value)
+
+
 @lru_cache(maxsize=1024)
-def _directions_across(x: float, y: float, z: float) -> tuple[Array, Array]:
-    """Return two unit vectors `(3,)` across an axis and each other."""
+def _directions_across(x: float, y: float, z: float) -> tuple[_Direction, _Direction]:
+    """Return two unit vectors across an axis and each other."""
     axis = np.array([x, y, z])
     across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     across /= np.linalg.norm(across)
-    return read_only(across), read_only(np.cross(axis, across))
+    return _components_of(across), _components_of(np.cross(axis, across))
 
 
 def _norm(vectors: Array) -> Array:
