@@ -117,7 +117,8 @@ class BatchModel:
                 self.subspace[start : start + 3, 3:] = np.eye(3)
             else:
                 self.subspace[start, 0 if part.kind == "prismatic" else 3 :][:3] = part.axis
-        self._revolute, self._prismatic, self._spherical = map(_Joints.of, rows.values())
+        self._revolute, self._prismatic = _Joints.of(rows["revolute"]), _Joints.of(rows["prismatic"])
+        self._balls = [(index, column, start) for index, column, start, _ in rows["spherical"]]
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -160,15 +161,15 @@ class BatchModel:
         """Return the batch model's configurations `(N, 7 n)` for coordinate rows `x (N, size)`."""
         q = np.zeros((len(x), len(self), 7))
         q[:, :, 6] = 1.0
-        bodies, columns, _, axes = self._revolute
-        if bodies.size:
+        if self._revolute:
+            bodies, columns, _, axes = self._revolute
             half = 0.5 * x[:, columns]
             q[:, bodies, 3:6] = np.sin(half)[:, :, None] * axes
             q[:, bodies, 6] = np.cos(half)
-        bodies, columns, _, axes = self._prismatic
-        if bodies.size:
+        if self._prismatic:
+            bodies, columns, _, axes = self._prismatic
             q[:, bodies, 0:3] = x[:, columns, None] * axes
-        for body, column in zip(self._spherical.bodies, self._spherical.columns, strict=True):
+        for body, column, _ in self._balls:
             q[:, body, 3:7] = x[:, column : column + 4]
         return q.reshape(len(x), -1)
 
@@ -179,11 +180,13 @@ class BatchModel:
         for velocities and for accelerations.
         """
         result = np.zeros((len(v), len(self), 6))
-        bodies, _, starts, axes = self._revolute
-        result[:, bodies, 3:6] = v[:, starts, None] * axes
-        bodies, _, starts, axes = self._prismatic
-        result[:, bodies, 0:3] = v[:, starts, None] * axes
-        for body, start in zip(self._spherical.bodies, self._spherical.starts, strict=True):
+        if self._revolute:
+            bodies, _, starts, axes = self._revolute
+            result[:, bodies, 3:6] = v[:, starts, None] * axes
+        if self._prismatic:
+            bodies, _, starts, axes = self._prismatic
+            result[:, bodies, 0:3] = v[:, starts, None] * axes
+        for body, _, start in self._balls:
             result[:, body, 3:6] = v[:, start : start + 3]
         return result.reshape(len(v), -1)
 
@@ -290,30 +293,29 @@ _BEFORE, _AFTER = np.array([2, 0, 1]), np.array([1, 2, 0])
 
 
 class _Joints(NamedTuple):
-    """The joints of one kind.
+    """The turns, or the slides, of a batch.
 
     Attributes:
-        bodies: `(k,)` indices of the bodies that they move, in the batch model.
-        columns: `(k,)` their first columns in coordinate rows.
-        starts: `(k,)` their first velocity coordinates.
+        bodies: `(k,)` indices of the bodies that they move, in the batch model; as a slice where
+            they are without gaps, like the following.
+        columns: `(k,)` their columns in coordinate rows.
+        starts: `(k,)` their velocity coordinates.
         axes: `(k, 3)` their axes in the joint frames.
     """
 
-    bodies: Array
-    columns: Array
-    starts: Array
+    bodies: slice | Array
+    columns: slice | Array
+    starts: slice | Array
     axes: Array
 
     @staticmethod
-    def of(rows: list[tuple[int, int, int, Array]]) -> _Joints:
-        """Return joints, each given by its body, column, velocity coordinate and axis."""
-        bodies, columns, starts, axes = zip(*rows, strict=True) if rows else ((), (), (), ())
-        return _Joints(
-            np.array(bodies, dtype=int),
-            np.array(columns, dtype=int),
-            np.array(starts, dtype=int),
-            np.array(axes).reshape(-1, 3),
-        )
+    def of(rows: list[tuple[int, int, int, Array]]) -> _Joints | None:
+        """Return joints, each given by its body, column, velocity coordinate and axis, if any."""
+        if not rows:
+            return None
+        indices = np.array([row[:3] for row in rows]).T
+        bodies, columns, starts = map(consecutive, indices)
+        return _Joints(bodies, columns, starts, np.array([axis for *_, axis in rows]))
 
 
 def _free_flyers(

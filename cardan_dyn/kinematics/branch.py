@@ -165,7 +165,7 @@ class Branch:
         """
         return self._table.guess(positions)
 
-    def values(self, positions: Array, columns: Array) -> Array:
+    def values(self, positions: Array, columns: Array | slice) -> Array:
         """Return `(N, k)` some coordinates near the branch, see `BranchTable.values`."""
         return self._table.values(positions, columns)
 

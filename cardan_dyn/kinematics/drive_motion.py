@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, consecutive
 from ..errors import AssemblyError, CardanError, SingularConfigurationError
 from ..mechanism.mechanism import Mechanism
 from ..problem.problem import Problem
@@ -24,6 +24,10 @@ _SAMPLES_PER_NODE = 24
 """Samples that have to use a branch before it gets one more node. On the bundled universal joint,
 four-bar and double shaft a node took 14 to 18 µs and the Newton step that a finer branch saves took
 4 to 6 µs per sample: at this rate nodes cost less than a fifth of what they can save."""
+_SAMPLES_PER_CALL = 4
+"""Samples that a call counts as at least. The Newton step of a single sample takes as long as that
+of 25 among many; a sixth of it goes into nodes, so that scripts that ask for one position at a time
+soon get exact guesses as well."""
 _MARGINS = (0.0, 1e-12, 1e-9, 1e-6)
 """Distances [rad, or lengths of the mechanism] from the ends of a drive's range from which on its
 positions count as out of reach, tried one after the other, since ends are known to some digits."""
@@ -92,7 +96,7 @@ class DriveMotion:
         self._kinematics = kinematics.part(drives, groups)
         self.branch: Branch = system.branch(drive, self._kinematics, start)
         coordinates = problem.mechanism.coordinates
-        self._columns = coordinates.columns_moved_by(self._kinematics.moved)
+        self._columns = consecutive(coordinates.columns_moved_by(self._kinematics.moved))
         item = coordinates.named[drive]
         self._start = float(start[item.column])
         self._length = problem.mechanism.characteristic_length
@@ -163,7 +167,7 @@ class DriveMotion:
             turns: `(N, size)` whole turns that they lack; changed.
             kinematics: of the scene, with the rows that are known to be independent.
         """
-        self._samples_served += targets.size
+        self._samples_served += max(targets.size, _SAMPLES_PER_CALL)
         branch = self.branch
         own = kinematics.part([self._index], self.groups)
         branch.refine(own, node_limit=self._samples_served // _SAMPLES_PER_NODE)

@@ -122,10 +122,11 @@ class GroupSolver:
         rows = equations.rows(twists, actions, reduction)
         passive = rows[:, known:]
         error, residual = equations.error(actions)
-        slips = self._slips(x, turns)
-        if slips.size:
+        slips = None
+        if equations.couplings:
+            slips = self._slips(x, turns)
             relative = np.abs(slips) / equations.slip_units
-            residual = np.maximum(residual, np.max(relative, axis=1))
+            residual = np.maximum(residual, relative.max(axis=1))
         idle = np.zeros((count, passive.shape[1], 0))
         if self.group.idle:
             rank = passive.shape[1] - len(self.group.idle)

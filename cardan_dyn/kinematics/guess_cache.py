@@ -87,7 +87,7 @@ class GuessCache:
         self._redundancy = redundancy
         self._motionless = motionless
         self._varied = varied
-        self._columns = problem.mechanism.coordinates.columns_of(problem.drives)
+        self._columns = np.array(problem.mechanism.coordinates.columns_of(problem.drives))
         self._is_scouted = False
         # What the Newton tolerances of the kinematics beside follow from.
         self._known: list[Kinematics | Array | None] = []

@@ -219,7 +219,7 @@ class Constraints:
 
     def moved_loops(self, relative: Array) -> list[int]:
         """Return which of `loops` have a joint that moves, see `opening`."""
-        moves = relative.reshape(len(relative), -1).any(axis=1)
+        moves = np.any(relative.reshape(len(relative), -1), axis=1)
         return [loop for loop in self.loops if np.any(moves[self._signs[loop] != 0.0])]
 
     def opening(self, state: State, relative: Array, loops: list[int] | None = None) -> Array:
