@@ -77,6 +77,6 @@ def squeezed(values: Array) -> Array:
 def consecutive(indices: Array) -> slice | Array:
     """Return ascending indices, as a slice if there are no gaps, since slices make no copies."""
     span = indices.size and indices[-1] - indices[0] == indices.size - 1
-    if span and np.all(np.diff(indices) == 1):
+    if span and (indices[1:] - indices[:-1] == 1).all():
         return slice(int(indices[0]), int(indices[-1]) + 1)
     return indices

@@ -16,13 +16,13 @@ _Value = TypeVar("_Value")
 class Frozen:
     """Base class of objects whose attributes cannot be set or deleted once `_freeze` was called.
 
-    Constructors call it last.
+    Constructors call it last, and may leave setting attributes to it, which is faster.
     """
 
     _is_frozen = False
 
-    def _freeze(self) -> None:
-        object.__setattr__(self, "_is_frozen", True)
+    def _freeze(self, **attributes: object) -> None:
+        self.__dict__.update(attributes, _is_frozen=True)
 
     def __setattr__(self, name: str, value: object) -> None:
         if self._is_frozen:

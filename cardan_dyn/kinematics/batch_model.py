@@ -117,7 +117,10 @@ class BatchModel:
                 self.subspace[start : start + 3, 3:] = np.eye(3)
             else:
                 self.subspace[start, 0 if part.kind == "prismatic" else 3 :][:3] = part.axis
-        self._revolute, self._prismatic = _Joints.of(rows["revolute"]), _Joints.of(rows["prismatic"])
+        self._revolute, self._prismatic = (
+            _Joints.of(rows["revolute"]),
+            _Joints.of(rows["prismatic"]),
+        )
         self._balls = [(index, column, start) for index, column, start, _ in rows["spherical"]]
 
     def __len__(self) -> int:

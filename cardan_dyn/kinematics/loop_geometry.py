@@ -15,6 +15,7 @@ is then within 1e-6 rad of one. A smaller square would lose its digits in roundi
 rounding of its terms, 1e-16, is already 1e-4."""
 
 
+_UNROTATED = np.eye(3)
 _BELOW_DIAGONAL, _ABOVE_DIAGONAL = np.array([7, 2, 3]), np.array([5, 6, 1])
 """Entries (z, y), (x, z), (y, x) of a matrix of nine numbers in a row, and their mirror images."""
 
@@ -38,8 +39,8 @@ class LoopEnd(NamedTuple):
     @staticmethod
     def of(body: int, rotation: Array, translation: Array) -> LoopEnd:
         """Return the end of a loop that is placed like this in a body."""
-        is_rotated = bool(np.any(rotation != np.eye(3)))
-        return LoopEnd(body, rotation, translation, is_rotated, bool(np.any(translation)))
+        is_rotated = bool((rotation != _UNROTATED).any())
+        return LoopEnd(body, rotation, translation, is_rotated, bool(translation.any()))
 
     def placement_on_base(self, actions: Array) -> tuple[Array, Array]:
         """Return rotation `(3, 3, N)` and position `(3, N)` of the weld about the batch's origin.

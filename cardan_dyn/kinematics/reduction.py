@@ -44,8 +44,8 @@ def axis_aligned(vectors: Array) -> Array:
         `(6, r)` orthonormal columns: unit vectors if axes span the space, else `vectors`.
     """
     projector = vectors @ vectors.T
-    exact = np.round(projector)
-    if vectors.shape[1] and np.allclose(projector, exact, rtol=0.0, atol=_ALIGNED):
+    exact = np.rint(projector)
+    if vectors.shape[1] and (np.abs(projector - exact) <= _ALIGNED).all():
         return np.eye(6)[:, np.diag(exact) == 1.0]
     return vectors
 

@@ -211,7 +211,9 @@ class Coordinates:
             ]
 
         columns, steps = np.array(chosen(self._scalars), dtype=int).reshape(-1, 2).T.copy()
-        slides = steps[~np.isin(columns, self.angle_columns)]
+        angles = set(self.angle_columns.tolist())
+        is_slide = [column not in angles for column in columns.tolist()]
+        slides = steps[np.array(is_slide, dtype=bool)]
         return Moves(columns, steps, slides, chosen(self._balls))
 
     def columns_moved_by(self, velocities: Array) -> Array:

@@ -207,8 +207,8 @@ def targets_of(
     shape = common_shape(shapes) or (1,)
     positions = _flat(driven, shape, trailing=1)
     if not varied:
-        targets = Targets.of_positions(positions, shape)
-        return targets._replace(given=driven, was_column=was_column)
+        none = np.zeros(len(positions), dtype=int)
+        return Targets(shape, positions, frozen({}), np.zeros((1, 0)), none, driven, was_column)
     rows = np.stack(np.broadcast_arrays(*varied.values()), axis=-1)
     of_rows = np.arange(rows[..., 0].size).reshape(rows.shape[:-1])
     designs = rows.reshape(-1, len(varied))
@@ -299,8 +299,10 @@ def common_shape(shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
 def _flat(values: Array, shape: tuple[int, ...], trailing: int = 0) -> Array:
     """Return values `(...)` over all samples `(N,)`; the last `trailing` axes are kept."""
     rest = values.shape[values.ndim - trailing :]
-    if values.shape != (*shape, *rest):
-        values = np.broadcast_to(values, (*shape, *rest))
+    whole = (*shape, *rest)
+    # Arrays of the same size differ by axes of one sample, which `reshape` is faster at.
+    if values.shape != whole and values.size != math.prod(whole):
+        values = np.broadcast_to(values, whole)
     return values.reshape(-1, *rest)
 
 

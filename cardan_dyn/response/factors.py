@@ -103,20 +103,23 @@ def column_factors(
     Raises:
         ArgumentError: the response has no column for something that acts, or wrenches overflow.
     """
-    with np.errstate(over="ignore"):  # What overflows is refused below.
-        factors = {SPEED_SQUARED: operation.speed * operation.speed}
-    factors[ACCELERATION] = operation.acceleration
-    factors |= {
-        Column(Kind.JOINT_LOAD, name): effort for name, effort in operation.joint_loads.items()
-    }
-    factors |= {Column(Kind.LINK_LOAD, name): np.ones(()) for name in solver.problem.link_loads}
-    factors |= {column: operation.gravity[..., axis] for axis, column in enumerate(GRAVITY)}
-    acting = {column: factor for column, factor in factors.items() if np.any(factor)}
+    factors: list[tuple[Column, Array]] = []
+    if operation.speed.any():
+        with np.errstate(over="ignore"):  # What overflows is refused below.
+            factors.append((SPEED_SQUARED, operation.speed * operation.speed))
+    factors.append((ACCELERATION, operation.acceleration))
+    for name, effort in operation.joint_loads.items():
+        factors.append((Column(Kind.JOINT_LOAD, name), effort))
+    factors += [(Column(Kind.LINK_LOAD, name), np.ones(())) for name in solver.problem.link_loads]
+    if operation.gravity.any():
+        factors += [(column, operation.gravity[..., axis]) for axis, column in enumerate(GRAVITY)]
+    found = {column: factor for column, factor in factors if factor.any()}
     columns = data.layout.columns
-    _refuse_missing(acting, columns, solver.has_mass)
-    acting = {column: acting[column] for column in columns if column in acting}
+    acting = {column: found[column] for column in columns if column in found}
+    if len(acting) < len(found):
+        _refuse_missing(found, columns, solver.has_mass)
     for column, factor in acting.items():
-        if not float(np.max(np.abs(factor))) * greatest < _GREATEST_WRENCH:
+        if not float(np.abs(factor).max()) * greatest < _GREATEST_WRENCH:
             raise ArgumentError(f"{column.label} is so great that wrenches overflow")
     return acting
 

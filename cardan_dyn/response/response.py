@@ -229,7 +229,7 @@ class Response(Frozen):
         low, high = self.interval
         domain = self._data.series.domain
         slack = _LENGTH_SLACK * domain.length + _ORIGIN_SLACK * abs(domain.origin)
-        if np.any(positions < low - slack) or np.any(positions > high + slack):
+        if (positions < low - slack).any() or (positions > high + slack).any():
             raise ArgumentError(f"the response holds for positions from {low:.9g} to {high:.9g}")
 
     @cached_property

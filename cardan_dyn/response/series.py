@@ -151,10 +151,10 @@ class Series:
             for table, values in zip(tables, result, strict=True):
                 total = values[chunk]
                 # All indices lie in the table; NumPy clips them faster than it checks them.
-                np.take(table, left, out=total, mode="clip")
+                table.take(left, out=total, mode="clip")
                 total *= weights[0]
                 for offset in range(1, _DEGREE + 1):
-                    np.take(table[offset:], left, out=term, mode="clip")
+                    table[offset:].take(left, out=term, mode="clip")
                     term *= weights[offset]
                     total += term
         return result.reshape(len(rows), *location.shape)

@@ -64,14 +64,16 @@ def _source(
 
     def of_drives(values: Array) -> Array:
         """Return values `(..., d)` in the shape of the samples, without an axis for one drive."""
-        whole = (*shape, values.shape[-1])
-        if values.shape != whole:
-            values = np.broadcast_to(values, whole)
-        return read_only(values[..., 0] if values.shape[-1] == 1 else values)
+        if values.shape[-1] == 1:
+            values, whole = values[..., 0], shape
+        else:
+            whole = (*shape, values.shape[-1])
+        return read_only(values if values.shape == whole else np.broadcast_to(values, whole))
 
     drive_efforts = None
     if all(name in efforts for name in problem.drives):
-        drive_efforts = of_drives(np.stack([efforts[name] for name in problem.drives], axis=-1))
+        of_each = [efforts[name] for name in problem.drives]
+        drive_efforts = of_each[0] if len(of_each) == 1 else np.stack(of_each, axis=-1)
     rates = solution.velocity_ratios, solution.v, solution.a
     wrenches = solution.wrenches[:, problem.output_indices]
     return SolvedSource(

@@ -9,6 +9,7 @@ from ..checks import described
 from ..dynamics.velocity_ratios import VelocityRatios
 from ..errors import ArgumentError, ModelError, choices
 from ..frozen import Frozen, read_only
+from ..mechanism.coordinates import Coordinates
 from ..mechanism.mechanism import Mechanism
 
 
@@ -24,6 +25,16 @@ class Motion(Frozen):
         v: joint velocities `(N, nv)` [rad/s, m/s], in Pinocchio's layout.
         a: joint accelerations `(N, nv)` [rad/s², m/s²].
     """
+
+    mechanism: Mechanism
+    drives: tuple[str, ...]
+    shape: tuple[int, ...]
+    v: Array
+    a: Array
+    _coordinates: Coordinates
+    _velocity_ratios: VelocityRatios
+    _x: Array
+    _turns: Array
 
     def __init__(
         self,
@@ -48,15 +59,19 @@ class Motion(Frozen):
             velocity_ratios: of all samples.
             shape: of the samples, N in all; `(N,)` if None.
         """
-        self.mechanism = mechanism
-        self.drives = drives
-        self._coordinates = mechanism.coordinates
-        self._velocity_ratios = velocity_ratios
-        self.shape = (len(x),) if shape is None else shape
-        # Views, since the arrays themselves may still be written to where they were computed.
-        self._x, self._turns = (read_only(np.asarray(array).view()) for array in (x, turns))
-        self.v, self.a = (read_only(self._shaped(array)) for array in (v, a))
-        self._freeze()
+        shape = (len(x),) if shape is None else shape
+        self._freeze(
+            mechanism=mechanism,
+            drives=drives,
+            _coordinates=mechanism.coordinates,
+            _velocity_ratios=velocity_ratios,
+            shape=shape,
+            # Views, since the arrays themselves may still be written to where they were computed.
+            _x=read_only(x.view()),
+            _turns=read_only(turns.view()),
+            v=read_only(v.reshape(*shape, *v.shape[1:])),
+            a=read_only(a.reshape(*shape, *a.shape[1:])),
+        )
 
     def __reduce__(self) -> tuple[object, ...]:
         # Through the constructor, which closes the arrays of a copy to writing as well.

@@ -28,6 +28,17 @@ _STORED = (
 class SweepData(Prescribed):
     """Inputs, wrenches, motion and residuals of a sweep; see `Sweep`."""
 
+    _source: Source
+    unique: Array
+    coupling_moment: Mapping[str, Array]
+    coupling_unique: Mapping[str, bool]
+    condition: Array
+    loop_residual: float
+    balance_residual: float
+    power_residual: float
+    rate_residual: float
+    unproven: tuple[str, ...]
+
     def __init__(
         self,
         *,
@@ -45,18 +56,19 @@ class SweepData(Prescribed):
     ) -> None:
         # `problem` is what was solved, `source` where arrays come from when they are first read;
         # the others are the attributes.
-        self._problem = problem
-        self._source = source
-        self.unique = read_only(unique)
-        self.coupling_moment = coupling_moment
-        self.coupling_unique = coupling_unique
-        self.condition = read_only(condition)
-        self.loop_residual = loop_residual
-        self.balance_residual = balance_residual
-        self.power_residual = power_residual
-        self.rate_residual = rate_residual
-        self.unproven = unproven
-        self._freeze()
+        self._freeze(
+            _problem=problem,
+            _source=source,
+            unique=read_only(unique),
+            coupling_moment=coupling_moment,
+            coupling_unique=coupling_unique,
+            condition=read_only(condition),
+            loop_residual=loop_residual,
+            balance_residual=balance_residual,
+            power_residual=power_residual,
+            rate_residual=rate_residual,
+            unproven=unproven,
+        )
 
     def __reduce__(self) -> tuple[object, ...]:
         # Through the constructor, which closes the arrays of a copy to writing as well.
