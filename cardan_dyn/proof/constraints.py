@@ -177,10 +177,11 @@ class Constraints:
             gap = predecessor_end - frames.ended(state.motion_frames, loop)
             # Between frames that are turned by an angle φ, the squared differences of the three
             # axes add up to 2 (2 sin φ/2)², which is 2 φ² for small angles.
-            square = 0.5 * np.einsum("cin,cin->n", gap[:3], gap[:3])
-            np.maximum(worst, square, out=worst)
-            distance = gap[3] / self._length
-            np.maximum(worst, np.einsum("in,in->n", distance, distance), out=worst)
+            gap[3] /= self._length
+            gap *= gap
+            square = np.add.reduce(gap[:3].reshape(9, -1))
+            np.maximum(worst, 0.5 * square, out=worst)
+            np.maximum(worst, np.add.reduce(gap[3]), out=worst)
         return np.sqrt(worst)
 
     def drive_rate_error(self, claim: Claim) -> Array:

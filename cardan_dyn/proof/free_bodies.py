@@ -67,7 +67,7 @@ class _Applied(NamedTuple):
         bodies: indices of those on which they act.
         wrenches: `(B, 2, 3, N)` in world axes about `Frames.corner`.
         power: `(N,)` [W] with every drive at unit speed.
-        size: `(N,)` greatest load or weight [N·m].
+        size: `(N,)` or `(1,)` greatest load or weight [N·m].
         inertia: `(N,)` see `Residuals.inertia`.
     """
 
@@ -316,7 +316,7 @@ class FreeBodies:
             )
             inertial = inertial._replace(size=inertial.size + self._of_slides(massive, claim))
         power = np.einsum("bkin,bkin->n", inertial.wrenches, unit_twists[massive.motions])
-        size = np.broadcast_to(massive.greatest_weight(claim.gravity), power.shape)
+        size = massive.greatest_weight(claim.gravity)
         return _Applied(massive.indices, inertial.wrenches, power, size, inertial.size)
 
     def _of_slides(self, massive: MassiveBodies, claim: Claim) -> Array:
@@ -325,7 +325,7 @@ class FreeBodies:
         Slides whose motions cancel leave a body where it is, but their rounding does not cancel.
         """
         slides = self._twists.rates[self._twists.sliding]
-        greatest = np.max(np.abs(claim.a[:, slides]), axis=1, initial=0.0)
+        greatest = np.abs(claim.a.take(slides, 1)).max(axis=1, initial=0.0)
         return np.asarray(massive.greatest_mass * self._length * greatest)
 
 

@@ -63,6 +63,8 @@ class MassiveBodies:
         Returns:
             `(N,)`.
         """
+        if not gravity.any():
+            return np.zeros(len(gravity))
         with np.errstate(over="ignore"):  # A result that overflows is refused as a whole.
             weight = self._length * np.linalg.norm(gravity, axis=1) * self.greatest_mass
         return np.asarray(weight)
@@ -99,10 +101,12 @@ class MassiveBodies:
         force -= gravity.T
         force *= -self._masses
         moment = -self._spin_momentum_rates(frames, spin, spin_rate)
-        turning = np.sum(spin * spin, axis=1) + np.sqrt(np.sum(spin_rate * spin_rate, axis=1))
-        size = np.max(self._masses[:, 0] * self._length**2 * turning, axis=0)
+        turning = np.sqrt(np.add.reduce(spin_rate * spin_rate, axis=1))
+        turning += np.add.reduce(spin * spin, axis=1)
+        size = (self._masses[:, 0] * self._length**2 * turning).max(axis=0)
         moment += cross(centres, force)
-        return Inertial(np.stack([force, moment], axis=1), size)
+        wrenches = np.concatenate((force[:, None], moment[:, None]), axis=1)
+        return Inertial(wrenches, size)
 
     def _centres_in_world(self, frames: Array) -> Array:
         """Return the centres of mass `(B, 3, N)` about `Frames.corner`."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..arrays import Array
@@ -68,7 +70,10 @@ def _source(
             values, whole = values[..., 0], shape
         else:
             whole = (*shape, values.shape[-1])
-        return read_only(values if values.shape == whole else np.broadcast_to(values, whole))
+        if values.shape != whole:
+            alone = values.size == math.prod(whole)
+            values = values.reshape(whole) if alone else np.broadcast_to(values, whole)
+        return read_only(values)
 
     drive_efforts = None
     if all(name in efforts for name in problem.drives):
