@@ -75,7 +75,7 @@ def test_single_positions_make_their_guesses_exact() -> None:
     scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.2})
     scene.sweep([0.0, 1.0])
     at_first = calls(lambda: scene.sweep([0.3]))
-    for position in np.linspace(0.0, 1.0, 800):
+    for position in np.linspace(0.0, 1.0, 400):
         scene.sweep([position])
     assert calls(lambda: scene.sweep([0.3])) < 0.95 * at_first
 
