@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from .all_groups import Kinematics
 from .branch import Branch
+from .finer_groups import finer_groups
 from .group_solver import GroupSolver
 from .loop_groups import Group, partition
 from .structure import Structure
@@ -55,6 +58,25 @@ class LoopSystem:
             x[coordinates.named[name].column] = value
         return partition(self.structure, x, self._columns(drives), passives)
 
+    def finer(
+        self,
+        groups: list[Group],
+        drives: tuple[str, ...],
+        passives: Array,
+        solved: Iterable[int],
+        state: Array,
+    ) -> list[Group]:
+        """Return finer groups that are proven around a closed state, see `finer_groups`.
+
+        Args:
+            groups: from `groups`, for the same drives and passives.
+            drives: names of the driven joints.
+            passives: `(p,)` velocity coordinates that are neither driven nor held.
+            solved: indices of the groups whose motion is solved.
+            state: `(size,)` closed coordinates; those of other groups need not be.
+        """
+        return finer_groups(self.structure, groups, solved, state, self._columns(drives), passives)
+
     def kinematics(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
         """Return what solves all rows of some groups while some joints are driven."""
         solvers = [GroupSolver(self.mechanism, group) for group in groups]
@@ -101,9 +123,13 @@ class LoopSystem:
             state = state.copy()
             state[column] = value
             return state
+        groups = self.groups((joint,), passives)
+        solved = [
+            index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out
+        ]
         groups = [
             group
-            for group in self.groups((joint,), passives)
+            for group in self.finer(groups, (joint,), passives, solved, state)
             if set(group.passives.tolist()) - left_out
         ]
         kinematics = self.kinematics((joint,), groups).with_open_reductions(state)
