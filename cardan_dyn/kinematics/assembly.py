@@ -308,8 +308,7 @@ class Assembly:
         search = StartSearch(problem, self._system, division.kinematics, division.decided)
         states = [search.closed_start()]
         try:
-            for joint, value in problem.held.items():
-                states.append(search.moved(states[-1], joint, value, problem.passive_columns))
+            search.bring_held(states)
             if problem.start:
                 states.append(search.at_start(states[-1]))
         except CardanError:

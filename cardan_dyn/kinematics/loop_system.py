@@ -94,8 +94,39 @@ class LoopSystem:
         unit = self.mechanism.characteristic_length if coordinate.slides else 1.0
         return Branch(kinematics, state, coordinate.column, unit)
 
+    def together(
+        self, state: Array, joints: tuple[str, ...], passives: Array, left_out: set[int]
+    ) -> Kinematics | None:
+        """Return what solves the motion of several joints, each of which may move alone.
+
+        Args:
+            state: `(size,)` closed coordinates.
+            joints: their names.
+            passives: velocity coordinates that follow.
+            left_out: see `moved`.
+
+        Returns:
+            Kinematics of groups finer than open loops show, see `finer_groups`; None where none are
+            proven.
+        """
+        groups = self.groups(joints, passives)
+        solved = [
+            index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out
+        ]
+        finer = self.finer(groups, joints, passives, solved, state)
+        if finer is groups:
+            return None
+        needed = [group for group in finer if set(group.passives.tolist()) - left_out]
+        return self.kinematics(joints, needed).with_open_reductions(state)
+
     def moved(
-        self, state: Array, joint: str, value: float, passives: Array, left_out: set[int]
+        self,
+        state: Array,
+        joint: str,
+        value: float,
+        passives: Array,
+        left_out: set[int],
+        together: Kinematics | None = None,
     ) -> Array:
         """Return the state that a mechanism is in after one joint has moved to a value.
 
@@ -107,6 +138,7 @@ class LoopSystem:
             value: its position afterwards [rad or m].
             passives: velocity coordinates that follow.
             left_out: velocity coordinates that need not follow, since no output needs them.
+            together: solves the motion of several joints, this one among them, if it is known.
 
         Returns:
             `(size,)` closed coordinates.
@@ -123,16 +155,15 @@ class LoopSystem:
             state = state.copy()
             state[column] = value
             return state
-        groups = self.groups((joint,), passives)
-        solved = [
-            index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out
-        ]
-        groups = [
-            group
-            for group in self.finer(groups, (joint,), passives, solved, state)
-            if set(group.passives.tolist()) - left_out
-        ]
-        kinematics = self.kinematics((joint,), groups).with_open_reductions(state)
+        if together is None:
+            groups = [
+                group
+                for group in self.groups((joint,), passives)
+                if set(group.passives.tolist()) - left_out
+            ]
+            kinematics = self.kinematics((joint,), groups).with_open_reductions(state)
+        else:
+            kinematics = together.of_drive(coordinate.rate)
         branch = self.branch(joint, kinematics, state)
         branch.cover(min(value, state[column]), max(value, state[column]))
         return branch.states()[-1 if value > state[column] else 0]
