@@ -56,37 +56,66 @@ def finer_groups(
     """
     # Rods that spin idly stay together with all that touches them.
     divided = [
-        _items(structure, groups[index])
-        for index in solved
-        if len(groups[index].loops) > 1 and not groups[index].idle
+        groups[index] for index in solved if len(groups[index].loops) > 1 and not groups[index].idle
     ]
     if not divided:
         return groups
     moving = {*passives.tolist(), *drives.tolist()}
     of_open, of_closed = structure.ranks(x, moving), structure.ranks_at(x, moving)
-    closed_items = set().union(*(_items(structure, groups[index]) for index in solved))
-    while divided := [items for items in divided if _has_fewer(items, of_closed, of_open)]:
-        trusted = set().union(*divided)
+    closed = set().union(*(_items(structure, groups[index]) for index in solved))
+    while True:
+        trusted = {loop for group in divided for loop in group.loops}
+        if all(of_closed[loop] == of_open[loop] for loop in trusted):
+            return groups
         counted = [
             of_closed[loop] if loop in trusted else rank for loop, rank in enumerate(of_open)
         ]
         finer = partition(structure, x, drives, passives, loop_ranks=counted)
         if _count(finer) <= _count(groups):
-            break
-        solvers = [
-            GroupSolver(structure.mechanism, group)
-            for group in finer
-            if _items(structure, group) & closed_items
-        ]
-        kinematics = Kinematics(structure.mechanism.coordinates, drives, solvers)
-        known = {_identity(group) for group in groups}
-        new = [index for index, item in enumerate(solvers) if _identity(item.group) not in known]
-        refuted = _refuted_at(kinematics, new, x)
-        if not refuted:
-            return finer if _is_proven_around(kinematics, new, x) else groups
-        doubtful = set().union(*(_items(structure, solvers[k].group) for k in refuted))
-        divided = [items for items in divided if items.isdisjoint(doubtful)]
-    return groups
+            return groups
+        doubtful = _unproven(structure, groups, finer, x, drives, closed)
+        if not doubtful:
+            return finer
+        left = [group for group in divided if not any(_share(group, other) for other in doubtful)]
+        if len(left) == len(divided):
+            return groups
+        divided = left
+
+
+def _unproven(
+    structure: Structure,
+    groups: list[Group],
+    finer: list[Group],
+    x: Array,
+    drives: Array,
+    closed: set[int],
+) -> list[Group]:
+    """Return which of the finer groups are not proven.
+
+    Args:
+        structure: of the mechanism.
+        groups: from open loops; those of them that are among the finer ones need no proof.
+        finer: the groups in question.
+        x: `(size,)` closed coordinates.
+        drives: velocity coordinates of the drives.
+        closed: the loops and couplings that are closed there.
+    """
+    known = {_identity(group) for group in groups}
+    is_known = [_identity(group) in known for group in finer]
+    items = [_items(structure, group) for group in finer]
+    open_ones = [
+        group
+        for group, own, is_old in zip(finer, items, is_known, strict=True)
+        if not (is_old or own <= closed)
+    ]
+    if open_ones:
+        return open_ones
+    chosen = [index for index, own in enumerate(items) if own and own <= closed]
+    solvers = [GroupSolver(structure.mechanism, finer[index]) for index in chosen]
+    kinematics = Kinematics(structure.mechanism.coordinates, drives, solvers)
+    new = [local for local, index in enumerate(chosen) if not is_known[index]]
+    refuted = _refuted_at(kinematics, new, x) or _refuted_around(kinematics, new, x)
+    return [solvers[index].group for index in refuted]
 
 
 def _refuted_at(kinematics: Kinematics, new: list[int], x: Array) -> list[int]:
@@ -106,8 +135,11 @@ def _refuted_at(kinematics: Kinematics, new: list[int], x: Array) -> list[int]:
     ]
 
 
-def _is_proven_around(kinematics: Kinematics, new: list[int], x: Array) -> bool:
-    """Return whether new groups close the loops around a position, and decide their joints there.
+def _refuted_around(kinematics: Kinematics, new: list[int], x: Array) -> list[int]:
+    """Return which of the new groups do not follow generic displacements of all drives.
+
+    A group does if it closes its loops, decides its joints at all these positions, and no others,
+    and if all groups do whose motion it depends on.
 
     Args:
         kinematics: of the finer groups, with all rows.
@@ -119,10 +151,17 @@ def _is_proven_around(kinematics: Kinematics, new: list[int], x: Array) -> bool:
     guess = np.repeat(x[None, :], _STATES, axis=0)
     guess[:, columns] += _AROUND * generic(_STATES, len(drives)) / coordinates.scale[columns]
     with np.errstate(all="ignore"):  # Where a drive cannot move that far, steps may overflow.
-        state = kinematics.close(guess)
-        if not np.all(state.residual < CLOSURE_TOLERANCE):
-            return False
-    return all(_decides(state.groups[index]) for index in new)
+        states = kinematics.close(guess).groups
+    refuted, undecided = [], set[int]()
+    for index, state in enumerate(states):
+        follows = undecided.isdisjoint(state.group.known.tolist())
+        follows = follows and bool(np.all(state.residual < CLOSURE_TOLERANCE))
+        if index in new:
+            follows = follows and _decides(state)
+        if not follows:
+            refuted += [index] if index in new else []
+            undecided |= set(state.group.passives.tolist())
+    return refuted
 
 
 def _decides(state: GroupState) -> bool:
@@ -140,12 +179,12 @@ def _items(structure: Structure, group: Group) -> set[int]:
     return {*group.loops, *(loops + index for index in group.couplings)}
 
 
-def _has_fewer(items: set[int], ranks_now: list[int], ranks_open: list[int]) -> bool:
-    """Return whether any loop among some items has fewer equations than while it is open."""
-    return any(
-        now < reached
-        for loop, (now, reached) in enumerate(zip(ranks_now, ranks_open, strict=True))
-        if loop in items
+def _share(first: Group, second: Group) -> bool:
+    """Return whether two groups have loops, couplings, or joints that they decide, in common."""
+    return not (
+        set(first.loops).isdisjoint(second.loops)
+        and set(first.couplings).isdisjoint(second.couplings)
+        and set(first.passives.tolist()).isdisjoint(second.passives.tolist())
     )
 
 
