@@ -31,7 +31,7 @@ from .guess_cache import Guess, GuessCache
 from .idle_rods import rods_by_name
 from .loop_groups import Group
 from .loop_system import LoopSystem
-from .needs import Needs, columns_of, needs
+from .needs import Needs, columns_of, needs, needs_of_finer
 from .redundancy import RedundancyStudy
 from .start_search import StartSearch
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
@@ -59,9 +59,15 @@ class _Division(NamedTuple):
     kinematics: Kinematics
 
     @staticmethod
-    def into(groups: list[Group], problem: Problem, system: LoopSystem) -> _Division:
-        """Return the division into groups that were found."""
+    def of_open_loops(problem: Problem, system: LoopSystem) -> _Division:
+        """Return the division that the equations of open loops show."""
+        groups = system.groups(problem.drives, problem.passive_columns)
         needed = needs(problem.mechanism, groups, problem.wanted_bodies)
+        return _Division.into(groups, needed, problem, system)
+
+    @staticmethod
+    def into(groups: list[Group], needed: Needs, problem: Problem, system: LoopSystem) -> _Division:
+        """Return the division into groups of which some are needed."""
         moving = [groups[index] for index in needed.motion]
         kinematics = system.kinematics(problem.drives, moving)
         return _Division(groups, needed, columns_of(moving), kinematics)
@@ -69,8 +75,12 @@ class _Division(NamedTuple):
     def finer(self, problem: Problem, system: LoopSystem, state: Array) -> _Division:
         """Return the finest division that is proven around a closed state `(size,)`."""
         drives, passives = problem.drives, problem.passive_columns
-        groups = system.finer(self.groups, drives, passives, self.needed.motion, state)
-        return self if groups is self.groups else self.into(groups, problem, system)
+        finer = system.finer(self.groups, drives, passives, self.needed.motion, state)
+        if finer is self.groups:
+            return self
+        mechanism, wanted = problem.mechanism, problem.wanted_bodies
+        needed = needs_of_finer(mechanism, finer, self.groups, self.needed, wanted)
+        return self.into(finer, needed, problem, system)
 
     def study(self, problem: Problem, state: Array) -> RedundancyStudy:
         """Return the study of redundant rows, of those that open loops can reach.
@@ -112,9 +122,7 @@ class Assembly:
         self._problem = problem = problem.driving(varied)
         self._system = system = LoopSystem(problem.mechanism, problem.held)
         # Of all assembly modes, only what holds while loops are open is known.
-        self._of_any_mode = division = _Division.into(
-            system.groups(problem.drives, problem.passive_columns), problem, system
-        )
+        self._of_any_mode = division = _Division.of_open_loops(problem, system)
         states = self._states_to_start(division) if like is None else [like.start]
         self._first_mode = states[-1]
         division = division.finer(problem, system, states[-1])
