@@ -121,8 +121,7 @@ class Assembly:
         """
         self._problem = problem = problem.driving(varied)
         self._system = system = LoopSystem(problem.mechanism, problem.held)
-        # Of all assembly modes, only what holds while loops are open is known.
-        self._of_any_mode = division = _Division.of_open_loops(problem, system)
+        division = of_open_loops = _Division.of_open_loops(problem, system)
         states = self._states_to_start(division) if like is None else [like.start]
         self._first_mode = states[-1]
         division = division.finer(problem, system, states[-1])
@@ -133,7 +132,7 @@ class Assembly:
         self.start: Array = self._first_mode
         if problem.branch != _FIRST_MODE and like is None:
             self.start = self._mode_called(problem.branch)
-            division = self._of_any_mode.finer(problem, system, self.start)
+            division = of_open_loops.finer(problem, system, self.start)
             study = division.study(problem, self.start)
             redundancy = study.of_states(self.start[None, :])
         self.groups, self.needed, self.decided, _ = division
@@ -257,7 +256,8 @@ class Assembly:
         """
         from .assembly_modes import assembly_modes  # Most scenes need no other mode.
 
-        division = self._of_any_mode
+        # What was proven around the start need not hold in other modes.
+        division = _Division.of_open_loops(self._problem, self._system)
         if len(division.needed.motion) < len(division.groups):
             try:
                 return self.with_all_loops(_FIRST_MODE).modes()

@@ -1,16 +1,17 @@
 """Finer groups: loops solved one after the other where closed loops show that they can be.
 
-How many equations a loop adds is counted on open loops, since that needs no closed position. Some
-loops have fewer while they are closed: a shaft between two universal joints with a slide in it may
-be bent and twisted in any way while it is open, but only two of these six equations are left for
-the slide once both its joints are in place. A line of such shafts counts as more equations than
-joints, which would have to be solved all together.
+How many equations a loop has is counted while it is open, since that needs no closed position. Some
+loops have fewer when they are closed: a shaft with a slide between two universal joints can move
+in all six ways against its bearing while it is open, but while the joints at both ends are in place
+four equations say all. Counted as open, a line of such shafts has more equations than joints, and
+would be solved all together.
 
-Equations counted at a closed position divide such a line, but they may be too few there by chance.
-So a division is taken only if it is proven at closed positions: every group decides all its joints,
-and whatever other equations it has leave what earlier groups decide free. Where that holds at the
-start and, for generic displacements of all drives, around it, the positions with closed loops are a
-smooth surface over the drives, on which ranks change at singular positions alone.
+Equations counted at a closed position divide such a line, but there they may be too few by chance.
+So a division is taken only where it is proven: at the start, and at positions around it that
+generic displacements of all drives lead to, each group closes its loops, decides all its joints,
+and leaves free what earlier groups decide. Then the closed positions around the start are a smooth
+surface over the drives. On it, what vanishes around the start vanishes everywhere up to singular
+positions, which no motion passes, so that the groups stay divided all over the motion.
 """
 
 from __future__ import annotations
