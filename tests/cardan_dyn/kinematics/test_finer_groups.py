@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from testkit.design_line import design_line, designs, nominal
-from testkit.planar_linkages import described, joint, link
+from testkit.planar_linkages import described, four_bar, joint, link, solver
 from testkit.scenes import relative
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.finer_groups import finer_groups
+from cardan_dyn.kinematics.finer_groups import _refuted_around, _refuted_at, finer_groups
 from cardan_dyn.kinematics.loop_groups import Group, partition
 from cardan_dyn.kinematics.loop_system import LoopSystem
 from cardan_dyn.kinematics.structure import Structure
@@ -224,3 +224,23 @@ def test_loops_with_all_their_equations_are_not_asked_for_more() -> None:
     division = divided(described(*bars(upright)), "R0", "R3")
     assert division.ranks == [3, 3, 3]
     assert division.finer is division.coarse
+
+
+def test_proofs_need_a_regular_start_and_a_motion_around_it() -> None:
+    """A parallelogram in line is singular there, and regular wherever its crank leads."""
+    mechanism = four_bar(1.0, 1.0, 2.0)
+    kinematics, upright = solver(mechanism, "A")
+    in_line = upright.copy()
+    for name, turn in (("A", 0.5), ("B", -0.5), ("D", 0.5), ("C", 0.5)):
+        in_line[mechanism.coordinates.columns[name]] = turn * np.pi
+    assert _refuted_at(kinematics, [0], upright) == []
+    assert _refuted_at(kinematics, [0], in_line) == [0]
+    assert _refuted_around(kinematics, [0], upright) == []
+    # A rocker that is to move beyond its reach does not move.
+    rocker = four_bar(0.3, 0.8, 1.0)
+    driven, start = solver(rocker, "D")
+    dead = cd.Scene(rocker, drive="D").motion_range()[1]
+    near = cd.Scene(rocker, drive="D", start={"D": dead - 1e-4})._solver.assembly.start
+    assert _refuted_around(driven, [0], start) == []
+    assert _refuted_at(driven, [0], near) == []
+    assert _refuted_around(driven, [0], near) == [0]
