@@ -97,6 +97,15 @@ class Kinematics:
             [self._rounding[index] for index in groups],
         )
 
+    def of_drive(self, rate: int) -> Kinematics:
+        """Return the kinematics of what a single drive moves, by its velocity coordinate."""
+        index = self.drives.tolist().index(rate)
+        groups = list(range(len(self.solvers)))
+        if self.depends is not None:
+            depends = self.depends[:, index]
+            groups = [k for k in groups if np.any(depends[self.solvers[k].group.passives])]
+        return self.part([index], groups)
+
     @property
     def moved(self) -> Array:
         """Velocity coordinates of the drives and of all passives."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -29,8 +29,9 @@ from ..problem.samples import Targets
 from .all_groups import ClosedState, Kinematics
 from .guess_cache import Guess, GuessCache
 from .idle_rods import rods_by_name
+from .loop_groups import Group
 from .loop_system import LoopSystem
-from .needs import columns_of, needs
+from .needs import Needs, columns_of, needs, needs_of_finer
 from .redundancy import RedundancyStudy
 from .start_search import StartSearch
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
@@ -40,6 +41,56 @@ if TYPE_CHECKING:
 
 _FIRST_MODE = "A"
 """Name of the assembly mode that the description's zero leads to, see `mode_name`."""
+
+
+class _Division(NamedTuple):
+    """The loops of a scene, divided into groups.
+
+    Attributes:
+        groups: all groups.
+        needed: which of them the outputs need.
+        decided: velocity coordinates of the passive joints that these decide.
+        kinematics: solves all their rows.
+    """
+
+    groups: list[Group]
+    needed: Needs
+    decided: Array
+    kinematics: Kinematics
+
+    @staticmethod
+    def of_open_loops(problem: Problem, system: LoopSystem) -> _Division:
+        """Return the division that the equations of open loops show."""
+        groups = system.groups(problem.drives, problem.passive_columns)
+        needed = needs(problem.mechanism, groups, problem.wanted_bodies)
+        return _Division.into(groups, needed, problem, system)
+
+    @staticmethod
+    def into(groups: list[Group], needed: Needs, problem: Problem, system: LoopSystem) -> _Division:
+        """Return the division into groups of which some are needed."""
+        moving = [groups[index] for index in needed.motion]
+        kinematics = system.kinematics(problem.drives, moving)
+        return _Division(groups, needed, columns_of(moving), kinematics)
+
+    def finer(self, problem: Problem, system: LoopSystem, state: Array) -> _Division:
+        """Return the finest division that is proven around a closed state `(size,)`."""
+        drives, passives = problem.drives, problem.passive_columns
+        finer = system.finer(self.groups, drives, passives, self.needed.motion, state)
+        if finer is self.groups:
+            return self
+        mechanism, wanted = problem.mechanism, problem.wanted_bodies
+        needed = needs_of_finer(mechanism, finer, self.groups, self.needed, wanted)
+        return self.into(finer, needed, problem, system)
+
+    def study(self, problem: Problem, state: Array) -> RedundancyStudy:
+        """Return the study of redundant rows, of those that open loops can reach.
+
+        Args:
+            problem: of the scene.
+            state: `(size,)` coordinates of the joints that do not move.
+        """
+        kinematics = self.kinematics.with_open_reductions(state)
+        return RedundancyStudy(problem, self.groups, self.needed, kinematics)
 
 
 class Assembly:
@@ -70,22 +121,22 @@ class Assembly:
         """
         self._problem = problem = problem.driving(varied)
         self._system = system = LoopSystem(problem.mechanism, problem.held)
-        self.groups = system.groups(problem.drives, problem.passive_columns)
-        self.needed = needs(problem.mechanism, self.groups, problem.wanted_bodies)
-        moving_groups = [self.groups[index] for index in self.needed.motion]
-        self.decided = columns_of(moving_groups)
-        kinematics = system.kinematics(problem.drives, moving_groups)
-        states = self._states_to_start(kinematics) if like is None else [like.start]
+        division = of_open_loops = _Division.of_open_loops(problem, system)
+        states = self._states_to_start(division) if like is None else [like.start]
         self._first_mode = states[-1]
-        self._open_kinematics = kinematics.with_open_reductions(self._first_mode)
-        study = RedundancyStudy(problem, self.groups, self.needed, self._open_kinematics)
+        division = division.finer(problem, system, states[-1])
+        study = division.study(problem, states[-1])
         # The start itself may be singular; judge the rank from all states on the way to it.
         redundancy = study.of_states(np.array(states))
         study.refuse_locked(redundancy, self._first_mode)
         self.start: Array = self._first_mode
         if problem.branch != _FIRST_MODE and like is None:
             self.start = self._mode_called(problem.branch)
+            division = of_open_loops.finer(problem, system, self.start)
+            study = division.study(problem, self.start)
             redundancy = study.of_states(self.start[None, :])
+        self.groups, self.needed, self.decided, _ = division
+        self._open_kinematics = study.open_kinematics
         motionless = not self.decided.size
         self._cache = GuessCache(
             problem, system, study, self.start, redundancy, motionless, len(varied)
@@ -205,15 +256,17 @@ class Assembly:
         """
         from .assembly_modes import assembly_modes  # Most scenes need no other mode.
 
-        if not self._is_complete:
+        # What was proven around the start need not hold in other modes.
+        division = _Division.of_open_loops(self._problem, self._system)
+        if len(division.needed.motion) < len(division.groups):
             try:
                 return self.with_all_loops(_FIRST_MODE).modes()
             except MobilityError:
                 pass
         return assembly_modes(
             self._problem.mechanism,
-            self._open_kinematics,
-            self.decided,
+            division.kinematics.with_open_reductions(self._first_mode),
+            division.decided,
             self._first_mode,
             self._joints_of_idle_rods(),
         )
@@ -226,11 +279,6 @@ class Assembly:
         """
         joints = tuple(self._problem.mechanism.joints)
         return Assembly(replace(self._problem, outputs=joints, all_outputs=True, branch=branch))
-
-    @property
-    def _is_complete(self) -> bool:
-        """Whether the outputs need all groups."""
-        return len(self.needed.motion) == len(self.groups)
 
     def _joints_of_idle_rods(self) -> set[str]:
         """Return the joints whose positions depend on spins that nothing decides."""
@@ -256,25 +304,25 @@ class Assembly:
             )
         return named[name]
 
-    def _states_to_start(self, kinematics: Kinematics) -> list[Array]:
+    def _states_to_start(self, division: _Division) -> list[Array]:
         """Return closed coordinates `(size,)` on the way to the held positions, the last one there.
 
         They begin where the joints of `start` are at their positions.
 
         Args:
-            kinematics: for the scene's drives, with all rows.
+            division: of the loops for the scene's drives.
         """
         problem = self._problem
-        search = StartSearch(problem, self._system, kinematics, self.decided)
+        search = StartSearch(problem, self._system, division.kinematics, division.decided)
         states = [search.closed_start()]
         try:
-            for joint, value in problem.held.items():
-                states.append(search.moved(states[-1], joint, value, problem.passive_columns))
+            search.bring_held(states)
             if problem.start:
                 states.append(search.at_start(states[-1]))
         except CardanError:
             # A MobilityError explains the failure better than a closure error does.
-            study = RedundancyStudy(problem, self.groups, self.needed, kinematics)
+            _, needed, _, kinematics = division
+            study = RedundancyStudy(problem, division.groups, needed, kinematics)
             study.refuse_locked(study.of_states(np.array(states)), states[-1])
             raise
         return states

@@ -63,7 +63,12 @@ class _Block(NamedTuple):
 
 
 def partition(
-    structure: Structure, x: Array, drives: Array, passives: Array, together: bool = False
+    structure: Structure,
+    x: Array,
+    drives: Array,
+    passives: Array,
+    together: bool = False,
+    loop_ranks: list[int] | None = None,
 ) -> list[Group]:
     """Return the groups in the order in which motion passes through them.
 
@@ -73,6 +78,7 @@ def partition(
         drives: velocity coordinates of the drives.
         passives: velocity coordinates that are neither driven nor held.
         together: solve all loops in one group, whatever their structure.
+        loop_ranks: how many independent equations each loop has; those of open loops if None.
     """
     mechanism = structure.mechanism
     unknown = set(passives.tolist())
@@ -92,7 +98,9 @@ def partition(
         decided = {column for columns in touched for column in columns} & unknown
         blocks = [_Block(list(items), sorted(decided))] if items else []
     else:
-        ranks = structure.ranks(x, moving) + [1] * len(mechanism.couplings)
+        if loop_ranks is None:
+            loop_ranks = structure.ranks(x, moving)
+        ranks = loop_ranks + [1] * len(mechanism.couplings)
         decidable = unknown - set(idle)
         passives_on = [[column for column in columns if column in decidable] for columns in touched]
         blocks = _with_idle(_blocks(passives_on, ranks), idle)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from .all_groups import Kinematics
 from .branch import Branch
+from .finer_groups import finer_groups
 from .group_solver import GroupSolver
 from .loop_groups import Group, partition
 from .structure import Structure
@@ -55,6 +58,25 @@ class LoopSystem:
             x[coordinates.named[name].column] = value
         return partition(self.structure, x, self._columns(drives), passives)
 
+    def finer(
+        self,
+        groups: list[Group],
+        drives: tuple[str, ...],
+        passives: Array,
+        solved: Iterable[int],
+        state: Array,
+    ) -> list[Group]:
+        """Return finer groups that are proven around a closed state, see `finer_groups`.
+
+        Args:
+            groups: from `groups`, for the same drives and passives.
+            drives: names of the driven joints.
+            passives: `(p,)` velocity coordinates that are neither driven nor held.
+            solved: indices of the groups whose motion is solved.
+            state: `(size,)` closed coordinates; those of other groups need not be.
+        """
+        return finer_groups(self.structure, groups, solved, state, self._columns(drives), passives)
+
     def kinematics(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
         """Return what solves all rows of some groups while some joints are driven."""
         solvers = [GroupSolver(self.mechanism, group) for group in groups]
@@ -72,8 +94,39 @@ class LoopSystem:
         unit = self.mechanism.characteristic_length if coordinate.slides else 1.0
         return Branch(kinematics, state, coordinate.column, unit)
 
+    def together(
+        self, state: Array, joints: tuple[str, ...], passives: Array, left_out: set[int]
+    ) -> Kinematics | None:
+        """Return what solves the motion of several joints, each of which may move alone.
+
+        Args:
+            state: `(size,)` closed coordinates.
+            joints: their names.
+            passives: velocity coordinates that follow.
+            left_out: see `moved`.
+
+        Returns:
+            Kinematics of groups finer than open loops show, see `finer_groups`; None where none are
+            proven.
+        """
+        groups = self.groups(joints, passives)
+        solved = [
+            index for index, group in enumerate(groups) if set(group.passives.tolist()) - left_out
+        ]
+        finer = self.finer(groups, joints, passives, solved, state)
+        if finer is groups:
+            return None
+        needed = [group for group in finer if set(group.passives.tolist()) - left_out]
+        return self.kinematics(joints, needed).with_open_reductions(state)
+
     def moved(
-        self, state: Array, joint: str, value: float, passives: Array, left_out: set[int]
+        self,
+        state: Array,
+        joint: str,
+        value: float,
+        passives: Array,
+        left_out: set[int],
+        together: Kinematics | None = None,
     ) -> Array:
         """Return the state that a mechanism is in after one joint has moved to a value.
 
@@ -85,6 +138,7 @@ class LoopSystem:
             value: its position afterwards [rad or m].
             passives: velocity coordinates that follow.
             left_out: velocity coordinates that need not follow, since no output needs them.
+            together: solves the motion of several joints, this one among them, if it is known.
 
         Returns:
             `(size,)` closed coordinates.
@@ -101,12 +155,15 @@ class LoopSystem:
             state = state.copy()
             state[column] = value
             return state
-        groups = [
-            group
-            for group in self.groups((joint,), passives)
-            if set(group.passives.tolist()) - left_out
-        ]
-        kinematics = self.kinematics((joint,), groups).with_open_reductions(state)
+        if together is None:
+            groups = [
+                group
+                for group in self.groups((joint,), passives)
+                if set(group.passives.tolist()) - left_out
+            ]
+            kinematics = self.kinematics((joint,), groups).with_open_reductions(state)
+        else:
+            kinematics = together.of_drive(coordinate.rate)
         branch = self.branch(joint, kinematics, state)
         branch.cover(min(value, state[column]), max(value, state[column]))
         return branch.states()[-1 if value > state[column] else 0]

@@ -81,6 +81,32 @@ def needs(
     return Needs(sorted(motion), forces, known_bodies, False)
 
 
+def needs_of_finer(
+    mechanism: Mechanism,
+    finer: list[Group],
+    groups: list[Group],
+    needed: Needs,
+    wanted: set[int] | None,
+) -> Needs:
+    """Return what wrenches need of finer groups: all loops whose closure forces are solved anyway.
+
+    What is statically indeterminate is chosen over all joints that are solved, so it would change
+    with fewer of them.
+
+    Args:
+        mechanism: the mechanism.
+        finer: the groups into which some of `groups` were divided.
+        groups: from `partition`, with the equations of open loops.
+        needed: which of those are needed.
+        wanted: see `needs`.
+    """
+    if wanted:
+        body_of = _body_of_columns(mechanism.model)
+        decided = columns_of([groups[index] for index in needed.forces]).tolist()
+        wanted = wanted | {body_of[column] for column in decided}
+    return needs(mechanism, finer, wanted)
+
+
 def solved_couplings(groups: list[Group], needed: Needs) -> list[int]:
     """Return the indices of the couplings whose moments are solved, ascending."""
     return sorted(coupling for index in needed.forces for coupling in groups[index].couplings)

@@ -19,10 +19,8 @@ from .all_groups import ClosedState, Kinematics
 from .loop_groups import Group
 from .mobility import can_move, check_mobility
 from .needs import Needs, columns_of
+from .tolerances import REGULAR_CONDITION
 
-_REGULAR = 1e6
-"""Condition number up to which a position leaves no doubt about the rank: its smallest singular
-value is at least a thousand times what `RANK_TOLERANCE` counts as zero."""
 STATES_STUDIED = 32
 """States of a branch from which independent rows are found. Two states may not suffice: at both
 ends of a parallelogram's motion its links are in line, and these two states together show only two
@@ -128,6 +126,6 @@ class RedundancyStudy:
         return np.array_equal(self._decided_by_all, self._passives) and all(
             group_state.passive_rows.shape[1] - len(group_state.group.idle)
             == group_state.passive_rows.shape[2]
-            and float(np.min(group_state.condition)) < _REGULAR
+            and float(np.min(group_state.condition)) < REGULAR_CONDITION
             for group_state in state.groups
         )

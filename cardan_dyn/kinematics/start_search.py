@@ -47,6 +47,7 @@ class StartSearch:
         self._system = system
         self._kinematics = kinematics
         self._decided = decided
+        self._left_out = set(problem.passive_columns.tolist()) - set(decided.tolist())
 
     def closed_start(self) -> Array:
         """Return closed coordinates `(size,)` from which the held joints can be moved.
@@ -215,11 +216,38 @@ class StartSearch:
             state = self.moved(state, joint, value, passives)
         return state
 
-    def moved(self, state: Array, joint: str, value: float, passives: Array) -> Array:
+    def bring_held(self, states: list[Array]) -> None:
+        """Bring the held joints to their positions, one after the other.
+
+        Args:
+            states: `(size,)` closed coordinates; those after every joint are appended.
+        """
+        problem, state = self._problem, states[-1]
+        wanted = self._with(state, problem.held)
+        coordinates, passives = problem.mechanism.coordinates, problem.passive_columns
+        away = tuple(
+            joint
+            for joint in problem.held
+            if wanted[coordinates.named[joint].column] != state[coordinates.named[joint].column]
+        )
+        together = None
+        if len(away) > 1:
+            together = self._system.together(state, away, passives, self._left_out)
+        for joint, value in problem.held.items():
+            known = together if joint in away else None
+            states.append(self.moved(states[-1], joint, value, passives, known))
+
+    def moved(
+        self,
+        state: Array,
+        joint: str,
+        value: float,
+        passives: Array,
+        together: Kinematics | None = None,
+    ) -> Array:
         """Return the state after a joint has moved; errors say which joint it was."""
-        left_out = set(self._problem.passive_columns.tolist()) - set(self._decided.tolist())
         try:
-            return self._system.moved(state, joint, value, passives, left_out)
+            return self._system.moved(state, joint, value, passives, self._left_out, together)
         except (AssemblyError, SingularConfigurationError) as error:
             from .reach import Aim, out_of_reach  # Imported here: only errors need it.
 

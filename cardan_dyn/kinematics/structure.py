@@ -90,22 +90,32 @@ class Structure:
                 self._twists(path, x, moving, configuration)
                 for configuration in values.reshape(OPEN_CONFIGURATIONS, -1, _VALUES_PER_BODY)
             ]
-            singular = np.linalg.svd(np.concatenate(twists, axis=0), compute_uv=False)
-            least = RANK_TOLERANCE * max(singular, default=0.0)
-            result.append(int(np.sum(singular > least)))
+            result.append(_rank(np.concatenate(twists, axis=0)))
         return result
 
-    def _twists(self, path: list[int], x: Array, moving: set[int], values: Array) -> Array:
+    def ranks_at(self, x: Array, moving: set[int]) -> list[int]:
+        """Return for each loop how many independent motions its moving joints have at one position.
+
+        Args:
+            x: `(size,)` coordinates.
+            moving: velocity coordinates that move.
+        """
+        paths = self.paths[: len(self.mechanism.loops)]
+        return [_rank(self._twists(path, x, moving)) for path in paths]
+
+    def _twists(
+        self, path: list[int], x: Array, moving: set[int], values: Array | None = None
+    ) -> Array:
         """Return unit twists `(k, 6)` of the moving coordinates on a path.
 
         They are seen from the body that carries the loop, lengths in units of the mechanism's.
 
         Args:
             path: bodies on the loop, ascending.
-            x: `(size,)` coordinates of the joints that do not move.
+            x: `(size,)` coordinates.
             moving: velocity coordinates that move.
-            values: `(len(path), 3)` generic values for the joints that move; slides in units of
-                the mechanism's length.
+            values: `(len(path), 3)` generic values for the joints that move, in place of their
+                coordinates; slides in units of the mechanism's length.
         """
         length = self.mechanism.characteristic_length
         model = self.mechanism.model
@@ -114,11 +124,11 @@ class Structure:
         # outweigh those within the loop, and its rank would be lost in rounding.
         corner = model.jointPlacements[path[0] + 1].translation if path else np.zeros(3)
         twists: list[Array] = []
-        for body, value in zip(path, values, strict=True):
+        for index, body in enumerate(path):
             part, start = self._parts[body]
             moves = self._columns[body][0] in moving
-            if moves:
-                moved = _generic_displacement(part, value, length)
+            if moves and values is not None:
+                moved = _generic_displacement(part, values[index], length)
             else:
                 moved = displacement(part, x[start : start + 4])
             origin = model.jointPlacements[body + 1]
@@ -132,6 +142,12 @@ class Structure:
                 units = unit_twists(part, length)
                 twists.extend(placements[body].action @ unit for unit in units)
         return np.array(twists).reshape(-1, 6) * np.repeat([1.0 / length, 1.0], 3)
+
+
+def _rank(twists: Array) -> int:
+    """Return how many of some unit twists `(k, 6)` are independent."""
+    singular = np.linalg.svd(twists, compute_uv=False)
+    return int(np.sum(singular > RANK_TOLERANCE * max(singular, default=0.0)))
 
 
 def _generic_displacement(part: Part, value: Array, length: float) -> pinocchio.SE3:

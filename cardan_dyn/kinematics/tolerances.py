@@ -17,3 +17,6 @@ less, see `allowed_correction`."""
 MOVES = 1e-6
 """Component of a unit vector of free motion above which a joint counts as moving. Joints that the
 loops decide have components there as well, by rounding of about 1e-16."""
+REGULAR_CONDITION = 1e6
+"""Condition number up to which a position leaves no doubt about the rank: its smallest singular
+value is at least a thousand times what `RANK_TOLERANCE` counts as zero."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.drive_lines import drive_line
 from testkit.many_drives import cranks, stacked
 from testkit.planar_linkages import five_bar, four_bar, solver, values
 
@@ -228,3 +229,17 @@ def test_sides_of_singular_configurations_are_told_apart_by_any_group() -> None:
     both = [state.inverses[0], inverse]
     assert kinematics.same_side(twice, both).tolist() == [True, False]
     assert kinematics.same_side(twice, both[::-1]).tolist() == [True, False]
+
+
+def test_the_part_of_a_single_drive_has_the_groups_that_it_moves() -> None:
+    mechanism = cd.load(drive_line(3))
+    assembly = Assembly(checked(mechanism, drive="bearing_0"))
+    alone = assembly.kinematics
+    whole = alone.of_drive(int(alone.drives[0]))
+    assert [item.group.loops for item in whole.solvers] == [(0,), (1,), (2,)]
+    both = Assembly(checked(stacked(2), drive=["crank_0", "crank_1"])).kinematics
+    for rate in both.drives.tolist():
+        part = both.of_drive(rate)
+        assert part.drives.tolist() == [rate]
+        (item,) = part.solvers
+        assert item.group.known.tolist() == [rate]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.design_line import design_line, nominal
 from testkit.planar_linkages import (
     COUPLER,
     four_bar,
@@ -112,3 +113,28 @@ def test_branches_of_slides_count_in_lengths() -> None:
         assert branch.kinematics is kinematics
         at = start[mechanism.coordinates.columns[drive].start]
         assert branch.span == (at, at)
+
+
+def test_several_joints_share_finer_groups_and_move_one_by_one() -> None:
+    mechanism = cd.load(design_line(3))
+    system = LoopSystem(mechanism, {})
+    coordinates = mechanism.coordinates
+    names = ("angle_1", "angle_3", "phase_2")
+    resting = columns(mechanism, "bearing_0", *nominal(3))
+    passives = np.setdiff1d(np.arange(mechanism.model.nv), resting)
+    start = coordinates.neutral()
+    together = system.together(start, names, passives, set())
+    assert together is not None
+    assert [solver.group.loops for solver in together.solvers] == [(0,), (1,), (2,)]
+    for name, loops in (("angle_1", [0, 1, 2]), ("phase_2", [2]), ("angle_3", [2])):
+        own = together.of_drive(coordinates.named[name].rate)
+        assert [loop for solver in own.solvers for loop in solver.group.loops] == loops
+        moved = system.moved(start, name, 0.3, passives, set(), together)
+        alone = system.moved(start, name, 0.3, passives, set())
+        np.testing.assert_allclose(moved, alone, rtol=0.0, atol=1e-12)
+
+
+def test_joints_that_share_no_finer_groups_move_as_before(mechanism: cd.Mechanism) -> None:
+    system = LoopSystem(mechanism, {})
+    passives = columns(mechanism, *"BDC")
+    assert system.together(mechanism.coordinates.neutral(), ("A", "S"), passives, set()) is None

@@ -9,7 +9,7 @@ from testkit.planar_linkages import described, joint, link
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.loop_groups import Group, partition
-from cardan_dyn.kinematics.needs import columns_of, needs, solved_couplings
+from cardan_dyn.kinematics.needs import columns_of, needs, needs_of_finer, solved_couplings
 from cardan_dyn.kinematics.structure import Structure
 
 COUNT = 3
@@ -110,3 +110,20 @@ def test_columns_of_several_groups_are_ascending(line: cd.Mechanism) -> None:
     assert columns_of(groups[::-1]).tolist() == expected
     assert columns_of([]).tolist() == []
     assert columns_of(groups[1:2]).tolist() == groups[1].passives.tolist()
+
+
+def test_finer_groups_solve_the_closure_forces_that_are_solved_without(line: cd.Mechanism) -> None:
+    """Least norms are over all joints that are solved, which may not become fewer."""
+    column = line.coordinates.velocity_columns["R0"].start
+    passives = np.setdiff1d(np.arange(line.model.nv), [column])
+    x, structure = line.coordinates.neutral(), Structure(line)
+    together = partition(structure, x, np.array([column]), passives, together=True)
+    finer = groups_of(line, "R0")
+    wanted = bodies_of(line, "P2")
+    assert needs(line, finer, wanted).forces == {2}
+    needed = needs(line, together, wanted)
+    assert needs_of_finer(line, finer, together, needed, wanted).forces >= {0, 1, 2}
+    nothing = needs(line, together, set())
+    assert needs_of_finer(line, finer, together, nothing, set()).efforts_alone
+    every = needs(line, together, None)
+    assert needs_of_finer(line, finer, together, every, None) == needs(line, finer, None)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from testkit.design_line import design_line, nominal
 from testkit.planar_linkages import (
     BASE,
     COUPLER,
@@ -185,3 +186,23 @@ def test_contradictions_are_told_in_names_of_coordinates() -> None:
     assert "(free.turn_x: 45)" in str(error)
     assert "if 45 degrees were meant, give 0.785398" in str(error)
     assert "degrees" not in str(search._not_closed({"free.z": 45.0}, cd.AssemblyError("no")))
+
+
+def test_held_joints_are_brought_to_their_positions_one_by_one() -> None:
+    """Joints of a line with slips share what solves them; one at its position stays there."""
+    mechanism, held = cd.load(design_line(3)), nominal(3) | {"length_1": 0.0, "phase_1": 0.0}
+    problem = checked(mechanism, drive="bearing_0", held=held)
+    system = LoopSystem(mechanism, problem.held)
+    groups = system.groups(problem.drives, problem.passive_columns)
+    kinematics = system.kinematics(problem.drives, groups)
+    line = StartSearch(problem, system, kinematics, problem.passive_columns)
+    states = [line.closed_start()]
+    line.bring_held(states)
+    assert len(states) == 1 + len(held)
+    reached = dict.fromkeys(held, 0.0)
+    for (name, value), state in zip(problem.held.items(), states[1:], strict=True):
+        reached[name] = value
+        for joint_name, position in reached.items():
+            column = mechanism.coordinates.named[joint_name].column
+            np.testing.assert_allclose(state[column], position, rtol=0.0, atol=1e-15)
+        assert kinematics.evaluate(state[None]).residual[0] < 1e-12

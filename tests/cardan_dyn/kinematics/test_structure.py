@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.design_line import design_line, nominal
 from testkit.linkages import LINK, carriage, coupling, four_bar, gears, loop, tilted_slider_crank
 from testkit.mixed_chain import MIXED
+from testkit.planar_linkages import four_bar as four_bar_of
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.structure import Structure
@@ -139,3 +141,26 @@ def test_joints_that_rest_count_with_their_positions(bend: float, rank: int) -> 
     resting = mechanism.coordinates.velocity_columns["to_second"].start
     assert Structure(mechanism).ranks(x, {0, 1, 2} - {resting}) == [rank]
     assert Structure(mechanism).ranks(x, {0, 1, 2}) == [3]
+
+
+def test_closed_loops_may_have_fewer_equations_than_open_ones() -> None:
+    """Of the six equations of a loop with a slip, four are left between two universal joints."""
+    mechanism = cd.load(design_line(2))
+    velocities = mechanism.coordinates.velocity_columns
+    moving = set(range(mechanism.model.nv)) - {velocities[name].start for name in nominal(2)}
+    structure, x = Structure(mechanism), mechanism.coordinates.neutral()
+    assert structure.ranks(x, moving) == [3, 6]
+    assert structure.ranks_at(x, moving) == [3, 4]
+    # Open, it has as many as it has moving joints at a single position.
+    x[mechanism.coordinates.columns["angle_2"]] = 0.3
+    x[mechanism.coordinates.columns["slip_1"]] = 0.1
+    assert structure.ranks_at(x, moving) == [3, 5]
+
+
+def test_dead_points_have_fewer_equations_than_the_motion() -> None:
+    mechanism = four_bar_of(1.0, 1.0, 2.0)
+    x = mechanism.coordinates.neutral()
+    assert Structure(mechanism).ranks_at(x, set(range(4))) == [3]
+    for name, turn in (("A", 0.5), ("B", -0.5), ("D", 0.5), ("C", 0.5)):
+        x[mechanism.coordinates.columns[name]] = turn * np.pi
+    assert Structure(mechanism).ranks_at(x, set(range(4))) == [2]
