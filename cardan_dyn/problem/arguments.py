@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array, cardan_angles, cardan_quaternion
-from ..checks import described, flag, mapping, names, numbers, shortened, text, vector
+from ..checks import (
+    described,
+    flag,
+    mapping,
+    names,
+    numbers,
+    semidefinite,
+    shortened,
+    text,
+    vector,
+)
 from ..errors import ArgumentError, MobilityError, ModelError, choices
 from ..forces.link_loads import LinkLoad, Wrench
 from ..frozen import frozen
@@ -25,14 +35,8 @@ _MOST_TURNS = 1000.0
 """Turns from zero at which a joint may be held or start; it is followed through all of them."""
 _MOST_LENGTHS = 6000.0
 """The same for slides, in lengths of the mechanism: a thousand turns are 6283 rad."""
-_SYMMETRIC = 1e-12
-"""Relative difference of mirrored entries of a compliance that counts as rounding of the numbers
-that were given, which may come from a file or from other matrices."""
 _UNIT = 1e-6
 """Deviation of a quaternion's length from 1 that counts as rounding of the numbers given."""
-_NEGATIVE = -1e-12
-"""Least eigenvalue of a compliance, as a fraction of its greatest entry, that counts as the
-rounding of a zero."""
 
 
 def checked(
@@ -295,25 +299,7 @@ def compliances(mechanism: Mechanism, given: object) -> dict[str, Array]:
     for name, value in mapping("compliance", given).items():
         mechanism.joint(name)
         label = f"compliance[{name!r}]"
-        array = numbers(label, value)
-        matrix = np.diag(array) if array.shape == (6,) else array
-        if matrix.shape != (6, 6):
-            raise ArgumentError(
-                f"{label} has shape {array.shape}; expected 6 values or a symmetric "
-                "(6, 6), force first [m/N, rad/(N·m)]"
-            )
-        greatest = float(np.max(np.abs(matrix)))
-        # With entries of order one, no product within the eigenvalues overflows.
-        scaled = matrix / greatest if greatest > 0.0 else matrix
-        if not np.allclose(scaled, scaled.T, rtol=_SYMMETRIC, atol=0.0):
-            raise ArgumentError(f"{label} is not symmetric")
-        least = float(np.linalg.eigvalsh(scaled)[0])
-        if least < _NEGATIVE:
-            raise ArgumentError(
-                f"{label} is negative in some direction: its least eigenvalue is {least:.3g} "
-                f"times its greatest value {greatest:.3g}"
-            )
-        result[name] = matrix
+        result[name] = semidefinite(label, value, "force first [m/N, rad/(N·m)]")
     return result
 
 
