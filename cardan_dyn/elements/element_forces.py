@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..arrays import Array, inverse
+from ..forces.link_loads import LinkLoad
 from ..mechanism.mechanism import Mechanism
 from .bushing import Bushing, BushingForce
 from .element import Element
@@ -53,6 +54,14 @@ class Acted(NamedTuple):
     potential_energy: Array
     power: Array
     dissipation: Array
+
+    def link_loads(self, mechanism: Mechanism) -> list[LinkLoad]:
+        """Return the wrenches placed in the bodies that carry their links."""
+        placed = ((mechanism.links[wrench.link], wrench) for wrench in self.wrenches)
+        return [
+            LinkLoad(body - 1, frame.rotation, frame.translation, wrench.force, wrench.moment, True)
+            for (body, frame), wrench in placed
+        ]
 
 
 class _Done(NamedTuple):

@@ -19,16 +19,18 @@ from ..checks import (
     text,
     vector,
 )
-from ..errors import ArgumentError, MobilityError, ModelError, choices
+from ..errors import ArgumentError, MobilityError, choices
 from ..forces.link_loads import LinkLoad, Wrench
 from ..frozen import frozen
 from ..mechanism.joints import Joint
 from ..mechanism.mechanism import Mechanism
+from .coordinate_names import check_single, coordinates_of
 from .problem import Problem
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from ..elements.element import Element
     from ..mechanism.configuration import Configuration
 
 _MOST_TURNS = 1000.0
@@ -51,6 +53,7 @@ def checked(
     strict: bool = False,
     start: Configuration | Mapping[str, float | Array] | None = None,
     branch: str = "A",
+    elements: Iterable[Element] | None = None,
 ) -> Problem:
     """Return the problem that a scene's arguments pose; see `Scene` for them and the errors."""
     if not isinstance(mechanism, Mechanism):
@@ -61,8 +64,16 @@ def checked(
     if drive is None:
         drive = [name for name in mechanism.independent_coordinates if name not in held]
     drive = names("drive", drive)
-    efforts = (name for name, value in loads.items() if _is_effort(mechanism, name, value))
+    efforts = [name for name, value in loads.items() if _is_effort(mechanism, name, value)]
+    acting: tuple[Element, ...] = ()
+    if elements is not None:
+        from .element_arguments import elements_on, listed  # Most scenes have none.
+
+        acting = listed(elements)
+        efforts += [name for element in acting for name in element.joints]
     mechanism = with_named(mechanism, (*drive, *held, *start, *efforts), (*drive, *held))
+    if acting:
+        acting = elements_on(mechanism, acting)
     held_at = held_positions(mechanism, held, "held")
     start_at, start_balls = start_positions(mechanism, start)
     for name in held_at.keys() & start_at.keys():
@@ -86,6 +97,7 @@ def checked(
         all_outputs=outputs is None,
         compliance=frozen(compliances(mechanism, compliance)),
         strict=flag("strict", strict),
+        elements=acting,
     )
 
 
@@ -124,40 +136,6 @@ def _drives(
             f"a joint is driven once or held, not both: drives {list(drives)}, held {list(held)}"
         )
     return drives
-
-
-def check_single(mechanism: Mechanism, name: object, role: str) -> None:
-    """Refuse what a scene cannot drive, hold or load, since it is no single coordinate.
-
-    Raises:
-        ModelError: no such joint or coordinate.
-        ArgumentError: the joint has no coordinate, or several.
-    """
-    if isinstance(name, str) and name in mechanism.drivable:
-        return
-    if isinstance(name, str) and name in mechanism.adjustable:
-        raise ArgumentError(f"{role} {name!r} is fixed in this scene; hold it there as well")
-    if isinstance(name, str) and name not in mechanism and "." in name:
-        joint_name, _, coordinate = name.rpartition(".")
-        reason = f"no joint or coordinate {name!r}; there are: {choices(mechanism.drivable, name)}"
-        if joint_name in mechanism:
-            valid = _coordinates_of(mechanism, joint_name)
-            reason = f"joint {joint_name!r} has no coordinate {coordinate!r}; {valid}"
-        raise ModelError(f"{mechanism.name}: {reason}", name=name)
-    joint = mechanism.joint(name)
-    raise ArgumentError(
-        f"{role} {name!r} is a {joint.type} joint; {_coordinates_of(mechanism, joint.name)}"
-    )
-
-
-def _coordinates_of(mechanism: Mechanism, joint: str) -> str:
-    """Return the valid names of a joint's coordinates, for the end of a message."""
-    valid = [name for name, item in mechanism.drivable.items() if item.joint == joint]
-    if not valid:
-        return f"it has no coordinate; those of other joints: {choices(mechanism.drivable)}"
-    if valid == [joint]:
-        return f"it has one coordinate, which is called {joint!r}"
-    return f"name one of its coordinates: {', '.join(valid)}"
 
 
 def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, float]:
@@ -240,7 +218,7 @@ def _row(mechanism: Mechanism, joint: Joint, values: Array) -> Array:
     if len(values) != size and not (has_quaternion or has_angles):
         raise ArgumentError(
             f"start[{joint.name!r}] has shape {values.shape}, expected ({size},); or "
-            f"{_coordinates_of(mechanism, joint.name)}"
+            f"{coordinates_of(mechanism, joint.name)}"
         )
     if has_angles and size > len(values):
         return np.concatenate([values[:-3], cardan_quaternion(values[-3:])])
