@@ -31,6 +31,7 @@ from .scene.scene import Scene
 if TYPE_CHECKING:
     from . import figures
     from .elements.bushing import Bushing
+    from .elements.described import described_elements
     from .elements.joint_elements import Actuator, JointFriction, JointSpring
     from .elements.point_spring import PointSpring
     from .mechanism.configuration import Configuration
@@ -54,6 +55,7 @@ _IMPORTED_WHEN_USED = {
     "Response": ".response.response",
     "View": ".viewer.viewing",
     "describe": ".scene.describe",
+    "described_elements": ".elements.described",
     "view": ".viewer.viewing",
 }
 """What most scripts never ask for."""
@@ -91,6 +93,7 @@ __all__ = [
     "__version__",
     "bundled_names",
     "describe",
+    "described_elements",
     "figures",
     "load",
     "view",

@@ -354,15 +354,8 @@ class InverseDynamics:
 
 
 def _coupling_moments(reactions: Reactions, loops: int, count: int) -> Array:
-    """Return `(N, G)` moments of the couplings, which follow the loops among closure forces.
-
-    Args:
-        reactions: at N samples.
-        loops: number of loops.
-        count: N.
-    """
-    moments = reactions.closure_forces[loops:]
-    return np.concatenate([np.zeros((count, 0)), *moments], axis=1)
+    """Return `(N, G)` moments of the couplings, which follow the loops among closure forces."""
+    return np.concatenate([np.zeros((count, 0)), *reactions.closure_forces[loops:]], axis=1)
 
 
 def joined(blocks: list[Solution], positions: Array) -> Solution:
