@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +16,6 @@ from ..mechanism.mechanism import Mechanism
 from ..problem.coordinate_names import check_single
 from ..problem.problem import Problem
 from ..results.prescribed import Prescribed
-
-if TYPE_CHECKING:
-    from ..elements.element import Element
 
 _MERGED = ("held", "loads")
 """Arguments whose changes are merged with what the scene has, name by name."""
@@ -60,11 +57,6 @@ class SceneArguments(Prescribed):
     def branch(self) -> str:
         """Name of the assembly mode."""
         return self._problem.branch
-
-    @property
-    def elements(self) -> tuple[Element, ...]:
-        """Springs, dampers, bushings, friction and actuators."""
-        return self._problem.elements
 
     def __repr__(self) -> str:
         arguments = [f"drives {', '.join(self.drives)}"]
