@@ -112,5 +112,5 @@ def _rubbing_left_out(joints: list[ElementTree.Element], where: str) -> list[str
     taken = "Scene(..., elements=described_elements(mechanism)) takes it in"
     return [
         line_of(where, what, others, taken),
-        line_of(where, f"{what} of balls, in", balls, "wrenches are without it"),
+        line_of(where, what, balls, "wrenches are without it", "ball"),
     ]
