@@ -97,6 +97,7 @@ class ElementForces:
         self.elements = tuple(elements)
         self.labels = labels(self.elements)
         self._nv = mechanism.model.nv
+        self._size = mechanism.characteristic_length
         self._named = mechanism.coordinates.named
         links = {link for element in self.elements for link in element.links}
         self._fixed = {link for link in links if mechanism.links[link][0] == 0}
@@ -171,7 +172,7 @@ class ElementForces:
         span = _all(at_b.position + arm_b - at_a.position - arm_a, count)
         rate = at_b.velocity + np.cross(at_b.spin, arm_b)
         rate = _all(rate - at_a.velocity - np.cross(at_a.spin, arm_a), count)
-        done = element.force(span, rate, self.labels[index])
+        done = element.force(span, rate, self.labels[index], self._size)
         wrenches = self._on_links(
             LinkWrench(element.link_a, done.force, np.cross(arm_a, done.force)),
             LinkWrench(element.link_b, -done.force, -np.cross(arm_b, done.force)),

@@ -12,9 +12,9 @@ from ..checks import vector
 from ..errors import ArgumentError
 from .element import Element
 
-_COINCIDENT = 1e-12
-"""Distance of two points, relative to the spring's length, from which rounding alone may part them:
-it has no direction."""
+COINCIDENT = 1e-12
+"""Distance of two points, relative to the greatest length of a spring or its mechanism, by which
+rounding alone may part them: it has no direction."""
 
 
 class PointForce(NamedTuple):
@@ -85,28 +85,26 @@ class PointSpring(Element):
         """Names of both links."""
         return self.link_a, self.link_b
 
-    def force(self, span: Array, rate: Array, label: str) -> PointForce:
+    def force(self, span: Array, rate: Array, label: str, size: float = 0.0) -> PointForce:
         """Return what it exerts.
 
         Args:
             span: `(N, 3)` from the point of `link_a` to that of `link_b`, in world axes [m].
             rate: `(N, 3)` velocity of the second relative to the first, in world axes [m/s].
             label: how messages call the element.
+            size: length of the mechanism, whose rounding may part points that coincide [m].
 
         Raises:
             ArgumentError: the points coincide and the length is not zero, so that the force has no
                 direction.
         """
         distance = np.sqrt(np.einsum("ni,ni->n", span, span))
-        if self.length > 0.0:
-            coincident = distance <= _COINCIDENT * self.length
-            if np.any(coincident):
-                raise ArgumentError(
-                    f"{label}: its points coincide at sample {int(np.argmax(coincident))}, where "
-                    "the force has no direction; a spring that may do so has the length 0"
-                )
-        else:
-            coincident = distance == 0.0
+        coincident = distance <= COINCIDENT * max(self.length, size)
+        if self.length > 0.0 and np.any(coincident):
+            raise ArgumentError(
+                f"{label}: its points coincide at sample {int(np.argmax(coincident))}, where "
+                "the force has no direction; a spring that may do so has the length 0"
+            )
         away = np.where(coincident, 1.0, distance)
         speed = np.einsum("ni,ni->n", span, rate) / away
         drag = rate

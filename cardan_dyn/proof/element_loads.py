@@ -16,7 +16,7 @@ from ..arrays import Array, inverse
 from ..elements.bushing import Bushing
 from ..elements.element import Element
 from ..elements.joint_elements import Actuator, JointElement, JointFriction, JointSpring
-from ..elements.point_spring import PointSpring
+from ..elements.point_spring import COINCIDENT, PointSpring
 from ..mechanism.frames import ElementaryMotion, Frames
 from .named_motions import named_motions
 from .twists import State, cross
@@ -166,7 +166,8 @@ class ProvenElements:
         force = -direction * (element.stiffness * (distance - element.length))
         force -= direction * (element.damping * rate)
         # Points that coincide: a spring of length zero pulls nowhere, its damper in any direction.
-        force = np.where(distance > 0.0, force, -element.damping * (speed_b - speed_a))
+        apart = distance > COINCIDENT * self._length
+        force = np.where(apart, force, -element.damping * (speed_b - speed_a))
         reach = _norm(first.origin) + _norm(second.origin) + element.length
         pace = _norm(speed_a) + _norm(speed_b)
         terms = self._length * (element.stiffness * reach + element.damping * pace)

@@ -324,6 +324,15 @@ def test_states_without_a_force_are_refused() -> None:
         four_bar(cd.Bushing("base", "crank", (0, 0, 0), K)).sweep([0.0, 3.12])
 
 
+def test_a_damper_between_points_that_meet() -> None:
+    """Its direction at the sample where they meet is that of their relative velocity."""
+    text = PENDULUM.replace("continuous", "prismatic").replace("0.3 0 2", "0.1 0.7 0.3")
+    damper = cd.PointSpring("wall", (0.1, 0.7 + 0.1, 0.3), "rod", (0.0, 0.0, 0.0), 9.0, 5.0)
+    scene = cd.Scene(cd.load(text), drive="pin", elements=[damper])
+    turn = scene.sweep([0.1 - 1e-3, 0.1, 0.1 + 1e-3], speed=2.0)
+    np.testing.assert_allclose(turn.drive_effort, 10.0 + 9.0 * np.array([-1e-3, 0.0, 1e-3]))
+
+
 def test_a_response_refuses_elements() -> None:
     scene = four_bar(SPRING)
     for build in (scene.response, lambda: scene.responses({}), lambda: scene.load_response("none")):
