@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..checks import described
+from ..elements.bushing import Bushing
 from ..elements.element import Element
 from ..elements.element_forces import labels
+from ..elements.joint_elements import Actuator, JointFriction, JointSpring
+from ..elements.point_spring import PointSpring
 from ..errors import ArgumentError, CardanError, choices
 from ..mechanism.mechanism import Mechanism
 from .coordinate_names import check_single
 
-_KINDS = ("JointSpring", "JointFriction", "PointSpring", "Bushing", "Actuator")
+_CLASSES = (JointSpring, JointFriction, PointSpring, Bushing, Actuator)
+_KINDS = tuple(kind.__name__ for kind in _CLASSES)
 
 
 def listed(given: object) -> tuple[Element, ...]:
@@ -28,7 +32,7 @@ def listed(given: object) -> tuple[Element, ...]:
         )
     elements = tuple(given)
     for index, element in enumerate(elements):
-        if not isinstance(element, Element):
+        if not isinstance(element, _CLASSES):
             raise ArgumentError(
                 f"elements[{index}] is {described(element)}, expected one of: {', '.join(_KINDS)}"
             )

@@ -9,6 +9,7 @@ import pytest
 from testkit.mixed_chain import MIXED
 
 import cardan_dyn as cd
+from cardan_dyn.elements.element import Element
 from cardan_dyn.problem.element_arguments import elements_on, listed
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -23,6 +24,7 @@ def scene(*elements: object) -> cd.Scene:
     ("elements", "error", "message"),
     [
         ([GOOD, 3.0], cd.ArgumentError, "elements[1] is 3.0, expected one of: JointSpring, Joint"),
+        ([Element()], cd.ArgumentError, "elements[0] is of type Element, expected one of"),
         ([cd.JointSpring], cd.ArgumentError, "elements[0] is of type type, expected one of"),
         (
             [GOOD, cd.JointSpring("crank_bearings", 1.0)],
