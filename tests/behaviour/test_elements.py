@@ -9,6 +9,7 @@ import threading
 import numpy as np
 import pinocchio
 import pytest
+from testkit.ball_rods import as_balls
 from testkit.drive_lines import two_lines
 from testkit.element_work import generalised
 from testkit.many_drives import cranks, on_arms
@@ -331,6 +332,28 @@ def test_a_damper_between_points_that_meet() -> None:
     scene = cd.Scene(cd.load(text), drive="pin", elements=[damper])
     turn = scene.sweep([0.1 - 1e-3, 0.1, 0.1 + 1e-3], speed=2.0)
     np.testing.assert_allclose(turn.drive_effort, 10.0 + 9.0 * np.array([-1e-3, 0.0, 1e-3]))
+
+
+def test_elements_on_an_idle_rod_turn_it_as_loads_do() -> None:
+    mechanism = cd.load(as_balls())
+    elements = [
+        cd.PointSpring("ground", (0.5, 0.5, 0.3), "rod", (0.2, 0.3, 0.1), 50.0, 3.0, 0.1),
+        cd.Bushing("crank", "rod", (0.3, 0.0, 0.0), np.full(6, 5.0), np.ones(6)),
+    ]
+    scene = cd.Scene(mechanism, drive="a", gravity=(0.0, 0.0, -9.81))
+    position = np.linspace(0.0, 1.0, 12)
+    sprung = scene.replace(elements=elements).sweep(position, speed=2.0)
+    assert sprung.idle_rods
+    acted = ElementForces(mechanism, elements).at(sprung.motion.rows, sprung.motion.v)
+    wrenches: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    for link, force, moment in acted.wrenches:
+        others = wrenches.get(link, (np.zeros(3), np.zeros(3)))
+        wrenches[link] = others[0] + force, others[1] + moment
+    loads = {link: cd.Wrench(*pair, frame="world") for link, pair in wrenches.items()}
+    loaded = scene.sweep(position, speed=2.0, loads=loads)
+    for name in sprung:
+        assert relative(sprung[name].force, loaded[name].force) < 1e-12
+    assert relative(sprung.motion.a, loaded.motion.a) < 1e-12
 
 
 def test_a_response_refuses_elements() -> None:
