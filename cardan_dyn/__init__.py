@@ -30,6 +30,10 @@ from .scene.scene import Scene
 
 if TYPE_CHECKING:
     from . import figures
+    from .elements.bushing import Bushing
+    from .elements.described import described_elements
+    from .elements.joint_elements import Actuator, JointFriction, JointSpring
+    from .elements.point_spring import PointSpring
     from .mechanism.configuration import Configuration
     from .response.response import Response
     from .scene.branches import Branches
@@ -39,28 +43,38 @@ if TYPE_CHECKING:
     from .viewer.viewing import View, view
 
 _IMPORTED_WHEN_USED = {
+    "Actuator": ".elements.joint_elements",
     "Branches": ".scene.branches",
+    "Bushing": ".elements.bushing",
     "Configuration": ".mechanism.configuration",
+    "JointFriction": ".elements.joint_elements",
+    "JointSpring": ".elements.joint_elements",
     "MechanismReport": ".scene.mechanism_report",
     "Plan": ".scene.plan",
+    "PointSpring": ".elements.point_spring",
     "Response": ".response.response",
     "View": ".viewer.viewing",
     "describe": ".scene.describe",
+    "described_elements": ".elements.described",
     "view": ".viewer.viewing",
 }
 """What most scripts never ask for."""
 
 __all__ = [
     "AccuracyError",
+    "Actuator",
     "ArgumentError",
     "AssembledPositions",
     "AssemblyError",
     "Branches",
+    "Bushing",
     "CardanError",
     "Configuration",
     "ImmutableError",
     "IndeterminateError",
     "Joint",
+    "JointFriction",
+    "JointSpring",
     "JointWrench",
     "Mechanism",
     "MechanismReport",
@@ -69,6 +83,7 @@ __all__ = [
     "ModelError",
     "Motion",
     "Plan",
+    "PointSpring",
     "Response",
     "Scene",
     "SingularConfigurationError",
@@ -78,6 +93,7 @@ __all__ = [
     "__version__",
     "bundled_names",
     "describe",
+    "described_elements",
     "figures",
     "load",
     "view",

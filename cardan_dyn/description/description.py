@@ -139,6 +139,9 @@ class JointDescription(Record):
         limits: of its coordinate.
         adjustable: what a `fixed` joint becomes in a scene that holds or drives it: `revolute` or
             `prismatic` along `axis`, where its place is zero; empty if it stays fixed.
+        damping: viscous, of each of its coordinates [N·m·s/rad or N·s/m]; no wrench considers it,
+            unless a scene takes it for an element.
+        friction: dry, likewise [N·m or N].
     """
 
     name: str
@@ -151,6 +154,8 @@ class JointDescription(Record):
     child_placement: np.ndarray = field(default_factory=lambda: np.eye(4))
     limits: Limits = field(default_factory=Limits)
     adjustable: str = ""
+    damping: float = 0.0
+    friction: float = 0.0
 
     def __repr__(self) -> str:
         return f"<JointDescription {self.name!r}: {self.type}, {self.parent!r} -> {self.child!r}>"

@@ -97,6 +97,22 @@ def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element
     return children[0] if children else None
 
 
+def dynamics_of(joint: ElementTree.Element, at: str) -> tuple[float, float]:
+    """Return the damping and the friction of a `<joint>`, zero where it states none.
+
+    Raises:
+        ModelError: they are no numbers.
+    """
+    dynamics = only(joint, "dynamics", at)
+    if dynamics is None:
+        return 0.0, 0.0
+    damping, friction = (
+        float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0])
+        for key in ("damping", "friction")
+    )
+    return damping, friction
+
+
 def names(robot: ElementTree.Element, tag: str, where: str) -> list[str]:
     """Return the names of all elements of a kind, each of which occurs once."""
     listed = [name_of(element, where) for element in robot.findall(tag)]

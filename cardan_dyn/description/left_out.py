@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
 from .description import JointDescription
-from .elements import numbers, only
+from .elements import dynamics_of
 
 _MOST_NAMED = 3
 """Joints that a line names; it counts the others."""
@@ -20,6 +20,8 @@ _OF_JOINTS = {
     "calibration": "calibrations",
 }
 """Elements of joints that play no part, with what they are called."""
+_BALLS = ("spherical", "floating")
+"""Joint types with a ball, of which no single coordinate can rub."""
 _OF_PROGRAMS = ("transmission", "gazebo", "mujoco", "drake")
 """Elements of `<robot>` that are for other programs."""
 
@@ -35,8 +37,7 @@ def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
         ModelError: coefficients of `<dynamics>` are no numbers.
     """
     joints = robot.findall("joint")
-    rubbing = [name for joint in joints if (name := joint.get("name", "")) and _rubs(joint, where)]
-    lines = [line_of(where, "damping or friction", rubbing, "wrenches are without it")]
+    lines = _rubbing_left_out(joints, where)
     for tag, label in _OF_JOINTS.items():
         named = [joint.get("name", "") for joint in joints if joint.find(tag) is not None]
         lines.append(line_of(where, label, named, "no wrench considers them"))
@@ -94,14 +95,22 @@ def line_of(where: str, what: str, names: list[str], result: str, owner: str = "
     return f"{where}: {what} of {owners} ({listed}) left out: {result}"
 
 
-def _rubs(joint: ElementTree.Element, where: str) -> bool:
-    """Return whether a joint has damping or friction."""
-    at = f"{where}: joint {joint.get('name')!r}"
-    dynamics = only(joint, "dynamics", at)
-    if dynamics is None:
-        return False
-    damping, friction = (
-        float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0])
-        for key in ("damping", "friction")
-    )
-    return damping != 0.0 or friction != 0.0
+def _rubbing_left_out(joints: list[ElementTree.Element], where: str) -> list[str]:
+    """Return warnings about damping and friction of joints.
+
+    Raises:
+        ModelError: coefficients are no numbers.
+    """
+    rubbing = [
+        (joint.get("name", ""), joint.get("type"))
+        for joint in joints
+        if any(dynamics_of(joint, f"{where}: joint {joint.get('name')!r}"))
+    ]
+    balls = [name for name, kind in rubbing if kind in _BALLS]
+    others = [name for name, kind in rubbing if kind not in _BALLS]
+    what = "damping or friction"
+    taken = "Scene(..., elements=described_elements(mechanism)) takes it in"
+    return [
+        line_of(where, what, others, taken),
+        line_of(where, what, balls, "wrenches are without it", "ball"),
+    ]

@@ -35,6 +35,7 @@ from .elements import (
     axes_of,
     check_size,
     check_unique,
+    dynamics_of,
     link_of,
     name_of,
     names,
@@ -318,6 +319,7 @@ def _joint(
         axis, axis_2 = changed.axes
     elif kind != "fixed" or adjustable:
         axis, axis_2 = axes_of(element, adjustable or kind, at)
+    damping, friction = dynamics_of(element, at)
     return JointDescription(
         name=name,
         type=kind,
@@ -328,6 +330,8 @@ def _joint(
         axis_2=axis_2,
         limits=_limits(element, kind, at),
         adjustable=adjustable,
+        damping=damping,
+        friction=friction,
     )
 
 

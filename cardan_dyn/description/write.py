@@ -174,6 +174,9 @@ def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> 
     if joint.type != "fixed" or joint.adjustable:
         _write_axes(element, joint)
     _write_limits(element, joint.limits, joint.type, at)
+    rubbing = {"damping": joint.damping, "friction": joint.friction}
+    if any(rubbing.values()):
+        SubElement(element, "dynamics", {name: _words([value]) for name, value in rubbing.items()})
     return element
 
 

@@ -62,7 +62,8 @@ class _Division(NamedTuple):
     def of_open_loops(problem: Problem, system: LoopSystem) -> _Division:
         """Return the division that the equations of open loops show."""
         groups = system.groups(problem.drives, problem.passive_columns)
-        needed = needs(problem.mechanism, groups, problem.wanted_bodies)
+        wanted, acting = problem.wanted_bodies, problem.element_bodies
+        needed = needs(problem.mechanism, groups, wanted, acting)
         return _Division.into(groups, needed, problem, system)
 
     @staticmethod
@@ -78,8 +79,8 @@ class _Division(NamedTuple):
         finer = system.finer(self.groups, drives, passives, self.needed.motion, state)
         if finer is self.groups:
             return self
-        mechanism, wanted = problem.mechanism, problem.wanted_bodies
-        needed = needs_of_finer(mechanism, finer, self.groups, self.needed, wanted)
+        wanted = problem.wanted_bodies, problem.element_bodies
+        needed = needs_of_finer(problem.mechanism, finer, self.groups, self.needed, *wanted)
         return self.into(finer, needed, problem, system)
 
     def study(self, problem: Problem, state: Array) -> RedundancyStudy:

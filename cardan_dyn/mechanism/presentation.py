@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..frozen import Frozen
+from ..frozen import Frozen, FrozenDict
 from .couplings import Coupling, shown
 from .joints import Joint
 
@@ -28,6 +29,25 @@ class Presentation(Frozen):
     loops: tuple[Loop, ...]
     couplings: tuple[Coupling, ...]
     characteristic_length: float
+
+    @cached_property
+    def joint_dynamics(self) -> FrozenDict[str, tuple[float, float]]:
+        """Coordinates to the damping [N·m·s/rad, N·s/m] and friction [N·m, N] described for them.
+
+        `<dynamics>` in URDF; of a joint with several coordinates, those of each. Joints with a ball
+        are left out. No wrench considers them unless a scene is given `described_elements`.
+        """
+        # What is called like a coordinate of another joint is that joint.
+        return FrozenDict(
+            {
+                name: (item.damping, item.friction)
+                for item in self.description.joints
+                if (item.damping or item.friction) and item.name in self.joints
+                if not self.joints[item.name].has_ball
+                for name in self.joints[item.name].coordinates
+                if name == item.name or name not in self.joints
+            }
+        )
 
     def to_urdf(self) -> str:
         """Return the description as URDF+ text, which `load` reads back; without visuals."""

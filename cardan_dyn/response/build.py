@@ -266,9 +266,10 @@ def refuse_unsuitable(problem: Problem) -> None:
     """Refuse a problem whose wrenches are no functions of one drive's position.
 
     Raises:
-        ArgumentError: it has several drives, or a wrench on a link that changes from sample to
-            sample.
+        ArgumentError: it has several drives, elements, or a wrench on a link that changes from
+            sample to sample.
     """
+    refuse_elements(problem)
     if len(problem.drives) != 1:
         raise ArgumentError(f"a response needs one drive, not {list(problem.drives)}")
     for name, load in problem.link_loads.items():
@@ -277,6 +278,19 @@ def refuse_unsuitable(problem: Problem) -> None:
                 f"the wrench on {name!r} changes from sample to sample; a response needs one that "
                 "stays the same"
             )
+
+
+def refuse_elements(problem: Problem) -> None:
+    """Refuse a problem with elements.
+
+    Raises:
+        ArgumentError: it has some.
+    """
+    if problem.elements:
+        raise ArgumentError(
+            "a response takes no elements, whose forces are no multiples of speed², acceleration, "
+            "loads and gravity; sweep the scene directly: scene.sweep(position, ...)"
+        )
 
 
 def domain_of(solver: ProblemSolver, interval: object) -> Domain:

@@ -13,7 +13,10 @@ from ..problem.problem import Problem
 
 FORMAT = 2
 """Version of the files that hold responses."""
-_NOT_MECHANICAL = {"source", "notation", "warnings", "limits", "independent_joints"}
+_NOT_MECHANICAL = {
+    *("source", "notation", "warnings", "limits", "independent_joints"),
+    *("damping", "friction"),
+}
 """Fields of a description that no response depends on: where it comes from, how it is written,
 what it advises. The same mechanism from another file has the same responses."""
 

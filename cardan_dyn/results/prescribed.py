@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from ..frozen import Frozen
 from ..mechanism.mechanism import Mechanism
 from ..problem.problem import Problem
+
+if TYPE_CHECKING:
+    from ..elements.element import Element
 
 
 class Prescribed(Frozen):
@@ -33,3 +37,8 @@ class Prescribed(Frozen):
     def outputs(self) -> tuple[str, ...]:
         """Names of the joints whose wrenches are results."""
         return self._problem.outputs
+
+    @property
+    def elements(self) -> tuple[Element, ...]:
+        """Springs, dampers, bushings, friction and actuators."""
+        return self._problem.elements

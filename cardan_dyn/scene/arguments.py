@@ -13,7 +13,7 @@ from ..errors import choices
 from ..forces.link_loads import Wrench
 from ..frozen import frozen
 from ..mechanism.mechanism import Mechanism
-from ..problem.arguments import check_single
+from ..problem.coordinate_names import check_single
 from ..problem.problem import Problem
 from ..results.prescribed import Prescribed
 
@@ -68,6 +68,8 @@ class SceneArguments(Prescribed):
             arguments.append(f"loads on {', '.join(self.loads)}")
         if np.any(self.gravity):
             arguments.append(f"gravity {self.gravity.tolist()}")
+        if self.elements:
+            arguments.append(f"{len(self.elements)} element{'s' * (len(self.elements) > 1)}")
         return f"<Scene of {self.mechanism.name!r}: {'; '.join(arguments)}>"
 
 
@@ -91,6 +93,7 @@ def replaced(scene: SceneArguments, changes: Mapping[str, Any]) -> dict[str, Any
         "strict": problem.strict,
         "start": started(problem),
         "branch": problem.branch,
+        "elements": problem.elements,
     }
     unknown = set(changes) - set(arguments)
     if unknown:

@@ -38,6 +38,7 @@ class SceneInspection(SceneArguments):
             self.outputs,
             has_mass=self._solver.has_mass,
             has_weight=bool(np.any(self.gravity)),
+            elements=self.elements,
         )
 
     def motion_range(self) -> tuple[float, float]:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ..kinematics.loop_groups import Group
 from ..kinematics.needs import Needs
 from ..mechanism.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    from ..elements.element import Element
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,6 +49,7 @@ def plan_of(
     *,
     has_mass: bool,
     has_weight: bool,
+    elements: tuple[Element, ...] = (),
 ) -> Plan:
     """Return what a sweep of a scene does, and what it leaves out.
 
@@ -55,6 +60,7 @@ def plan_of(
         outputs: names of the joints whose wrenches are results.
         has_mass: whether any body has mass.
         has_weight: whether there is gravity.
+        elements: springs, bushings, friction and actuators.
     """
     steps, skipped = [], []
     for index, group in enumerate(groups):
@@ -65,6 +71,10 @@ def plan_of(
             steps.append(task)
             if index not in needed.forces:
                 skipped.append(f"closure forces of: {task}: no output needs them")
+    if elements:
+        kinds = [type(element).__name__ for element in elements]
+        counted = (f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds))
+        steps.append(f"forces of elements: {', '.join(counted)}")
     if has_mass:
         weight = "weight, and inertia" if has_weight else "inertia"
         steps.append(f"inverse dynamics: {weight} where the drives have speed or acceleration")

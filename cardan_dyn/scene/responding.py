@@ -36,7 +36,7 @@ class SceneResponses(SceneInspection):
                 come back to where it was.
 
         Raises:
-            ArgumentError: the interval is empty, or the scene has several drives.
+            ArgumentError: the interval is empty, or the scene has several drives, or elements.
             AccuracyError: the tolerance cannot be reached; the message says what can.
             IndeterminateError: a component of an output is not unique, in a strict scene.
             CardanError: the drive does not turn through and no interval was given.
@@ -79,10 +79,12 @@ class SceneResponses(SceneInspection):
             path: the file.
 
         Raises:
-            ArgumentError: no path.
+            ArgumentError: no path, or the scene has elements.
             CardanError: the file cannot be read, is damaged, or is the response of another scene.
         """
+        from ..response.build import refuse_elements
         from ..response.file import read
         from ..response.response import Response
 
+        refuse_elements(self._solver.problem)
         return Response(self._solver, read(path, self._solver))

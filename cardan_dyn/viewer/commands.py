@@ -60,7 +60,7 @@ class Pose:
     Attributes:
         position: `(N, 3)` [m], or `(1, 3)` if it does not move.
         quaternion: `(N, 4)` unit quaternions x, y, z, w, or `(1, 4)`.
-        scale: `(N,)` uniform scale, or `(1,)`.
+        scale: `(N,)` uniform scale, or `(1,)`; along three axes `(N, 3)` or `(1, 3)`.
     """
 
     position: Array
@@ -105,7 +105,7 @@ class Drawing:
         for name, kind, values, tolerance in (
             ("position", "vector3", pose.position, STEADY * self._size),
             ("quaternion", "quaternion", pose.quaternion, STEADY),
-            ("scale", "vector3", np.repeat(pose.scale[:, None], 3, axis=1), STEADY),
+            ("scale", "vector3", _along_axes(pose.scale), STEADY),
         ):
             self.property(path, name, [float(value) for value in values[0]])
             if len(values) > 1 and np.max(np.ptp(values, axis=0)) > tolerance:
@@ -219,6 +219,11 @@ def mesh(surface: tuple[Array, Array]) -> Any:
 def node_name(name: str) -> str:
     """Return a name as one step of a path: a slash in it would start another step."""
     return name.replace("/", "∕") or "-"
+
+
+def _along_axes(scale: Array) -> Array:
+    """Return scales `(N,)` or `(N, 3)` as `(N, 3)`."""
+    return np.repeat(scale[:, None], 3, axis=1) if scale.ndim == 1 else scale
 
 
 def _floats(values: Array) -> Any:

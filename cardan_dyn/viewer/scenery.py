@@ -65,6 +65,7 @@ class Parts:
         axes: the joint axes.
         traces: the curve that the moment traces in each shaft that turns in a fixed bearing.
         labels: the joint names.
+        elements: point springs and bushings.
     """
 
     visuals: bool = True
@@ -73,6 +74,7 @@ class Parts:
     axes: bool = True
     traces: bool = True
     labels: bool = True
+    elements: bool = True
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,8 @@ def build(
         builder.draw_forces(vectors)
     if parts.labels:
         builder.draw_labels(vectors)
+    if parts.elements and isinstance(sweep, Sweep) and sweep.elements:
+        builder.draw_elements(sweep, samples)
     return builder.scenery()
 
 
@@ -227,6 +231,14 @@ class _Builder:
             text, color = (f"{item.name} (loop)", LOOP) if loop else (item.name, _LABEL)
             self.drawing.label(f"/labels/{node_name(item.name)}", text, color, Pose.of(item.label))
             self._include(item.label)
+
+    def draw_elements(self, sweep: Sweep, samples: Array) -> None:
+        """Draw point springs and bushings at some samples."""
+        from .element_shapes import draw_elements  # Most scenes have none.
+
+        drawn = draw_elements(self.drawing, sweep, samples, self._radius)
+        self._legend += drawn.legend
+        self._include(drawn.points)
 
     def _draw_components(self, vectors: list[Vectors], scale: float) -> set[str]:
         """Draw torsion and bending as arrows; return which of both there are."""

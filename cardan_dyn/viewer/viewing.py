@@ -34,6 +34,7 @@ def view(
     axes: bool = True,
     traces: bool = True,
     labels: bool = True,
+    elements: bool = True,
     duration: float = 8.0,
     frames: int = 1440,
     title: str | None = None,
@@ -54,6 +55,7 @@ def view(
         axes: draw the joint axes, those of loops marked.
         traces: draw the moments of the shafts and the curves they trace.
         labels: draw the joint names.
+        elements: draw point springs and bushings.
         duration: time in which the sweep is shown once [s].
         frames: greatest number of samples that are shown, chosen evenly.
         title: of the page; the mechanism's name if not given.
@@ -74,7 +76,7 @@ def view(
     count = min(len(shot), frames)
     samples = np.unique(np.linspace(0, len(shot) - 1, count).round().astype(int))
     times = np.linspace(0.0, duration, len(samples))
-    parts = Parts(visuals, moments, forces, axes, traces, labels)
+    parts = Parts(visuals, moments, forces, axes, traces, labels, elements)
     return View(render(build(shot, shown, parts, times, samples), title or shot.mechanism.name))
 
 

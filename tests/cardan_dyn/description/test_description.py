@@ -75,7 +75,7 @@ CHANGES = [
             **{"name": "h", "type": "continuous", "parent": "hand", "child": "hand"},
             **{"origin": ELSEWHERE, "axis": Y, "axis_2": X, "child_placement": ELSEWHERE},
             "limits": Limits(upper=3.0),
-            "adjustable": "revolute",
+            **{"adjustable": "revolute", "damping": 1.0, "friction": 2.0},
         },
     ),
     (

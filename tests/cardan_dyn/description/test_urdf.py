@@ -106,7 +106,8 @@ def test_a_universal_joint_of_the_tree_is_two_hinges() -> None:
 def test_what_is_left_out_is_said() -> None:
     description = read(more='<dynamics damping="2" friction="0"/>')
     assert description.warnings == (
-        "here: damping or friction of 1 joint (j) left out: wrenches are without it",
+        "here: damping or friction of 1 joint (j) left out: "
+        "Scene(..., elements=described_elements(mechanism)) takes it in",
     )
     assert read(more="<dynamics/>").warnings == ()
 
