@@ -108,6 +108,18 @@ class SingularConfigurationError(CardanError):
     reach: tuple[float, float] | None = None
 
 
+class SimulationError(CardanError):
+    """A simulation could not go on.
+
+    Attributes:
+        trajectory: the `Trajectory` up to there.
+        time: when it ended [s].
+    """
+
+    trajectory: object = None
+    time: float = float("nan")
+
+
 class MobilityError(CardanError):
     """The drives do not match the mobility of the mechanism.
 

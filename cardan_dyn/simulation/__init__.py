@@ -1,0 +1,1 @@
+"""Simulation: the motion of what is not prescribed, with the wrenches along the way."""
