@@ -120,6 +120,18 @@ class SimulationError(CardanError):
     time: float = float("nan")
 
 
+class EquilibriumError(CardanError):
+    """No equilibrium was found.
+
+    Attributes:
+        position: of the drives where the search ended `(d,)`.
+        effort: what the drives still need there `(d,)`.
+    """
+
+    position: np.ndarray | None = None
+    effort: np.ndarray | None = None
+
+
 class MobilityError(CardanError):
     """The drives do not match the mobility of the mechanism.
 

@@ -89,6 +89,7 @@ class Coordinates:
         velocity_columns: joint name to its columns in a velocity.
         named: the turns and slides by their names, see `Joint.coordinates`.
         cardan: names of the joints whose balls are written as three turns.
+        rate_scale: `(nv,)` lengths that compare what acts along slides with moments [m for slides].
         scalars: columns and velocity coordinates of all turns and slides.
         balls: first columns and first velocity coordinates of all balls.
     """
@@ -135,6 +136,8 @@ class Coordinates:
         self.angle_columns = revolute.columns
         self.scale = np.ones(self.size)
         self.scale[prismatic.columns] = 1.0 / length
+        self.rate_scale = np.ones(model.nv)
+        self.rate_scale[prismatic.velocities] = length
 
     def _named(self) -> dict[str, Scalar]:
         """Return the turns and slides by name."""

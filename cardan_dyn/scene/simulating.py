@@ -10,6 +10,7 @@ from .responding import SceneResponses
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from ..simulation.equilibrium import Equilibrium
     from ..simulation.trajectory import Trajectory
 
 
@@ -79,3 +80,30 @@ class SceneSimulations(SceneResponses):
         return simulated(
             self._solver, Asked(duration, *start, rtol, atol, method, events, progress, step)
         )
+
+    def equilibrium(
+        self,
+        position: ArrayLike | Mapping[str, float] | None = None,
+        *,
+        loads: Mapping[str, object] | None = None,
+        gravity: ArrayLike | None = None,
+    ) -> Equilibrium:
+        """Find where the drives rest when nobody holds them, near a position.
+
+        Newton's method on the efforts that the drives need at rest finds stable and unstable
+        equilibria alike; `Equilibrium.stability` tells which it is.
+
+        Args:
+            position: where to begin, see `simulate`.
+            loads: joints and links to what acts on them instead of in the scene.
+            gravity: `(3,)` [m/s²] instead of the scene's.
+
+        Raises:
+            ArgumentError: a value is not finite, or has a wrong shape.
+            ModelError: unknown joint or link.
+            EquilibriumError: none was found.
+            CardanError: as `sweep`, at the start.
+        """
+        from ..simulation.equilibrium import equilibrium  # Most scripts ask for none.
+
+        return equilibrium(self._solver, position, loads, gravity)

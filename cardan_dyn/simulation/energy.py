@@ -43,6 +43,21 @@ class WeightEnergy:
         return np.array([energy(model, data, row) for row in x])
 
 
+def open_efforts(mechanism: Mechanism, gravity: Array, x: Array, v: Array, a: Array) -> Array:
+    """Return the efforts `(N, nv)` that a motion needs where no loop is closed.
+
+    Args:
+        mechanism: the mechanism.
+        gravity: `(3,)` [m/s²].
+        x: coordinates `(N, size)`.
+        v, a: velocities and accelerations `(N, nv)`.
+    """
+    model = turning_model(mechanism, gravity)
+    data = model.createData()
+    states = zip(x, v, a, strict=True)
+    return np.array([pinocchio.rnea(model, data, *state) for state in states])
+
+
 def gained(
     power: Callable[[Array], Array], steps: Array, times: Array, is_nothing: bool
 ) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import numbers
 from ..dynamics.problem_solver import ProblemSolver
-from ..errors import ArgumentError
+from ..errors import AccuracyError, ArgumentError
 from ..frozen import frozen, read_only
 from ..problem.samples import Acting
 from ..results.collect import sweep_of
@@ -19,7 +19,7 @@ from ..results.motion import Motion
 from ..results.prescribed import Prescribed
 from ..results.sweep import Sweep
 from ..results.wrench import JointWrench
-from .energy import WeightEnergy, gained
+from .energy import WeightEnergy, gained, open_efforts
 from .events import Happened
 from .forces import Forces
 from .runs import Rows, Run
@@ -28,6 +28,11 @@ if TYPE_CHECKING:
     import pandas
     import xarray
     from numpy.typing import ArrayLike
+
+_GREATEST_ERROR = 1e-6
+"""Effort residual above which accelerations and wrenches are refused. Away from singular
+configurations it is rounding times the condition number."""
+
 
 class Course(NamedTuple):
     """How a simulation went.
@@ -133,8 +138,8 @@ class Trajectory(Prescribed):
 
     @property
     def acceleration(self) -> Array:
-        """Drive accelerations [rad/s² or m/s²], like `position`."""
-        return _squeezed(self._of_drives("a"))
+        """Drive accelerations [rad/s² or m/s²], like `position`; proven, as wrenches are."""
+        return self.sweep.acceleration
 
     @cached_property
     def sweep(self) -> Sweep:
@@ -149,7 +154,18 @@ class Trajectory(Prescribed):
         acting = self._acting()
         with np.errstate(over="ignore", invalid="ignore"):
             solution = self._solver.solve(assembled, acting.flat(assembled.shape))
-        return sweep_of(self._solver, assembled, acting, solution)
+        sweep = sweep_of(self._solver, assembled, acting, solution)
+        errors = self._effort_errors(sweep)
+        if np.max(errors) > _GREATEST_ERROR:
+            worst = int(np.argmax(errors))
+            raise AccuracyError(
+                f"at time {self.t[worst]:.6g} s the mechanism is so close to a singular "
+                f"configuration (condition {sweep.condition[worst]:.1e}) that accelerations and "
+                f"wrenches are wrong by {errors[worst]:.1e}; leave such times out with at()",
+                time=float(self.t[worst]),
+                residual=float(errors[worst]),
+            )
+        return sweep
 
     def _acting(self) -> Acting:
         """Return rates of the drives and what acts at the times."""
@@ -207,18 +223,31 @@ class Trajectory(Prescribed):
         """Worst imbalance of power, see `Sweep.power_residual`."""
         return self.sweep.power_residual
 
-    @cached_property
+    @property
     def effort_residual(self) -> float:
-        """Greatest effort of a free drive, relative to the inertial effort of its motion.
+        """Greatest effort of a free drive, relative to the greatest that inertia and loads need.
 
-        The equations of motion ask for none: it is what is wrong with the accelerations.
+        The equations of motion ask for none: it is what is wrong with the accelerations. Forces
+        count as moments by the characteristic length.
         """
-        efforts = self.sweep.drive_effort.reshape(len(self), -1)
-        free = [index for index, name in enumerate(self.drives) if name not in self._course.prescribed]
-        scale = max(
-            float(np.max(np.abs(self.sweep[name].moment), initial=0.0)) for name in self.outputs
-        )
-        return float(np.max(np.abs(efforts[:, free]), initial=0.0)) / (scale or 1.0)
+        return float(np.max(self._effort_errors(self.sweep)))
+
+    def _effort_errors(self, sweep: Sweep) -> Array:
+        """Return `(N,)` the effort of the free drives, see `effort_residual`."""
+        coordinates, drives = self.mechanism.coordinates, self.drives
+        is_free = np.array([name not in self._course.prescribed for name in drives])
+        scale = coordinates.rate_scale[coordinates.rates_of(drives)]
+        efforts = np.abs(sweep.drive_effort.reshape(len(self), -1)) * scale
+        return np.asarray(np.max(efforts[:, is_free], axis=1) / (self._effort_scale or 1.0))
+
+    @cached_property
+    def _effort_scale(self) -> float:
+        """Greatest effort of all joints if no loop were closed, in which no singularity is felt."""
+        mechanism = self.mechanism
+        open_tree = open_efforts(mechanism, self._problem.gravity, *self._counted(), self._rows.a)
+        loads = self._forces.all_efforts(mechanism, self.t, *self._counted())
+        efforts = np.maximum(np.abs(open_tree), np.abs(loads))
+        return float(np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0))
 
     @cached_property
     def kinetic_energy(self) -> Array:
