@@ -30,6 +30,9 @@ from .scene.scene import Scene
 
 if TYPE_CHECKING:
     from . import figures
+    from .elements.bushing import Bushing
+    from .elements.joint_elements import Actuator, JointFriction, JointSpring
+    from .elements.point_spring import PointSpring
     from .mechanism.configuration import Configuration
     from .response.response import Response
     from .scene.branches import Branches
@@ -39,10 +42,15 @@ if TYPE_CHECKING:
     from .viewer.viewing import View, view
 
 _IMPORTED_WHEN_USED = {
+    "Actuator": ".elements.joint_elements",
     "Branches": ".scene.branches",
+    "Bushing": ".elements.bushing",
     "Configuration": ".mechanism.configuration",
+    "JointFriction": ".elements.joint_elements",
+    "JointSpring": ".elements.joint_elements",
     "MechanismReport": ".scene.mechanism_report",
     "Plan": ".scene.plan",
+    "PointSpring": ".elements.point_spring",
     "Response": ".response.response",
     "View": ".viewer.viewing",
     "describe": ".scene.describe",
@@ -52,15 +60,19 @@ _IMPORTED_WHEN_USED = {
 
 __all__ = [
     "AccuracyError",
+    "Actuator",
     "ArgumentError",
     "AssembledPositions",
     "AssemblyError",
     "Branches",
+    "Bushing",
     "CardanError",
     "Configuration",
     "ImmutableError",
     "IndeterminateError",
     "Joint",
+    "JointFriction",
+    "JointSpring",
     "JointWrench",
     "Mechanism",
     "MechanismReport",
@@ -69,6 +81,7 @@ __all__ = [
     "ModelError",
     "Motion",
     "Plan",
+    "PointSpring",
     "Response",
     "Scene",
     "SingularConfigurationError",

@@ -23,6 +23,12 @@ _LONGEST_REASON = 200
 """Characters of another error's message that are quoted, since it may be of any length."""
 _LONGEST_VALUE = 80
 """Characters of a value that are quoted in a message: less than a line."""
+_SYMMETRIC = 1e-12
+"""Relative difference of mirrored entries of a matrix that counts as rounding of the numbers that
+were given, which may come from a file or from other matrices."""
+_NEGATIVE = -1e-12
+"""Least eigenvalue of a matrix, as a fraction of its greatest entry, that counts as the rounding of
+a zero."""
 
 
 @contextmanager
@@ -205,3 +211,34 @@ def vector(name: str, value: object, size: int) -> Array:
     if array.shape != (size,):
         raise ArgumentError(f"{name} has shape {array.shape}, expected ({size},)")
     return array
+
+
+def semidefinite(name: str, value: object, expected: str) -> Array:
+    """Return an argument as a symmetric `(6, 6)` matrix without a negative direction.
+
+    Args:
+        name: how messages call the argument.
+        value: 6 diagonal values, or `(6, 6)`.
+        expected: order and units of the components, for messages.
+
+    Raises:
+        ArgumentError: not 6 values or `(6, 6)`, not finite, not symmetric, or negative.
+    """
+    array = numbers(name, value)
+    matrix = np.diag(array) if array.shape == (6,) else array
+    if matrix.shape != (6, 6):
+        raise ArgumentError(
+            f"{name} has shape {array.shape}; expected 6 values or a symmetric (6, 6), {expected}"
+        )
+    greatest = float(np.max(np.abs(matrix)))
+    # With entries of order one, no product within the eigenvalues overflows.
+    scaled = matrix / greatest if greatest > 0.0 else matrix
+    if not np.allclose(scaled, scaled.T, rtol=_SYMMETRIC, atol=0.0):
+        raise ArgumentError(f"{name} is not symmetric")
+    least = float(np.linalg.eigvalsh(scaled)[0])
+    if least < _NEGATIVE:
+        raise ArgumentError(
+            f"{name} is negative in some direction: its least eigenvalue is {least:.3g} "
+            f"times its greatest value {greatest:.3g}"
+        )
+    return matrix

@@ -14,6 +14,7 @@ FLOORS = (
     ("checks", "frozen", "markup"),
     ("description", "forces"),
     ("mechanism",),
+    ("elements",),
     ("problem", "proof"),
     ("kinematics",),
     ("dynamics",),
@@ -121,6 +122,7 @@ def test_the_proof_takes_nothing_from_what_it_proves() -> None:
         "description",
         "forces",
         "mechanism",
+        "elements",
     }
 
 

@@ -34,6 +34,7 @@ class Inputs(NamedTuple):
         gravity: `(N, 3)` or `(1, 3)` [m/s²].
         inertia: link to the factor on its mass and inertia, `(N,)` or `(1,)`.
         turns: whole turns `(N, size)` to be added to the angles of closed positions.
+        time: at which actuators act, `(N,)` or `(1,)` [s].
         has_rates: whether any sample of the sweep, also of other blocks, has a drive speed or
             acceleration.
     """
@@ -47,6 +48,7 @@ class Inputs(NamedTuple):
     gravity: Array
     inertia: Mapping[str, Array]
     turns: Array
+    time: Array
     has_rates: bool
 
     @staticmethod
@@ -80,6 +82,7 @@ class Inputs(NamedTuple):
             acting.gravity,
             acting.inertia,
             turns,
+            acting.time,
             bool(np.any(acting.speeds) or np.any(acting.accelerations)),
         )
 
@@ -99,6 +102,7 @@ class Inputs(NamedTuple):
             gravity=part(self.gravity),
             inertia={name: part(factor) for name, factor in self.inertia.items()},
             turns=self.turns[span],
+            time=part(self.time),
         )
 
 
@@ -209,7 +213,7 @@ class InverseDynamics:
             mechanism.reread,
             mechanism.coordinates,
             mechanism.characteristic_length,
-            Setup(motion, self._claimed),
+            Setup(motion, self._claimed, problem.elements, mechanism.zero),
         )
 
     def prove_flags(self, solution: Solution) -> None:
@@ -231,12 +235,24 @@ class InverseDynamics:
         has_dynamics = self.has_mass and (inputs.has_rates or bool(np.any(inputs.gravity)))
         dynamics = (rates.v, rates.a) if has_dynamics else None
         links = list(inputs.link_loads.values())
-        case = LoadCase(dynamics, inputs.loads, links, inputs.gravity, inputs.inertia)
+        added: Array | float = 0.0
+        elements = self._problem.element_forces
+        if elements is not None:
+            x = state.x + 2.0 * np.pi * inputs.turns
+            acted = elements.at(x, rates.v, inputs.time)
+            links += acted.link_loads(self._mechanism)
+            added = acted.efforts
+        case = LoadCase(dynamics, inputs.loads + added, links, inputs.gravity, inputs.inertia)
         (reactions,) = self._reactions.solve(state, [case])
-        return self.with_residuals(state, inputs, rates, reactions)
+        return self.with_residuals(state, inputs, rates, reactions, added)
 
     def with_residuals(
-        self, state: ClosedState, inputs: Inputs, rates: JointRates, reactions: Reactions
+        self,
+        state: ClosedState,
+        inputs: Inputs,
+        rates: JointRates,
+        reactions: Reactions,
+        added: Array | float = 0.0,
     ) -> Solution:
         """Return the solution that consists of given rates and reactions, with its residuals.
 
@@ -245,14 +261,14 @@ class InverseDynamics:
             inputs: what is prescribed.
             rates: of all joints at these positions.
             reactions: at these positions, rates and inputs.
+            added: efforts of elements `(N, nv)`, which the reactions include.
         """
         has_rates = inputs.has_rates
         if reactions.idle_accelerations is not None:
             rates = rates._replace(a=rates.a + reactions.idle_accelerations)
             has_rates = has_rates or bool(np.any(reactions.idle_accelerations))
-        exerted = self._exerted(inputs.loads, rates.velocity_ratios, reactions)
-        coupling_moments = reactions.closure_forces[len(self._mechanism.loops) :]
-        couplings = np.concatenate([np.zeros((len(state.x), 0)), *coupling_moments], axis=1)
+        exerted = self._exerted(inputs.loads + added, rates.velocity_ratios, reactions)
+        couplings = _coupling_moments(reactions, len(self._mechanism.loops), len(state.x))
         residuals = self.bodies.check(
             Claim(
                 x=state.x,
@@ -272,6 +288,7 @@ class InverseDynamics:
                 gravity=inputs.gravity,
                 inertia=inputs.inertia,
                 has_rates=has_rates,
+                time=inputs.time,
             )
         )
         return Solution(
@@ -291,7 +308,7 @@ class InverseDynamics:
         )
 
     def _exerted(self, loads: Array, velocity_ratios: Array, reactions: Reactions) -> Array:
-        """Return `(N, nv)` what drives and held joints exert beside the loads."""
+        """Return `(N, nv)` what drives and held joints exert beside loads and elements."""
         efforts = self._reactions.efforts(reactions)
         exerted = np.zeros_like(efforts)
         if self._needed.efforts_alone:
@@ -334,6 +351,18 @@ class InverseDynamics:
         """
         ratios = np.abs(velocity_ratios) * self._ratio_scale
         return state.condition * np.max(ratios, axis=(1, 2), initial=1.0)
+
+
+def _coupling_moments(reactions: Reactions, loops: int, count: int) -> Array:
+    """Return `(N, G)` moments of the couplings, which follow the loops among closure forces.
+
+    Args:
+        reactions: at N samples.
+        loops: number of loops.
+        count: N.
+    """
+    moments = reactions.closure_forces[loops:]
+    return np.concatenate([np.zeros((count, 0)), *moments], axis=1)
 
 
 def joined(blocks: list[Solution], positions: Array) -> Solution:

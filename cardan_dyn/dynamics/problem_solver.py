@@ -138,7 +138,7 @@ class ProblemSolver(Frozen):
         mechanism = problem.mechanism
         if like is not None and varied:
             self.assembly: Assembly = Assembly(problem, varied, like.assembly)
-        elif like is not None and not problem.differs_from(like.problem) & _DECIDE_ASSEMBLY:
+        elif like is not None and _moves_like(problem, like.problem):
             self.assembly = like.assembly
         else:
             self.assembly = Assembly(problem)
@@ -333,6 +333,13 @@ class ProblemSolver(Frozen):
             "change the mechanism (a slide, a ball) or leave strict out to have the least norm",
             components=components,
         )
+
+
+def _moves_like(problem: Problem, other: Problem) -> bool:
+    """Return whether the loops of two problems are closed alike."""
+    if problem.differs_from(other) & _DECIDE_ASSEMBLY:
+        return False
+    return problem.element_bodies == other.element_bodies
 
 
 def _varied_solver(base: ProblemSolver, varied: tuple[str, ...]) -> ProblemSolver:

@@ -71,7 +71,9 @@ class Assembly:
         self._problem = problem = problem.driving(varied)
         self._system = system = LoopSystem(problem.mechanism, problem.held)
         self.groups = system.groups(problem.drives, problem.passive_columns)
-        self.needed = needs(problem.mechanism, self.groups, problem.wanted_bodies)
+        self.needed = needs(
+            problem.mechanism, self.groups, problem.wanted_bodies, problem.element_bodies
+        )
         moving_groups = [self.groups[index] for index in self.needed.motion]
         self.decided = columns_of(moving_groups)
         kinematics = system.kinematics(problem.drives, moving_groups)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +34,7 @@ def needs(
     mechanism: Mechanism,
     groups: list[Group],
     wanted: set[int] | None,
+    moving_bodies: Collection[int] = (),
 ) -> Needs:
     """Return what the wrenches of some bodies' joints need.
 
@@ -46,6 +47,7 @@ def needs(
         groups: from `partition`.
         wanted: bodies (0-based) whose joint wrenches are wanted; None for all, the empty set for
             the drive efforts alone.
+        moving_bodies: bodies whose motion is wanted besides, since forces depend on it.
     """
     all_groups = set(range(len(groups)))
     bodies = set(range(mechanism.model.njoints - 1))
@@ -76,7 +78,9 @@ def needs(
         return deciding | ({owner[group.base]} if group.base >= 0 else set())
 
     forces = _reached((index for body in wanted for index in carriers[body]), loading)
-    motion = _reached(forces, moving)
+    carried = {item for body in moving_bodies for item in ancestors(mechanism.model, body + 1)}
+    placing = {decider[body] for body in carried if body in decider}
+    motion = _reached(forces | placing, moving)
     known_bodies = {body for body, indices in carriers.items() if indices and indices <= forces}
     return Needs(sorted(motion), forces, known_bodies, False)
 

@@ -8,31 +8,37 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array, cardan_angles, cardan_quaternion
-from ..checks import described, flag, mapping, names, numbers, shortened, text, vector
-from ..errors import ArgumentError, MobilityError, ModelError, choices
+from ..checks import (
+    described,
+    flag,
+    mapping,
+    names,
+    numbers,
+    semidefinite,
+    shortened,
+    text,
+    vector,
+)
+from ..errors import ArgumentError, MobilityError, choices
 from ..forces.link_loads import LinkLoad, Wrench
 from ..frozen import frozen
 from ..mechanism.joints import Joint
 from ..mechanism.mechanism import Mechanism
+from .coordinate_names import check_single, coordinates_of
 from .problem import Problem
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from ..elements.element import Element
     from ..mechanism.configuration import Configuration
 
 _MOST_TURNS = 1000.0
 """Turns from zero at which a joint may be held or start; it is followed through all of them."""
 _MOST_LENGTHS = 6000.0
 """The same for slides, in lengths of the mechanism: a thousand turns are 6283 rad."""
-_SYMMETRIC = 1e-12
-"""Relative difference of mirrored entries of a compliance that counts as rounding of the numbers
-that were given, which may come from a file or from other matrices."""
 _UNIT = 1e-6
 """Deviation of a quaternion's length from 1 that counts as rounding of the numbers given."""
-_NEGATIVE = -1e-12
-"""Least eigenvalue of a compliance, as a fraction of its greatest entry, that counts as the
-rounding of a zero."""
 
 
 def checked(
@@ -47,6 +53,7 @@ def checked(
     strict: bool = False,
     start: Configuration | Mapping[str, float | Array] | None = None,
     branch: str = "A",
+    elements: Iterable[Element] | None = None,
 ) -> Problem:
     """Return the problem that a scene's arguments pose; see `Scene` for them and the errors."""
     if not isinstance(mechanism, Mechanism):
@@ -57,8 +64,16 @@ def checked(
     if drive is None:
         drive = [name for name in mechanism.independent_coordinates if name not in held]
     drive = names("drive", drive)
-    efforts = (name for name, value in loads.items() if _is_effort(mechanism, name, value))
+    efforts = [name for name, value in loads.items() if _is_effort(mechanism, name, value)]
+    acting: tuple[Element, ...] = ()
+    if elements is not None:
+        from .element_arguments import elements_on, listed  # Most scenes have none.
+
+        acting = listed(elements)
+        efforts += [name for element in acting for name in element.joints]
     mechanism = with_named(mechanism, (*drive, *held, *start, *efforts), (*drive, *held))
+    if acting:
+        acting = elements_on(mechanism, acting)
     held_at = held_positions(mechanism, held, "held")
     start_at, start_balls = start_positions(mechanism, start)
     for name in held_at.keys() & start_at.keys():
@@ -82,6 +97,7 @@ def checked(
         all_outputs=outputs is None,
         compliance=frozen(compliances(mechanism, compliance)),
         strict=flag("strict", strict),
+        elements=acting,
     )
 
 
@@ -120,40 +136,6 @@ def _drives(
             f"a joint is driven once or held, not both: drives {list(drives)}, held {list(held)}"
         )
     return drives
-
-
-def check_single(mechanism: Mechanism, name: object, role: str) -> None:
-    """Refuse what a scene cannot drive, hold or load, since it is no single coordinate.
-
-    Raises:
-        ModelError: no such joint or coordinate.
-        ArgumentError: the joint has no coordinate, or several.
-    """
-    if isinstance(name, str) and name in mechanism.drivable:
-        return
-    if isinstance(name, str) and name in mechanism.adjustable:
-        raise ArgumentError(f"{role} {name!r} is fixed in this scene; hold it there as well")
-    if isinstance(name, str) and name not in mechanism and "." in name:
-        joint_name, _, coordinate = name.rpartition(".")
-        reason = f"no joint or coordinate {name!r}; there are: {choices(mechanism.drivable, name)}"
-        if joint_name in mechanism:
-            valid = _coordinates_of(mechanism, joint_name)
-            reason = f"joint {joint_name!r} has no coordinate {coordinate!r}; {valid}"
-        raise ModelError(f"{mechanism.name}: {reason}", name=name)
-    joint = mechanism.joint(name)
-    raise ArgumentError(
-        f"{role} {name!r} is a {joint.type} joint; {_coordinates_of(mechanism, joint.name)}"
-    )
-
-
-def _coordinates_of(mechanism: Mechanism, joint: str) -> str:
-    """Return the valid names of a joint's coordinates, for the end of a message."""
-    valid = [name for name, item in mechanism.drivable.items() if item.joint == joint]
-    if not valid:
-        return f"it has no coordinate; those of other joints: {choices(mechanism.drivable)}"
-    if valid == [joint]:
-        return f"it has one coordinate, which is called {joint!r}"
-    return f"name one of its coordinates: {', '.join(valid)}"
 
 
 def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, float]:
@@ -236,7 +218,7 @@ def _row(mechanism: Mechanism, joint: Joint, values: Array) -> Array:
     if len(values) != size and not (has_quaternion or has_angles):
         raise ArgumentError(
             f"start[{joint.name!r}] has shape {values.shape}, expected ({size},); or "
-            f"{_coordinates_of(mechanism, joint.name)}"
+            f"{coordinates_of(mechanism, joint.name)}"
         )
     if has_angles and size > len(values):
         return np.concatenate([values[:-3], cardan_quaternion(values[-3:])])
@@ -295,25 +277,7 @@ def compliances(mechanism: Mechanism, given: object) -> dict[str, Array]:
     for name, value in mapping("compliance", given).items():
         mechanism.joint(name)
         label = f"compliance[{name!r}]"
-        array = numbers(label, value)
-        matrix = np.diag(array) if array.shape == (6,) else array
-        if matrix.shape != (6, 6):
-            raise ArgumentError(
-                f"{label} has shape {array.shape}; expected 6 values or a symmetric "
-                "(6, 6), force first [m/N, rad/(N·m)]"
-            )
-        greatest = float(np.max(np.abs(matrix)))
-        # With entries of order one, no product within the eigenvalues overflows.
-        scaled = matrix / greatest if greatest > 0.0 else matrix
-        if not np.allclose(scaled, scaled.T, rtol=_SYMMETRIC, atol=0.0):
-            raise ArgumentError(f"{label} is not symmetric")
-        least = float(np.linalg.eigvalsh(scaled)[0])
-        if least < _NEGATIVE:
-            raise ArgumentError(
-                f"{label} is negative in some direction: its least eigenvalue is {least:.3g} "
-                f"times its greatest value {greatest:.3g}"
-            )
-        result[name] = matrix
+        result[name] = semidefinite(label, value, "force first [m/N, rad/(N·m)]")
     return result
 
 

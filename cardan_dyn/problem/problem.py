@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,10 @@ from ..arrays import Array
 from ..forces.link_loads import LinkLoad
 from ..frozen import FrozenDict, frozen, read_only
 from ..mechanism.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    from ..elements.element import Element
+    from ..elements.element_forces import ElementForces
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -33,6 +38,7 @@ class Problem:
         all_outputs: whether these are all joints, since none was named.
         compliance: joint to its `(6, 6)` compliance, force first [m/N, rad/(N·m)].
         strict: whether statically indeterminate components are refused.
+        elements: springs, bushings, friction and actuators.
     """
 
     mechanism: Mechanism
@@ -48,6 +54,7 @@ class Problem:
     all_outputs: bool
     compliance: FrozenDict[str, Array]
     strict: bool
+    elements: tuple[Element, ...] = ()
 
     def __post_init__(self) -> None:
         read_only(self.gravity)
@@ -96,6 +103,29 @@ class Problem:
             if loop.joint in self.outputs and not joints[loop.joint].parts:
                 bodies |= {loop.predecessor - 1, loop.successor - 1}
         return bodies - {-1}
+
+    @cached_property
+    def element_forces(self) -> ElementForces | None:
+        """What the elements exert; None without any."""
+        if not self.elements:
+            return None
+        from ..elements.element_forces import ElementForces  # Most scenes have no elements.
+
+        return ElementForces(self.mechanism, self.elements)
+
+    @cached_property
+    def element_bodies(self) -> frozenset[int]:
+        """Bodies (0-based) whose motion is solved for the forces of elements alone.
+
+        There are none where the outputs need all motion anyway.
+        """
+        if not (self.elements and self.wanted_bodies):
+            return frozenset()
+        mechanism = self.mechanism
+        joints = (mechanism.drivable[name].joint for item in self.elements for name in item.joints)
+        bodies = {mechanism.joints[name].id - 1 for name in joints}
+        links = (name for item in self.elements for name in item.links)
+        return frozenset(bodies | {mechanism.links[name][0] - 1 for name in links}) - {-1}
 
     def wrench_index(self, joint: str) -> int:
         """Return the index of a joint among all wrenches: bodies in order, then `fixed` loops."""

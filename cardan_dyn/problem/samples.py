@@ -19,7 +19,8 @@ from ..errors import ArgumentError, choices
 from ..forces.link_loads import LinkLoad
 from ..frozen import FrozenDict, frozen
 from ..mechanism.mechanism import Mechanism
-from .arguments import check_distance, check_single, split_loads
+from .arguments import check_distance, split_loads
+from .coordinate_names import check_single
 from .problem import Problem
 
 
@@ -106,6 +107,7 @@ class Acting(NamedTuple):
         link_loads: link to the wrench that acts on it.
         gravity: `(..., 3)` [m/s²].
         inertia: link to the factor on its mass and inertia.
+        time: at which actuators act [s].
     """
 
     speeds: Array
@@ -114,6 +116,7 @@ class Acting(NamedTuple):
     link_loads: FrozenDict[str, LinkLoad]
     gravity: Array
     inertia: FrozenDict[str, Array]
+    time: Array
 
     @property
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -122,6 +125,7 @@ class Acting(NamedTuple):
             "speed": self.speeds.shape[:-1],
             "acceleration": self.accelerations.shape[:-1],
             "gravity": self.gravity.shape[:-1],
+            "time": self.time.shape,
         }
         for name, effort in self.joint_loads.items():
             shapes[f"loads[{name!r}]"] = effort.shape
@@ -147,6 +151,7 @@ class Acting(NamedTuple):
             frozen(loads),
             without_column(self.gravity, 1),
             frozen({name: without_column(factor) for name, factor in self.inertia.items()}),
+            without_column(self.time),
         )
 
     def flat(self, shape: tuple[int, ...]) -> Acting:
@@ -169,6 +174,7 @@ class Acting(NamedTuple):
             frozen(links) if links else self.link_loads,
             over(self.gravity, 1),
             frozen(inertia) if inertia else self.inertia,
+            over(self.time),
         )
 
 
@@ -222,6 +228,7 @@ def acting_on(
     loads: object = None,
     gravity: object = None,
     inertia: object = None,
+    time: object = 0.0,
 ) -> Acting:
     """Return how fast a sweep moves and what acts in it.
 
@@ -232,6 +239,7 @@ def acting_on(
         loads: joints and links to what acts on them; all others keep what the scene has there.
         gravity: `(..., 3)` instead of the scene's.
         inertia: link to the factor on its mass and inertia.
+        time: of any shape [s].
 
     Raises:
         ArgumentError: not finite, empty, of a wrong shape, or a factor below zero.
@@ -248,6 +256,9 @@ def acting_on(
     gravities = problem.gravity if gravity is None else numbers("gravity", gravity)
     if gravities.shape[-1:] != (3,) or not gravities.size:
         raise ArgumentError(f"gravity has shape {gravities.shape}, expected (..., 3)")
+    times = numbers("time", time)
+    if not times.size:
+        raise ArgumentError("time is empty")
     return Acting(
         _drive_values("speed", speed, drives),
         _drive_values("acceleration", acceleration, drives),
@@ -255,6 +266,7 @@ def acting_on(
         frozen({**problem.link_loads, **wrenches}),
         gravities,
         frozen(_factors(problem.mechanism, inertia)),
+        times,
     )
 
 

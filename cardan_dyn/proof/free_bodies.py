@@ -10,7 +10,7 @@ efforts may act, and power has to balance.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -29,7 +29,9 @@ from .wrenches import JointWrenches, greatest_size, placed_in_world
 
 if TYPE_CHECKING:
     from ..description.description import Description
+    from ..elements.element import Element
     from ..forces.link_loads import LinkLoad
+    from .element_loads import ElementLoads, ProvenElements
 
 
 class Setup(NamedTuple):
@@ -38,10 +40,14 @@ class Setup(NamedTuple):
     Attributes:
         motion: what is driven, held and known.
         joints: names of those whose wrenches are claimed to be known.
+        elements: springs, bushings, friction and actuators.
+        zero: `(size,)` coordinates of the description's zero; bushings need it.
     """
 
     motion: Motion
     joints: list[str]
+    elements: Sequence[Element] = ()
+    zero: Array = np.zeros(0)
 
 
 class _Rates(NamedTuple):
@@ -132,6 +138,11 @@ class FreeBodies:
         prescribed = {motion.rate for motion in (*drives, *held)}
         passives = [rate for rate in np.nonzero(known)[0].tolist() if rate not in prescribed]
         self._passives = np.array(passives, dtype=int)
+        self._elements: ProvenElements | None = None
+        if setup.elements:
+            from .element_loads import ProvenElements  # Most scenes have none.
+
+            self._elements = ProvenElements(frames, setup.elements, setup.zero, length)
 
     def _covered_bodies(self) -> Array:
         """Return `(B,)` whether the wrenches of all joints of a body are claimed."""
@@ -176,13 +187,18 @@ class FreeBodies:
         wrenches = self._joint_wrenches(state, claim)
         rates = self._rates(state, claim)
         loads = np.ascontiguousarray(np.broadcast_to(claim.loads, claim.v.shape).T)
+        elements = None
+        if self._elements is not None:
+            x = claim.x + 2.0 * np.pi * claim.turns
+            elements = self._elements.on(state, rates.velocities, x, claim.v, claim.time)
+            loads = loads + elements.efforts
         exerted = np.ascontiguousarray(claim.exerted.T)
         powers = [np.einsum("kn,kn->n", efforts, rates.unit) for efforts in (loads, exerted)]
         rate_scale = self._constraints.rate_scale[:, None]
         sizes = [np.max(np.abs(loads) * rate_scale, axis=0, initial=0.0)]
         inertia = np.zeros(len(claim.x))
         net = self._net_joint_wrenches(wrenches)
-        for applied in self._applied(state, claim, rates):
+        for applied in self._applied(state, claim, rates, elements):
             net[applied.bodies] += applied.wrenches
             powers.append(applied.power)
             sizes.append(applied.size)
@@ -204,6 +220,7 @@ class FreeBodies:
             speed_scale=self._constraints.greatest_rate(rates.unit),
             bodies_balanced=bool(np.any(self._covered)),
             power_balanced=self._power_known,
+            elastic=None if elements is None else elements.terms,
         )
 
     def _joint_wrenches(self, state: State, claim: Claim) -> JointWrenches:
@@ -254,21 +271,26 @@ class FreeBodies:
             np.maximum(error, constraints.loop_rate_error(state, added, scale), out=error)
         return _Rates(unit, error, velocities, twists.absolute(changes) if self._massive else None)
 
-    def _applied(self, state: State, claim: Claim, rates: _Rates) -> Iterator[_Applied]:
-        """Yield every load on a link, weights and inertia together, then what factors add."""
+    def _applied(
+        self, state: State, claim: Claim, rates: _Rates, elements: ElementLoads | None
+    ) -> Iterator[_Applied]:
+        """Yield loads and elements on links, weights and inertia together, what factors add."""
         forceless = not claim.has_rates and not np.any(claim.gravity)
         massive = None if forceless or not self._massive else self._massive
-        if not claim.link_loads and massive is None:
+        pushed = [] if elements is None else elements.wrenches
+        if not claim.link_loads and massive is None and not pushed:
             return
         unit_twists = self._twists.absolute(self._twists.relative(state, rates.unit))
         zero = np.zeros(len(claim.x))
+        wrenches = [*pushed]
         for link, load in claim.link_loads.items():
             body, placement = self.frames.links[link]
+            frame = state.motion_frames[self.frames.last[body]]
+            wrenches.append((body, _load_wrench(load, placement, frame)))
+        for body, wrench in wrenches:
             motion = self.frames.last[body]
-            frame = state.motion_frames[motion]
-            wrench = _load_wrench(load, placement, frame)
             power = np.einsum("kin,kin->n", wrench, unit_twists[motion])
-            size = greatest_size(wrench[None], self._length, frame[None, 3])
+            size = greatest_size(wrench[None], self._length, state.motion_frames[motion, None, 3])
             yield _Applied(slice(body, body + 1), wrench, power, size, zero)
         if massive is None:
             return

@@ -27,6 +27,9 @@ of its bodies; hence the tenth.
 """
 _HARMLESS_CONDITION = 1e6
 """Condition number that explains no error that is refused: eps · 1e6 = 2e-10 is far below 1e-8."""
+_ELASTIC_ROUNDING = 1e-5
+"""Part of the terms of elastic forces that counts as load: times the tolerance, 1e-13, it is what
+rounding leaves of their differences, however stiff an element is."""
 _CANCELLED = 1e-13
 """Wrenches up to this part of the inertial terms are what rounding leaves of their sum.
 
@@ -60,6 +63,7 @@ class Claim(NamedTuple):
         inertia: link to the factor on its mass and inertia, `(N,)` or `(1,)`.
         has_rates: whether any sample of the sweep has a drive speed or acceleration; if not, `v`
             and `a` are zero.
+        time: at which actuators act, `(N,)` or `(1,)` [s].
     """
 
     x: Array
@@ -79,6 +83,7 @@ class Claim(NamedTuple):
     gravity: Array
     inertia: Mapping[str, Array]
     has_rates: bool
+    time: Array = np.zeros(1)
 
 
 class Residuals(NamedTuple):
@@ -101,6 +106,8 @@ class Residuals(NamedTuple):
         speed_scale: greatest joint speed at unit drive speeds, of slides over the length.
         bodies_balanced: whether the wrenches of all joints of any body are claimed.
         power_balanced: whether everything is claimed that the balance of power needs.
+        elastic: size of the terms that forces of elements are differences of [N·m]; None without
+            elements.
     """
 
     imbalance: Array
@@ -114,6 +121,7 @@ class Residuals(NamedTuple):
     speed_scale: Array
     bodies_balanced: bool
     power_balanced: bool
+    elastic: Array | None = None
 
     @staticmethod
     def joined(blocks: list[Residuals]) -> Residuals:
@@ -121,7 +129,7 @@ class Residuals(NamedTuple):
         arrays = {
             name: np.concatenate([getattr(block, name) for block in blocks])
             for name in Residuals._fields
-            if not name.endswith("balanced")
+            if not name.endswith("balanced") and getattr(blocks[0], name) is not None
         }
         return Residuals(
             **arrays,
@@ -134,19 +142,20 @@ class Residuals(NamedTuple):
         arrays = {
             name: getattr(self, name)[span]
             for name in Residuals._fields
-            if not name.endswith("balanced")
+            if not name.endswith("balanced") and getattr(self, name) is not None
         }
         return self._replace(**arrays)
 
     @property
     def cancellation(self) -> Array:
-        """By how much inertial terms exceed the greatest wrench that their sum leaves, `(N,)`.
+        """By how much terms of inertia and elements exceed the greatest wrench they leave, `(N,)`.
 
         One is added, so that it is 1 at rest and rounding grows in proportion to it.
         """
         remaining = np.maximum(self.wrench, self.applied)
         remaining = np.where(remaining > 0.0, remaining, self.inertia)
-        return 1.0 + ratio(self.inertia, remaining)
+        terms = self.inertia if self.elastic is None else self.inertia + self.elastic
+        return 1.0 + ratio(terms, remaining)
 
     @property
     def balance(self) -> float:
@@ -191,6 +200,8 @@ class Residuals(NamedTuple):
             AccuracyError: a residual exceeds its tolerance, or is not a number.
         """
         size = self.wrench + self.applied + self.inertia
+        if self.elastic is not None:
+            size = size + _ELASTIC_ROUNDING * self.elastic
         unit = np.ones_like(self.loop_error)  # Errors of loops and rates are relative already.
         residuals = [("loop", self.loop_error, unit), ("rate", self.rate_error, unit)]
         if self.bodies_balanced:

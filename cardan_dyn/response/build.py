@@ -266,9 +266,14 @@ def refuse_unsuitable(problem: Problem) -> None:
     """Refuse a problem whose wrenches are no functions of one drive's position.
 
     Raises:
-        ArgumentError: it has several drives, or a wrench on a link that changes from sample to
-            sample.
+        ArgumentError: it has several drives, elements, or a wrench on a link that changes from
+            sample to sample.
     """
+    if problem.elements:
+        raise ArgumentError(
+            "a response takes no elements, whose forces are no multiples of speed², acceleration, "
+            "loads and gravity; sweep the scene directly: scene.sweep(position, ...)"
+        )
     if len(problem.drives) != 1:
         raise ArgumentError(f"a response needs one drive, not {list(problem.drives)}")
     for name, load in problem.link_loads.items():

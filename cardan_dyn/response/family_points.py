@@ -54,6 +54,11 @@ class FamilyPoints:
         """Factors on mass and inertia of links: none."""
         return frozen({})
 
+    @property
+    def time(self) -> Array:
+        """Time at which actuators act [s]: zero."""
+        return np.zeros(())
+
     def wrench(self, output: int) -> FamilyComponents:
         """Return the wrench of an output, by its index, in its joint frame."""
         return FamilyComponents(self, output)

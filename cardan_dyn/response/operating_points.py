@@ -87,6 +87,11 @@ class OperatingPoints:
         """Factors on mass and inertia of links: none."""
         return frozen({})
 
+    @property
+    def time(self) -> Array:
+        """Time at which actuators act [s]: zero."""
+        return np.zeros(())
+
     def drive_effort(self) -> Array | None:
         """Return what the drive exerts, None if the outputs leave it out."""
         return self._effort(0) if self.solver.knows_effort(self.solver.problem.drives[0]) else None

@@ -90,6 +90,7 @@ def _source(
         link_loads=acting.link_loads,
         gravity=acting.gravity,
         inertia=acting.inertia,
+        time=acting.time,
     )
 
 

@@ -86,6 +86,11 @@ class Motion(Frozen):
         return self._shaped(rotation), self._shaped(origin)
 
     @property
+    def rows(self) -> Array:
+        """Coordinates of all samples `(N, size)`, whole turns counted; see `Coordinates`."""
+        return np.asarray(self._x + 2.0 * np.pi * self._turns)
+
+    @property
     def q(self) -> Array:
         """Configurations `(N, nq)` of `Mechanism.model`, as Pinocchio's functions take them."""
         return self._shaped(self._coordinates.configuration(self._x))

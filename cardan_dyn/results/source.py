@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Protocol
+
+import numpy as np
 
 from ..arrays import Array
 from ..forces.link_loads import LinkLoad
@@ -61,6 +63,11 @@ class Source(Protocol):
         """Links and the factors on their mass and inertia."""
         ...
 
+    @property
+    def time(self) -> Array:
+        """Times at which actuators act [s]."""
+        ...
+
     def __len__(self) -> int:
         """Return the number of samples."""
         ...
@@ -93,7 +100,7 @@ class SolvedSource:
         holding_efforts: held joint to what holds it `(...)`.
         solved_motion: the motion.
         position, speed, acceleration: of the drives `(...)`, or `(..., d)`.
-        held, joint_loads, link_loads, gravity, inertia: see `Source`; as they were given.
+        held, joint_loads, link_loads, gravity, inertia, time: see `Source`; as they were given.
     """
 
     shape: tuple[int, ...]
@@ -109,16 +116,25 @@ class SolvedSource:
     link_loads: Mapping[str, LinkLoad]
     gravity: Array
     inertia: Mapping[str, Array]
+    time: Array = field(default_factory=lambda: np.zeros(()))
 
     def __post_init__(self) -> None:
-        for name in ("wrenches", "drive_efforts", "position", "speed", "acceleration", "gravity"):
+        for name in (
+            "wrenches",
+            "drive_efforts",
+            "position",
+            "speed",
+            "acceleration",
+            "gravity",
+            "time",
+        ):
             array = getattr(self, name)
             if array is not None:
                 read_only(array)
 
     def __reduce__(self) -> tuple[object, ...]:
         # Through the constructor, which closes the arrays of a copy to writing as well.
-        return SolvedSource, tuple(getattr(self, field.name) for field in fields(self))
+        return SolvedSource, tuple(getattr(self, item.name) for item in fields(self))
 
     def __len__(self) -> int:
         return self.shape[0]

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ..arrays import Array
 from ..checks import described
@@ -16,6 +19,9 @@ from .motion import Motion
 from .prescribed import Prescribed
 from .source import Source
 from .wrench import JointWrench
+
+if TYPE_CHECKING:
+    from .element_results import ElementResults
 
 FRAMES = ("joint", "parent", "world")
 _STORED = (
@@ -146,6 +152,27 @@ class SweepData(Prescribed):
     def motion(self) -> Motion:
         """Positions, speeds and accelerations of all joints."""
         return self._source.motion()
+
+    @property
+    def time(self) -> Array:
+        """Times at which actuators act, of any shape [s]."""
+        return self._source.time
+
+    @cached_property
+    def element_force(self) -> ElementResults:
+        """Elements to what they exert: by index or name.
+
+        `JointSpring`, `JointFriction`, `Actuator`: `.effort`; `PointSpring`: `.tension`, `.length`,
+        `.force`; `Bushing`: `.wrench`, `.deformation`; and all of them `.energy`, `.dissipation`.
+        """
+        from .element_results import element_results  # Imported here: most scenes have no elements.
+
+        return element_results(self._problem.element_forces, self.motion, self.time)
+
+    @cached_property
+    def elastic_energy(self) -> Array:
+        """Energy that springs and bushings store `(N,)` [J]."""
+        return read_only(sum((f.energy for f in self.element_force.values()), np.zeros(self.shape)))
 
     def __len__(self) -> int:
         return len(self._source)

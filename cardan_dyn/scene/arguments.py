@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,9 +13,12 @@ from ..errors import choices
 from ..forces.link_loads import Wrench
 from ..frozen import frozen
 from ..mechanism.mechanism import Mechanism
-from ..problem.arguments import check_single
+from ..problem.coordinate_names import check_single
 from ..problem.problem import Problem
 from ..results.prescribed import Prescribed
+
+if TYPE_CHECKING:
+    from ..elements.element import Element
 
 _MERGED = ("held", "loads")
 """Arguments whose changes are merged with what the scene has, name by name."""
@@ -58,6 +61,11 @@ class SceneArguments(Prescribed):
         """Name of the assembly mode."""
         return self._problem.branch
 
+    @property
+    def elements(self) -> tuple[Element, ...]:
+        """Springs, dampers, bushings, friction and actuators."""
+        return self._problem.elements
+
     def __repr__(self) -> str:
         arguments = [f"drives {', '.join(self.drives)}"]
         if self.held:
@@ -68,6 +76,8 @@ class SceneArguments(Prescribed):
             arguments.append(f"loads on {', '.join(self.loads)}")
         if np.any(self.gravity):
             arguments.append(f"gravity {self.gravity.tolist()}")
+        if self.elements:
+            arguments.append(f"{len(self.elements)} element{'s' * (len(self.elements) > 1)}")
         return f"<Scene of {self.mechanism.name!r}: {'; '.join(arguments)}>"
 
 
@@ -91,6 +101,7 @@ def replaced(scene: SceneArguments, changes: Mapping[str, Any]) -> dict[str, Any
         "strict": problem.strict,
         "start": started(problem),
         "branch": problem.branch,
+        "elements": problem.elements,
     }
     unknown = set(changes) - set(arguments)
     if unknown:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..arrays import Array
+    from ..elements.element import Element
     from ..mechanism.configuration import Configuration
 
 
@@ -54,6 +55,9 @@ class Scene(SceneSimulations):
             They are followed there from the description's zero; where that leads past a dead
             point or through open loops, the mechanism is assembled there.
         branch: name of the assembly mode, from `branches`; `A` is that of the description.
+        elements: springs, dampers, bushings, friction and actuators: `JointSpring`,
+            `JointFriction`, `PointSpring`, `Bushing`, `Actuator`. Like a load, an effort of theirs
+            is part of the wrench at its joint.
 
     Raises:
         ModelError: unknown joint or link.
@@ -77,6 +81,7 @@ class Scene(SceneSimulations):
         strict: bool = False,
         start: Configuration | Mapping[str, float | Array] | None = None,
         branch: str = "A",
+        elements: Sequence[Element] | None = None,
     ) -> None:
         problem = checked(
             mechanism,
@@ -89,6 +94,7 @@ class Scene(SceneSimulations):
             strict=strict,
             start=start,
             branch=branch,
+            elements=elements,
         )
         self._take(ProblemSolver(problem))
 
@@ -137,6 +143,7 @@ class Scene(SceneSimulations):
         inertia: Mapping[str, ArrayLike] | None = None,
         along_path: bool = False,
         workers: int = 1,
+        time: ArrayLike = 0.0,
     ) -> Sweep:
         """Solve motion and reactions at given drive positions.
 
@@ -168,6 +175,7 @@ class Scene(SceneSimulations):
                 sides, both lead to the same one; a path may reach what the line does not.
             workers: processes that share the work of many samples, where the platform can fork
                 them; results are the same to the last bit.
+            time: at which actuators act, of any shape [s].
 
         Raises:
             ArgumentError: a value is not finite, shapes do not broadcast, or a joint is not held.
@@ -179,7 +187,7 @@ class Scene(SceneSimulations):
         """
         along_path, workers = flag("along_path", along_path), whole("workers", workers)
         given = position, speed, acceleration, held, loads, gravity, inertia
-        return swept(self._solver, Asked(*given, along_path, workers))
+        return swept(self._solver, Asked(*given, along_path, workers, time))
 
     def assemble(
         self,

@@ -29,6 +29,7 @@ class Asked(NamedTuple):
     inertia: object = None
     along_path: bool = False
     workers: int = 1
+    time: object = 0.0
 
 
 def assembled(solver: ProblemSolver, asked: Asked) -> AssembledPositions:
@@ -47,6 +48,7 @@ def swept(solver: ProblemSolver, asked: Asked) -> Sweep:
         asked.loads,
         asked.gravity,
         asked.inertia,
+        asked.time,
     )
     with np.errstate(**_OVERFLOW):
         if isinstance(asked.position, AssembledPositions):

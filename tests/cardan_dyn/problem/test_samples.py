@@ -239,6 +239,7 @@ def test_what_acts_has_rows_instead_of_columns_as_well(joint: cd.Mechanism) -> N
         "loads['cross'].moment": (),
         "inertia['cross']": (4,),
         "inertia['shaft_in']": (4, 2),
+        "time": (),
     }
 
 
@@ -505,6 +506,7 @@ def test_what_is_the_same_for_all_samples_stays_a_single_one(
         "loads['shaft_out'].force": (1,),
         "loads['shaft_out'].moment": (1,),
         "inertia['cross']": (1,),
+        "time": (1,),
     }
     np.testing.assert_array_equal(flat.gravity[0], acting.gravity.reshape(3))
 

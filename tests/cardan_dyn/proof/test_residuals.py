@@ -178,11 +178,15 @@ def test_joined_blocks_follow_each_other() -> None:
     first, second = residuals(imbalance=[1.0, 2.0, 3.0]), residuals(imbalance=[4.0, 5.0, 6.0])
     joined = Residuals.joined([first, second._replace(power_balanced=True)])
     np.testing.assert_array_equal(joined.imbalance, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
-    assert all(len(value) == 6 for value in joined[:-2])
+    assert all(len(value) == 6 for value in joined[:-3])
     for flags in ((True, False), (False, True)):
         bodies, power = flags
         block = residuals(bodies_balanced=bodies, power_balanced=power)
-        assert Residuals.joined([block, block])[-2:] == flags
+        joined = Residuals.joined([block, block])
+        assert (joined.bodies_balanced, joined.power_balanced) == flags
+    elastic = Residuals.joined([block._replace(elastic=np.ones(3))] * 2).elastic
+    assert elastic is not None
+    assert len(elastic) == 6
 
 
 def test_overflow_belongs_to_no_position() -> None:

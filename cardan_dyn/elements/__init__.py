@@ -1,0 +1,1 @@
+"""Elements: springs, dampers, bushings, friction and actuators, and the forces that they exert."""

@@ -1,0 +1,212 @@
+"""Joint elements: efforts along one coordinate of a joint.
+
+An effort is positive in the sense of its coordinate [N·m, or N at a slide], like a load there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..checks import numbers
+from ..errors import ArgumentError
+from .element import Element
+
+
+class JointForce(NamedTuple):
+    """What an element exerts along a coordinate.
+
+    Attributes:
+        effort: `(N,)` in the sense of the coordinate [N·m or N].
+        energy: `(N,)` that it stores [J].
+        dissipation: `(N,)` power that it turns into heat [W].
+    """
+
+    effort: Array
+    energy: Array
+    dissipation: Array
+
+
+class JointElement(Element):
+    """An element that exerts an effort along one coordinate.
+
+    Attributes:
+        joint: name of the joint, or of one of its coordinates, see `Mechanism.drivable`.
+    """
+
+    joint: str
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The coordinate's name alone."""
+        return (self.joint,)
+
+    def force(self, x: Array, v: Array, time: Array, label: str) -> JointForce:
+        """Return what it exerts.
+
+        Args:
+            x: positions of the coordinate `(N,)`, whole turns counted [rad or m].
+            v: its speeds `(N,)` [rad/s or m/s].
+            time: `(N,)` [s].
+            label: how messages call the element.
+
+        Raises:
+            ArgumentError: the effort cannot be computed.
+        """
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class JointSpring(JointElement):
+    """A spring and a damper along a coordinate: the effort -stiffness (x - rest) - damping v.
+
+    Attributes:
+        joint: name of the joint, or of one of its coordinates.
+        stiffness: not negative [N·m/rad or N/m].
+        damping: not negative [N·m·s/rad or N·s/m].
+        rest: position at which the spring is without effort [rad or m]. Angles count whole turns.
+        name: by which results show it; may be empty.
+
+    Raises:
+        ArgumentError: a value is no finite number, or negative.
+    """
+
+    joint: str
+    stiffness: float
+    damping: float = 0.0
+    rest: float = 0.0
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        self._set(
+            joint=self._text("joint"),
+            stiffness=self._number("stiffness", least=0.0),
+            damping=self._number("damping", least=0.0),
+            rest=self._number("rest"),
+            name=self._text("name"),
+        )
+
+    def force(self, x: Array, v: Array, time: Array, label: str) -> JointForce:
+        """Return what it exerts, see `JointElement.force`."""
+        turn = x - self.rest
+        pull, drag = self.stiffness * turn, self.damping * v
+        return JointForce(-pull - drag, 0.5 * pull * turn, drag * v)
+
+
+@dataclass(frozen=True, eq=False)
+class JointFriction(JointElement):
+    """Dry friction along a coordinate: the effort -effort v / sqrt(v² + transition²).
+
+    The jump of Coulomb's law is rounded off, so that the law is smooth: at the speed `transition`
+    the effort is 71 % of its greatest value, at seven times it 99 %, and a joint at rest exerts
+    none, where real friction would hold it. Sweeps and simulations use the same law.
+
+    Attributes:
+        joint: name of the joint, or of one of its coordinates.
+        effort: of sliding, not negative [N·m or N].
+        transition: speed at which friction sets in, positive [rad/s or m/s].
+        name: by which results show it; may be empty.
+
+    Raises:
+        ArgumentError: a value is no finite number, or out of its range.
+    """
+
+    joint: str
+    effort: float
+    transition: float = 1e-3
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        self._set(
+            joint=self._text("joint"),
+            effort=self._number("effort", least=0.0),
+            transition=self._number("transition"),
+            name=self._text("name"),
+        )
+        if not self.transition > 0.0:
+            raise ArgumentError(
+                f"JointFriction: transition is {self.transition:g}; it is a positive speed"
+            )
+
+    def force(self, x: Array, v: Array, time: Array, label: str) -> JointForce:
+        """Return what it exerts, see `JointElement.force`."""
+        effort = -self.effort * v / np.hypot(v, self.transition)
+        return JointForce(effort, np.zeros_like(effort), -effort * v)
+
+
+@dataclass(frozen=True, eq=False)
+class Actuator(JointElement):
+    """An effort along a coordinate, a number or a function of time.
+
+    Attributes:
+        joint: name of the joint, or of one of its coordinates.
+        effort: [N·m or N]; or a function that returns it for a time [s], a number or an array.
+        name: by which results show it; may be empty.
+
+    Raises:
+        ArgumentError: the effort is neither a finite number nor a function.
+    """
+
+    joint: str
+    effort: float | Callable[[Any], Any]
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        effort = self.effort if callable(self.effort) else self._number("effort")
+        self._set(joint=self._text("joint"), effort=effort, name=self._text("name"))
+
+    def force(self, x: Array, v: Array, time: Array, label: str) -> JointForce:
+        """Return what it exerts, see `JointElement.force`."""
+        none = np.zeros(len(x))
+        if not callable(self.effort):
+            return JointForce(np.full(len(x), self.effort), none, none)
+        return JointForce(_at_times(self.effort, time, f"{label}: effort"), none, none)
+
+
+def _at_times(function: Callable[[Any], Any], time: Array, label: str) -> Array:
+    """Return the values of a function at times `(N,)`.
+
+    Args:
+        function: takes an array of times, or only a number.
+        time: [s].
+        label: how messages call the function.
+
+    Raises:
+        ArgumentError: it fails, or returns no finite numbers.
+    """
+    if len(time) > 1 and np.any(time != time[0]):
+        values = _of_array(function, time)
+        if values is not None:
+            return numbers(label, values)
+        return np.array([_at_time(function, at, label) for at in time.tolist()])
+    return np.full(len(time), _at_time(function, float(time[0]), label) if len(time) else 0.0)
+
+
+def _of_array(function: Callable[[Any], Any], time: Array) -> Array | None:
+    """Return the values of a function of an array of times, None if it takes no arrays."""
+    try:
+        values = np.asarray(function(time.copy()))
+    except Exception:  # It was written for numbers, and fails with arrays in any way.
+        return None
+    return values if values.shape == time.shape and values.dtype.kind in "iuf" else None
+
+
+def _at_time(function: Callable[[Any], Any], time: float, label: str) -> float:
+    """Return the value of a function at a time.
+
+    Raises:
+        ArgumentError: it fails, or returns no finite number.
+    """
+    at = f"{label} at {time:g} s"
+    try:
+        value = function(time)
+    except Exception as error:
+        raise ArgumentError(f"{at} fails: {type(error).__name__}: {error}") from error
+    array = numbers(at, value)
+    if array.size != 1:
+        raise ArgumentError(f"{at} has shape {array.shape}, expected a number")
+    return float(array.reshape(()))

@@ -1,0 +1,262 @@
+"""Element loads: what springs, bushings and friction exert, computed once more for the proof.
+
+Links are placed and moved by `Twists`, and each law is written in another way than where results
+come from: directions as unit vectors, rotations by quaternions, moments of bushings by solving
+with the left Jacobian of rotations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array, inverse
+from ..elements.bushing import Bushing
+from ..elements.element import Element
+from ..elements.joint_elements import Actuator, JointElement, JointFriction, JointSpring
+from ..elements.point_spring import PointSpring
+from ..mechanism.frames import ElementaryMotion, Frames
+from .named_motions import named_motions
+from .twists import State, cross
+
+
+class ElementLoads(NamedTuple):
+    """What all elements exert.
+
+    Attributes:
+        efforts: `(nv, N)` along the joint coordinates [N·m, N].
+        wrenches: per wrench the index of its body, and `(2, 3, N)` in world axes about
+            `Frames.corner`; those on the world are left out.
+        terms: `(N,)` size of the terms [N·m] whose differences the forces are.
+    """
+
+    efforts: Array
+    wrenches: list[tuple[int, Array]]
+    terms: Array
+
+
+class _Moving(NamedTuple):
+    """A frame that moves with a link, about `Frames.corner` in world axes.
+
+    Attributes:
+        body: index of its body, -1 for the world.
+        axes: `(3, 3, N)`, the first index counts the axes.
+        origin: `(3, N)` [m].
+        velocity: `(3, N)` of the body's point at the corner [m/s].
+        spin: `(3, N)` [rad/s].
+    """
+
+    body: int
+    axes: Array
+    origin: Array
+    velocity: Array
+    spin: Array
+
+
+class ProvenElements:
+    """The elements of a scene on the frames of its description."""
+
+    def __init__(self, frames: Frames, elements: Sequence[Element], zero: Array, length: float):
+        """Find what the elements act on.
+
+        Args:
+            frames: of the description.
+            elements: the elements.
+            zero: `(size,)` coordinates of the description's zero.
+            length: characteristic length [m].
+        """
+        self._frames, self._elements, self._length = frames, elements, length
+        self._named: dict[str, ElementaryMotion] = {}
+        if any(element.joints for element in elements):
+            self._named = named_motions(frames)
+        self._ends: dict[int, Array] = {}
+        for index, element in enumerate(elements):
+            if isinstance(element, Bushing):
+                self._ends[index] = self._end(element, zero)
+
+    def on(
+        self, state: State, velocities: Array | None, x: Array, v: Array, time: Array
+    ) -> ElementLoads:
+        """Return what the elements exert.
+
+        Args:
+            state: of the mechanism.
+            velocities: `(M, 2, 3, N)` twists of the motions' frames; None at rest.
+            x: `(N, size)` coordinates, whole turns counted.
+            v: `(N, nv)` joint velocities.
+            time: `(N,)` or `(1,)` [s].
+        """
+        efforts, terms = np.zeros((v.shape[1], len(x))), np.zeros(len(x))
+        wrenches: list[tuple[int, Array]] = []
+        for index, element in enumerate(self._elements):
+            if isinstance(element, JointElement):
+                motion = self._named[element.joint]
+                effort, term = _effort(element, x[:, motion.column], v[:, motion.rate], time)
+                efforts[motion.rate] += effort
+                terms += term * (self._length if motion.kind == "slide" else 1.0)
+                continue
+            if isinstance(element, PointSpring):
+                placements = [np.eye(4), np.eye(4)]
+                placements[0][:3, 3], placements[1][:3, 3] = element.point_a, element.point_b
+            elif isinstance(element, Bushing):
+                placements = [element.origin, self._ends[index]]
+            else:
+                continue
+            first, second = (
+                self._placed(state, velocities, link, placement)
+                for link, placement in zip(element.links, placements, strict=True)
+            )
+            if isinstance(element, PointSpring):
+                on_second, term = self._of_spring(element, first, second)
+            else:
+                on_second, term = self._of_bushing(element, first, second)
+            terms += term
+            wrenches += [
+                (frame.body, sign * on_second)
+                for frame, sign in ((first, -1.0), (second, 1.0))
+                if frame.body >= 0
+            ]
+        return ElementLoads(efforts, wrenches, terms)
+
+    def _placed(
+        self, state: State, velocities: Array | None, link: str, placement: Array
+    ) -> _Moving:
+        """Return a frame of a link, by its `(4, 4)` placement there."""
+        frames, (body, in_body) = self._frames, self._frames.links[link]
+        whole, count = in_body @ placement, state.motion_frames.shape[-1]
+        still = np.zeros((3, count))
+        if body < 0:
+            columns = np.repeat(whole[:3].T[:, :, None], count, axis=2)
+            return _Moving(body, columns[:3], columns[3] - frames.corner[:, None], still, still)
+        motion = frames.last[body]
+        placed = np.einsum("ck,cin->kin", whole, state.motion_frames[motion])
+        velocity, spin = (still, still) if velocities is None else velocities[motion]
+        return _Moving(body, placed[:3], placed[3], velocity, spin)
+
+    def _end(self, element: Bushing, zero: Array) -> Array:
+        """Return the `(4, 4)` placement of a bushing's frame in `link_b`."""
+        if element.origin_b is not None:
+            return element.origin_b
+        frames = self._frames.placed(zero[None])
+        ends = []
+        for link in element.links:
+            body, in_body = self._frames.links[link]
+            placed = np.eye(4)
+            if body >= 0:
+                placed[:3] = frames[self._frames.last[body], :, :, 0].T
+            else:
+                placed[:3, 3] = -self._frames.corner
+            ends.append(placed @ in_body)
+        return np.asarray(inverse(ends[1]) @ ends[0] @ element.origin)
+
+    def _of_spring(
+        self, element: PointSpring, first: _Moving, second: _Moving
+    ) -> tuple[Array, Array]:
+        """Return the wrench `(2, 3, N)` of a spring on `link_b`, and the size of its terms."""
+        span = second.origin - first.origin
+        speed_a, speed_b = (
+            frame.velocity + cross(frame.spin, frame.origin) for frame in (first, second)
+        )
+        distance = np.linalg.norm(span, axis=0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            direction = span / distance
+        rate = np.einsum("in,in->n", direction, speed_b - speed_a)
+        force = -direction * (element.stiffness * (distance - element.length))
+        force -= direction * (element.damping * rate)
+        # Points that coincide: a spring of length zero pulls nowhere, its damper in any direction.
+        force = np.where(distance > 0.0, force, -element.damping * (speed_b - speed_a))
+        reach = _norm(first.origin) + _norm(second.origin) + element.length
+        pace = _norm(speed_a) + _norm(speed_b)
+        terms = self._length * (element.stiffness * reach + element.damping * pace)
+        return np.stack([force, cross(second.origin, force)]), terms
+
+    def _of_bushing(self, element: Bushing, first: _Moving, second: _Moving) -> tuple[Array, Array]:
+        """Return the wrench `(2, 3, N)` of a bushing on `link_b`, and the size of its terms."""
+        span, count = second.origin - first.origin, second.origin.shape[-1]
+        turn = _rotation_vectors(np.einsum("cin,din->ncd", first.axes, second.axes))
+        seen = np.einsum("cin,in->cn", first.axes, span)
+        gradient = element.stiffness @ np.concatenate([seen, turn.T])
+        # The gradient with respect to the rotation vector, by the rate at which it changes.
+        jacobians = _left_jacobians(turn)
+        moment = np.linalg.solve(jacobians.transpose(0, 2, 1), gradient[3:].T[:, :, None])
+        gradient[3:] = moment[:, :, 0].T
+        speed_b = second.velocity + cross(second.spin, second.origin)
+        # Of the point of the first link that is where the second origin is.
+        speed_a = first.velocity + cross(first.spin, second.origin)
+        rates = np.stack([speed_b - speed_a, second.spin - first.spin])
+        rates = np.einsum("cin,kin->kcn", first.axes, rates).reshape(6, count)
+        damping = np.zeros((6, 6)) if element.damping is None else element.damping
+        in_axes = -(gradient + damping @ rates).reshape(2, 3, count)
+        wrench = np.einsum("cin,kcn->kin", first.axes, in_axes)
+        wrench[1] += cross(second.origin, wrench[0])
+        reach = _norm(first.origin) + _norm(second.origin)
+        pace = _norm(speed_a) + _norm(speed_b)
+        spins = _norm(first.spin) + _norm(second.spin)
+        extents, paces = np.stack([reach, np.full(count, np.pi)]), np.stack([pace, spins])
+        weights = np.array([self._length, 1.0])
+        terms = np.zeros(count)
+        for matrix, sizes in ((element.stiffness, extents), (damping, paces)):
+            blocks = np.abs(matrix).reshape(2, 3, 2, 3).max(axis=(1, 3))
+            terms += weights @ blocks @ sizes
+        return wrench, terms
+
+
+def _effort(element: JointElement, x: Array, v: Array, time: Array) -> tuple[Array, Array]:
+    """Return the efforts `(N,)` of an element along its coordinate, and the size of its terms."""
+    if isinstance(element, JointSpring):
+        effort = element.stiffness * element.rest - element.stiffness * x - element.damping * v
+        terms = element.stiffness * (np.abs(x) + abs(element.rest)) + element.damping * np.abs(v)
+        return effort, terms
+    if isinstance(element, JointFriction):
+        slip = v / element.transition
+        return -element.effort * slip / np.sqrt(1.0 + slip * slip), np.full(len(x), element.effort)
+    times = np.broadcast_to(time, x.shape)
+    # What a function of time returns is given, not solved.
+    given = isinstance(element, Actuator)
+    effort = element.force(x, v, times, "an actuator").effort if given else np.zeros_like(x)
+    return effort, np.abs(effort)
+
+
+def _norm(vectors: Array) -> Array:
+    """Return the lengths `(N,)` of vectors `(3, N)`."""
+    return np.asarray(np.sqrt(np.einsum("in,in->n", vectors, vectors)))
+
+
+def _rotation_vectors(rotations: Array) -> Array:
+    """Return rotation vectors `(N, 3)` of rotations `(N, 3, 3)` by way of unit quaternions."""
+    # Rows of 4 q qᵀ, of which the greatest one loses no digits.
+    r, diagonal = rotations, np.einsum("nii->ni", rotations)
+    trace = diagonal.sum(axis=1)
+    outer = np.empty((len(r), 4, 4))
+    outer[:, 0, 0] = 1.0 + trace
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        outer[:, 1 + i, 1 + i] = 1.0 + 2.0 * diagonal[:, i] - trace
+        outer[:, 0, 1 + i] = outer[:, 1 + i, 0] = r[:, k, j] - r[:, j, k]
+        outer[:, 1 + i, 1 + j] = outer[:, 1 + j, 1 + i] = r[:, i, j] + r[:, j, i]
+    largest = np.argmax(np.einsum("nii->ni", outer), axis=1)
+    q = outer[np.arange(len(r)), largest]
+    q *= np.where(q[:, :1] < 0.0, -1.0, 1.0)
+    size = np.linalg.norm(q[:, 1:], axis=1)
+    angle = 2.0 * np.arctan2(size, q[:, 0])
+    factor = np.divide(angle, size, out=np.full(len(r), 0.0), where=size > 0.0)
+    return np.asarray(q[:, 1:] * factor[:, None])
+
+
+def _left_jacobians(turn: Array) -> Array:
+    """Return the left Jacobians `(N, 3, 3)` of rotation vectors `(N, 3)`.
+
+    J = 1 + (1 - cos θ)/θ² K + (θ - sin θ)/θ³ K², where K is the cross product with the vector.
+    """
+    angle = np.linalg.norm(turn, axis=1)
+    skew = np.zeros((len(turn), 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        skew[:, k, j], skew[:, j, k] = turn[:, i], -turn[:, i]
+    first = 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
+    rest = 1.0 - np.sinc(angle / np.pi)
+    # Where the angle is small, so is the square that the quotient is multiplied with.
+    second = np.divide(rest, angle**2, out=np.full(len(turn), 1.0 / 6.0), where=angle > 1e-6)
+    return np.asarray(
+        np.eye(3) + first[:, None, None] * skew + second[:, None, None] * (skew @ skew)
+    )
