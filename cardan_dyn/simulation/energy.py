@@ -8,6 +8,8 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array
+from ..elements.element_forces import ElementForces
+from ..elements.joint_elements import Actuator
 from ..mechanism.mechanism import Mechanism
 from .turning_model import turning_model
 
@@ -81,3 +83,25 @@ def gained(
     pieces = half * (values @ weights)
     whole = np.concatenate([[0.0], np.cumsum(pieces[: len(steps) - 1])])
     return np.asarray(whole[indices] + pieces[len(steps) - 1 :])
+
+
+def element_power(
+    elements: ElementForces, mechanism: Mechanism, x: Array, v: Array, times: Array
+) -> Array:
+    """Return the power `(N,)` of actuators, less what dampers and friction take [W].
+
+    Args:
+        elements: of the scene.
+        mechanism: the mechanism.
+        x: coordinates `(N, size)`, all turns counted.
+        v: velocities `(N, nv)`.
+        times: `(N,)` [s].
+    """
+    power = np.zeros(len(x))
+    pairs = zip(elements.elements, elements.each(x, v, times), strict=True)
+    for element, force in pairs:
+        power -= force.dissipation
+        if isinstance(element, Actuator):
+            rate = mechanism.coordinates.named[element.joint].rate
+            power += force.effort * v[:, rate]  # type: ignore[union-attr]
+    return power

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,13 +11,17 @@ from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import CardanError
 from ..frozen import frozen
-from ..problem.samples import Acting, Targets
+from ..problem.samples import Targets, acting_on
 from .fourier import Fourier
 
 _FEWEST, _MOST = 64, 8192
 """Positions per period: the first number, which is doubled, and the greatest."""
 _ROUNDING = 20.0
 """Rounding errors of an effort, in eps times its condition number, below which coefficients are."""
+
+
+_PERIODIC = 1e-9
+"""Difference of forces a period apart, as a fraction of them, that counts as none."""
 
 
 class NotSuitableError(Exception):
@@ -56,6 +61,10 @@ def energy_functions(solver: ProblemSolver, with_loads: bool) -> EnergyFunctions
         raise NotSuitableError(str(error)) from error
     if period is None:
         raise NotSuitableError("the mechanism does not come back to itself")
+    if with_loads and solver.problem.elements:
+        ends, _ = _efforts(solver, np.array([0.0, period]), with_loads)
+        if abs(ends[1, 1] - ends[1, 0]) > _PERIODIC * np.max(np.abs(ends[1])):
+            raise NotSuitableError("springs wind up as the drive turns")
     samples, count, condition = np.zeros((2, 0)), _FEWEST, 1.0
     while True:
         samples, worst = _on_grid(solver, samples, period / count, count, with_loads)
@@ -97,24 +106,35 @@ def _on_grid(
     return values, worst
 
 
+def without_elements(solver: ProblemSolver) -> ProblemSolver:
+    """Return the solver of the same scene without force elements."""
+    if not solver.problem.elements:
+        return solver
+    return ProblemSolver(replace(solver.problem, elements=()), like=solver)
+
+
 def _efforts(solver: ProblemSolver, positions: Array, with_loads: bool) -> tuple[Array, float]:
     """Return inertia and force `(2, N)` at positions, and the greatest condition number."""
     problem = solver.problem
     rate = problem.mechanism.coordinates.named[problem.drives[0]].rate
-    assembled = solver.assemble(Targets.of_positions(positions[:, None]))
     shape, none = (len(positions),), np.zeros((len(positions), 1))
-    rest = Acting(none, none, frozen({}), frozen({}), np.zeros((1, 3)), frozen({}))
-    pushed = solver.solve(assembled, rest._replace(accelerations=none + 1.0))
+    rest = acting_on(problem, loads={}, gravity=np.zeros(3))._replace(
+        joint_loads=frozen({}), link_loads=frozen({})
+    )
+    bare = without_elements(solver)
+    assembled = bare.assemble(Targets.of_positions(positions[:, None]))
+    pushed = bare.solve(assembled, rest._replace(accelerations=none + 1.0).flat(shape))
     values = np.zeros((2, len(positions)))
     values[0] = pushed.efforts[:, rate]
     condition = float(np.max(pushed.condition))
-    joint_loads = problem.joint_loads if with_loads else frozen({})
-    link_loads = problem.link_loads if with_loads else frozen({})
-    if np.any(problem.gravity) or joint_loads or link_loads:
-        acting = rest._replace(
-            joint_loads=joint_loads, link_loads=link_loads, gravity=problem.gravity[None, :]
-        )
-        held = solver.solve(assembled, acting.flat(shape))
+    acting = rest._replace(gravity=problem.gravity)
+    if with_loads:
+        acting = acting._replace(joint_loads=problem.joint_loads, link_loads=problem.link_loads)
+        if bare is not solver:
+            assembled = solver.assemble(Targets.of_positions(positions[:, None]))
+    has_loads = acting.joint_loads or acting.link_loads or (with_loads and problem.elements)
+    if np.any(problem.gravity) or has_loads:
+        held = (solver if with_loads else bare).solve(assembled, acting.flat(shape))
         values[1] = -held.efforts[:, rate]
         condition = max(condition, float(np.max(held.condition)))
     return values, condition

@@ -16,6 +16,7 @@ from ..problem.samples import Acting, Targets, acting_on
 from ..results.collect import sweep_of
 from ..results.prescribed import Prescribed
 from ..results.sweep import Sweep
+from .energy_functions import without_elements
 from .start_state import drive_positions
 
 _STEP = 1e-3
@@ -170,20 +171,12 @@ class _Statics:
         )
         self.greatest = 0.0
 
-    def sweep(self, positions: Array, accelerations: Array | None = None) -> Sweep:
+    def sweep(self, positions: Array) -> Sweep:
         """Return the scene at rest at positions `(N, d)`."""
-        solver, acting = self._solver, self._acting
-        if accelerations is not None:
-            acting = Acting(
-                acting.speeds, accelerations, frozen({}), frozen({}), np.zeros(3), frozen({})
-            )
-        assembled = solver.assembled_in_turn(Targets.of_positions(positions))
-        solution = solver.solve(assembled, acting.flat((len(positions),)))
-        return sweep_of(solver, assembled, acting, solution)
+        return _swept(self._solver, positions, self._acting)
 
-    def _efforts(self, positions: Array, accelerations: Array | None = None) -> Array:
-        sweep = self.sweep(positions, accelerations)
-        return sweep.drive_effort.reshape(len(positions), -1)
+    def _efforts(self, positions: Array) -> Array:
+        return self.sweep(positions).drive_effort.reshape(len(positions), -1)
 
     def linearised(self, x: Array) -> tuple[Array, Array]:
         """Return efforts `(d,)` at a position, and their derivatives `(d, d)`."""
@@ -200,5 +193,16 @@ class _Statics:
 
     def inertia(self, x: Array) -> Array:
         """Return the generalised inertia `(d, d)` at a position."""
-        places = np.repeat(x[None, :], len(x), axis=0)
-        return np.ascontiguousarray(self._efforts(places, np.eye(len(x))).T)
+        bare = without_elements(self._solver)
+        acting = acting_on(bare.problem, gravity=np.zeros(3))._replace(
+            accelerations=np.eye(len(x)), joint_loads=frozen({}), link_loads=frozen({})
+        )
+        sweep = _swept(bare, np.repeat(x[None, :], len(x), axis=0), acting)
+        return np.ascontiguousarray(sweep.drive_effort.reshape(len(x), -1).T)
+
+
+def _swept(solver: ProblemSolver, positions: Array, acting: Acting) -> Sweep:
+    """Return a sweep of drive positions `(N, d)`."""
+    assembled = solver.assembled_in_turn(Targets.of_positions(positions))
+    solution = solver.solve(assembled, acting.flat((len(positions),)))
+    return sweep_of(solver, assembled, acting, solution)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,10 +12,12 @@ import pinocchio
 
 from ..arrays import Array
 from ..checks import described
+from ..elements.element import Element
 from ..errors import ArgumentError
 from ..forces.link_loads import LinkLoad
 from ..mechanism.coordinates import Coordinates
 from ..mechanism.mechanism import Mechanism
+from .element_efforts import ElementEfforts
 from .turning_model import turning_model
 
 
@@ -80,8 +82,8 @@ class Forces:
     """Loads on joints and links, constant or functions of time and state.
 
     Attributes:
-        is_constant: whether nothing depends on time or state.
-        is_nothing: whether nothing acts.
+        is_constant: whether nothing depends on time or speed.
+        does_no_work: whether nothing acts but springs.
         names: reads states by name.
     """
 
@@ -91,6 +93,7 @@ class Forces:
         joint_loads: Mapping[str, Array],
         link_loads: Mapping[str, LinkLoad],
         functions: Mapping[str, StateFunction],
+        elements: Sequence[Element] = (),
     ) -> None:
         """Make the forces.
 
@@ -99,6 +102,7 @@ class Forces:
             joint_loads: coordinates to constant efforts.
             link_loads: links to constant wrenches, `(3,)` each.
             functions: joints or links to functions of what acts there; instead of the constant.
+            elements: force elements of the scene.
         """
         self._mechanism = mechanism
         coordinates = mechanism.coordinates
@@ -119,8 +123,10 @@ class Forces:
             name: load for name, load in link_loads.items() if name not in functions
         }
         self._joint_loads = joint_loads
-        self.is_constant = not functions
-        self.is_nothing = not (functions or joint_loads or link_loads)
+        self._elements = ElementEfforts(mechanism, elements)
+        self.is_constant = not functions and self._elements.is_conservative
+        self.does_no_work = not (functions or joint_loads or link_loads)
+        self.does_no_work &= self._elements.is_conservative
 
     def efforts(self, model: Any, data: Any, time: float, x: Array, v: Array) -> Array:
         """Return the efforts `(nv,)` along all coordinates at a state.
@@ -145,6 +151,8 @@ class Forces:
             pinocchio.computeJointJacobians(model, data, x)
             for load in loads:
                 efforts += _along_coordinates(model, data, load)
+        if self._elements:
+            self._elements.add(efforts, model, data, time, x, v)
         return efforts
 
     def _joint_values(self, time: float, x: Array, v: Array) -> list[float]:
@@ -177,6 +185,12 @@ class Forces:
             if load.force.shape != (3,) or load.moment.shape != (3,):
                 raise ArgumentError(f"loads[{name!r}] returned several wrenches at {time:g} s")
         return [loads[name] for name in given]
+
+    def loads_alone(self) -> Forces:
+        """Return the same without the elements."""
+        functions = {name: function for name, _, function in self._joint_functions}
+        functions.update(self._link_functions)
+        return Forces(self._mechanism, self._joint_loads, self._link_loads, functions)
 
     def all_efforts(self, mechanism: Mechanism, times: Array, x: Array, v: Array) -> Array:
         """Return the efforts `(N, nv)` at N states, see `sampled` for them."""

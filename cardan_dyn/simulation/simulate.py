@@ -224,7 +224,7 @@ def _forces(solver: ProblemSolver, loads: Any) -> Forces:
     for name, load in links.items():
         if load.force.size != 3 or load.moment.size != 3:
             raise ArgumentError(f"loads[{name!r}]: a simulation takes one wrench, or a function")
-    return Forces(problem.mechanism, joints, links, functions)
+    return Forces(problem.mechanism, joints, links, functions, problem.elements)
 
 
 def _by_quadrature(setup: Setup) -> Trajectory:

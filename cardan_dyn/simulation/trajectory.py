@@ -13,13 +13,13 @@ from ..checks import numbers
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import AccuracyError, ArgumentError
 from ..frozen import frozen, read_only
-from ..problem.samples import Acting
+from ..problem.samples import Acting, acting_on
 from ..results.collect import sweep_of
 from ..results.motion import Motion
 from ..results.prescribed import Prescribed
 from ..results.sweep import Sweep
 from ..results.wrench import JointWrench
-from .energy import WeightEnergy, gained, open_efforts
+from .energy import WeightEnergy, element_power, gained, open_efforts
 from .events import Happened
 from .forces import Forces
 from .runs import Rows, Run
@@ -171,13 +171,13 @@ class Trajectory(Prescribed):
         """Return rates of the drives and what acts at the times."""
         problem = self._problem
         joints, links = self._forces.sampled(self.t, *self._counted())
-        return Acting(
-            self._of_drives("v"),
-            self._of_drives("a"),
-            frozen({name: np.asarray(effort) for name, effort in joints.items()}),
-            frozen(links),
-            problem.gravity,
-            frozen({}),
+        efforts = {name: np.asarray(effort) for name, effort in joints.items()}
+        return acting_on(problem)._replace(
+            speeds=self._of_drives("v"),
+            accelerations=self._of_drives("a"),
+            joint_loads=frozen(efforts),
+            link_loads=frozen(links),
+            time=self.t,
         )
 
     def _counted(self) -> tuple[Array, Array]:
@@ -257,7 +257,11 @@ class Trajectory(Prescribed):
     @cached_property
     def potential_energy(self) -> Array:
         """Potential energy of the weight and of springs `(N,)` [J]."""
-        return read_only(self._energy.potential(self._rows.x))
+        energy = self._energy.potential(self._rows.x)
+        elements = self._problem.element_forces
+        if elements is not None:
+            energy = energy + elements.at(*self._counted(), self.t).potential_energy
+        return read_only(energy)
 
     @property
     def _energy(self) -> WeightEnergy:
@@ -265,19 +269,26 @@ class Trajectory(Prescribed):
 
     @cached_property
     def work(self) -> Array:
-        """Work `(N,)` that loads and prescribed drives have done since time 0 [J]."""
+        """Work `(N,)` that all but weight and springs has done since time 0 [J].
+
+        That is loads, actuators and prescribed drives, less what dampers and friction took.
+        """
         return read_only(gained(self._power, self._run.times, self.t, self._is_idle))
 
     @property
     def _is_idle(self) -> bool:
         """Whether nothing does work but weight and springs."""
-        return self._forces.is_nothing and not self._course.prescribed
+        return self._forces.does_no_work and not self._course.prescribed
 
     def _power(self, times: Array) -> Array:
         """Return the power of loads and prescribed drives at times `(K,)` [W]."""
         there = self.at(times)
         x, v = there._counted()
-        power = np.einsum("nk,nk->n", self._forces.all_efforts(self.mechanism, times, x, v), v)
+        loads = self._forces.loads_alone().all_efforts(self.mechanism, times, x, v)
+        power = np.einsum("nk,nk->n", loads, v)
+        elements = self._problem.element_forces
+        if elements is not None:
+            power = power + element_power(elements, self.mechanism, x, v, times)
         if self._course.prescribed:
             efforts = there.drive_effort.reshape(len(times), -1)
             chosen = [self.drives.index(name) for name in self._course.prescribed]
