@@ -9,6 +9,7 @@ drifted open, in the metric of the kinetic energy.
 from __future__ import annotations
 
 from collections.abc import Sequence
+
 import numpy as np
 import pinocchio
 
@@ -66,6 +67,7 @@ class ConstrainedModel:
             gravity: `(3,)` [m/s²].
             state: `(size,)` closed coordinates, at which it is scaled.
         """
+        self._made_of = mechanism, tuple(prescribed), gravity, state
         self.mechanism = mechanism
         self.prescribed = np.array(prescribed, dtype=int)
         self.length = mechanism.characteristic_length
@@ -91,6 +93,10 @@ class ConstrainedModel:
         self._settings = pinocchio.ProximalSettings(0.0, self._mu, 1)
         self._mu = self._regularisation(state)
         self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Pinocchio's data cannot be copied.
+        return ConstrainedModel, self._made_of
 
     def _start_data(self) -> None:
         self.data = self.model.createData()

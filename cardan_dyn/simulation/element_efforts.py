@@ -1,4 +1,4 @@
-"""Element efforts: what force elements exert, as efforts along all coordinates, one state at a time.
+"""Element efforts: what force elements exert, along all coordinates, one state at a time.
 
 `ElementForces` computes the same for many states at once. A simulation asks for one state after the
 other, where arrays over samples cost more than what they compute.
@@ -64,7 +64,12 @@ class ElementEfforts:
             if isinstance(item, JointElement) and not isinstance(item, JointSpring)
         ]
         self._springs = [
-            (item, self._end(item.link_a, item.point_a), self._end(item.link_b, item.point_b), label)
+            (
+                item,
+                self._end(item.link_a, item.point_a),
+                self._end(item.link_b, item.point_b),
+                label,
+            )
             for item, label in pairs
             if isinstance(item, PointSpring)
         ]
@@ -82,9 +87,7 @@ class ElementEfforts:
             self._columns.size or self._others or self._springs or self._bushings is not None
         )
 
-    def add(
-        self, efforts: Array, model: Any, data: Any, time: float, x: Array, v: Array
-    ) -> None:
+    def add(self, efforts: Array, model: Any, data: Any, time: float, x: Array, v: Array) -> None:
         """Add what the elements exert at a state to efforts `(nv,)`; see `Forces.efforts`."""
         if self._columns.size:
             pull = self._stiffness * (x[self._columns] - self._rest)
@@ -135,9 +138,7 @@ def _velocity(data: Any, end: _End, place: Array) -> Array:
         return np.zeros(3)
     frame, velocity = data.oMi[end.joint], data.v[end.joint]
     spin = frame.rotation @ velocity.angular
-    return np.asarray(
-        frame.rotation @ velocity.linear + np.cross(spin, place - frame.translation)
-    )
+    return np.asarray(frame.rotation @ velocity.linear + np.cross(spin, place - frame.translation))
 
 
 def _add_wrench(

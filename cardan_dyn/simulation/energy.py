@@ -52,7 +52,8 @@ def open_efforts(mechanism: Mechanism, gravity: Array, x: Array, v: Array, a: Ar
         mechanism: the mechanism.
         gravity: `(3,)` [m/s²].
         x: coordinates `(N, size)`.
-        v, a: velocities and accelerations `(N, nv)`.
+        v: velocities `(N, nv)`.
+        a: accelerations `(N, nv)`.
     """
     model = turning_model(mechanism, gravity)
     data = model.createData()
@@ -60,9 +61,7 @@ def open_efforts(mechanism: Mechanism, gravity: Array, x: Array, v: Array, a: Ar
     return np.array([pinocchio.rnea(model, data, *state) for state in states])
 
 
-def gained(
-    power: Callable[[Array], Array], steps: Array, times: Array, is_nothing: bool
-) -> Array:
+def gained(power: Callable[[Array], Array], steps: Array, times: Array, is_nothing: bool) -> Array:
     """Return the work `(N,)` done between time 0 and some times.
 
     Args:

@@ -74,8 +74,7 @@ def energy_functions(solver: ProblemSolver, with_loads: bool) -> EnergyFunctions
         tail = float(np.max(functions.tail()))
         if tail < tolerance:
             inertia, force = (
-                Fourier(functions.coefficients[[index]], functions.frequency)
-                for index in range(2)
+                Fourier(functions.coefficients[[index]], functions.frequency) for index in range(2)
             )
             return EnergyFunctions(inertia, force, tolerance)
         # Coefficients fall exponentially, so that the tail tells how many will do.

@@ -139,7 +139,7 @@ def _moved(
             continue
         next_size = float(np.linalg.norm(next_effort * statics.scale))
         if next_size < size:
-            is_there = next_size <= 4.0 * np.finfo(float).eps * statics.greatest
+            is_there = next_size <= 4.0 * float(np.finfo(float).eps) * statics.greatest
             return x + step, next_effort, next_stiffness, is_there
         if size <= 1e-11 * statics.greatest:  # Rounding is all that is left.
             return x, effort, stiffness, True
@@ -183,8 +183,8 @@ class _Statics:
         steps = _STEP * self.scale
         places = [x]
         for index in range(len(x)):
-            for factor in _STENCIL:
-                places.append(x + factor * steps * (np.arange(len(x)) == index))
+            own = steps * (np.arange(len(x)) == index)
+            places += [x + factor * own for factor in _STENCIL]
         efforts = self._efforts(np.array(places))
         self.greatest = max(self.greatest, float(np.max(np.abs(efforts * self.scale))))
         weights = np.array(list(_STENCIL.values()))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -131,7 +132,8 @@ class EventSearch:
         """Look for events within a step; return when a terminal one ends it, else None.
 
         Args:
-            start, end: of the step [s].
+            start: of the step [s].
+            end: of the step [s].
             reading: of the states within it.
         """
         times = np.linspace(start, end, _INNER + 2).tolist()
@@ -140,7 +142,7 @@ class EventSearch:
             values = [self._values[index]]
             values += [event.value(time, reading) for time in times[1:]]
             self._values[index] = values[-1]
-            for k, (before, after) in enumerate(zip(values[:-1], values[1:], strict=True)):
+            for k, (before, after) in enumerate(pairwise(values)):
                 if _passes(before, after, event.direction):
                     found.append((self._root(event, times[k], times[k + 1], reading), event))
         for time, event in sorted(found, key=lambda item: item[0]):

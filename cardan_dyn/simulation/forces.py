@@ -132,7 +132,8 @@ class Forces:
         """Return the efforts `(nv,)` along all coordinates at a state.
 
         Args:
-            model, data: Pinocchio's, whose configurations are rows `x`.
+            model: Pinocchio's, whose configurations are rows `x`.
+            data: of the model.
             time: [s].
             x: coordinates `(size,)`, all turns counted.
             v: velocities `(nv,)`.
@@ -174,8 +175,7 @@ class Forces:
 
         position, speed = self.names.positions(x), self.names.speeds(v)
         given = {
-            name: function(time, position, speed)
-            for name, function in self._link_functions.items()
+            name: function(time, position, speed) for name, function in self._link_functions.items()
         }
         try:
             loads = split_loads(self._mechanism, given)[1]

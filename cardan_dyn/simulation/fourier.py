@@ -27,7 +27,7 @@ class Fourier:
 
     @staticmethod
     def of(samples: Array, period: float) -> Fourier:
-        """Return the functions with samples `(c, N)` at 0, period / N, 2 period / N, …"""
+        """Return the functions with samples `(c, N)` at 0, period / N, 2 period / N and so on."""
         count = samples.shape[1]
         coefficients = np.fft.rfft(samples, axis=1) / count
         coefficients[:, 1:] *= 2.0

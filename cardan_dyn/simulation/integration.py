@@ -114,6 +114,10 @@ class Integration:
         self._start_solver(0.0, y)
         self.points = [Point(0.0, y, equations.turns, self._derivative(0.0, y))]
 
+    def __getstate__(self) -> dict[str, Any]:
+        # What was integrated can be copied; the solver, which could go on, holds functions.
+        return {name: value for name, value in self.__dict__.items() if name != "_solver"}
+
     def _start_solver(self, time: float, y: Array, first_step: float | None = None) -> None:
         from scipy.integrate import DOP853, Radau  # Only simulations need it.
 

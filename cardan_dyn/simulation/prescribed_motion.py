@@ -55,7 +55,8 @@ def prescribed_motion(name: str, value: Any, start: float, duration: float) -> M
             duration,
         )
     if isinstance(value, Sequence) and len(value) == 2:
-        return _spline(label, *value, duration)
+        times, positions = value
+        return _spline(label, times, positions, duration)
     raise ArgumentError(f"{label} is {described(value)}; {_ADVICE}")
 
 

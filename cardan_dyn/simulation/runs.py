@@ -76,9 +76,7 @@ class ConstrainedRun:
 class OneCoordinateRun:
     """States that follow from the motion of the only drive; see `Run`."""
 
-    def __init__(
-        self, solver: ProblemSolver, times: Array, law: Callable[[Array], Law]
-    ) -> None:
+    def __init__(self, solver: ProblemSolver, times: Array, law: Callable[[Array], Law]) -> None:
         """Make the run.
 
         Args:
@@ -101,14 +99,16 @@ class OneCoordinateRun:
         return self._solver.assembled_in_turn(Targets.of_positions(positions))
 
 
-def law_of(integration: Integration) -> Callable[[Array], Law]:
-    """Return the drive's motion as a scalar equation was integrated."""
+class IntegratedLaw:
+    """The drive's motion as a scalar equation was integrated: a function of times `(N,)`."""
 
-    def law(times: Array) -> Law:
-        y, turns, rates = _columns(integration.points_at(times))
+    def __init__(self, integration: Integration) -> None:
+        self._integration = integration
+
+    def __call__(self, times: Array) -> Law:
+        """Return the motion at times."""
+        y, turns, rates = _columns(self._integration.points_at(times))
         return Law(y[:, 0] + 2.0 * np.pi * turns[:, 0], y[:, 1], rates[:, 1])
-
-    return law
 
 
 def _columns(points: list[Point]) -> tuple[Array, Array, Array]:

@@ -21,7 +21,7 @@ from .forces import Forces, Named, StateFunction, state_function
 from .integration import Integration
 from .prescribed_motion import prescribed_motion
 from .progress import Progress
-from .runs import ConstrainedRun, OneCoordinateRun, Run, law_of
+from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
 from .scalar_equation import ScalarEquation
 from .start_state import closed_start, drive_positions
 from .system import Motion, System
@@ -279,7 +279,7 @@ def _by_response(setup: Setup) -> Trajectory:
 
     def run() -> Run:
         times = np.array([point.time for point in integration.points])
-        return OneCoordinateRun(solver, times, law_of(integration))
+        return OneCoordinateRun(solver, times, IntegratedLaw(integration))
 
     return _integrated(setup, integration, equation.named, run, "response")
 

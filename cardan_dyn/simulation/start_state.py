@@ -12,7 +12,7 @@ from ..arrays import Array
 from ..checks import described, mapping, numbers
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, CardanError, choices
-from ..problem.arguments import check_single
+from ..problem.coordinate_names import check_single
 from ..problem.samples import Targets
 from ..results.collect import motion_at
 from ..results.motion import Motion
@@ -150,8 +150,8 @@ def _refuse_conflict(solver: ProblemSolver, positions: Array, others: Mapping[st
                 for drive, place in zip(solver.problem.drives, positions, strict=True)
             )
             raise ArgumentError(
-                f"position[{name!r}] is {value:g}, which violates the loops by {abs(gap):.3g}: with "
-                f"{at} it is at {there:.12g}; give that, or leave it out"
+                f"position[{name!r}] is {value:g}, which violates the loops by {abs(gap):.3g}: "
+                f"with {at} it is at {there:.12g}; give that, or leave it out"
             )
 
 

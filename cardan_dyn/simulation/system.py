@@ -7,11 +7,17 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from ..arrays import Array, quaternion_product
+from ..errors import SingularConfigurationError
 from .constrained_model import ConstrainedModel
 from .forces import Forces, Named, StateNames
 
 Motion = Callable[[float], tuple[float, float, float]]
 """Position, speed and acceleration of a prescribed joint at a time."""
+
+
+_FARTHEST = 1e-2
+"""Greatest displacement [rad, m] by which loops that drifted open within a step are closed: a
+greater one might end in another assembly mode."""
 
 
 class System:
@@ -103,8 +109,15 @@ class System:
             position, speed, _ = motion(time)
             x[coordinate.column] = position - 2.0 * np.pi * self.turns[coordinate.column]
             v[coordinate.rate] = speed
-        x = self.model.closed(x)
-        return np.concatenate([x, self.model.closed_rates(x, v)])
+        closed = self.model.closed(x)
+        moved = float(np.max(np.abs(closed - x), initial=0.0))
+        if not moved <= _FARTHEST:
+            raise SingularConfigurationError(
+                f"at time {time:.6g} s the loops opened by {moved:.1e} within one step, so that "
+                "closing them could lead to another assembly mode; the mechanism is close to a "
+                "singular configuration, or the tolerance is too wide: give a smaller rtol"
+            )
+        return np.concatenate([closed, self.model.closed_rates(closed, v)])
 
     def wrap(self, y: Array) -> Array:
         """Return a row without whole turns, which `turns` then counts."""

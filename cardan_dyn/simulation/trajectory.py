@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -15,10 +14,8 @@ from ..errors import AccuracyError, ArgumentError
 from ..frozen import frozen, read_only
 from ..problem.samples import Acting, acting_on
 from ..results.collect import sweep_of
-from ..results.motion import Motion
-from ..results.prescribed import Prescribed
 from ..results.sweep import Sweep
-from ..results.wrench import JointWrench
+from .along_sweep import AlongSweep
 from .energy import WeightEnergy, element_power, gained, open_efforts
 from .events import Happened
 from .forces import Forces
@@ -54,13 +51,13 @@ class Course(NamedTuple):
     evaluations: int
 
 
-class Trajectory(Prescribed):
+class Trajectory(AlongSweep):
     """Motion, energies and joint wrenches of a simulation over N times.
 
-    `trajectory["bearing_out"]` is a `JointWrench` as that of a sweep; `at` gives the same simulation
-    at any other times. Wrenches are computed when they are first read, by inverse dynamics with the
-    accelerations that the simulation found: so `effort_residual`, what free drives would have to
-    exert for this motion, proves it. Nothing in it can be changed.
+    `trajectory["bearing_out"]` is a `JointWrench` as that of a sweep; `at` gives the same
+    simulation at any other times. Wrenches are computed when they are first read, by inverse
+    dynamics with the accelerations that the simulation found: so `effort_residual`, what free
+    drives would have to exert for this motion, proves it. Nothing in it can be changed.
 
     Attributes:
         t: times `(N,)` [s]: the steps of the method, or those that `at` was given.
@@ -84,6 +81,15 @@ class Trajectory(Prescribed):
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        made_of = self._solver, self._run, self._forces, self._course, self.t
+        return Trajectory, made_of
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the times, `(N,)`."""
+        return self.t.shape
 
     def __repr__(self) -> str:
         ended = f", ended by: {self.reason}" if self.reason else ""
@@ -113,6 +119,10 @@ class Trajectory(Prescribed):
         t = np.minimum(values, end)
         return Trajectory(self._solver, self._run, self._forces, self._course, t)
 
+    def evenly(self, count: int) -> Trajectory:
+        """Return the same simulation at equidistant times, as an animation shows it."""
+        return self.at(np.linspace(0.0, float(self._run.times[-1]), count))
+
     @cached_property
     def _rows(self) -> Rows:
         return self._run.rows(self._run.times if self.t is self._run.times else self.t)
@@ -121,9 +131,7 @@ class Trajectory(Prescribed):
         coordinates = self.mechanism.coordinates
         if name == "x":
             columns = coordinates.columns_of(self.drives)
-            return np.asarray(
-                self._rows.x[:, columns] + 2.0 * np.pi * self._rows.turns[:, columns]
-            )
+            return np.asarray(self._rows.x[:, columns] + 2.0 * np.pi * self._rows.turns[:, columns])
         return np.asarray(getattr(self._rows, name)[:, coordinates.rates_of(self.drives)])
 
     @property
@@ -183,45 +191,6 @@ class Trajectory(Prescribed):
     def _counted(self) -> tuple[Array, Array]:
         """Return coordinates with all turns, and velocities."""
         return self._rows.x + 2.0 * np.pi * self._rows.turns, self._rows.v
-
-    @property
-    def motion(self) -> Motion:
-        """Positions, speeds and accelerations of all joints, as those of a sweep."""
-        return self.sweep.motion
-
-    def __getitem__(self, joint: str) -> JointWrench:
-        return self.sweep[joint]
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names of the joints whose wrenches are results."""
-        return iter(self.outputs)
-
-    def __contains__(self, joint: object) -> bool:
-        return isinstance(joint, str) and joint in self.outputs
-
-    def wrench(self, joint: str, frame: str = "joint") -> JointWrench:
-        """Return the wrench of a joint in other axes, see `Sweep.wrench`."""
-        return self.sweep.wrench(joint, frame)
-
-    @property
-    def drive_effort(self) -> Array:
-        """What the drives exert, see `Sweep.drive_effort`: of free ones zero but for errors."""
-        return self.sweep.drive_effort
-
-    @property
-    def loop_residual(self) -> float:
-        """Worst closure error, see `Sweep.loop_residual`."""
-        return self.sweep.loop_residual
-
-    @property
-    def balance_residual(self) -> float:
-        """Worst imbalance of a body, see `Sweep.balance_residual`."""
-        return self.sweep.balance_residual
-
-    @property
-    def power_residual(self) -> float:
-        """Worst imbalance of power, see `Sweep.power_residual`."""
-        return self.sweep.power_residual
 
     @property
     def effort_residual(self) -> float:
