@@ -61,17 +61,36 @@ def state_function(label: str, function: Callable[..., Any]) -> StateFunction:
     """Return a function of time, or of time, positions and speeds, as one of all three.
 
     Raises:
+        ArgumentError: it takes another number of arguments; when it is called, it fails.
+    """
+    alone = _takes_time_alone(label, function)
+
+    def called(time: float, position: Named, speed: Named) -> Any:
+        try:
+            return function(time) if alone else function(time, position, speed)
+        except Exception as error:
+            raise ArgumentError(
+                f"{label} failed at time {time:g} s: {type(error).__name__}: {error}"
+            ) from error
+
+    return called
+
+
+def _takes_time_alone(label: str, function: Callable[..., Any]) -> bool:
+    """Return whether a function takes the time alone, and not positions and speeds as well.
+
+    Raises:
         ArgumentError: it takes another number of arguments.
     """
     try:
         parameters = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):  # Some functions of compiled modules have none.
-        return lambda time, position, speed: function(time)
+        return True
     kinds = [item.kind for item in parameters if item.default is inspect.Parameter.empty]
     if inspect.Parameter.VAR_POSITIONAL in kinds or len(kinds) == 3:
-        return function
-    if len(kinds) == 1 or not kinds:
-        return lambda time, position, speed: function(time)
+        return False
+    if len(kinds) <= 1:
+        return True
     raise ArgumentError(
         f"{label}: a function of {len(kinds)} arguments, expected (time) or "
         "(time, position, speed), the latter two by joint names"
