@@ -34,16 +34,8 @@ class SceneSimulations(SceneResponses):
     ) -> Trajectory:
         """Simulate how the drives move when nobody moves them.
 
-        The drives of the scene are its free coordinates; held joints hold. Weight, loads and
-        inertia decide the motion. All loops stay closed to rounding, in positions and velocities.
-
-        Methods, the first that suits is taken unless `method` names one:
-        `quadrature`: one conservative free coordinate that turns or swings; time as an integral
-        over position, exact to rounding over any number of turns.
-        `response`: one free coordinate under any forces; the equation of motion from tabulated
-        inertia.
-        `DOP853`: all else, by Pinocchio's constrained dynamics in all coordinates; where the
-        equations turn out to be stiff, `Radau` takes over.
+        The drives of the scene are its free coordinates; held joints hold. All loops stay closed to
+        rounding, in positions and velocities.
 
         Args:
             duration: [s]; the simulation begins at time 0.
@@ -51,19 +43,16 @@ class SceneSimulations(SceneResponses):
                 also of joints that are not drives; where the scene starts if None.
             speed: likewise [rad/s or m/s]; at rest if None.
             motion: drives that are moved: to a constant speed; a function of time that returns
-                position, speed and acceleration; three such functions; or times and positions.
+                position, speed and acceleration; three functions; or times and positions.
             loads: joints and links to what acts there instead of in the scene: a value, or a
                 function of `(time)` or `(time, position, speed)`, the latter two by joint names.
             rtol: relative tolerance of each step.
             atol: absolute tolerance [rad, fractions of the characteristic length, and of the
                 greatest speed at the start]; like `rtol` if None.
-            method: see above.
-            step: length of all steps [s] of `DOP853` or `Radau`; chosen by the error if None.
+            method: see `cardan_dyn.simulation`; the first of them that suits if None.
+            step: length of all steps [s], instead of tolerances.
             events: `Event`, or functions like those of loads that pass through zero.
             progress: True for a bar, or a function of the fraction done.
-
-        Returns:
-            The trajectory; interrupted by the keyboard, what was computed.
 
         Raises:
             ArgumentError: a value is not finite or out of range, start values that contradict each
@@ -72,7 +61,7 @@ class SceneSimulations(SceneResponses):
             MobilityError: the motion of every drive is prescribed.
             AssemblyError: the loops cannot be closed at the start.
             SingularConfigurationError: the start is a dead point of the drives.
-            SimulationError: the simulation could not go on; with the trajectory up to there.
+            SimulationError: it could not go on; with the trajectory up to there.
         """
         from ..simulation.simulate import Asked, simulated  # Most scripts simulate nothing.
 
