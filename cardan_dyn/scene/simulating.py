@@ -29,6 +29,7 @@ class SceneSimulations(SceneResponses):
         atol: float | None = None,
         method: str | None = None,
         step: float | None = None,
+        settle: bool = False,
         events: Any = (),
         progress: bool | Callable[[float], object] = False,
     ) -> Trajectory:
@@ -51,6 +52,7 @@ class SceneSimulations(SceneResponses):
                 greatest speed at the start]; like `rtol` if None.
             method: see `cardan_dyn.simulation`; the first of them that suits if None.
             step: length of all steps [s], instead of tolerances.
+            settle: start where the fast modes of stiff springs rest, near the given start.
             events: `Event`, or functions like those of loads that pass through zero.
             progress: True for a bar, or a function of the fraction done.
 
@@ -63,11 +65,13 @@ class SceneSimulations(SceneResponses):
             SingularConfigurationError: the start is a dead point of the drives.
             SimulationError: it could not go on; with the trajectory up to there.
         """
-        from ..simulation.simulate import Asked, simulated  # Most scripts simulate nothing.
+        from ..simulation.setup import Asked
+        from ..simulation.simulate import simulated  # Most scripts simulate nothing.
 
         start = position, speed, motion, loads
         return simulated(
-            self._solver, Asked(duration, *start, rtol, atol, method, events, progress, step)
+            self._solver,
+            Asked(duration, *start, rtol, atol, method, events, progress, step, settle),
         )
 
     def equilibrium(

@@ -13,12 +13,13 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array
-from ..elements.bushing import Bushing
+from ..elements.bushing import GREATEST_ANGLE, Bushing, too_far
 from ..elements.element import Element
 from ..elements.element_forces import ElementForces
 from ..elements.joint_elements import JointElement, JointSpring
 from ..elements.point_spring import PointSpring
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.tree import se3
 
 
 class _End(NamedTuple):
@@ -31,6 +32,22 @@ class _End(NamedTuple):
 
     joint: int
     point: Array
+
+
+class _Joined(NamedTuple):
+    """A bushing between two bodies.
+
+    Attributes:
+        element: the bushing.
+        joints: indices of the joints in the model that move its ends, 0 for the world.
+        placements: `pin.SE3` of its frames in those joints' frames.
+        label: how messages call it.
+    """
+
+    element: Bushing
+    joints: tuple[int, int]
+    placements: tuple[pinocchio.SE3, pinocchio.SE3]
+    label: str
 
 
 class ElementEfforts:
@@ -73,19 +90,26 @@ class ElementEfforts:
             for item, label in pairs
             if isinstance(item, PointSpring)
         ]
-        # Bushings are few, and their large rotations no short computation.
-        bushings = [item for item in elements if isinstance(item, Bushing)]
-        self._bushings = ElementForces(mechanism, bushings) if bushings else None
+        self._bushings = [
+            self._joined(item, every.end_of(index), every.labels[index])
+            for index, item in enumerate(elements)
+            if isinstance(item, Bushing)
+        ]
         self.is_conservative = all(_is_spring(item) for item in elements)
 
     def _end(self, link: str, point: Array) -> _End:
         joint, frame = self._mechanism.links[link]
         return _End(joint, np.asarray(frame.act(point)))
 
-    def __bool__(self) -> bool:
-        return bool(
-            self._columns.size or self._others or self._springs or self._bushings is not None
+    def _joined(self, element: Bushing, end: Array, label: str) -> _Joined:
+        (first, frame_a), (second, frame_b) = (
+            self._mechanism.links[link] for link in (element.link_a, element.link_b)
         )
+        placements = frame_a * se3(np.asarray(element.origin)), frame_b * se3(end)
+        return _Joined(element, (first, second), placements, label)
+
+    def __bool__(self) -> bool:
+        return bool(self._columns.size or self._others or self._springs or self._bushings)
 
     def add(self, efforts: Array, model: Any, data: Any, time: float, x: Array, v: Array) -> None:
         """Add what the elements exert at a state to efforts `(nv,)`; see `Forces.efforts`."""
@@ -95,18 +119,13 @@ class ElementEfforts:
         for element, coordinate, label in self._others:
             at, rate = x[coordinate.column :][:1], v[coordinate.rate :][:1]
             efforts[coordinate.rate] += element.force(at, rate, np.array([time]), label).effort[0]
-        if self._springs:
+        if self._springs or self._bushings:
             pinocchio.forwardKinematics(model, data, x, v)
             pinocchio.computeJointJacobians(model, data, x)
-            for spring in self._springs:
-                _add_spring(efforts, model, data, *spring)
-        if self._bushings is not None:
-            pinocchio.computeJointJacobians(model, data, x)
-            acted = self._bushings.at(x[None, :], v[None, :], time)
-            for load in acted.link_loads(self._mechanism):
-                joint = load.body + 1
-                origin = np.asarray(data.oMi[joint].act(load.translation))
-                _add_wrench(efforts, model, data, joint, origin, load.force[0], load.moment[0])
+        for spring in self._springs:
+            _add_spring(efforts, model, data, *spring)
+        for bushing in self._bushings:
+            _add_bushing(efforts, model, data, bushing)
 
 
 def _is_spring(element: Element) -> bool:
@@ -130,6 +149,43 @@ def _add_spring(
         _add_wrench(efforts, model, data, a.joint, at_a, force, none)
     if b.joint:
         _add_wrench(efforts, model, data, b.joint, at_b, -force, none)
+
+
+def _add_bushing(efforts: Array, model: Any, data: Any, bushing: _Joined) -> None:
+    """Add the efforts of a bushing, see `Bushing`; placements and Jacobians are computed."""
+    element, (first, second) = bushing.element, bushing.joints
+    a, b = (
+        data.oMi[joint] * placement
+        for joint, placement in zip(bushing.joints, bushing.placements, strict=True)
+    )
+    seen = a.actInv(b)
+    turn = pinocchio.log3(seen.rotation)
+    angle = float(np.linalg.norm(turn))
+    if angle > GREATEST_ANGLE:
+        raise too_far(bushing.label, angle)
+    gradient = element.stiffness @ np.concatenate([seen.translation, turn])
+    # The right Jacobian's inverse is the transposed inverse of the left one.
+    gradient[3:] = pinocchio.Jlog3(seen.rotation) @ gradient[3:]
+    if np.any(element.damping):
+        gradient += element.damping @ _relative_velocity(data, bushing, a, b)
+    force, moment = -a.rotation @ gradient[:3], -a.rotation @ gradient[3:]
+    if second:
+        _add_wrench(efforts, model, data, second, b.translation, force, moment)
+    if first:
+        _add_wrench(efforts, model, data, first, b.translation, -force, -moment)
+
+
+def _relative_velocity(data: Any, bushing: _Joined, a: Any, b: Any) -> Array:
+    """Return the velocity `(6,)` of a bushing's second frame as the first, `a`, sees it."""
+    spins = [
+        data.oMi[joint].rotation @ data.v[joint].angular if joint else np.zeros(3)
+        for joint in bushing.joints
+    ]
+    ends = (_End(joint, np.zeros(3)) for joint in bushing.joints)
+    # That of the point of the first body where the second frame's origin is.
+    at_a, at_b = (_velocity(data, end, b.translation) for end in ends)
+    back = a.rotation.T
+    return np.concatenate([back @ (at_b - at_a), back @ (spins[1] - spins[0])])
 
 
 def _velocity(data: Any, end: _End, place: Array) -> Array:
