@@ -24,6 +24,7 @@ class Fourier:
         self.coefficients = coefficients
         self.frequency = frequency
         self.slope = np.zeros(len(coefficients)) if slope is None else slope
+        self._exponents = 1j * frequency * np.arange(coefficients.shape[1])
 
     @staticmethod
     def of(samples: Array, period: float) -> Fourier:
@@ -71,7 +72,7 @@ class Fourier:
 
     def at(self, position: float) -> Array:
         """Return the values `(c,)` at one position."""
-        waves = np.exp(1j * self.frequency * position * self._harmonics)
+        waves = np.exp(self._exponents * position)
         return np.asarray((self.coefficients @ waves).real + self.slope * position)
 
     def __call__(self, positions: Array) -> Array:

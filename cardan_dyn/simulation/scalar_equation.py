@@ -18,6 +18,10 @@ from .forces import Forces, Named, StateNames
 from .fourier import Fourier
 
 
+_UNRESOLVED = 100.0
+"""Greatest tail of the joints' coefficients, in errors of the inertia's."""
+
+
 class ScalarEquation:
     """The equation of motion of the only drive."""
 
@@ -40,18 +44,25 @@ class ScalarEquation:
         self._names = StateNames(solver.problem.mechanism.coordinates)
         self._period = 2.0 * np.pi / functions.inertia.frequency
         self.turns = np.zeros(2)
-        inertia, force = functions.inertia, functions.force
-        both = np.zeros((3, max(inertia.coefficients.shape[1], 1)), dtype=complex)
-        both[0], both[1] = inertia.coefficients[0], inertia.derivative().coefficients[0]
-        both[2] = force.coefficients[0]
-        self._table = Fourier(both, inertia.frequency).shortened(1e-18)
-        self._motion = _motion_table(solver, inertia.frequency, both.shape[1])
+        self._size = solver.problem.mechanism.coordinates.size
+        self._table = _table(solver, functions)
+
+    def _at(self, position: float, turns: float) -> tuple[Array, Array, Array]:
+        """Return inertia, its slope and force `(3,)`, coordinates and velocity ratios of all joints.
+
+        Args:
+            position: of the drive, within some periods [rad].
+            turns: of the drive, that it lacks.
+        """
+        values = self._table.at(position)
+        if turns:
+            values += self._table.slope * (2.0 * np.pi * turns)
+        return values[:3], values[3 : 3 + self._size], values[3 + self._size :]
 
     def derivative(self, time: float, y: Array) -> Array:
         """Return the derivative of position and speed `(2,)`."""
-        position, speed = y
-        inertia, slope, force = self._table.at(position)
-        x, ratios = self._motion.joints(position, float(self.turns[0]))
+        position, speed = y.tolist()
+        (inertia, slope, force), x, ratios = self._at(position, float(self.turns[0]))
         model = self._model
         efforts = self._forces.efforts(model.model, model.data, time, x, ratios * speed)
         push = force + ratios @ efforts - 0.5 * slope * speed**2
@@ -71,41 +82,25 @@ class ScalarEquation:
 
     def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
         """Return positions and speeds by name of a row."""
-        x, ratios = self._motion.joints(y[0], float(turns[0]))
+        _, x, ratios = self._at(float(y[0]), float(turns[0]))
         return self._names.positions(x), self._names.speeds(ratios * y[1])
 
 
-class _JointTable:
-    """Positions and velocity ratios of all joints over the drive's position."""
-
-    def __init__(self, functions: Fourier, size: int) -> None:
-        self._functions, self._size = functions, size
-
-    def joints(self, position: float, turns: float) -> tuple[Array, Array]:
-        """Return coordinates `(size,)` and velocity ratios `(nv,)` at a position of the drive.
-
-        Args:
-            position: within some periods [rad].
-            turns: of the drive, that it lacks.
-        """
-        values = self._functions.at(position) + self._functions.slope * 2.0 * np.pi * turns
-        return values[: self._size], values[self._size :]
-
-
-def _motion_table(solver: ProblemSolver, frequency: float, count: int) -> _JointTable:
-    """Return the joint positions and velocity ratios over the drive's position.
+def _table(solver: ProblemSolver, functions: EnergyFunctions) -> Fourier:
+    """Return inertia, its slope, force, joint positions and velocity ratios of the drive's position.
 
     Raises:
-        NotSuitableError: so many positions do not resolve them.
+        NotSuitableError: the positions that resolve the inertia do not resolve the joints'.
     """
-    period = 2.0 * np.pi / frequency
-    number = 2 * count
-    grid = period / number * np.arange(number + 1)[:, None]
+    inertia, force = functions.inertia, functions.force
+    count, period = inertia.coefficients.shape[1], 2.0 * np.pi / inertia.frequency
+    grid = period / (2 * count) * np.arange(2 * count + 1)[:, None]
     motion = motion_at(solver, Targets.of_positions(grid), np.ones_like(grid), np.zeros_like(grid))
-    x = motion._x + 2.0 * np.pi * motion._turns
-    rows = np.concatenate([x, motion.v], axis=1)
+    x = motion.rows
     slope = np.concatenate([(x[-1] - x[0]) / period, np.zeros(motion.v.shape[1])])
-    table = Fourier.of((rows[:-1] - grid[:-1] * slope).T, period)
-    if np.any(table.tail() > 1e-10):
-        raise NotSuitableError("joint positions are not resolved by the positions of the inertia")
-    return _JointTable(Fourier(table.coefficients, frequency, slope), x.shape[1])
+    joints = Fourier.of((np.concatenate([x, motion.v], axis=1) - grid * slope)[:-1].T, period)
+    if np.any(joints.tail() > _UNRESOLVED * functions.error):
+        raise NotSuitableError("joint positions are less even than the inertia")
+    rows = [inertia.coefficients, inertia.derivative().coefficients, force.coefficients]
+    table = np.concatenate([*rows, joints.coefficients])
+    return Fourier(table, inertia.frequency, np.concatenate([np.zeros(3), slope]))
