@@ -17,7 +17,6 @@ from .energy_functions import EnergyFunctions, NotSuitableError
 from .forces import Forces, Named, StateNames
 from .fourier import Fourier
 
-
 _UNRESOLVED = 100.0
 """Greatest tail of the joints' coefficients, in errors of the inertia's."""
 
@@ -48,7 +47,7 @@ class ScalarEquation:
         self._table = _table(solver, functions)
 
     def _at(self, position: float, turns: float) -> tuple[Array, Array, Array]:
-        """Return inertia, its slope and force `(3,)`, coordinates and velocity ratios of all joints.
+        """Return inertia, its slope and force `(3,)`, coordinates and velocity ratios.
 
         Args:
             position: of the drive, within some periods [rad].
@@ -87,7 +86,7 @@ class ScalarEquation:
 
 
 def _table(solver: ProblemSolver, functions: EnergyFunctions) -> Fourier:
-    """Return inertia, its slope, force, joint positions and velocity ratios of the drive's position.
+    """Return inertia, its slope, force, joint positions and velocity ratios over the position.
 
     Raises:
         NotSuitableError: the positions that resolve the inertia do not resolve the joints'.
