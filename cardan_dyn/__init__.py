@@ -13,11 +13,13 @@ from .errors import (
     ArgumentError,
     AssemblyError,
     CardanError,
+    EquilibriumError,
     ImmutableError,
     IndeterminateError,
     MissingExtraError,
     MobilityError,
     ModelError,
+    SimulationError,
     SingularConfigurationError,
 )
 from .forces.link_loads import Wrench
@@ -40,6 +42,9 @@ if TYPE_CHECKING:
     from .scene.describe import describe
     from .scene.mechanism_report import MechanismReport
     from .scene.plan import Plan
+    from .simulation.equilibrium import Equilibrium
+    from .simulation.events import Event
+    from .simulation.trajectory import Trajectory
     from .viewer.viewing import View, view
 
 _IMPORTED_WHEN_USED = {
@@ -47,12 +52,15 @@ _IMPORTED_WHEN_USED = {
     "Branches": ".scene.branches",
     "Bushing": ".elements.bushing",
     "Configuration": ".mechanism.configuration",
+    "Equilibrium": ".simulation.equilibrium",
+    "Event": ".simulation.events",
     "JointFriction": ".elements.joint_elements",
     "JointSpring": ".elements.joint_elements",
     "MechanismReport": ".scene.mechanism_report",
     "Plan": ".scene.plan",
     "PointSpring": ".elements.point_spring",
     "Response": ".response.response",
+    "Trajectory": ".simulation.trajectory",
     "View": ".viewer.viewing",
     "describe": ".scene.describe",
     "described_elements": ".elements.described",
@@ -70,6 +78,9 @@ __all__ = [
     "Bushing",
     "CardanError",
     "Configuration",
+    "Equilibrium",
+    "EquilibriumError",
+    "Event",
     "ImmutableError",
     "IndeterminateError",
     "Joint",
@@ -86,8 +97,10 @@ __all__ = [
     "PointSpring",
     "Response",
     "Scene",
+    "SimulationError",
     "SingularConfigurationError",
     "Sweep",
+    "Trajectory",
     "View",
     "Wrench",
     "__version__",

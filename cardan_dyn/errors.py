@@ -108,6 +108,30 @@ class SingularConfigurationError(CardanError):
     reach: tuple[float, float] | None = None
 
 
+class SimulationError(CardanError):
+    """A simulation could not go on.
+
+    Attributes:
+        trajectory: the `Trajectory` up to there.
+        time: when it ended [s].
+    """
+
+    trajectory: object = None
+    time: float = float("nan")
+
+
+class EquilibriumError(CardanError):
+    """No equilibrium was found.
+
+    Attributes:
+        position: of the drives where the search ended `(d,)`.
+        effort: what the drives still need there `(d,)`.
+    """
+
+    position: np.ndarray | None = None
+    effort: np.ndarray | None = None
+
+
 class MobilityError(CardanError):
     """The drives do not match the mobility of the mechanism.
 

@@ -17,6 +17,7 @@ from ..forces.link_loads import WRENCH_COMPONENTS
 from ..frozen import Frozen, frozen, read_only
 from ..kinematics.all_groups import ClosedState, Kinematics
 from ..kinematics.assembly import Assembly, AssemblyAtDesign
+from ..kinematics.guess_cache import Guess
 from ..kinematics.needs import solved_couplings
 from ..problem.problem import Problem
 from ..problem.samples import Acting, Targets
@@ -241,7 +242,21 @@ class ProblemSolver(Frozen):
 
         Arguments and errors as of `assemble`; the latter are raised while the blocks are read.
         """
-        guess, positions = self.assembly.guesses(targets, along_path), targets.positions
+        return self._in_blocks(targets, self.assembly.guesses(targets, along_path), along_path)
+
+    def assembled_near(self, targets: Targets, x: Array, turns: Array) -> AssembledPositions:
+        """Return targets that are closed near given coordinates, see `assembled_in_turn`.
+
+        Args:
+            targets: N samples of the drives.
+            x: `(N, size)` closed coordinates up to rounding, exact in the drives.
+            turns: `(N, size)` whole turns that the angles in `x` lack.
+        """
+        return self._in_blocks(targets, self.assembly.guesses_at(targets, x, turns), True)
+
+    def _in_blocks(self, targets: Targets, guess: Guess, along_path: bool) -> AssembledPositions:
+        """Return targets whose blocks are closed from a guess whenever they are read."""
+        positions = targets.positions
         # Blocks of equal size: a small last one would cost almost as much as a large one.
         numbers = self.problem.mechanism.model.nv * (_NUMBERS_PER_COORDINATE + positions.shape[1])
         block_size = max(1, min(_BLOCK_SIZE, _BLOCK_NUMBERS // numbers))

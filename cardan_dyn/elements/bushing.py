@@ -13,7 +13,7 @@ from ..errors import ArgumentError
 from .element import Element
 from .rotation_vectors import greatest_angle, left_jacobian_inverse_transposed, rotation_vector
 
-_GREATEST_ANGLE = 3.1
+GREATEST_ANGLE = 3.1
 """Rotation [rad] up to which a rotation vector is a smooth function of it; at pi it jumps."""
 _RIGID = 1e-6
 """Deviation of a placement's axes from unit vectors at right angles that counts as rounding of the
@@ -109,11 +109,8 @@ class Bushing(Element):
         """
         turn = rotation_vector(rotation)
         angle = greatest_angle(turn)
-        if not angle <= _GREATEST_ANGLE:
-            raise ArgumentError(
-                f"{label}: it is turned by {angle:.4g} rad; a bushing turns by "
-                f"{_GREATEST_ANGLE:g} rad at most"
-            )
+        if not angle <= GREATEST_ANGLE:
+            raise too_far(label, angle)
         deformation = np.concatenate([span, turn], axis=1)
         gradient = deformation @ self.stiffness
         elastic = gradient.copy()
@@ -125,6 +122,14 @@ class Bushing(Element):
             energy=0.5 * np.einsum("ni,ni->n", gradient, deformation),
             dissipation=np.einsum("ni,ni->n", drag, rate),
         )
+
+
+def too_far(label: str, angle: float) -> ArgumentError:
+    """Return the error of a bushing that is turned too far, by an angle [rad]."""
+    return ArgumentError(
+        f"{label}: it is turned by {angle:.4g} rad; a bushing turns by {GREATEST_ANGLE:g} rad at "
+        "most"
+    )
 
 
 def _placement(label: str, given: object) -> Array:

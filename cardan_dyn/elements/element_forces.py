@@ -110,6 +110,10 @@ class ElementForces:
             if isinstance(element, Bushing)
         }
 
+    def end_of(self, index: int) -> Array:
+        """Return the placement `(4, 4)` in `link_b` of the frame of a bushing, by its index."""
+        return self._ends[index]
+
     def at(self, x: Array, v: Array, time: ArrayLike = 0.0) -> Acted:
         """Return what all elements exert.
 

@@ -159,6 +159,10 @@ class Assembly:
         """
         return self._cache.guesses(targets, along_path)
 
+    def guesses_at(self, targets: Targets, x: Array, turns: Array) -> Guess:
+        """Return the guess that consists of given coordinates, see `GuessCache.guesses_at`."""
+        return self._cache.guesses_at(targets, x, turns)
+
     def close(self, guess: Guess, positions: Array, first: int = 0) -> ClosedState:
         """Close the loops at guesses for drive positions `(N, d)`.
 

@@ -136,6 +136,23 @@ class GuessCache:
             is_exact = all(part.is_exact for part in self._parts)
             return Guess(x, turns, self._with_amplitudes(), is_exact, is_there)
 
+    def guesses_at(self, targets: Targets, x: Array, turns: Array) -> Guess:
+        """Return the guess that consists of given coordinates, of a motion found by other means.
+
+        Args:
+            targets: N samples.
+            x: `(N, size)` closed coordinates up to rounding, exact in the drives.
+            turns: `(N, size)` whole turns that the angles in `x` lack.
+        """
+        with self._lock:
+            if not self._motionless and not self._redundancy.settled:
+                count = min(len(x), STATES_STUDIED)
+                some = np.linspace(0, len(x) - 1, count).astype(int)
+                self._redundancy = self._study.of_states(
+                    np.concatenate([part.states for part in self._parts] + [x[some]])
+                )
+            return Guess(x, turns, self.kinematics, True, np.ones(len(x), dtype=bool))
+
     def period(self) -> float | None:
         """Return the drive displacement [rad] after which the motion repeats, None if it does not.
 

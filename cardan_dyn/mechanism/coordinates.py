@@ -89,6 +89,9 @@ class Coordinates:
         velocity_columns: joint name to its columns in a velocity.
         named: the turns and slides by their names, see `Joint.coordinates`.
         cardan: names of the joints whose balls are written as three turns.
+        rate_scale: `(nv,)` lengths that compare what acts along slides with moments [m for slides].
+        scalars: columns and velocity coordinates of all turns and slides.
+        balls: first columns and first velocity coordinates of all balls.
     """
 
     def __init__(
@@ -126,13 +129,15 @@ class Coordinates:
         self.named = self._named()
 
         revolute, prismatic = self._of_kind("revolute"), self._of_kind("prismatic")
-        self._balls = self._of_kind("spherical")
-        self._scalars = _Kind(
+        self.balls = self._of_kind("spherical")
+        self.scalars = _Kind(
             *(np.concatenate(pair) for pair in zip(revolute, prismatic, strict=True))
         )
         self.angle_columns = revolute.columns
         self.scale = np.ones(self.size)
         self.scale[prismatic.columns] = 1.0 / length
+        self.rate_scale = np.ones(model.nv)
+        self.rate_scale[prismatic.velocities] = length
 
     def _named(self) -> dict[str, Scalar]:
         """Return the turns and slides by name."""
@@ -187,12 +192,12 @@ class Coordinates:
     def neutral(self) -> Array:
         """Return the `(size,)` row in which every joint is at zero."""
         row = np.zeros(self.size)
-        row[self._balls.columns + 3] = 1.0
+        row[self.balls.columns + 3] = 1.0
         return row
 
     def column_of(self, velocities: Array) -> Array:
         """Return the columns of rows that belong to velocity coordinates of turns and slides."""
-        column_of = dict(zip(*map(np.ndarray.tolist, self._scalars[::-1]), strict=True))
+        column_of = dict(zip(*map(np.ndarray.tolist, self.scalars[::-1]), strict=True))
         return np.array([column_of[velocity] for velocity in velocities.tolist()], dtype=int)
 
     def moves(self, velocities: Array) -> Moves:
@@ -210,11 +215,11 @@ class Coordinates:
                 if velocity in step_of
             ]
 
-        columns, steps = np.array(chosen(self._scalars), dtype=int).reshape(-1, 2).T.copy()
+        columns, steps = np.array(chosen(self.scalars), dtype=int).reshape(-1, 2).T.copy()
         angles = set(self.angle_columns.tolist())
         is_slide = [column not in angles for column in columns.tolist()]
         slides = steps[np.array(is_slide, dtype=bool)]
-        return Moves(columns, steps, slides, chosen(self._balls))
+        return Moves(columns, steps, slides, chosen(self.balls))
 
     def columns_moved_by(self, velocities: Array) -> Array:
         """Return the columns of rows that change when velocity coordinates do, ascending."""
@@ -229,7 +234,7 @@ class Coordinates:
         """
         columns = np.delete(np.arange(self.size), self.angle_columns)
         rest = x[:, columns]
-        for column in self._balls.columns:
+        for column in self.balls.columns:
             start = int(np.searchsorted(columns, column))
             quaternions = rest[:, start : start + 4]
             largest = np.argmax(np.abs(quaternions), axis=1)[:, None]
@@ -240,8 +245,8 @@ class Coordinates:
     def derivative(self, x: Array, v: Array) -> Array:
         """Return `(N, size)` rates of the rows `x` for joint velocities `v (N, nv)`."""
         rates = np.zeros_like(x)
-        rates[:, self._scalars.columns] = v[:, self._scalars.velocities]
-        for column, start in zip(*self._balls, strict=True):
+        rates[:, self.scalars.columns] = v[:, self.scalars.velocities]
+        for column, start in zip(*self.balls, strict=True):
             spin = np.zeros((len(x), 4))
             spin[:, :3] = 0.5 * v[:, start : start + 3]
             rates[:, column : column + 4] = quaternion_product(x[:, column : column + 4], spin)
@@ -256,14 +261,14 @@ class Coordinates:
             a: joint accelerations `(N, nv)`.
         """
         result = self.derivative(x, a)
-        for column, start in zip(*self._balls, strict=True):
+        for column, start in zip(*self.balls, strict=True):
             squared = np.sum(v[:, start : start + 3] ** 2, axis=1, keepdims=True)
             result[:, column : column + 4] -= 0.25 * squared * x[:, column : column + 4]
         return result
 
     def normalised(self, x: Array) -> Array:
         """Return `x` with its quaternions scaled to unit length, in place."""
-        for column in self._balls.columns:
+        for column in self.balls.columns:
             quaternion = x[:, column : column + 4]
             quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
         return x

@@ -11,7 +11,7 @@ from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import checked
 from ..results.sweep import Sweep
 from .arguments import replaced
-from .responding import SceneResponses
+from .simulating import SceneSimulations
 from .solving import Asked, assembled, swept
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..mechanism.configuration import Configuration
 
 
-class Scene(SceneResponses):
+class Scene(SceneSimulations):
     """A mechanism whose motion is prescribed, with what acts on it.
 
     A scene cannot be changed. It may be used by several threads at the same time; copies and

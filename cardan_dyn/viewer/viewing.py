@@ -18,6 +18,7 @@ from ..checks import described, names, numbers
 from ..errors import ArgumentError
 from ..mechanism.configuration import Configuration
 from ..results.sweep import Sweep
+from ..simulation.trajectory import Trajectory
 from .commands import meshcat
 from .page import Server, render
 from .scenery import Parts, build
@@ -25,7 +26,7 @@ from .still import Still
 
 
 def view(
-    sweep: Sweep | Configuration,
+    sweep: Sweep | Trajectory | Configuration,
     *,
     joints: Sequence[str] | None = None,
     visuals: bool = True,
@@ -46,8 +47,8 @@ def view(
     with the shaft (Grossmann 1939). Every arrow shows what the parent exerts on the child.
 
     Args:
-        sweep: over one dimension, of any number of samples; or a configuration, which has no
-            wrenches to be drawn.
+        sweep: over one dimension, of any number of samples; a trajectory, which is shown at
+            equidistant times; or a configuration, which has no wrenches to be drawn.
         joints: whose arrows, axes and names are drawn; all outputs of the sweep if not given.
         visuals: draw the shapes of the links; lines between the joints where there are none.
         moments: draw torsion and bending.
@@ -70,14 +71,21 @@ def view(
         ArgumentError: the sweep has no or several dimensions, or a number is out of range.
     """
     meshcat()  # Reports a missing extra before anything is computed.
-    shot = Still(sweep) if isinstance(sweep, Configuration) else sweep
-    shown = _checked_joints(shot, joints)
     _check_numbers(duration, frames)
+    shot = _shot(sweep, frames)
+    shown = _checked_joints(shot, joints)
     count = min(len(shot), frames)
     samples = np.unique(np.linspace(0, len(shot) - 1, count).round().astype(int))
     times = np.linspace(0.0, duration, len(samples))
     parts = Parts(visuals, moments, forces, axes, traces, labels, elements)
     return View(render(build(shot, shown, parts, times, samples), title or shot.mechanism.name))
+
+
+def _shot(sweep: Sweep | Trajectory | Configuration, frames: int) -> Sweep | Still:
+    """Return what is drawn: of a trajectory, the sweep along it at equidistant times."""
+    if isinstance(sweep, Configuration):
+        return Still(sweep)
+    return sweep.evenly(frames).sweep if isinstance(sweep, Trajectory) else sweep
 
 
 def _checked_joints(sweep: Sweep | Still, joints: Sequence[str] | None) -> tuple[str, ...]:

@@ -1,0 +1,292 @@
+"""Constrained model: accelerations of a mechanism whose loops are kept closed, one state at a time.
+
+Pinocchio's `constraintDynamics` gives them, redundant closures included: its proximal iterations
+need three rounds if their regularisation suits the scene. What is prescribed is a joint with an
+inertia so great that nothing else moves it; the same decomposition then closes loops that have
+drifted open, in the metric of the kinetic energy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio
+
+from ..arrays import Array
+from ..mechanism.mechanism import Mechanism
+from ..mechanism.welds import constraint_models
+from .turning_model import turning_model
+
+_IMMOVABLE = 1e15
+"""Inertia of prescribed joints, as a multiple of the greatest other one: what acts on them changes
+their acceleration by less than rounding."""
+_REGULARISATION = 1e-8
+"""Proximal parameter, as a fraction of the least eigenvalue of J M⁻¹ Jᵀ that is not zero."""
+_ROUNDS = 3
+"""Proximal iterations: each gains the eight digits of the regularisation."""
+_ZERO = 1e-10
+"""Eigenvalue of J M⁻¹ Jᵀ, as a fraction of its greatest, that counts as zero: of redundant rows."""
+_WEIGHTLESS = 1e-11
+"""Inertia along a direction, as a fraction of that along the coordinates themselves, that counts as
+none, so that the inertia matrix has no inverse."""
+_LENT = 1e-4
+"""Inertia lent to every joint of a mechanism with weightless parts, as a fraction of the greatest;
+proximal iterations take its effect off again."""
+_LENT_ROUNDS = 12
+"""Greatest number of these iterations; each gains some digits."""
+_MOST_STEPS = 4
+"""Greatest number of Newton steps that close loops which have drifted open."""
+_CLOSED = 4e-16
+"""Closure error at which they end, see `ConstrainedModel.closure_error`."""
+_SETTLED = 1e-15
+"""Change of accelerations, as a fraction of them, at which these iterations end."""
+
+
+class ConstrainedModel:
+    """Pinocchio's model of a mechanism in which coordinates rows are configurations.
+
+    Not for several threads at once: it has one set of Pinocchio's data.
+
+    Attributes:
+        mechanism: the mechanism.
+        model: `pin.Model` with the gravity of the scene; angles count turns.
+        data: `pin.Data` of the last state.
+        prescribed: velocity coordinates `(p,)` that are driven or held.
+        length: characteristic length [m]; closure errors count gaps as fractions of it.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, prescribed: Sequence[int], gravity: Array, state: Array
+    ) -> None:
+        """Make the model.
+
+        Args:
+            mechanism: see the attribute.
+            prescribed: see the attribute.
+            gravity: `(3,)` [m/s²].
+            state: `(size,)` closed coordinates, at which it is scaled.
+        """
+        self._made_of = mechanism, tuple(prescribed), gravity, state
+        self.mechanism = mechanism
+        self.prescribed = np.array(prescribed, dtype=int)
+        self.length = mechanism.characteristic_length
+        self.model = turning_model(mechanism, gravity)
+        self._constraints = constraint_models(self.model, mechanism.loops)
+        self._constraint_data = pinocchio.StdVec_RigidConstraintData()
+        for item in self._constraints:
+            self._constraint_data.append(item.createData())
+        self._rows = 6 * len(self._constraints)
+        self._row_scale = np.tile(np.repeat([1.0 / self.length, 1.0], 3), len(mechanism.loops))
+        self._couplings = _coupling_rows(mechanism)
+        self._offsets = np.array([item.offset for item in mechanism.couplings])
+        inertia = self._inertia(state)
+        free = np.delete(np.arange(self.model.nv), self.prescribed)
+        self._scale = float(np.max(np.diag(inertia), initial=0.0)) or 1.0
+        armature = np.zeros(self.model.nv)
+        self._lent = self._lent_inertia(inertia, free)
+        armature[:] = self._lent
+        armature[self.prescribed] = _IMMOVABLE * self._scale
+        self.model.armature = self._armature = armature
+        self._start_data()
+        self._mu = _REGULARISATION
+        self._settings = pinocchio.ProximalSettings(0.0, self._mu, 1)
+        self._mu = self._regularisation(state)
+        self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Pinocchio's data cannot be copied.
+        return ConstrainedModel, self._made_of
+
+    def _start_data(self) -> None:
+        self.data = self.model.createData()
+        pair = self._constraints, self._constraint_data
+        pinocchio.initConstraintDynamics(self.model, self.data, *pair)
+        self._decomposition = pinocchio.ConstraintCholeskyDecomposition(
+            self.model, self.data, *pair
+        )
+
+    def _inertia(self, x: Array) -> Array:
+        """Return the inertia matrix `(nv, nv)` at coordinates."""
+        upper = np.triu(pinocchio.crba(self.model, self.model.createData(), x))
+        return np.asarray(upper + np.triu(upper, 1).T)
+
+    def _lent_inertia(self, inertia: Array, free: Array) -> float:
+        """Return the inertia that every joint is lent, 0 if there is one in all directions."""
+        own = inertia[np.ix_(free, free)]
+        scale = np.sqrt(np.diag(own))
+        if not free.size:
+            return 0.0
+        if np.all(scale > 0.0):
+            least = float(np.min(np.linalg.eigvalsh(own / scale / scale[:, None])))
+            if least > _WEIGHTLESS and np.min(scale) > np.sqrt(_WEIGHTLESS) * np.max(scale):
+                return 0.0
+        return _LENT * float(np.max(scale)) ** 2 or 1.0
+
+    def _regularisation(self, x: Array) -> float:
+        """Return the proximal parameter for the scene."""
+        if not self._rows:
+            return 1e-8
+        rest = np.zeros(self.model.nv)
+        self._constrained(x, rest, rest)
+        jacobian = self._loop_jacobian()
+        inertia = self._inertia(x) + np.diag(self._armature)
+        root = np.linalg.cholesky(inertia)
+        values = np.linalg.svd(np.linalg.solve(root, jacobian.T), compute_uv=False) ** 2
+        kept = values[values > _ZERO * np.max(values, initial=0.0)]
+        return _REGULARISATION * float(np.min(kept, initial=np.max(values, initial=1.0)) or 1.0)
+
+    def _loop_jacobian(self) -> Array:
+        """Return the rows `(6 L, nv)` of the loops, of the state that was prepared."""
+        jacobian = pinocchio.getConstraintsJacobian(
+            self.model, self.data, self._constraints, self._constraint_data
+        )
+        return np.asarray(jacobian)
+
+    def _constrained(self, x: Array, v: Array, efforts: Array) -> Array:
+        return np.asarray(
+            pinocchio.constraintDynamics(
+                self.model,
+                self.data,
+                x,
+                v,
+                efforts,
+                self._constraints,
+                self._constraint_data,
+                self._settings,
+            )
+        )
+
+    def accelerations(
+        self, x: Array, v: Array, efforts: Array, prescribed: Array | None = None
+    ) -> Array:
+        """Return the accelerations `(nv,)` that efforts cause.
+
+        Args:
+            x: coordinates `(size,)`, closed up to a small drift.
+            v: velocities `(nv,)`.
+            efforts: along all coordinates `(nv,)` [N·m, N]; they are not changed.
+            prescribed: accelerations of the prescribed coordinates `(p,)`; at rest if None.
+        """
+        efforts = efforts.copy()
+        efforts[self.prescribed] = 0.0
+        if prescribed is not None:
+            efforts[self.prescribed] = self._armature[self.prescribed] * prescribed
+        a = self._constrained(x, v, efforts)
+        if not (self._lent or len(self._couplings)):
+            return a.copy()
+        self._decompose()
+        return self._corrected(a)
+
+    def _corrected(self, a: Array) -> Array:
+        """Return accelerations that obey couplings too, and without the inertia that was lent."""
+        first = a = self._coupled(a.copy())
+        if not self._lent:
+            return a
+        lent = np.full(self.model.nv, self._lent)
+        lent[self.prescribed] = 0.0
+        for _ in range(_LENT_ROUNDS):
+            next_a = first + self._coupled(self._solved(np.zeros(self._rows), lent * a))
+            change = float(np.max(np.abs(next_a - a), initial=0.0))
+            a = next_a
+            if change <= _SETTLED * float(np.max(np.abs(a), initial=0.0)):
+                break
+        return a
+
+    def _decompose(self) -> None:
+        """Decompose the closure equations of the state that was prepared."""
+        self._decomposition.compute(
+            self.model, self.data, self._constraints, self._constraint_data, self._mu
+        )
+
+    def _solved(self, gaps: Array, efforts: Array) -> Array:
+        """Return the least displacements `(nv,)`, in the metric of the kinetic energy.
+
+        Args:
+            gaps: what the rows of the loops have to gain `(6 L,)`.
+            efforts: `(nv,)` what pushes them, inertia times displacement.
+        """
+        rhs = np.concatenate([gaps, efforts])
+        forces = np.zeros(self._rows)
+        for _ in range(_ROUNDS):
+            rhs[: self._rows] = gaps - self._mu * forces
+            solution = np.asarray(self._decomposition.solve(rhs))
+            forces = solution[: self._rows]
+        return solution[self._rows :]
+
+    def _coupled(self, rates: Array, gaps: Array | None = None) -> Array:
+        """Return rates with the least change after which the couplings gain `gaps (k,)`."""
+        rows = self._couplings
+        if not len(rows):
+            return rates
+        none = np.zeros(self._rows)
+        units = np.array([self._solved(none, row) for row in rows])
+        wanted = np.zeros(len(rows)) if gaps is None else gaps
+        factors, *_ = np.linalg.lstsq(units @ rows.T, wanted - rows @ rates, rcond=_ZERO)
+        return np.asarray(rates + factors @ units)
+
+    def closed(self, x: Array) -> Array:
+        """Return coordinates whose loops and couplings are closed again, near some that drifted.
+
+        What is prescribed stays where it is.
+        """
+        if not (self._rows or len(self._couplings)):
+            return x
+        rest = np.zeros(self.model.nv)
+        self._constrained(x, rest, rest)
+        for _ in range(_MOST_STEPS):
+            gaps, ratios = self._gaps(), self._coupling_gaps(x)
+            if self._error(gaps, ratios) <= _CLOSED:
+                break
+            self._decompose()
+            x = np.asarray(
+                pinocchio.integrate(self.model, x, self._coupled(self._solved(gaps, rest), ratios))
+            )
+            self._constrained(x, rest, rest)
+        return x
+
+    def closed_rates(self, x: Array, v: Array) -> Array:
+        """Return velocities that keep closed loops closed, near some that drifted.
+
+        What is prescribed keeps its speed.
+        """
+        if not (self._rows or len(self._couplings)):
+            return v
+        self._constrained(x, v, np.zeros(self.model.nv))
+        self._decompose()
+        open_rates = self._loop_jacobian() @ v
+        return self._coupled(v - self._solved(open_rates, np.zeros(self.model.nv)))
+
+    def closure_error(self, x: Array) -> float:
+        """Return the greatest closure error: angle [rad], or gap as a fraction of the length."""
+        rest = np.zeros(self.model.nv)
+        self._constrained(x, rest, rest)
+        return self._error(self._gaps(), self._coupling_gaps(x))
+
+    def _error(self, gaps: Array, ratios: Array) -> float:
+        """Return the greatest of closure errors, see `closure_error`."""
+        scaled = np.abs(gaps) * self._row_scale
+        return float(max(np.max(scaled, initial=0.0), np.max(np.abs(ratios), initial=0.0)))
+
+    def _coupling_gaps(self, x: Array) -> Array:
+        """Return by how much the couplings are off `(k,)`, as their rows count it."""
+        if not len(self._couplings):
+            return np.zeros(0)
+        moved = np.zeros(self.model.nv)
+        scalars = self.mechanism.coordinates.scalars
+        moved[scalars.velocities] = x[scalars.columns]
+        return -(self._couplings @ moved + self._offsets)
+
+    def _gaps(self) -> Array:
+        """Return closure errors `(6 L,)` of the state that was prepared, as the rows count them."""
+        errors = [pinocchio.log6(item.c1Mc2).vector for item in self._constraint_data]
+        return np.concatenate(errors) if errors else np.zeros(0)
+
+
+def _coupling_rows(mechanism: Mechanism) -> Array:
+    """Return the rows `(k, nv)` whose products with velocities vanish where couplings hold."""
+    rows = np.zeros((len(mechanism.couplings), mechanism.model.nv))
+    for row, coupling in zip(rows, mechanism.couplings, strict=True):
+        row[list(coupling.predecessor_columns)] += coupling.ratio
+        row[list(coupling.successor_columns)] -= 1.0
+    return rows

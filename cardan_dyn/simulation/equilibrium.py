@@ -1,0 +1,208 @@
+"""Equilibrium: where the drives rest when nobody holds them, and whether they stay there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..dynamics.problem_solver import ProblemSolver
+from ..errors import CardanError, EquilibriumError
+from ..frozen import frozen, read_only
+from ..problem.samples import Acting, Targets, acting_on
+from ..results.collect import sweep_of
+from ..results.prescribed import Prescribed
+from ..results.sweep import Sweep
+from .energy_functions import without_elements
+from .start_state import drive_positions
+
+_STEP = 1e-3
+"""Step of differences [rad, or as a fraction of the characteristic length]: with a stencil of fifth
+order, its error and that of rounding are both about 1e-13 of the forces."""
+_STENCIL = {-2.0: 1.0 / 12.0, -1.0: -2.0 / 3.0, 1.0: 2.0 / 3.0, 2.0: -1.0 / 12.0}
+"""Places and weights of a derivative of fifth order."""
+_MOST_STEPS = 200
+_LONGEST = 0.3
+"""Longest step of Newton's method [rad, or as a fraction of the characteristic length]."""
+_SHORTEST = 1e-14
+"""Step, likewise, at which it has converged."""
+_ROUNDING = 1e-9
+"""Stiffness, as a fraction of the greatest, that counts as zero: an indifferent equilibrium."""
+
+
+class Equilibrium(Prescribed):
+    """Positions of the drives at which they need no effort to rest.
+
+    Attributes:
+        position: of the drives `(d,)` [rad or m].
+        stiffness: `(d, d)` what a drive has to exert per displacement of a drive, at rest [N·m/rad,
+            N/m and so on].
+        inertia: `(d, d)` what a drive has to exert per acceleration of a drive, from rest.
+        stability: `stable`, `unstable` or `indifferent`.
+        frequencies: angular frequencies `(k,)` of small undamped motions, ascending [rad/s], of the
+            directions in which it is stable.
+        sweep: the scene at rest there: wrenches, holding efforts, residuals.
+    """
+
+    def __init__(
+        self, solver: ProblemSolver, position: Array, stiffness: Array, inertia: Array, sweep: Sweep
+    ) -> None:
+        self._problem = solver.problem
+        self.position = read_only(position)
+        self.stiffness, self.inertia = read_only(stiffness), read_only(inertia)
+        self.sweep = sweep
+        self._freeze()
+
+    def __repr__(self) -> str:
+        places = ", ".join(
+            f"{name} {value:g}" for name, value in zip(self.drives, self.position, strict=True)
+        )
+        return f"<Equilibrium of {self.mechanism.name!r}: {self.stability} at {places}>"
+
+    @cached_property
+    def _squares(self) -> Array:
+        """Squares of the angular frequencies `(d,)`, ascending; stiffnesses without inertia."""
+        stiffness = 0.5 * (self.stiffness + self.stiffness.T)
+        inertia = 0.5 * (self.inertia + self.inertia.T)
+        try:
+            root = np.linalg.cholesky(inertia)
+        except np.linalg.LinAlgError:
+            return np.linalg.eigvalsh(stiffness)
+        scaled = np.linalg.solve(root, np.linalg.solve(root, stiffness).T)
+        return np.linalg.eigvalsh(0.5 * (scaled + scaled.T))
+
+    @property
+    def stability(self) -> str:
+        """Whether the drives come back after small displacements."""
+        squares = self._squares
+        least = float(np.min(squares)) / (float(np.max(np.abs(squares))) or 1.0)
+        if least > _ROUNDING:
+            return "stable"
+        return "unstable" if least < -_ROUNDING else "indifferent"
+
+    @property
+    def frequencies(self) -> Array:
+        """Angular frequencies of small motions; see the class."""
+        squares = self._squares
+        return read_only(np.sqrt(squares[squares > 0.0]))
+
+
+def equilibrium(
+    solver: ProblemSolver, position: Any, loads: Mapping[str, object] | None, gravity: Any
+) -> Equilibrium:
+    """Return the equilibrium near a position; see `Scene.equilibrium`."""
+    acting = acting_on(solver.problem, loads=loads, gravity=gravity)
+    statics = _Statics(solver, acting)
+    x = drive_positions(solver, position)
+    effort, stiffness = statics.linearised(x)
+    for _ in range(_MOST_STEPS):
+        step = _newton_step(stiffness, -effort, statics.scale)
+        x, effort, stiffness, is_there = _moved(statics, x, effort, stiffness, step)
+        if is_there:
+            break
+    else:
+        raise EquilibriumError(
+            f"no equilibrium was found near the start; after {_MOST_STEPS} steps the drives still "
+            f"need {effort.tolist()} at {x.tolist()}; start nearer to one",
+            position=x,
+            effort=effort,
+        )
+    return Equilibrium(solver, x, stiffness, statics.inertia(x), statics.sweep(x[None, :]))
+
+
+def _newton_step(stiffness: Array, effort: Array, scale: Array) -> Array:
+    """Return the step `(d,)` that Newton's method takes, of limited length."""
+    step, *_ = np.linalg.lstsq(stiffness, effort, rcond=1e-12)
+    length = float(np.max(np.abs(step) / scale))
+    return np.asarray(step if length <= _LONGEST else step * (_LONGEST / length))
+
+
+def _moved(
+    statics: _Statics, x: Array, effort: Array, stiffness: Array, step: Array
+) -> tuple[Array, Array, Array, bool]:
+    """Return position, effort and stiffness after a step that makes the effort smaller.
+
+    The last value says whether it has converged.
+    """
+    size = float(np.linalg.norm(effort * statics.scale))
+    for _ in range(30):
+        if np.max(np.abs(step) / statics.scale) <= _SHORTEST * (1.0 + np.max(np.abs(x))):
+            return x, effort, stiffness, True
+        try:
+            next_effort, next_stiffness = statics.linearised(x + step)
+        except CardanError:
+            # A dead point or a gap lies on the way.
+            step = 0.25 * step
+            continue
+        next_size = float(np.linalg.norm(next_effort * statics.scale))
+        if next_size < size:
+            is_there = next_size <= 4.0 * float(np.finfo(float).eps) * statics.greatest
+            return x + step, next_effort, next_stiffness, is_there
+        if size <= 1e-11 * statics.greatest:  # Rounding is all that is left.
+            return x, effort, stiffness, True
+        step = 0.25 * step
+    raise EquilibriumError(
+        f"no equilibrium was found; from {x.tolist()} on, the effort of the drives grows in every "
+        "direction; start elsewhere",
+        position=x,
+        effort=effort,
+    )
+
+
+class _Statics:
+    """Efforts of the drives at rest.
+
+    Attributes:
+        scale: `(d,)` units of the drives: 1 rad, or the characteristic length.
+        greatest: greatest effort seen [N·m].
+    """
+
+    def __init__(self, solver: ProblemSolver, acting: Acting) -> None:
+        self._solver, self._acting = solver, acting
+        mechanism, drives = solver.problem.mechanism, solver.problem.drives
+        self.scale = np.array(
+            [
+                mechanism.characteristic_length if mechanism.coordinates.named[name].slides else 1.0
+                for name in drives
+            ]
+        )
+        self.greatest = 0.0
+
+    def sweep(self, positions: Array) -> Sweep:
+        """Return the scene at rest at positions `(N, d)`."""
+        return _swept(self._solver, positions, self._acting)
+
+    def _efforts(self, positions: Array) -> Array:
+        return self.sweep(positions).drive_effort.reshape(len(positions), -1)
+
+    def linearised(self, x: Array) -> tuple[Array, Array]:
+        """Return efforts `(d,)` at a position, and their derivatives `(d, d)`."""
+        steps = _STEP * self.scale
+        places = [x]
+        for index in range(len(x)):
+            own = steps * (np.arange(len(x)) == index)
+            places += [x + factor * own for factor in _STENCIL]
+        efforts = self._efforts(np.array(places))
+        self.greatest = max(self.greatest, float(np.max(np.abs(efforts * self.scale))))
+        weights = np.array(list(_STENCIL.values()))
+        groups = efforts[1:].reshape(len(x), len(_STENCIL), len(x))
+        return efforts[0], np.einsum("k,jki->ij", weights, groups) / steps
+
+    def inertia(self, x: Array) -> Array:
+        """Return the generalised inertia `(d, d)` at a position."""
+        bare = without_elements(self._solver)
+        acting = acting_on(bare.problem, gravity=np.zeros(3))._replace(
+            accelerations=np.eye(len(x)), joint_loads=frozen({}), link_loads=frozen({})
+        )
+        sweep = _swept(bare, np.repeat(x[None, :], len(x), axis=0), acting)
+        return np.ascontiguousarray(sweep.drive_effort.reshape(len(x), -1).T)
+
+
+def _swept(solver: ProblemSolver, positions: Array, acting: Acting) -> Sweep:
+    """Return a sweep of drive positions `(N, d)`."""
+    assembled = solver.assembled_in_turn(Targets.of_positions(positions))
+    solution = solver.solve(assembled, acting.flat((len(positions),)))
+    return sweep_of(solver, assembled, acting, solution)

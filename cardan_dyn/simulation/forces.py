@@ -1,0 +1,281 @@
+"""Forces: what acts on a mechanism while it is simulated, as efforts along all its coordinates."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pinocchio
+
+from ..arrays import Array
+from ..checks import described
+from ..elements.element import Element
+from ..errors import ArgumentError
+from ..forces.link_loads import LinkLoad
+from ..mechanism.coordinates import Coordinates
+from ..mechanism.mechanism import Mechanism
+from .element_efforts import ElementEfforts
+from .turning_model import turning_model
+
+
+class Named(Mapping[str, float]):
+    """Positions or speeds of turns and slides by name, of one state; functions get it."""
+
+    def __init__(self, indices: Mapping[str, int], values: Array) -> None:
+        self._indices, self._values = indices, values
+
+    def __getitem__(self, name: str) -> float:
+        return float(self._values[self._indices[name]])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._indices)
+
+    def __len__(self) -> int:
+        return len(self._indices)
+
+
+class StateNames:
+    """Reads states by the names of their coordinates."""
+
+    def __init__(self, coordinates: Coordinates) -> None:
+        self._columns = {name: item.column for name, item in coordinates.named.items()}
+        self._rates = {name: item.rate for name, item in coordinates.named.items()}
+
+    def positions(self, x: Array) -> Named:
+        """Return the positions of a state `x (size,)` by name [rad or m]."""
+        return Named(self._columns, x)
+
+    def speeds(self, v: Array) -> Named:
+        """Return the speeds of a state `v (nv,)` by name [rad/s or m/s]."""
+        return Named(self._rates, v)
+
+
+StateFunction = Callable[[float, Named, Named], Any]
+"""Of time [s], positions and speeds by name."""
+
+
+def state_function(label: str, function: Callable[..., Any]) -> StateFunction:
+    """Return a function of time, or of time, positions and speeds, as one of all three.
+
+    Raises:
+        ArgumentError: it takes another number of arguments; when it is called, it fails.
+    """
+    alone = _takes_time_alone(label, function)
+
+    def called(time: float, position: Named, speed: Named) -> Any:
+        try:
+            return function(time) if alone else function(time, position, speed)
+        except Exception as error:
+            raise ArgumentError(
+                f"{label} failed at time {time:g} s: {type(error).__name__}: {error}"
+            ) from error
+
+    return called
+
+
+def _takes_time_alone(label: str, function: Callable[..., Any]) -> bool:
+    """Return whether a function takes the time alone, and not positions and speeds as well.
+
+    Raises:
+        ArgumentError: it takes another number of arguments.
+    """
+    try:
+        parameters = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):  # Some functions of compiled modules have none.
+        return True
+    kinds = [item.kind for item in parameters if item.default is inspect.Parameter.empty]
+    if inspect.Parameter.VAR_POSITIONAL in kinds or len(kinds) == 3:
+        return False
+    if len(kinds) <= 1:
+        return True
+    raise ArgumentError(
+        f"{label}: a function of {len(kinds)} arguments, expected (time) or "
+        "(time, position, speed), the latter two by joint names"
+    )
+
+
+class Forces:
+    """Loads on joints and links, constant or functions of time and state.
+
+    Attributes:
+        is_constant: whether nothing depends on time or speed.
+        does_no_work: whether nothing acts but springs.
+        names: reads states by name.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        joint_loads: Mapping[str, Array],
+        link_loads: Mapping[str, LinkLoad],
+        functions: Mapping[str, StateFunction],
+        elements: Sequence[Element] = (),
+    ) -> None:
+        """Make the forces.
+
+        Args:
+            mechanism: the mechanism.
+            joint_loads: coordinates to constant efforts.
+            link_loads: links to constant wrenches, `(3,)` each.
+            functions: joints or links to functions of what acts there; instead of the constant.
+            elements: force elements of the scene.
+        """
+        self._mechanism = mechanism
+        coordinates = mechanism.coordinates
+        self.names = StateNames(coordinates)
+        self._constant = np.zeros(mechanism.model.nv)
+        for name, effort in joint_loads.items():
+            if name not in functions:
+                self._constant[coordinates.named[name].rate] += float(effort)
+        self._joint_functions = [
+            (name, coordinates.named[name].rate, function)
+            for name, function in functions.items()
+            if name in coordinates.named
+        ]
+        self._link_functions = {
+            name: function for name, function in functions.items() if name in mechanism.links
+        }
+        self._link_loads = {
+            name: load for name, load in link_loads.items() if name not in functions
+        }
+        self._joint_loads = joint_loads
+        self._elements = ElementEfforts(mechanism, elements)
+        self.is_constant = not functions and self._elements.is_conservative
+        self.does_no_work = not (functions or joint_loads or link_loads)
+        self.does_no_work &= self._elements.is_conservative
+
+    def efforts(self, model: Any, data: Any, time: float, x: Array, v: Array) -> Array:
+        """Return the efforts `(nv,)` along all coordinates at a state.
+
+        Args:
+            model: Pinocchio's, whose configurations are rows `x`.
+            data: of the model.
+            time: [s].
+            x: coordinates `(size,)`, all turns counted.
+            v: velocities `(nv,)`.
+
+        Raises:
+            ArgumentError: a function returns no number, or a wrench of a wrong shape.
+        """
+        efforts = self._constant.copy()
+        if self._joint_functions:
+            for (_, rate, _), value in zip(
+                self._joint_functions, self._joint_values(time, x, v), strict=True
+            ):
+                efforts[rate] += value
+        loads = [*self._link_loads.values(), *self._links_of_functions(time, x, v)]
+        if loads:
+            pinocchio.computeJointJacobians(model, data, x)
+            for load in loads:
+                efforts += _along_coordinates(model, data, load)
+        if self._elements:
+            self._elements.add(efforts, model, data, time, x, v)
+        return efforts
+
+    def _joint_values(self, time: float, x: Array, v: Array) -> list[float]:
+        position, speed = self.names.positions(x), self.names.speeds(v)
+        return [
+            _number(f"loads[{name!r}]", function(time, position, speed), time)
+            for name, _, function in self._joint_functions
+        ]
+
+    def _links_of_functions(self, time: float, x: Array, v: Array) -> list[LinkLoad]:
+        """Return what functions say that acts on links at a state.
+
+        Raises:
+            ArgumentError: one of them returns no wrench.
+        """
+        if not self._link_functions:
+            return []
+        from ..problem.arguments import split_loads  # Few simulations have such functions.
+
+        position, speed = self.names.positions(x), self.names.speeds(v)
+        given = {
+            name: function(time, position, speed) for name, function in self._link_functions.items()
+        }
+        try:
+            loads = split_loads(self._mechanism, given)[1]
+        except ArgumentError as error:
+            raise ArgumentError(f"at time {time:g} s: {error}") from error
+        for name, load in loads.items():
+            if load.force.shape != (3,) or load.moment.shape != (3,):
+                raise ArgumentError(f"loads[{name!r}] returned several wrenches at {time:g} s")
+        return [loads[name] for name in given]
+
+    def loads_alone(self) -> Forces:
+        """Return the same without the elements."""
+        functions = {name: function for name, _, function in self._joint_functions}
+        functions.update(self._link_functions)
+        return Forces(self._mechanism, self._joint_loads, self._link_loads, functions)
+
+    def all_efforts(self, mechanism: Mechanism, times: Array, x: Array, v: Array) -> Array:
+        """Return the efforts `(N, nv)` at N states, see `sampled` for them."""
+        model = turning_model(mechanism)
+        data = model.createData()
+        states = zip(times.tolist(), x, v, strict=True)
+        return np.array([self.efforts(model, data, *state) for state in states])
+
+    def sampled(
+        self, times: Array, x: Array, v: Array
+    ) -> tuple[dict[str, Array], dict[str, LinkLoad]]:
+        """Return the loads at N states, for a sweep over them.
+
+        Args:
+            times: `(N,)`.
+            x: coordinates `(N, size)`, all turns counted.
+            v: velocities `(N, nv)`.
+
+        Returns:
+            Coordinates to efforts, `()` or `(N,)`; links to their loads, `(3,)` or `(N, 3)`.
+        """
+        states = list(zip(times.tolist(), x, v, strict=True))
+        joints, links = dict(self._joint_loads), dict(self._link_loads)
+        if self._joint_functions:
+            values = np.array([self._joint_values(*state) for state in states])
+            names = [name for name, _, _ in self._joint_functions]
+            joints.update(zip(names, values.T, strict=True))
+        if self._link_functions:
+            rows = [self._links_of_functions(*state) for state in states]
+            for index, name in enumerate(self._link_functions):
+                column = [row[index] for row in rows]
+                force, moment = (
+                    np.array([getattr(load, part) for load in column])
+                    for part in ("force", "moment")
+                )
+                links[name] = replace(column[0], force=force, moment=moment)
+        return joints, links
+
+
+def _number(label: str, value: object, time: float) -> float:
+    """Return what a function of a load returned.
+
+    Raises:
+        ArgumentError: no finite number.
+    """
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise ArgumentError(
+            f"{label} returned {described(value)} at time {time:g} s, expected a number"
+        ) from None
+    if not np.isfinite(number):
+        raise ArgumentError(f"{label} returned {number} at time {time:g} s")
+    return number
+
+
+def _along_coordinates(model: Any, data: Any, load: LinkLoad) -> Array:
+    """Return the efforts `(nv,)` that do the work of a wrench on a link.
+
+    Joint Jacobians have been computed.
+    """
+    joint = load.body + 1
+    frame = data.oMi[joint]
+    rotation = np.eye(3) if load.in_world else frame.rotation @ load.rotation
+    force, moment = rotation @ load.force, rotation @ load.moment
+    origin = frame.act(load.translation)
+    jacobian = pinocchio.getJointJacobian(model, data, joint, pinocchio.ReferenceFrame.WORLD)
+    wrench = np.concatenate([force, moment + np.cross(origin, force)])
+    return np.asarray(jacobian.T @ wrench)

@@ -1,0 +1,222 @@
+"""Integration: steps in time that keep a system's states consistent, with dense output."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from ..arrays import Array
+
+_STIFF = 6.1
+"""Step times the greatest rate of decay at which the steps of DOP853 are as long as its stability
+allows (Hairer, Nørsett, Wanner: Solving Ordinary Differential Equations I, section II.10)."""
+_STIFF_STEPS = 15
+"""Steps in a row that have to be so long: then the equations are stiff."""
+_DIFFERENCE = 1.5e-8
+"""Relative step of differences that Jacobians are made of, the root of eps."""
+
+
+class Equations(Protocol):
+    """A system of differential equations for rows `y`, whose states obey constraints as well."""
+
+    turns: Array
+    """What has to be added to a row, in turns of its entries; `wrap` changes it."""
+
+    def derivative(self, time: float, y: Array) -> Array:
+        """Return the time derivative of a row."""
+        ...
+
+    def restored(self, time: float, y: Array) -> Array:
+        """Return the row that obeys the constraints, near one that drifted."""
+        ...
+
+    def wrap(self, y: Array) -> Array:
+        """Return a row without whole turns, which `turns` then counts."""
+        ...
+
+
+class Segment(NamedTuple):
+    """One accepted step.
+
+    Attributes:
+        start, end: times [s].
+        turns: of the rows of this step.
+        dense: function of time that returns the row, before constraints are restored.
+    """
+
+    start: float
+    end: float
+    turns: Array
+    dense: Callable[[float], Array]
+
+
+class Point(NamedTuple):
+    """A row with what it means.
+
+    Attributes:
+        time: [s].
+        y: the row, its constraints restored.
+        turns: of the row.
+        rate: derivative of the row.
+    """
+
+    time: float
+    y: Array
+    turns: Array
+    rate: Array
+
+
+class Integration:
+    """Integrates equations, restoring their constraints after each accepted step.
+
+    Attributes:
+        equations: the differential equations.
+        points: at the start and after every step.
+        segments: the accepted steps.
+        evaluations: how often derivatives were computed.
+        method: `DOP853` or `Radau`, the one in use.
+        stiff_from: time from which on the equations were found to be stiff, None if they are not.
+    """
+
+    def __init__(
+        self,
+        equations: Equations,
+        y: Array,
+        duration: float,
+        *,
+        method: str = "DOP853",
+        rtol: float,
+        atol: Array,
+        step: float | None = None,
+    ) -> None:
+        """Start an integration at time 0.
+
+        Args:
+            equations: the differential equations.
+            y: first row, which obeys the constraints.
+            duration: end of time [s].
+            method: `DOP853` or `Radau`.
+            rtol: relative tolerance of a step.
+            atol: absolute tolerances, like `y`.
+            step: length of all steps [s]; chosen by the error if None.
+        """
+        self.equations, self.method = equations, method
+        self.segments: list[Segment] = []
+        self.evaluations = 0
+        self.stiff_from: float | None = None
+        self._stiff_steps = 0
+        self._duration, self._step = duration, step
+        self._tolerances: dict[str, Any] = {"rtol": rtol, "atol": atol}
+        self._scale = np.asarray(atol) / rtol
+        y = equations.wrap(y)
+        self._start_solver(0.0, y)
+        self.points = [Point(0.0, y, equations.turns, self._derivative(0.0, y))]
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What was integrated can be copied; the solver, which could go on, holds functions.
+        return {name: value for name, value in self.__dict__.items() if name != "_solver"}
+
+    def _start_solver(self, time: float, y: Array, first_step: float | None = None) -> None:
+        from scipy.integrate import DOP853, Radau  # Only simulations need it.
+
+        options = dict(self._tolerances, first_step=first_step)
+        if self._step is not None:
+            # Tolerances that no step misses make every step as long as the longest allowed.
+            options = {"rtol": 1e3, "atol": 1e300, "first_step": self._step}
+            options["max_step"] = self._step
+        if self.method == "Radau":
+            options["jac"] = self._jacobian
+        kind = {"DOP853": DOP853, "Radau": Radau}[self.method]
+        self._solver: Any = kind(self._derivative, time, y, self._duration, **options)
+
+    def _derivative(self, time: float, y: Array) -> Array:
+        self.evaluations += 1
+        return self.equations.derivative(time, y)
+
+    def _jacobian(self, time: float, y: Array) -> Array:
+        """Return the derivatives `(n, n)` of the rates, by differences."""
+        rate = self._derivative(time, y)
+        jacobian = np.empty((y.size, y.size))
+        for index in range(y.size):
+            moved = y.copy()
+            moved[index] += _DIFFERENCE * max(abs(y[index]), self._scale[index])
+            step = moved[index] - y[index]
+            jacobian[:, index] = (self._derivative(time, moved) - rate) / step
+        return jacobian
+
+    @property
+    def time(self) -> float:
+        """Time reached [s]."""
+        return self.points[-1].time
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the end has not been reached."""
+        return bool(self._solver.status == "running")
+
+    def advance(self) -> str | None:
+        """Take one step; return why it failed, None if it did not."""
+        solver, equations = self._solver, self.equations
+        message = solver.step()
+        if solver.status == "failed":
+            return str(message)
+        is_stiff = self.method == "DOP853" and self._step is None and self._is_stiff()
+        time, turns = float(solver.t), equations.turns
+        y = equations.restored(time, solver.y)
+        rate = self._derivative(time, y)
+        # The interpolant ends where the next step begins.
+        solver.y = y
+        if self.method == "DOP853":
+            solver.f = rate
+        self.segments.append(Segment(float(solver.t_old), time, turns, solver.dense_output()))
+        solver.y = wrapped = equations.wrap(y)
+        self.points.append(Point(time, wrapped, equations.turns, rate))
+        if is_stiff and self.is_running:
+            self.stiff_from, self.method = time, "Radau"
+            self._start_solver(time, wrapped)
+        return None
+
+    def _is_stiff(self) -> bool:
+        """Return whether stability, not accuracy, has limited the last steps of DOP853."""
+        solver = self._solver
+        stages = solver.K
+        before = solver.y_old + solver.h_previous * (stages[:11].T @ solver.A[11, :11])
+        way = float(np.linalg.norm(solver.y - before))
+        if way > 0.0:
+            rate = float(np.linalg.norm(stages[12] - stages[11])) / way
+            self._stiff_steps = self._stiff_steps + 1 if solver.h_previous * rate > _STIFF else 0
+        return self._stiff_steps >= _STIFF_STEPS
+
+    def at(self, time: float) -> Point:
+        """Return the point at a time within what was integrated."""
+        if not self.segments:
+            return self.points[0]
+        ends = np.array([segment.end for segment in self.segments])
+        return self.on(self.segments[min(int(np.searchsorted(ends, time)), len(ends) - 1)], time)
+
+    def on(self, segment: Segment, time: float) -> Point:
+        """Return the point at a time on one step."""
+        kept, self.equations.turns = self.equations.turns, segment.turns
+        try:
+            y = self.equations.restored(time, np.asarray(segment.dense(time)))
+            return Point(time, y, segment.turns, self._derivative(time, y))
+        finally:
+            self.equations.turns = kept
+
+    def points_at(self, times: Array) -> list[Point]:
+        """Return the points at times within what was integrated."""
+        ends = np.array([segment.end for segment in self.segments])
+        last = len(ends) - 1
+        indices = np.minimum(np.searchsorted(ends, times), last).tolist()
+        return [
+            self.on(self.segments[index], time)
+            for index, time in zip(indices, times.tolist(), strict=True)
+        ]
+
+    def cut(self, point: Point) -> None:
+        """End at a point on the last step."""
+        self.points[-1] = point
+        self.segments[-1] = self.segments[-1]._replace(end=point.time)
+        self._solver.status = "finished"

@@ -1,0 +1,231 @@
+"""Methods: how simulations are run, each from a checked setup to a trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import CardanError, SimulationError
+from .constrained_model import ConstrainedModel
+from .energy_functions import energy_functions
+from .energy_integral import EnergyIntegral
+from .events import EventSearch, Happened
+from .forces import Named
+from .integration import Integration
+from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
+from .scalar_equation import ScalarEquation
+from .setup import Setup
+from .system import System
+from .trajectory import Course, Trajectory
+
+_SAMPLES_PER_PERIOD = 64
+"""Times per turn or swing that a quadrature returns."""
+_MOST_SAMPLES = 20_000
+"""Greatest number of these times; `Trajectory.at` gives others."""
+
+
+def by_quadrature(setup: Setup) -> Trajectory:
+    """Simulate one conservative free coordinate by its energy integral."""
+    solver = setup.solver
+    problem = solver.problem
+    coordinate = problem.mechanism.coordinates.named[problem.drives[0]]
+    position = setup.x[coordinate.column] + 2.0 * np.pi * setup.turns[coordinate.column]
+    functions = energy_functions(solver, with_loads=True)
+    integral = EnergyIntegral(functions, float(position), float(setup.v[coordinate.rate]))
+    count = 1 + _SAMPLES_PER_PERIOD
+    if np.isfinite(integral.period):
+        count += int(_SAMPLES_PER_PERIOD * setup.duration / integral.period)
+    times = np.linspace(0.0, setup.duration, min(count, _MOST_SAMPLES))
+    run = OneCoordinateRun(solver, times, integral.at)
+    happened: list[Happened] = []
+    reason = ""
+    if setup.events:
+
+        def reading(time: float) -> tuple[Named, Named]:
+            rows = run.rows(np.array([time]))
+            return forces_names(setup, rows.x[0] + 2.0 * np.pi * rows.turns[0], rows.v[0])
+
+        search = EventSearch(setup.events, reading)
+        for start, end in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
+            stopped = search.step(start, end, reading)
+            if stopped is not None:
+                run.times = np.append(times[times < stopped], stopped)
+                reason = f"event {search.happened[-1].name!r}"
+                break
+        happened = search.happened
+    return _trajectory(setup, run, "quadrature", reason, happened)
+
+
+def forces_names(setup: Setup, x: Array, v: Array) -> tuple[Named, Named]:
+    """Return positions and speeds by name."""
+    names = setup.forces.names
+    return names.positions(x), names.speeds(v)
+
+
+def by_response(setup: Setup) -> Trajectory:
+    """Simulate one free coordinate by its scalar equation."""
+    solver, problem = setup.solver, setup.solver.problem
+    coordinate = problem.mechanism.coordinates.named[problem.drives[0]]
+    functions = energy_functions(solver, with_loads=False)
+    equation = ScalarEquation(solver, functions, setup.forces, _model(setup))
+    position = setup.x[coordinate.column] + 2.0 * np.pi * setup.turns[coordinate.column]
+    y = np.array([position, setup.v[coordinate.rate]])
+    integration = Integration(
+        equation, y, setup.duration, rtol=setup.rtol, atol=np.full(2, setup.atol)
+    )
+
+    def run() -> Run:
+        times = np.array([point.time for point in integration.points])
+        return OneCoordinateRun(solver, times, IntegratedLaw(integration))
+
+    return _integrated(setup, integration, equation.named, run, "response")
+
+
+def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
+    """Simulate by constrained dynamics in all coordinates, by the method that suits if None."""
+    system = System(_model(setup), setup.forces, setup.motions)
+    system.turns = setup.turns.copy()
+    problem = setup.solver.problem
+    scale = 1.0 / problem.mechanism.coordinates.scale
+    speed = float(np.max(np.abs(setup.v), initial=0.0))
+    unit = np.concatenate([scale, np.full(setup.v.size, speed or 1.0)])
+    y = np.concatenate([setup.x, setup.v])
+    notes: list[str] = []
+    if setup.has_elements and setup.step is None:
+        start = Start(system, y, unit, setup.atol * unit + setup.rtol * np.abs(y))
+        y = start.settled() if setup.settle else y
+        is_stiff, notes = start.judged(y, setup.duration, speed)
+        method = method or ("Radau" if is_stiff else None)
+    integration = Integration(
+        system,
+        y,
+        setup.duration,
+        method=method or "DOP853",
+        rtol=setup.rtol,
+        atol=setup.atol * unit,
+        step=setup.step,
+    )
+    name = integration.method
+
+    def run() -> Run:
+        return ConstrainedRun(setup.solver, integration)
+
+    return _integrated(setup, integration, system.named, run, name, notes)
+
+
+class Start:
+    """The start of a system with force elements: whether it is stiff, and whether it rings."""
+
+    def __init__(self, system: System, y: Array, unit: Array, tolerance: Array) -> None:
+        """Keep the start.
+
+        Args:
+            system: the equations of motion.
+            y: first row.
+            unit: sizes of its entries.
+            tolerance: error of its entries that a step may have.
+        """
+        self._system, self._y, self._unit, self._tolerance = system, y, unit, tolerance
+
+    def _rates(self, y: Array) -> Array:
+        return self._system.derivative(0.0, y)
+
+    def settled(self) -> Array:
+        """Return a row near the first one in which fast modes rest."""
+        from .stiffness import settled  # Most simulations have no springs.
+
+        def restored(y: Array) -> Array:
+            return self._system.restored(0.0, y)
+
+        return settled(self._rates, restored, self._y, self._unit, self._tolerance)
+
+    def judged(self, y: Array, duration: float, speed: float) -> tuple[bool, list[str]]:
+        """Return whether a row is a stiff start, and what a user should know of it."""
+        from .stiffness import judged, modes
+
+        judgement = judged(modes(self._rates, y, self._unit, self._tolerance), duration, speed)
+        notes = []
+        if judgement.is_stiff:
+            notes.append("stiff: fast modes rest, which an implicit method need not follow")
+        if judgement.frequency:
+            notes.append(
+                f"oscillatory: the start rings at {judgement.frequency:.6g} Hz, which steps have "
+                "to follow; settle=True starts where fast modes rest"
+            )
+        return judgement.is_stiff, notes
+
+
+def _model(setup: Setup) -> ConstrainedModel:
+    problem = setup.solver.problem
+    rates = problem.mechanism.coordinates.rates_of((*setup.motions, *problem.held))
+    return ConstrainedModel(problem.mechanism, rates, problem.gravity, setup.x)
+
+
+def _integrated(
+    setup: Setup,
+    integration: Integration,
+    named: Callable[[Array, Array], tuple[Named, Named]],
+    run: Callable[[], Run],
+    method: str,
+    notes: list[str] | None = None,
+) -> Trajectory:
+    """Integrate to the end, to an event, or to where it fails.
+
+    Raises:
+        SimulationError: it failed; with the trajectory up to there.
+    """
+    start = integration.points[0]
+    search = EventSearch(setup.events, lambda _: named(start.y, start.turns))
+    reason, failure = "", None
+    try:
+        while integration.is_running:
+            failure = integration.advance()
+            if failure is not None:
+                break
+            setup.progress.show(integration.time)
+            segment = integration.segments[-1]
+
+            def reading(time: float, segment: Any = segment) -> tuple[Named, Named]:
+                return named(segment.dense(time), segment.turns)
+
+            stopped = search.step(segment.start, segment.end, reading) if setup.events else None
+            if stopped is not None:
+                integration.cut(integration.on(segment, stopped))
+                reason = f"event {search.happened[-1].name!r}"
+    except KeyboardInterrupt:
+        reason = "interrupted"
+    except CardanError as error:
+        failure = str(error)
+    finally:
+        setup.progress.close()
+    notes = list(notes or [])
+    if integration.stiff_from is not None:
+        notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
+        method += ", then Radau"
+    course = method, failure or reason, search.happened, notes, integration.evaluations
+    trajectory = _trajectory(setup, run(), *course)
+    if failure is not None:
+        raise SimulationError(
+            f"the simulation ended at {integration.time:.6g} s of {setup.duration:g} s: {failure}",
+            trajectory=trajectory,
+            time=integration.time,
+        )
+    return trajectory
+
+
+def _trajectory(
+    setup: Setup,
+    run: Run,
+    method: str,
+    reason: str,
+    happened: list[Happened],
+    notes: list[str] | None = None,
+    evaluations: int = 0,
+) -> Trajectory:
+    course = Course(
+        method, reason, tuple(happened), tuple(notes or ()), tuple(setup.motions), evaluations
+    )
+    return Trajectory(setup.solver, run, setup.forces, course, run.times)

@@ -1,0 +1,120 @@
+"""Runs: what a method of simulation found, as states at any times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from ..arrays import Array
+from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
+from ..problem.samples import Targets
+from ..results.collect import motion_at
+from .energy_integral import Law
+from .integration import Integration, Point
+
+
+class Rows(NamedTuple):
+    """States at N times.
+
+    Attributes:
+        x: coordinates `(N, size)` with closed loops.
+        turns: whole turns `(N, size)` that angles lack.
+        v, a: velocities and accelerations `(N, nv)`.
+    """
+
+    x: Array
+    turns: Array
+    v: Array
+    a: Array
+
+
+class Run(Protocol):
+    """What a method of simulation found."""
+
+    @property
+    def times(self) -> Array:
+        """Times of its own steps `(N,)` [s]."""
+        ...
+
+    def rows(self, times: Array) -> Rows:
+        """Return the states at times within the run."""
+        ...
+
+    def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
+        """Return closed positions for drive positions `(N, d)` at states."""
+        ...
+
+
+class ConstrainedRun:
+    """States that were integrated in all coordinates; see `Run`."""
+
+    def __init__(self, solver: ProblemSolver, integration: Integration) -> None:
+        self._solver, self._integration = solver, integration
+        self.times = np.array([point.time for point in integration.points])
+
+    def rows(self, times: Array) -> Rows:
+        """See `Run.rows`."""
+        if times is self.times:
+            points = self._integration.points
+        else:
+            points = self._integration.points_at(times)
+        size = self._solver.problem.mechanism.coordinates.size
+        y, turns, rates = _columns(points)
+        return Rows(y[:, :size], turns, y[:, size:], rates[:, size:])
+
+    def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
+        """See `Run.assembled`."""
+        x, turns = rows.x.copy(), rows.turns.copy()
+        problem = self._solver.problem
+        columns = problem.mechanism.coordinates.columns_of(problem.drives)
+        x[:, columns], turns[:, columns] = positions, 0.0
+        return self._solver.assembled_near(Targets.of_positions(positions), x, turns)
+
+
+class OneCoordinateRun:
+    """States that follow from the motion of the only drive; see `Run`."""
+
+    def __init__(self, solver: ProblemSolver, times: Array, law: Callable[[Array], Law]) -> None:
+        """Make the run.
+
+        Args:
+            solver: of the scene.
+            times: see `Run.times`.
+            law: the drive's motion at times `(N,)`.
+        """
+        self._solver, self.times, self._law = solver, times, law
+
+    def rows(self, times: Array) -> Rows:
+        """See `Run.rows`."""
+        law = self._law(times)
+        position, speed, acceleration = (values[:, None] for values in law)
+        targets = Targets.of_positions(position)
+        motion = motion_at(self._solver, targets, speed, acceleration)
+        return Rows(motion._x, motion._turns, motion.v, motion.a)
+
+    def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
+        """See `Run.assembled`."""
+        return self._solver.assembled_in_turn(Targets.of_positions(positions))
+
+
+class IntegratedLaw:
+    """The drive's motion as a scalar equation was integrated: a function of times `(N,)`."""
+
+    def __init__(self, integration: Integration) -> None:
+        self._integration = integration
+
+    def __call__(self, times: Array) -> Law:
+        """Return the motion at times."""
+        y, turns, rates = _columns(self._integration.points_at(times))
+        return Law(y[:, 0] + 2.0 * np.pi * turns[:, 0], y[:, 1], rates[:, 1])
+
+
+def _columns(points: list[Point]) -> tuple[Array, Array, Array]:
+    """Return rows, turns and rates of points, a row for each."""
+    return (
+        np.array([point.y for point in points]),
+        np.array([point.turns for point in points]),
+        np.array([point.rate for point in points]),
+    )

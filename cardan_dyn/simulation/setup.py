@@ -1,0 +1,195 @@
+"""Setup: what a simulation is asked for, checked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..checks import described, flag, mapping, numbers
+from ..dynamics.problem_solver import ProblemSolver
+from ..errors import ArgumentError, MobilityError, choices
+from ..problem.arguments import split_loads
+from .events import Watched, watched
+from .forces import Forces, StateFunction, state_function
+from .prescribed_motion import prescribed_motion
+from .progress import Progress
+from .start_state import closed_start, drive_positions
+from .system import Motion
+
+_FINEST = 2.5e-14
+"""Least relative tolerance: below, steps cannot be judged in rounding arithmetic."""
+
+
+class Asked(NamedTuple):
+    """What a simulation is asked for, unchecked; see `Scene.simulate`."""
+
+    duration: Any
+    position: Any = None
+    speed: Any = None
+    motion: Any = None
+    loads: Any = None
+    rtol: Any = 1e-10
+    atol: Any = None
+    method: Any = None
+    events: Any = ()
+    progress: Any = False
+    step: Any = None
+    settle: Any = False
+
+
+class Setup(NamedTuple):
+    """A checked simulation.
+
+    Attributes:
+        solver: of the scene, all of whose loops it closes.
+        duration: [s].
+        motions: prescribed drives to how they move.
+        x, turns, v: closed coordinates and velocities at the start.
+        forces: what acts beside the weight.
+        rtol, atol: tolerances of a step; atol for angles and lengths as fractions, or None.
+        step: length of all steps [s]; None where the error decides.
+        events: to be located.
+        progress: shows how far it got.
+        settle: whether fast modes rest at the start.
+    """
+
+    solver: ProblemSolver
+    duration: float
+    motions: dict[str, Motion]
+    x: Array
+    turns: Array
+    v: Array
+    forces: Forces
+    rtol: float
+    atol: float
+    step: float | None
+    events: list[Watched]
+    progress: Progress
+    settle: bool
+
+    @property
+    def has_elements(self) -> bool:
+        """Whether force elements act."""
+        return bool(self.solver.problem.elements)
+
+    @property
+    def is_one_coordinate(self) -> bool:
+        """Whether one drive moves freely and the motion of no other is prescribed."""
+        return len(self.solver.problem.drives) == 1 and not self.motions
+
+
+def with_all_loops(solver: ProblemSolver) -> ProblemSolver:
+    """Return the solver that closes all loops, and keeps the outputs where they need all."""
+    decided = set(solver.assembly.decided.tolist())
+    if decided.issuperset(solver.problem.passive_columns.tolist()):
+        return solver
+    problem = solver.problem
+    joints = tuple(problem.mechanism.joints)
+    return ProblemSolver(replace(problem, outputs=joints, all_outputs=True))
+
+
+def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
+    """Return a simulation after all its arguments were checked.
+
+    Raises:
+        ArgumentError, ModelError, AssemblyError, SingularConfigurationError: see `Scene.simulate`.
+    """
+    problem = solver.problem
+    duration = _positive("duration", asked.duration)
+    rtol = _positive("rtol", asked.rtol)
+    if rtol < _FINEST:
+        raise ArgumentError(f"rtol is {rtol:g}, below rounding; the least is {_FINEST:g}")
+    if rtol >= 1.0:
+        raise ArgumentError(f"rtol is {rtol:g}; expected a fraction, such as 1e-10")
+    positions = drive_positions(solver, asked.position)
+    motions = _motions(solver, asked.motion, positions, duration)
+    for name, motion in motions.items():
+        positions[problem.drives.index(name)] = motion(0.0)[0]
+    speeds = {name: motion(0.0)[1] for name, motion in motions.items()}
+    begun = closed_start(solver, positions, asked.speed, speeds)
+    return Setup(
+        solver,
+        duration,
+        motions,
+        begun._x[0].copy(),
+        begun._turns[0].copy(),
+        begun.v[0].copy(),
+        _forces(solver, asked.loads),
+        rtol,
+        rtol if asked.atol is None else _positive("atol", asked.atol),
+        None if asked.step is None else _positive("step", asked.step),
+        watched(asked.events),
+        Progress(asked.progress, duration),
+        flag("settle", asked.settle),
+    )
+
+
+def _positive(label: str, value: Any) -> float:
+    """Return a positive number.
+
+    Raises:
+        ArgumentError: it is none.
+    """
+    number = numbers(label, value)
+    if number.ndim or not number > 0.0:
+        raise ArgumentError(f"{label} is {described(value)}, expected a positive number")
+    return float(number)
+
+
+def _motions(
+    solver: ProblemSolver, motion: Any, positions: Array, duration: float
+) -> dict[str, Motion]:
+    """Return how the prescribed drives move.
+
+    Raises:
+        ArgumentError: a joint is no drive, or none is left to simulate.
+    """
+    drives = solver.problem.drives
+    motions = {}
+    for name, value in mapping("motion", motion).items():
+        if name not in drives:
+            raise ArgumentError(
+                f"motion[{name!r}]: not a drive of the scene; drives: {choices(drives, name)}"
+            )
+        start = float(positions[drives.index(name)])
+        motions[name] = prescribed_motion(name, value, start, duration)
+    if len(motions) == len(drives):
+        raise MobilityError(
+            "the motion of every drive is prescribed, so that nothing is left to simulate; "
+            "Scene.sweep solves prescribed motion",
+            mobility=0,
+        )
+    return motions
+
+
+def _forces(solver: ProblemSolver, loads: Any) -> Forces:
+    """Return what acts, with the loads of the simulation instead of those of the scene.
+
+    Raises:
+        ArgumentError, ModelError: see `Scene.simulate`.
+    """
+    problem = solver.problem
+    functions: dict[str, StateFunction] = {}
+    constant = {}
+    for name, value in mapping("loads", loads).items():
+        if callable(value):
+            if name not in problem.mechanism.coordinates.named:
+                problem.mechanism.link(name)
+            functions[name] = state_function(f"loads[{name!r}]", value)
+        else:
+            constant[name] = value
+    joints, links = split_loads(problem.mechanism, constant)
+    joints, links = {**problem.joint_loads, **joints}, {**problem.link_loads, **links}
+    for name, effort in joints.items():
+        if np.size(effort) != 1:
+            raise ArgumentError(
+                f"loads[{name!r}] has shape {np.shape(effort)}; a simulation takes one value, or a "
+                "function of time"
+            )
+    for name, load in links.items():
+        if load.force.size != 3 or load.moment.size != 3:
+            raise ArgumentError(f"loads[{name!r}]: a simulation takes one wrench, or a function")
+    return Forces(problem.mechanism, joints, links, functions, problem.elements)

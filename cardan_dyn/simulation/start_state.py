@@ -1,0 +1,210 @@
+"""Start state: closed coordinates and velocities at which a simulation begins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..checks import described, mapping, numbers
+from ..dynamics.problem_solver import ProblemSolver
+from ..errors import ArgumentError, CardanError, choices
+from ..problem.coordinate_names import check_single
+from ..problem.samples import Targets
+from ..results.collect import motion_at
+from ..results.motion import Motion
+
+_CONSISTENT = 1e-9
+"""Difference [rad, rad/s, and fractions of the length or of the greatest speed] up to which values
+that are given for more joints than are free count as agreeing."""
+
+
+def drive_positions(solver: ProblemSolver, position: Any) -> Array:
+    """Return the drive positions `(d,)` at which a simulation begins.
+
+    Args:
+        solver: of the scene.
+        position: a number for one drive, `(d,)`, or names to positions [rad or m]; of joints that
+            are not drives as well. Drives that nothing is said of begin where the scene does.
+
+    Raises:
+        ArgumentError: not finite, of a wrong shape, or positions that contradict each other.
+        ModelError: no such joint.
+        AssemblyError: the loops cannot be closed there.
+    """
+    problem = solver.problem
+    mechanism, drives = problem.mechanism, problem.drives
+    start = solver.assembly.start[mechanism.coordinates.columns_of(drives)]
+    if position is None:
+        return np.asarray(start, dtype=float)
+    if not isinstance(position, Mapping):
+        return _of_drives("position", position, drives)
+    given = _given(solver, "position", position)
+    positions = start.copy()
+    for index, name in enumerate(drives):
+        positions[index] = given.get(name, positions[index])
+    others = {name: value for name, value in given.items() if name not in drives}
+    undecided = [name for name in drives if name not in given]
+    if others and undecided:
+        positions = _following(solver, given, others, undecided)
+    if others:
+        _refuse_conflict(solver, positions, others)
+    return positions
+
+
+def _of_drives(label: str, value: Any, drives: tuple[str, ...]) -> Array:
+    """Return a value per drive `(d,)`.
+
+    Raises:
+        ArgumentError: not finite, or of a wrong shape.
+    """
+    values = np.atleast_1d(numbers(label, value))
+    if values.shape != (len(drives),):
+        raise ArgumentError(
+            f"{label} has shape {values.shape}, expected {len(drives)} number(s), for "
+            f"{', '.join(drives)}, or a mapping of joint names"
+        )
+    return np.asarray(values, dtype=float)
+
+
+def _given(solver: ProblemSolver, label: str, value: Any) -> dict[str, float]:
+    """Return values by name.
+
+    Raises:
+        ModelError: no such joint.
+        ArgumentError: no number, or a joint that is held.
+    """
+    mechanism = solver.problem.mechanism
+    result = {}
+    for name, item in mapping(label, value).items():
+        check_single(mechanism, name, f"a key of {label},")
+        if name not in mechanism.coordinates.named:
+            raise ArgumentError(f"{label}[{name!r}]: the scene solves this joint as a ball")
+        number = numbers(f"{label}[{name!r}]", item)
+        if number.ndim:
+            raise ArgumentError(f"{label}[{name!r}] is {described(item)}, expected one number")
+        if name in solver.problem.held:
+            raise ArgumentError(
+                f"{label}[{name!r}]: the scene holds this joint; drives: "
+                f"{choices(solver.problem.drives)}"
+            )
+        result[name] = float(number)
+    return result
+
+
+def _following(
+    solver: ProblemSolver,
+    given: Mapping[str, float],
+    others: Mapping[str, float],
+    undecided: list[str],
+) -> Array:
+    """Return drive positions at which other joints are at given positions.
+
+    A solver that is driven by these joints finds them.
+
+    Raises:
+        ArgumentError: these joints cannot decide the motion.
+    """
+    problem = solver.problem
+    kept = [name for name in problem.drives if name in given] + undecided[len(others) :]
+    leading = (*kept, *list(others)[: len(undecided)])
+    try:
+        other = ProblemSolver(replace(problem, drives=leading))
+        start = other.assembly.start[problem.mechanism.coordinates.columns_of(leading)]
+        row = np.array(
+            [[given.get(name, value) for name, value in zip(leading, start, strict=True)]]
+        )
+        motion = _motion(other, row, np.zeros_like(row))
+    except CardanError as error:
+        raise ArgumentError(
+            f"position: no start was found with {', '.join(others)} there: {error}"
+        ) from error
+    return np.array([float(motion.position(name)[0]) for name in problem.drives])
+
+
+def _motion(solver: ProblemSolver, positions: Array, speeds: Array) -> Motion:
+    return motion_at(solver, Targets.of_positions(positions), speeds, np.zeros_like(speeds))
+
+
+def _refuse_conflict(solver: ProblemSolver, positions: Array, others: Mapping[str, float]) -> None:
+    """Refuse positions of other joints that are not where the drives put them.
+
+    Raises:
+        ArgumentError: they are not.
+    """
+    motion = _motion(solver, positions[None, :], np.zeros((1, len(positions))))
+    mechanism = solver.problem.mechanism
+    for name, value in others.items():
+        there = float(motion.position(name)[0])
+        slides = mechanism.coordinates.named[name].slides
+        unit = mechanism.characteristic_length if slides else 1.0
+        gap = there - value
+        if not slides:
+            gap = (gap + np.pi) % (2.0 * np.pi) - np.pi
+        if abs(gap) > _CONSISTENT * unit:
+            at = ", ".join(
+                f"{drive} at {place:.12g}"
+                for drive, place in zip(solver.problem.drives, positions, strict=True)
+            )
+            raise ArgumentError(
+                f"position[{name!r}] is {value:g}, which violates the loops by {abs(gap):.3g}: "
+                f"with {at} it is at {there:.12g}; give that, or leave it out"
+            )
+
+
+def closed_start(
+    solver: ProblemSolver, positions: Array, speed: Any, prescribed: Mapping[str, float]
+) -> Motion:
+    """Return the motion `(1,)` with which a simulation begins.
+
+    Args:
+        solver: of the scene.
+        positions: of the drives `(d,)`.
+        speed: a number for one drive, `(d,)`, or names to speeds [rad/s or m/s], of joints that are
+            not drives as well; drives that nothing is said of rest.
+        prescribed: drives whose motion is prescribed to their speeds.
+
+    Raises:
+        ArgumentError: not finite, of a wrong shape, or speeds that contradict each other.
+        ModelError: no such joint.
+        SingularConfigurationError: the drives do not decide the motion there.
+    """
+    drives = solver.problem.drives
+    row = positions[None, :]
+    rest = np.zeros_like(row)
+    if not isinstance(speed, Mapping):
+        free = tuple(name for name in drives if name not in prescribed)
+        values = np.zeros(len(drives)) if speed is None else None
+        if values is None and np.ndim(speed) and len(np.atleast_1d(speed)) == len(drives):
+            values = _of_drives("speed", speed, drives)
+        elif values is None:
+            values = np.zeros(len(drives))
+            own = _of_drives("speed", speed, free)
+            values[[drives.index(name) for name in free]] = own
+        for name, value in prescribed.items():
+            values[drives.index(name)] = value
+        return _motion(solver, row, values[None, :])
+    given = {**_given(solver, "speed", speed), **prescribed}
+    at_rest = _motion(solver, row, rest)
+    ratios = np.array(
+        [[float(at_rest.ratio(name, drive)[0]) for drive in drives] for name in given]
+    ).reshape(len(given), len(drives))
+    wanted = np.array(list(given.values()))
+    fixed = np.array([name in given for name in drives])
+    speeds = np.array([given.get(name, 0.0) for name in drives])
+    if not np.all(fixed) and len(wanted):
+        rest_of = wanted - ratios[:, fixed] @ speeds[fixed]
+        speeds[~fixed] = np.linalg.lstsq(ratios[:, ~fixed], rest_of, rcond=1e-12)[0]
+    gaps = ratios @ speeds - wanted if len(wanted) else np.zeros(0)
+    if np.any(np.abs(gaps) > _CONSISTENT * np.max(np.abs(wanted), initial=1e-300)):
+        worst = int(np.argmax(np.abs(gaps)))
+        name = list(given)[worst]
+        raise ArgumentError(
+            f"speed[{name!r}] is {wanted[worst]:g}, which violates the loops by "
+            f"{abs(gaps[worst]):.3g}: with the others it is {wanted[worst] + gaps[worst]:.12g}; "
+            "give that, or leave it out"
+        )
+    return _motion(solver, row, speeds[None, :])
