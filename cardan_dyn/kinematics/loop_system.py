@@ -10,7 +10,6 @@ from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from .all_groups import Kinematics
 from .branch import Branch
-from .finer_groups import finer_groups
 from .group_solver import GroupSolver
 from .loop_groups import Group, partition
 from .structure import Structure
@@ -75,6 +74,11 @@ class LoopSystem:
             solved: indices of the groups whose motion is solved.
             state: `(size,)` closed coordinates; those of other groups need not be.
         """
+        solved = list(solved)
+        if all(len(groups[index].loops) <= 1 for index in solved):
+            return groups
+        from .finer_groups import finer_groups  # Most scenes have single loops.
+
         return finer_groups(self.structure, groups, solved, state, self._columns(drives), passives)
 
     def kinematics(self, drives: tuple[str, ...], groups: list[Group]) -> Kinematics:
