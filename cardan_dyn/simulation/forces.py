@@ -104,6 +104,8 @@ class Forces:
         is_constant: whether nothing depends on time or speed.
         does_no_work: whether nothing acts but springs.
         names: reads states by name.
+        joint_loads: coordinates to constant efforts.
+        link_loads: links to constant wrenches.
     """
 
     def __init__(
@@ -138,10 +140,8 @@ class Forces:
         self._link_functions = {
             name: function for name, function in functions.items() if name in mechanism.links
         }
-        self._link_loads = {
-            name: load for name, load in link_loads.items() if name not in functions
-        }
-        self._joint_loads = joint_loads
+        self.link_loads = {name: load for name, load in link_loads.items() if name not in functions}
+        self.joint_loads = joint_loads
         self._elements = ElementEfforts(mechanism, elements)
         self.is_constant = not functions and self._elements.is_conservative
         self.does_no_work = not (functions or joint_loads or link_loads)
@@ -166,7 +166,7 @@ class Forces:
                 self._joint_functions, self._joint_values(time, x, v), strict=True
             ):
                 efforts[rate] += value
-        loads = [*self._link_loads.values(), *self._links_of_functions(time, x, v)]
+        loads = [*self.link_loads.values(), *self._links_of_functions(time, x, v)]
         if loads:
             pinocchio.computeJointJacobians(model, data, x)
             for load in loads:
@@ -209,7 +209,7 @@ class Forces:
         """Return the same without the elements."""
         functions = {name: function for name, _, function in self._joint_functions}
         functions.update(self._link_functions)
-        return Forces(self._mechanism, self._joint_loads, self._link_loads, functions)
+        return Forces(self._mechanism, self.joint_loads, self.link_loads, functions)
 
     def all_efforts(self, mechanism: Mechanism, times: Array, x: Array, v: Array) -> Array:
         """Return the efforts `(N, nv)` at N states, see `sampled` for them."""
@@ -232,7 +232,7 @@ class Forces:
             Coordinates to efforts, `()` or `(N,)`; links to their loads, `(3,)` or `(N, 3)`.
         """
         states = list(zip(times.tolist(), x, v, strict=True))
-        joints, links = dict(self._joint_loads), dict(self._link_loads)
+        joints, links = dict(self.joint_loads), dict(self.link_loads)
         if self._joint_functions:
             values = np.array([self._joint_values(*state) for state in states])
             names = [name for name, _, _ in self._joint_functions]

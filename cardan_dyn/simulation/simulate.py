@@ -93,8 +93,10 @@ def simulated(solver: ProblemSolver, asked: Asked) -> Trajectory:
     method = asked.method
     if method is not None and method not in METHODS:
         raise ArgumentError(f"method {described(method)} is unknown; methods: {choices(METHODS)}")
-    for candidate in _candidates(setup, method):
+    # Steps of a given length are those of the general method.
+    for candidate in [method] if method else METHODS[2 if setup.step else 0 : 3]:
         try:
+            _refuse_unsuitable(setup, candidate)
             return _RUNNERS[candidate](setup)
         except NotSuitableError as error:
             if method is not None:
@@ -102,16 +104,18 @@ def simulated(solver: ProblemSolver, asked: Asked) -> Trajectory:
     raise AssertionError("the last candidate suits every scene")
 
 
-def _candidates(setup: Setup, method: str | None) -> list[str]:
-    """Return the methods to try, the fastest first."""
-    if method is not None:
-        return [method]
-    candidates = ["DOP853"]
-    if setup.is_one_coordinate and setup.step is None:
-        candidates.insert(0, "response")
-        if setup.forces.is_constant:
-            candidates.insert(0, "quadrature")
-    return candidates
+def _refuse_unsuitable(setup: Setup, method: str) -> None:
+    """Refuse a method that would leave out what is asked for.
+
+    Raises:
+        NotSuitableError: it would.
+    """
+    if method in METHODS[:2] and not setup.is_one_coordinate:
+        raise NotSuitableError("it takes one drive that moves freely")
+    if method == "quadrature" and not setup.forces.is_constant:
+        raise NotSuitableError("it takes constant loads and springs without damping alone")
+    if method == "quadrature" and setup.step is not None:
+        raise NotSuitableError("it takes no steps")
 
 
 def _with_all_loops(solver: ProblemSolver) -> ProblemSolver:
@@ -233,7 +237,7 @@ def _by_quadrature(setup: Setup) -> Trajectory:
     problem = solver.problem
     coordinate = problem.mechanism.coordinates.named[problem.drives[0]]
     position = setup.x[coordinate.column] + 2.0 * np.pi * setup.turns[coordinate.column]
-    functions = energy_functions(solver, with_loads=True)
+    functions = energy_functions(solver, setup.forces)
     integral = EnergyIntegral(functions, float(position), float(setup.v[coordinate.rate]))
     count = 1 + _SAMPLES_PER_PERIOD
     if np.isfinite(integral.period):
@@ -269,12 +273,13 @@ def _by_response(setup: Setup) -> Trajectory:
     """Simulate one free coordinate by its scalar equation."""
     solver, problem = setup.solver, setup.solver.problem
     coordinate = problem.mechanism.coordinates.named[problem.drives[0]]
-    functions = energy_functions(solver, with_loads=False)
+    functions = energy_functions(solver)
     equation = ScalarEquation(solver, functions, setup.forces, _model(setup))
     position = setup.x[coordinate.column] + 2.0 * np.pi * setup.turns[coordinate.column]
     y = np.array([position, setup.v[coordinate.rate]])
+    atol = setup.atol * np.array([1.0, abs(y[1]) or 1.0])
     integration = Integration(
-        equation, y, setup.duration, rtol=setup.rtol, atol=np.full(2, setup.atol)
+        equation, y, setup.duration, rtol=setup.rtol, atol=atol, step=setup.step
     )
 
     def run() -> Run:
