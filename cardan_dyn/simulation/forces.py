@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -63,17 +63,26 @@ def state_function(label: str, function: Callable[..., Any]) -> StateFunction:
     Raises:
         ArgumentError: it takes another number of arguments; when it is called, it fails.
     """
-    alone = _takes_time_alone(label, function)
+    return _OfState(label, function, _takes_time_alone(label, function))
 
-    def called(time: float, position: Named, speed: Named) -> Any:
+
+@dataclass(frozen=True)
+class _OfState:
+    """A user's function as one of time, positions and speeds; see `state_function`."""
+
+    label: str
+    function: Callable[..., Any]
+    takes_time_alone: bool
+
+    def __call__(self, time: float, position: Named, speed: Named) -> Any:
         try:
-            return function(time) if alone else function(time, position, speed)
+            if self.takes_time_alone:
+                return self.function(time)
+            return self.function(time, position, speed)
         except Exception as error:
             raise ArgumentError(
-                f"{label} failed at time {time:g} s: {type(error).__name__}: {error}"
+                f"{self.label} failed at time {time:g} s: {type(error).__name__}: {error}"
             ) from error
-
-    return called
 
 
 def _takes_time_alone(label: str, function: Callable[..., Any]) -> bool:
