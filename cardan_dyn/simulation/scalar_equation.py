@@ -17,6 +17,9 @@ from .energy_functions import EnergyFunctions, NotSuitableError
 from .forces import Forces, Named, StateNames
 from .fourier import Fourier
 
+_RESOLVED = 1e-10
+"""Greatest of the last harmonics of a joint position, relative to the position, or of a ratio."""
+
 
 class ScalarEquation:
     """The equation of motion of the only drive."""
@@ -106,6 +109,7 @@ def _motion_table(solver: ProblemSolver, frequency: float, count: int) -> _Joint
     rows = np.concatenate([x, motion.v], axis=1)
     slope = np.concatenate([(x[-1] - x[0]) / period, np.zeros(motion.v.shape[1])])
     table = Fourier.of((rows[:-1] - grid[:-1] * slope).T, period)
-    if np.any(table.tail() > 1e-10):
+    sizes = np.max(np.abs(table.coefficients), axis=1), np.max(np.abs(rows), axis=0)
+    if np.any(table.tail() * sizes[0] > _RESOLVED * sizes[1]):
         raise NotSuitableError("joint positions are not resolved by the positions of the inertia")
     return _JointTable(Fourier(table.coefficients, frequency, slope), x.shape[1])
