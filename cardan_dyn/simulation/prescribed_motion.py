@@ -149,13 +149,13 @@ def prescribed_motion(name: str, value: Any, duration: float) -> Motion:
     label = f"motion[{name!r}]"
     if callable(value):
         return _checked(label, Written(label, (value,)), duration)
-    if np.ndim(value) == 0 and not isinstance(value, (str, bytes)):
-        return _constant(label, value)
     if isinstance(value, Sequence) and len(value) == 3 and all(map(callable, value)):
         return _checked(label, Written(label, tuple(value)), duration)
-    if isinstance(value, Sequence) and len(value) == 2:
+    if isinstance(value, Sequence) and len(value) == 2 and not isinstance(value, (str, bytes)):
         times, positions = value
         return _spline(label, times, positions, duration)
+    if not isinstance(value, Sequence) and np.ndim(value) == 0:
+        return _constant(label, value)
     raise ArgumentError(f"{label} is {described(value)}; {_ADVICE}")
 
 

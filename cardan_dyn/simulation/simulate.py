@@ -233,6 +233,8 @@ def _by_quadrature(setup: Setup) -> Trajectory:
                 reason = f"event {search.happened[-1].name!r}"
                 break
         happened = search.happened
+    setup.progress.show(float(run.times[-1]))
+    setup.progress.close()
     return _trajectory(setup, run, "quadrature", reason, happened)
 
 
