@@ -46,7 +46,10 @@ class WeightEnergy:
 
 
 def open_efforts(mechanism: Mechanism, gravity: Array, x: Array, v: Array, a: Array) -> Array:
-    """Return the efforts `(N, nv)` that a motion needs where no loop is closed.
+    """Return how great the efforts `(N, nv)` are that a motion needs where no loop is closed.
+
+    Those of the accelerations and those of the speeds and the weight count by themselves: their sum
+    vanishes where nothing else acts on an open chain.
 
     Args:
         mechanism: the mechanism.
@@ -57,8 +60,13 @@ def open_efforts(mechanism: Mechanism, gravity: Array, x: Array, v: Array, a: Ar
     """
     model = turning_model(mechanism, gravity)
     data = model.createData()
-    states = zip(x, v, a, strict=True)
-    return np.array([pinocchio.rnea(model, data, *state) for state in states])
+    efforts = np.empty_like(v)
+    rest = np.zeros(model.nv)
+    for index, (row, rates, gains) in enumerate(zip(x, v, a, strict=True)):
+        unmoved = pinocchio.rnea(model, data, row, rates, rest)
+        inertial = pinocchio.rnea(model, data, row, rates, gains) - unmoved
+        efforts[index] = np.maximum(np.abs(inertial), np.abs(unmoved))
+    return efforts
 
 
 def gained(power: Callable[[Array], Array], steps: Array, times: Array, is_nothing: bool) -> Array:

@@ -12,6 +12,7 @@ from ..dynamics.problem_solver import ProblemSolver
 from ..errors import CardanError
 from ..frozen import frozen
 from ..problem.samples import Targets, acting_on
+from .forces import Forces
 from .fourier import Fourier
 
 _FEWEST, _MOST = 64, 8192
@@ -42,7 +43,7 @@ class EnergyFunctions(NamedTuple):
     error: float
 
 
-def energy_functions(solver: ProblemSolver, with_loads: bool) -> EnergyFunctions:
+def energy_functions(solver: ProblemSolver, forces: Forces | None = None) -> EnergyFunctions:
     """Return inertia and force over a period of the drive.
 
     The mechanism at position φ moves with the kinetic energy I(φ) φ̇² / 2, and
@@ -50,7 +51,7 @@ def energy_functions(solver: ProblemSolver, with_loads: bool) -> EnergyFunctions
 
     Args:
         solver: of a scene with one drive.
-        with_loads: whether the constant loads of the scene belong to the force.
+        forces: constant loads and springs that belong to the force; the weight alone if None.
 
     Raises:
         NotSuitableError: the drive does not turn through, or the functions are too uneven.
@@ -61,13 +62,13 @@ def energy_functions(solver: ProblemSolver, with_loads: bool) -> EnergyFunctions
         raise NotSuitableError(str(error)) from error
     if period is None:
         raise NotSuitableError("the mechanism does not come back to itself")
-    if with_loads and solver.problem.elements:
-        ends, _ = _efforts(solver, np.array([0.0, period]), with_loads)
+    if forces is not None and solver.problem.elements:
+        ends, _ = _efforts(solver, np.array([0.0, period]), forces)
         if abs(ends[1, 1] - ends[1, 0]) > _PERIODIC * np.max(np.abs(ends[1])):
             raise NotSuitableError("springs wind up as the drive turns")
     samples, count, condition = np.zeros((2, 0)), _FEWEST, 1.0
     while True:
-        samples, worst = _on_grid(solver, samples, period / count, count, with_loads)
+        samples, worst = _on_grid(solver, samples, period / count, count, forces)
         condition = max(condition, worst)
         functions = Fourier.of(samples, period)
         tolerance = _ROUNDING * np.finfo(float).eps * condition
@@ -85,7 +86,7 @@ def energy_functions(solver: ProblemSolver, with_loads: bool) -> EnergyFunctions
 
 
 def _on_grid(
-    solver: ProblemSolver, known: Array, step: float, count: int, with_loads: bool
+    solver: ProblemSolver, known: Array, step: float, count: int, forces: Forces | None
 ) -> tuple[Array, float]:
     """Return inertia and force `(2, count)` at equidistant positions, and the worst condition.
 
@@ -94,14 +95,14 @@ def _on_grid(
         known: `(2, K)` of a coarser grid, K a part of `count`.
         step: between positions.
         count: number of positions.
-        with_loads: see `energy_functions`.
+        forces: see `energy_functions`.
     """
     is_new = np.ones(count, dtype=bool)
     if known.size:
         is_new[:: count // known.shape[1]] = False
     values = np.empty((2, count))
     values[:, ~is_new] = known
-    values[:, is_new], worst = _efforts(solver, np.nonzero(is_new)[0] * step, with_loads)
+    values[:, is_new], worst = _efforts(solver, np.nonzero(is_new)[0] * step, forces)
     return values, worst
 
 
@@ -112,7 +113,7 @@ def without_elements(solver: ProblemSolver) -> ProblemSolver:
     return ProblemSolver(replace(solver.problem, elements=()), like=solver)
 
 
-def _efforts(solver: ProblemSolver, positions: Array, with_loads: bool) -> tuple[Array, float]:
+def _efforts(solver: ProblemSolver, positions: Array, forces: Forces | None) -> tuple[Array, float]:
     """Return inertia and force `(2, N)` at positions, and the greatest condition number."""
     problem = solver.problem
     rate = problem.mechanism.coordinates.named[problem.drives[0]].rate
@@ -127,13 +128,14 @@ def _efforts(solver: ProblemSolver, positions: Array, with_loads: bool) -> tuple
     values[0] = pushed.efforts[:, rate]
     condition = float(np.max(pushed.condition))
     acting = rest._replace(gravity=problem.gravity)
-    if with_loads:
-        acting = acting._replace(joint_loads=problem.joint_loads, link_loads=problem.link_loads)
+    if forces is not None:
+        loads = frozen(forces.joint_loads), frozen(forces.link_loads)
+        acting = acting._replace(joint_loads=loads[0], link_loads=loads[1])
         if bare is not solver:
             assembled = solver.assemble(Targets.of_positions(positions[:, None]))
-    has_loads = acting.joint_loads or acting.link_loads or (with_loads and problem.elements)
+    has_loads = acting.joint_loads or acting.link_loads or (forces is not None and problem.elements)
     if np.any(problem.gravity) or has_loads:
-        held = (solver if with_loads else bare).solve(assembled, acting.flat(shape))
+        held = (bare if forces is None else solver).solve(assembled, acting.flat(shape))
         values[1] = -held.efforts[:, rate]
         condition = max(condition, float(np.max(held.condition)))
     return values, condition

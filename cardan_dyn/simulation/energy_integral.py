@@ -74,13 +74,12 @@ class EnergyIntegral:
         else:
             self._take_turn(scale)
 
-    def _kinetic(self, positions: Array) -> Array:
-        """Return kinetic energies `(N,)` at positions; negative where the energy is too small."""
-        gained: Array = self._work.gained(self._start, positions - self._start)[0]
-        return self._energy + gained
+    def _kinetic(self, way: float) -> float:
+        """Return the kinetic energy after a way; negative where the energy is too small."""
+        return float(self._energy + self._work.gained(self._start, np.array([way]))[0, 0])
 
     def _limits(self, speed: float, force: float) -> tuple[float, float] | None:
-        """Return between which positions the drive swings, None if it turns through."""
+        """Return the ways from the start to the ends of the swing, None if it turns through."""
         turn = 2.0 * np.pi / self._functions.inertia.frequency
         count = max(_SCANNED, 4 * self._work.coefficients.shape[1])
         work = self._work.on_grid(self._start, count)[0]
@@ -88,7 +87,7 @@ class EnergyIntegral:
         ends = []
         for sign in (-1.0, 1.0):
             if speed == 0.0 and sign * force < 0.0:
-                ends.append(self._start)
+                ends.append(0.0)
                 continue
             turns = np.repeat(np.arange(_PERIODS), count)
             indices = np.tile(np.arange(count), _PERIODS)
@@ -101,21 +100,20 @@ class EnergyIntegral:
             if not np.any(short):
                 return None
             first, step = int(np.argmax(short)), turn / count
-            ends.append(self._end(self._start + sign * (first - 1) * step, sign * step))
+            ends.append(self._end(sign * (first - 1) * step, sign * step))
         return ends[0], ends[1]
 
-    def _end(self, inside: float, way: float) -> float:
-        """Return where kinetic energy vanishes, between a position and one by `way` further."""
-        low, high = 0.0, way
-        for _ in range(80):
+    def _end(self, inside: float, more: float) -> float:
+        """Return the way to where kinetic energy vanishes, between `inside` and `more` further."""
+        low, high = 0.0, more
+        while True:
             middle = 0.5 * (low + high)
             if middle in (low, high):
-                break
-            if self._kinetic(np.array([inside + middle]))[0] >= 0.0:
+                return inside + middle
+            if self._kinetic(inside + middle) >= 0.0:
                 low = middle
             else:
                 high = middle
-        return inside + 0.5 * (low + high)
 
     def _take_turn(self, scale: float) -> None:
         """Integrate over a turn of the drive."""
@@ -148,9 +146,12 @@ class EnergyIntegral:
         return np.asarray(np.sqrt(0.5 * inertia / kinetic))
 
     def _take_swing(self, low: float, high: float) -> None:
-        """Integrate over a swing between two positions."""
-        self._middle, self._reach = 0.5 * (low + high), 0.5 * (high - low)
-        self._ends = low, high
+        """Integrate over a swing between two positions, ways from the start."""
+        self._middle, self._reach = self._start + 0.5 * (low + high), 0.5 * (high - low)
+        self._ends = self._start + low, self._start + high
+        # From the ways to both ends, as the cosine has no digits near them.
+        phase = 2.0 * float(np.arctan2(np.sqrt(-low), np.sqrt(high)))
+        self._phase = -phase if self._speed < 0.0 else phase
         count = _FEWEST
         while count <= _MOST:
             half = (np.arange(count) + 0.5) * np.pi / count
@@ -161,16 +162,9 @@ class EnergyIntegral:
                 self._series = series.shortened(1e-17)
                 self._elapsed = self._series.integral()
                 self.period = 2.0 * np.pi * float(self._elapsed.slope[0])
-                self._take_phase()
                 return
             count *= 2
         raise NotSuitableError("the energy is close to what passes a maximum of the potential")
-
-    def _take_phase(self) -> None:
-        """Find the phase θ of the swing at the start."""
-        cosine = np.clip((self._middle - self._start) / self._reach, -1.0, 1.0)
-        phase = float(np.arccos(cosine))
-        self._phase = -phase if self._speed < 0.0 else phase
 
     def _swing_pace(self, phases: Array) -> Array:
         """Return times per phase at phases in (0, π) [s/rad]."""

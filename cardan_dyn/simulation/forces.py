@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -63,17 +63,26 @@ def state_function(label: str, function: Callable[..., Any]) -> StateFunction:
     Raises:
         ArgumentError: it takes another number of arguments; when it is called, it fails.
     """
-    alone = _takes_time_alone(label, function)
+    return _OfState(label, function, _takes_time_alone(label, function))
 
-    def called(time: float, position: Named, speed: Named) -> Any:
+
+@dataclass(frozen=True)
+class _OfState:
+    """A user's function as one of time, positions and speeds; see `state_function`."""
+
+    label: str
+    function: Callable[..., Any]
+    takes_time_alone: bool
+
+    def __call__(self, time: float, position: Named, speed: Named) -> Any:
         try:
-            return function(time) if alone else function(time, position, speed)
+            if self.takes_time_alone:
+                return self.function(time)
+            return self.function(time, position, speed)
         except Exception as error:
             raise ArgumentError(
-                f"{label} failed at time {time:g} s: {type(error).__name__}: {error}"
+                f"{self.label} failed at time {time:g} s: {type(error).__name__}: {error}"
             ) from error
-
-    return called
 
 
 def _takes_time_alone(label: str, function: Callable[..., Any]) -> bool:
@@ -104,6 +113,8 @@ class Forces:
         is_constant: whether nothing depends on time or speed.
         does_no_work: whether nothing acts but springs.
         names: reads states by name.
+        joint_loads: coordinates to constant efforts.
+        link_loads: links to constant wrenches.
     """
 
     def __init__(
@@ -138,10 +149,8 @@ class Forces:
         self._link_functions = {
             name: function for name, function in functions.items() if name in mechanism.links
         }
-        self._link_loads = {
-            name: load for name, load in link_loads.items() if name not in functions
-        }
-        self._joint_loads = joint_loads
+        self.link_loads = {name: load for name, load in link_loads.items() if name not in functions}
+        self.joint_loads = joint_loads
         self._elements = ElementEfforts(mechanism, elements)
         self.is_constant = not functions and self._elements.is_conservative
         self.does_no_work = not (functions or joint_loads or link_loads)
@@ -166,7 +175,7 @@ class Forces:
                 self._joint_functions, self._joint_values(time, x, v), strict=True
             ):
                 efforts[rate] += value
-        loads = [*self._link_loads.values(), *self._links_of_functions(time, x, v)]
+        loads = [*self.link_loads.values(), *self._links_of_functions(time, x, v)]
         if loads:
             pinocchio.computeJointJacobians(model, data, x)
             for load in loads:
@@ -209,7 +218,7 @@ class Forces:
         """Return the same without the elements."""
         functions = {name: function for name, _, function in self._joint_functions}
         functions.update(self._link_functions)
-        return Forces(self._mechanism, self._joint_loads, self._link_loads, functions)
+        return Forces(self._mechanism, self.joint_loads, self.link_loads, functions)
 
     def all_efforts(self, mechanism: Mechanism, times: Array, x: Array, v: Array) -> Array:
         """Return the efforts `(N, nv)` at N states, see `sampled` for them."""
@@ -232,7 +241,7 @@ class Forces:
             Coordinates to efforts, `()` or `(N,)`; links to their loads, `(3,)` or `(N, 3)`.
         """
         states = list(zip(times.tolist(), x, v, strict=True))
-        joints, links = dict(self._joint_loads), dict(self._link_loads)
+        joints, links = dict(self.joint_loads), dict(self.link_loads)
         if self._joint_functions:
             values = np.array([self._joint_values(*state) for state in states])
             names = [name for name, _, _ in self._joint_functions]

@@ -110,8 +110,8 @@ class Integration:
         self._duration, self._step = duration, step
         self._tolerances: dict[str, Any] = {"rtol": rtol, "atol": atol}
         self._scale = np.asarray(atol) / rtol
+        self._solver: Any = None
         y = equations.wrap(y)
-        self._start_solver(0.0, y)
         self.points = [Point(0.0, y, equations.turns, self._derivative(0.0, y))]
 
     def __getstate__(self) -> dict[str, Any]:
@@ -124,12 +124,12 @@ class Integration:
         options = dict(self._tolerances, first_step=first_step)
         if self._step is not None:
             # Tolerances that no step misses make every step as long as the longest allowed.
-            options = {"rtol": 1e3, "atol": 1e300, "first_step": self._step}
-            options["max_step"] = self._step
+            length = min(self._step, self._duration)
+            options = {"rtol": 1e3, "atol": 1e300, "first_step": length, "max_step": length}
         if self.method == "Radau":
             options["jac"] = self._jacobian
         kind = {"DOP853": DOP853, "Radau": Radau}[self.method]
-        self._solver: Any = kind(self._derivative, time, y, self._duration, **options)
+        self._solver = kind(self._derivative, time, y, self._duration, **options)
 
     def _derivative(self, time: float, y: Array) -> Array:
         self.evaluations += 1
@@ -154,10 +154,12 @@ class Integration:
     @property
     def is_running(self) -> bool:
         """Whether the end has not been reached."""
-        return bool(self._solver.status == "running")
+        return self._solver is None or self._solver.status == "running"
 
     def advance(self) -> str | None:
         """Take one step; return why it failed, None if it did not."""
+        if self._solver is None:
+            self._start_solver(0.0, self.points[0].y)
         solver, equations = self._solver, self.equations
         message = solver.step()
         if solver.status == "failed":
@@ -207,6 +209,8 @@ class Integration:
 
     def points_at(self, times: Array) -> list[Point]:
         """Return the points at times within what was integrated."""
+        if not self.segments:
+            return [self.points[0]] * len(times)
         ends = np.array([segment.end for segment in self.segments])
         last = len(ends) - 1
         indices = np.minimum(np.searchsorted(ends, times), last).tolist()

@@ -33,7 +33,7 @@ def by_quadrature(setup: Setup) -> Trajectory:
     problem = solver.problem
     coordinate = problem.mechanism.coordinates.named[problem.drives[0]]
     position = setup.x[coordinate.column] + 2.0 * np.pi * setup.turns[coordinate.column]
-    functions = energy_functions(solver, with_loads=True)
+    functions = energy_functions(solver, setup.forces)
     integral = EnergyIntegral(functions, float(position), float(setup.v[coordinate.rate]))
     count = 1 + _SAMPLES_PER_PERIOD
     if np.isfinite(integral.period):
@@ -69,12 +69,13 @@ def by_response(setup: Setup) -> Trajectory:
     """Simulate one free coordinate by its scalar equation."""
     solver, problem = setup.solver, setup.solver.problem
     coordinate = problem.mechanism.coordinates.named[problem.drives[0]]
-    functions = energy_functions(solver, with_loads=False)
+    functions = energy_functions(solver)
     equation = ScalarEquation(solver, functions, setup.forces, _model(setup))
     position = setup.x[coordinate.column] + 2.0 * np.pi * setup.turns[coordinate.column]
     y = np.array([position, setup.v[coordinate.rate]])
+    atol = setup.atol * np.array([1.0, abs(y[1]) or 1.0])
     integration = Integration(
-        equation, y, setup.duration, rtol=setup.rtol, atol=np.full(2, setup.atol)
+        equation, y, setup.duration, rtol=setup.rtol, atol=atol, step=setup.step
     )
 
     def run() -> Run:

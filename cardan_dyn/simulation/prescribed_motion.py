@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described
-from ..errors import ArgumentError
+from ..checks import described, mapping
+from ..errors import ArgumentError, MobilityError, choices
 from .system import Motion
 
 _SAMPLES = 64
@@ -25,14 +26,121 @@ _ADVICE = (
 )
 
 
-def prescribed_motion(name: str, value: Any, start: float, duration: float) -> Motion:
+@dataclass(frozen=True)
+class Uniform:
+    """Motion with constant speed.
+
+    Attributes:
+        speed: [rad/s or m/s].
+        start: position at time 0 [rad or m].
+    """
+
+    speed: float
+    start: float = 0.0
+
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        """Return position, speed and acceleration."""
+        return self.start + self.speed * time, self.speed, 0.0
+
+
+@dataclass(frozen=True)
+class Spline:
+    """Motion along a spline.
+
+    Attributes:
+        position, speed, acceleration: functions of time.
+    """
+
+    position: Callable[[float], Any]
+    speed: Callable[[float], Any]
+    acceleration: Callable[[float], Any]
+
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        """Return position, speed and acceleration."""
+        return float(self.position(time)), float(self.speed(time)), float(self.acceleration(time))
+
+
+@dataclass(frozen=True)
+class Written:
+    """Motion that a user's functions return.
+
+    Attributes:
+        label: of messages.
+        functions: one that returns all three, or three of them.
+    """
+
+    label: str
+    functions: tuple[Callable[[float], Any], ...]
+
+    def __call__(self, time: float) -> tuple[float, float, float]:
+        """Return position, speed and acceleration.
+
+        Raises:
+            ArgumentError: the functions fail, or return something else.
+        """
+        try:
+            values = [function(time) for function in self.functions]
+        except Exception as error:
+            raise ArgumentError(
+                f"{self.label} failed at time {time:g} s: {type(error).__name__}: {error}"
+            ) from error
+        try:
+            position, speed, acceleration = map(float, values if len(values) > 1 else values[0])
+        except (TypeError, ValueError):
+            what = described(values if len(values) > 1 else values[0])
+            raise ArgumentError(
+                f"{self.label} returns {what} at time {time:g} s, expected position, speed and "
+                f"acceleration; {_ADVICE}"
+            ) from None
+        return position, speed, acceleration
+
+
+def prescribed_motions(
+    drives: tuple[str, ...], motion: Any, duration: float
+) -> tuple[dict[str, Motion], dict[str, float]]:
+    """Return how prescribed drives move, and where those begin that say it.
+
+    Args:
+        drives: of the scene.
+        motion: see `Scene.simulate`.
+        duration: of the simulation [s].
+
+    Raises:
+        ArgumentError: a joint is no drive, or its motion is none.
+        MobilityError: no drive is left to simulate.
+    """
+    motions: dict[str, Motion] = {}
+    for name, value in mapping("motion", motion).items():
+        if name not in drives:
+            raise ArgumentError(
+                f"motion[{name!r}]: not a drive of the scene; drives: {choices(drives, name)}"
+            )
+        motions[name] = prescribed_motion(name, value, duration)
+    if len(motions) == len(drives):
+        raise MobilityError(
+            "the motion of every drive is prescribed, so that nothing is left to simulate; "
+            "Scene.sweep solves prescribed motion",
+            mobility=0,
+        )
+    starts = {name: item(0.0)[0] for name, item in motions.items() if not isinstance(item, Uniform)}
+    return motions, starts
+
+
+def begun_at(motions: Mapping[str, Motion], starts: Mapping[str, float]) -> dict[str, Motion]:
+    """Return motions of which those with constant speed begin at given positions."""
+    return {
+        name: replace(item, start=starts[name]) if isinstance(item, Uniform) else item
+        for name, item in motions.items()
+    }
+
+
+def prescribed_motion(name: str, value: Any, duration: float) -> Motion:
     """Return how a drive moves.
 
     Args:
         name: of the drive.
-        value: a constant speed [rad/s or m/s]; a function of time that returns position, speed and
-            acceleration; three functions; or times and positions `(K,)`, K at least 6.
-        start: position at time 0 where a speed is given [rad or m].
+        value: a constant speed [rad/s or m/s], from 0; a function of time that returns position,
+            speed and acceleration; three functions; or times and positions `(K,)`, K at least 6.
         duration: of the simulation [s].
 
     Raises:
@@ -40,48 +148,25 @@ def prescribed_motion(name: str, value: Any, start: float, duration: float) -> M
     """
     label = f"motion[{name!r}]"
     if callable(value):
-        return _checked(label, _returning_three(label, value), duration)
-    if np.ndim(value) == 0 and not isinstance(value, (str, bytes)):
-        return _constant(label, value, start)
+        return _checked(label, Written(label, (value,)), duration)
     if isinstance(value, Sequence) and len(value) == 3 and all(map(callable, value)):
-        position, speed, acceleration = value
-        return _checked(
-            label,
-            lambda time: (
-                float(position(time)),
-                float(speed(time)),
-                float(acceleration(time)),
-            ),
-            duration,
-        )
-    if isinstance(value, Sequence) and len(value) == 2:
+        return _checked(label, Written(label, tuple(value)), duration)
+    if isinstance(value, Sequence) and len(value) == 2 and not isinstance(value, (str, bytes)):
         times, positions = value
         return _spline(label, times, positions, duration)
+    if not isinstance(value, Sequence) and np.ndim(value) == 0:
+        return _constant(label, value)
     raise ArgumentError(f"{label} is {described(value)}; {_ADVICE}")
 
 
-def _constant(label: str, value: Any, start: float) -> Motion:
+def _constant(label: str, value: Any) -> Motion:
     try:
         speed = float(value)
     except (TypeError, ValueError):
         raise ArgumentError(f"{label} is {described(value)}; {_ADVICE}") from None
     if not np.isfinite(speed):
         raise ArgumentError(f"{label} is {speed}; a speed is finite")
-    return lambda time: (start + speed * time, speed, 0.0)
-
-
-def _returning_three(label: str, function: Callable[[float], Any]) -> Motion:
-    def motion(time: float) -> tuple[float, float, float]:
-        try:
-            position, speed, acceleration = map(float, function(time))
-        except (TypeError, ValueError):
-            raise ArgumentError(
-                f"{label} returns {described(function(time))} at time {time:g} s, expected "
-                f"position, speed and acceleration; {_ADVICE}"
-            ) from None
-        return position, speed, acceleration
-
-    return motion
+    return Uniform(speed)
 
 
 def _spline(label: str, times: Any, positions: Any, duration: float) -> Motion:
@@ -107,8 +192,7 @@ def _spline(label: str, times: Any, positions: Any, duration: float) -> Motion:
             f"0 to {duration:g} s"
         )
     position = make_interp_spline(times, positions, k=5)
-    speed, acceleration = position.derivative(1), position.derivative(2)
-    return lambda time: (float(position(time)), float(speed(time)), float(acceleration(time)))
+    return Spline(position, position.derivative(1), position.derivative(2))
 
 
 def _checked(label: str, motion: Motion, duration: float) -> Motion:

@@ -23,22 +23,26 @@ class Progress:
         """
         self._duration = duration
         self._function = wanted if callable(wanted) else None
+        self._has_bar = wanted is True
         self._bar: Any = None
-        if wanted is True:
-            from rich.progress import Progress as Bar  # Few simulations show one.
-
-            self._bar = Bar()
-            self._task = self._bar.add_task("simulating", total=duration)
-            self._bar.start()
-        elif self._function is None and wanted is not False:
+        if self._function is None and not isinstance(wanted, bool):
             raise ArgumentError(f"progress is {described(wanted)}, expected a bool or a function")
 
     def show(self, time: float) -> None:
         """Show that a time was reached [s]."""
         if self._function is not None:
             self._function(time / self._duration)
-        elif self._bar is not None:
+        elif self._has_bar:
+            if self._bar is None:
+                self._start_bar()
             self._bar.update(self._task, completed=time)
+
+    def _start_bar(self) -> None:
+        from rich.progress import Progress as Bar  # Few simulations show one.
+
+        self._bar = Bar()
+        self._task = self._bar.add_task("simulating", total=self._duration)
+        self._bar.start()
 
     def close(self) -> None:
         """Take the bar off."""

@@ -98,7 +98,11 @@ def _table(solver: ProblemSolver, functions: EnergyFunctions) -> Fourier:
     x = motion.rows
     slope = np.concatenate([(x[-1] - x[0]) / period, np.zeros(motion.v.shape[1])])
     joints = Fourier.of((np.concatenate([x, motion.v], axis=1) - grid * slope)[:-1].T, period)
-    if np.any(joints.tail() > _UNRESOLVED * functions.error):
+    # Relative to the positions themselves, of which the linear part was taken off.
+    sizes = np.max(np.abs(joints.coefficients), axis=1), np.max(np.abs(x), axis=0, initial=0.0)
+    unresolved = joints.tail() * sizes[0]
+    greatest = np.concatenate([sizes[1], np.max(np.abs(motion.v), axis=0)])
+    if np.any(unresolved > _UNRESOLVED * functions.error * greatest):
         raise NotSuitableError("joint positions are less even than the inertia")
     rows = [inertia.coefficients, inertia.derivative().coefficients, force.coefficients]
     table = np.concatenate([*rows, joints.coefficients])

@@ -10,11 +10,11 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described, flag, mapping, numbers
 from ..dynamics.problem_solver import ProblemSolver
-from ..errors import ArgumentError, MobilityError, choices
+from ..errors import ArgumentError
 from ..problem.arguments import split_loads
 from .events import Watched, watched
 from .forces import Forces, StateFunction, state_function
-from .prescribed_motion import prescribed_motion
+from .prescribed_motion import begun_at, prescribed_motions
 from .progress import Progress
 from .start_state import closed_start, drive_positions
 from .system import Motion
@@ -104,10 +104,9 @@ def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
         raise ArgumentError(f"rtol is {rtol:g}, below rounding; the least is {_FINEST:g}")
     if rtol >= 1.0:
         raise ArgumentError(f"rtol is {rtol:g}; expected a fraction, such as 1e-10")
-    positions = drive_positions(solver, asked.position)
-    motions = _motions(solver, asked.motion, positions, duration)
-    for name, motion in motions.items():
-        positions[problem.drives.index(name)] = motion(0.0)[0]
+    motions, starts = prescribed_motions(problem.drives, asked.motion, duration)
+    positions = drive_positions(solver, asked.position, starts)
+    motions = begun_at(motions, dict(zip(problem.drives, positions.tolist(), strict=True)))
     speeds = {name: motion(0.0)[1] for name, motion in motions.items()}
     begun = closed_start(solver, positions, asked.speed, speeds)
     return Setup(
@@ -137,32 +136,6 @@ def _positive(label: str, value: Any) -> float:
     if number.ndim or not number > 0.0:
         raise ArgumentError(f"{label} is {described(value)}, expected a positive number")
     return float(number)
-
-
-def _motions(
-    solver: ProblemSolver, motion: Any, positions: Array, duration: float
-) -> dict[str, Motion]:
-    """Return how the prescribed drives move.
-
-    Raises:
-        ArgumentError: a joint is no drive, or none is left to simulate.
-    """
-    drives = solver.problem.drives
-    motions = {}
-    for name, value in mapping("motion", motion).items():
-        if name not in drives:
-            raise ArgumentError(
-                f"motion[{name!r}]: not a drive of the scene; drives: {choices(drives, name)}"
-            )
-        start = float(positions[drives.index(name)])
-        motions[name] = prescribed_motion(name, value, start, duration)
-    if len(motions) == len(drives):
-        raise MobilityError(
-            "the motion of every drive is prescribed, so that nothing is left to simulate; "
-            "Scene.sweep solves prescribed motion",
-            mobility=0,
-        )
-    return motions
 
 
 def _forces(solver: ProblemSolver, loads: Any) -> Forces:

@@ -28,21 +28,27 @@ def simulated(solver: ProblemSolver, asked: Asked) -> Trajectory:
             f"method {described(method)} is unknown; methods: {choices(_METHODS, method)}"
         )
     setup = setup_of(with_all_loops(solver), asked)
-    if method is not None:
+    # Steps of a given length are those of the general method.
+    first = ("quadrature", "response") if setup.step is None else ()
+    for candidate in first if method is None else (method,):
         try:
-            return _METHODS[method](setup)
+            _refuse_unsuitable(setup, candidate)
+            return _METHODS[candidate](setup)
         except NotSuitableError as error:
-            raise ArgumentError(f"method {method!r} does not suit the scene: {error}") from None
-    for candidate in _candidates(setup):
-        try:
-            return candidate(setup)
-        except NotSuitableError:
-            continue
+            if method is not None:
+                raise ArgumentError(f"method {method!r} does not suit the scene: {error}") from None
     return in_all_coordinates(setup)
 
 
-def _candidates(setup: Setup) -> list[Callable[[Setup], Trajectory]]:
-    """Return the methods that may suit one free coordinate, the fastest first."""
-    if not setup.is_one_coordinate or setup.step is not None:
-        return []
-    return [by_quadrature, by_response] if setup.forces.is_constant else [by_response]
+def _refuse_unsuitable(setup: Setup, method: str) -> None:
+    """Refuse a method that would leave out what is asked for.
+
+    Raises:
+        NotSuitableError: it would.
+    """
+    if method in ("quadrature", "response") and not setup.is_one_coordinate:
+        raise NotSuitableError("it takes one drive that moves freely")
+    if method == "quadrature" and not setup.forces.is_constant:
+        raise NotSuitableError("it takes constant loads and springs without damping alone")
+    if method in ("quadrature", "Radau") and setup.step is not None:
+        raise NotSuitableError("it takes no steps of a given length")

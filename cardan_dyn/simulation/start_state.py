@@ -22,13 +22,16 @@ _CONSISTENT = 1e-9
 that are given for more joints than are free count as agreeing."""
 
 
-def drive_positions(solver: ProblemSolver, position: Any) -> Array:
+def drive_positions(
+    solver: ProblemSolver, position: Any, prescribed: Mapping[str, float] | None = None
+) -> Array:
     """Return the drive positions `(d,)` at which a simulation begins.
 
     Args:
         solver: of the scene.
         position: a number for one drive, `(d,)`, or names to positions [rad or m]; of joints that
             are not drives as well. Drives that nothing is said of begin where the scene does.
+        prescribed: drives whose motion is prescribed to where it begins.
 
     Raises:
         ArgumentError: not finite, of a wrong shape, or positions that contradict each other.
@@ -38,11 +41,15 @@ def drive_positions(solver: ProblemSolver, position: Any) -> Array:
     problem = solver.problem
     mechanism, drives = problem.mechanism, problem.drives
     start = solver.assembly.start[mechanism.coordinates.columns_of(drives)]
+    prescribed = prescribed or {}
     if position is None:
-        return np.asarray(start, dtype=float)
-    if not isinstance(position, Mapping):
-        return _of_drives("position", position, drives)
+        position = {}
+    elif not isinstance(position, Mapping):
+        values = _of_drives("position", position, drives).tolist()
+        position = dict(zip(drives, values, strict=True))
     given = _given(solver, "position", position)
+    _refuse_other("position", given, prescribed)
+    given.update(prescribed)
     positions = start.copy()
     for index, name in enumerate(drives):
         positions[index] = given.get(name, positions[index])
@@ -53,6 +60,21 @@ def drive_positions(solver: ProblemSolver, position: Any) -> Array:
     if others:
         _refuse_conflict(solver, positions, others)
     return positions
+
+
+def _refuse_other(label: str, given: Mapping[str, float], prescribed: Mapping[str, float]) -> None:
+    """Refuse values of drives that are not those of their prescribed motion.
+
+    Raises:
+        ArgumentError: one differs.
+    """
+    for name, value in prescribed.items():
+        gap = abs(given.get(name, value) - value)
+        if gap > _CONSISTENT * max(1.0, abs(value)):
+            raise ArgumentError(
+                f"{label}[{name!r}] is {given[name]:g}, {gap:.3g} from {value:.12g}, with which "
+                "its prescribed motion begins; give that, or leave it out"
+            )
 
 
 def _of_drives(label: str, value: Any, drives: tuple[str, ...]) -> Array:
@@ -177,17 +199,16 @@ def closed_start(
     rest = np.zeros_like(row)
     if not isinstance(speed, Mapping):
         free = tuple(name for name in drives if name not in prescribed)
-        values = np.zeros(len(drives)) if speed is None else None
-        if values is None and np.ndim(speed) and len(np.atleast_1d(speed)) == len(drives):
+        values = np.array([prescribed.get(name, 0.0) for name in drives])
+        if speed is not None and numbers("speed", speed).shape == (len(drives),):
             values = _of_drives("speed", speed, drives)
-        elif values is None:
-            values = np.zeros(len(drives))
-            own = _of_drives("speed", speed, free)
-            values[[drives.index(name) for name in free]] = own
-        for name, value in prescribed.items():
-            values[drives.index(name)] = value
+            _refuse_other("speed", dict(zip(drives, values.tolist(), strict=True)), prescribed)
+        elif speed is not None:
+            values[[drives.index(name) for name in free]] = _of_drives("speed", speed, free)
         return _motion(solver, row, values[None, :])
-    given = {**_given(solver, "speed", speed), **prescribed}
+    given = _given(solver, "speed", speed)
+    _refuse_other("speed", given, prescribed)
+    given.update(prescribed)
     at_rest = _motion(solver, row, rest)
     ratios = np.array(
         [[float(at_rest.ratio(name, drive)[0]) for drive in drives] for name in given]

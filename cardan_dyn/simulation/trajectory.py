@@ -211,12 +211,15 @@ class Trajectory(AlongSweep):
 
     @cached_property
     def _effort_scale(self) -> float:
-        """Greatest effort of all joints if no loop were closed, in which no singularity is felt."""
+        """Greatest effort of all joints if no loop were closed, in which no singularity is felt.
+
+        A moment that takes all kinetic energy within a radian counts as well.
+        """
         mechanism = self.mechanism
         open_tree = open_efforts(mechanism, self._problem.gravity, *self._counted(), self._rows.a)
         loads = self._forces.all_efforts(mechanism, self.t, *self._counted())
-        efforts = np.maximum(np.abs(open_tree), np.abs(loads))
-        return float(np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0))
+        efforts = np.maximum(open_tree, np.abs(loads)) * mechanism.coordinates.rate_scale
+        return float(max(np.max(efforts, initial=0.0), np.max(self.kinetic_energy)))
 
     @cached_property
     def kinetic_energy(self) -> Array:

@@ -1,0 +1,131 @@
+"""The constrained model against Pinocchio on the mechanism's own model, and virtual work."""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from testkit.linkages import coupling, four_bar, gears, loop
+from testkit.scenes import forward_accelerations, universal
+
+import cardan_dyn as cd
+from cardan_dyn.simulation.constrained_model import ConstrainedModel
+
+GRAVITY = np.array([0.3, -9.81, 0.2])
+
+
+def model_of(scene: cd.Scene, turn: cd.Sweep, held: tuple[str, ...] = ()) -> ConstrainedModel:
+    mechanism = scene.mechanism
+    rates = mechanism.coordinates.rates_of(held)
+    return ConstrainedModel(mechanism, rates, scene.gravity, turn.motion._x[0])
+
+
+def test_accelerations_are_those_of_pinocchio_by_hand(joint: cd.Mechanism) -> None:
+    scene = cd.Scene(joint, drive=["bearing_in", "joint_angle"], start={"joint_angle": 0.5})
+    turn = scene.sweep([[1.0, 0.5], [2.5, 0.7]], [[3.0, 0.4], [-2.0, 0.1]])
+    model = model_of(scene, turn)
+    for sample in range(2):
+        expected, *_ = forward_accelerations(joint, turn, sample, {"bearing_out": -2.0})
+        efforts = np.zeros(model.model.nv)
+        efforts[joint.coordinates.named["bearing_out"].rate] = -2.0
+        found = model.accelerations(turn.motion._x[sample], turn.motion.v[sample], efforts)
+        # Both by proximal iterations; the oracle's end at residuals of 1e-14.
+        np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.parametrize("prescribed", [0.0, -3.0])
+def test_what_is_prescribed_moves_as_it_is_told(joint: cd.Mechanism, prescribed: float) -> None:
+    """Inverse dynamics of what comes out: free drives need no effort."""
+    scene = cd.Scene(joint, drive=["bearing_in", "joint_angle"], gravity=GRAVITY)
+    position, speed = [1.0, 0.5], [3.0, 0.4]
+    turn = scene.sweep([position], [speed])
+    model = model_of(scene, turn, ("joint_angle",))
+    none = np.zeros(model.model.nv)
+    told = np.array([prescribed])
+    a = model.accelerations(turn.motion._x[0], turn.motion.v[0], none, told)
+    names = joint.coordinates.named
+    assert a[names["joint_angle"].rate] == pytest.approx(prescribed, abs=1e-13)
+    drives = [a[names[name].rate] for name in scene.drives]
+    needed = scene.sweep([position], [speed], [drives]).drive_effort[0]
+    # The effort of the joint angle carries the weight of the output's housing.
+    assert abs(needed[0]) < 1e-13 * abs(needed[1])
+
+
+def weightless_four_bar() -> cd.Mechanism:
+    text = four_bar(loop("continuous"))
+    start = text.index('<link name="coupler">')
+    end = text.index("</link>", start) + len("</link>")
+    return cd.load(text[:start] + '<link name="coupler"/>' + text[end:])
+
+
+@pytest.mark.parametrize("is_light", [False, True])
+def test_redundant_loops_and_weightless_links(is_light: bool) -> None:
+    """A planar loop of hinges in space has three redundant rows."""
+    mechanism = weightless_four_bar() if is_light else cd.load(four_bar(loop("continuous")))
+    scene = cd.Scene(mechanism, drive="a", gravity=GRAVITY)
+    turn = scene.sweep([0.7], [2.0])
+    model = model_of(scene, turn)
+    a = model.accelerations(turn.motion._x[0], turn.motion.v[0], np.zeros(model.model.nv))
+    drive = a[mechanism.coordinates.named["a"].rate]
+    needed = scene.sweep([0.7, 0.7], 2.0, [drive, 0.0]).drive_effort
+    assert abs(needed[0]) < 1e-13 * abs(needed[1])
+
+
+def test_couplings_are_obeyed_by_rates_of_all_orders() -> None:
+    mechanism = cd.load(gears(coupling("m", "a", "b", -0.5), coupling("n", "b", "c", 3.0), third=1))
+    model = ConstrainedModel(mechanism, [], np.zeros(3), mechanism.coordinates.neutral())
+    efforts = np.array([0.7, 0.0, 0.0])
+    a = model.accelerations(np.zeros(3), np.zeros(3), efforts)
+    # Inertias 0.025 about the axes, masses at the centres: ratios 1, -0.5, -1.5.
+    ratios = np.array([1.0, -0.5, -1.5])
+    np.testing.assert_allclose(a, 0.7 / (0.025 * ratios @ ratios) * ratios, rtol=1e-13)
+    drifted = ratios * 40.0 + np.array([0.0, 1e-3, -2e-3])
+    closed = model.closed(drifted)
+    np.testing.assert_allclose(closed, closed[0] * ratios, rtol=1e-15)
+    assert np.max(np.abs(closed - drifted)) < 2e-3
+    rates = model.closed_rates(closed, ratios + np.array([0.1, 0.0, 0.0]))
+    np.testing.assert_allclose(rates, rates[0] * ratios, rtol=1e-14)
+
+
+@pytest.mark.parametrize("name", ["double_shaft_z", "stewart_platform", "needle_drive"])
+def test_loops_that_drifted_are_closed_near_by(name: str) -> None:
+    mechanism = cd.load(name)
+    closed = mechanism.coordinates.neutral()
+    model = ConstrainedModel(mechanism, [], np.zeros(3), closed)
+    random = np.random.default_rng(3)
+    drifted = pin.integrate(model.model, closed, 1e-4 * random.normal(size=mechanism.model.nv))
+    assert model.closure_error(drifted) > 1e-5
+    back = model.closed(drifted)
+    # A few roundings of placements whose size is the characteristic length.
+    assert model.closure_error(back) < 2e-15
+    assert np.max(np.abs(back - drifted)) < 0.1
+    rates = model.closed_rates(back, random.normal(size=mechanism.model.nv))
+    # The gap opens by the square of a small step alone.
+    moved = [
+        model.closure_error(pin.integrate(model.model, back, step * rates)) for step in (1e-4, 1e-5)
+    ]
+    assert moved[1] < 0.02 * moved[0]
+
+
+def test_what_is_held_is_not_moved(joint: cd.Mechanism) -> None:
+    turn = universal(joint, 0.6).sweep([0.4], [2.0])
+    scene = universal(joint, 0.6)
+    model = model_of(scene, turn, ("joint_angle",))
+    column = joint.coordinates.named["joint_angle"].column
+    drifted = turn.motion._x[0] + 1e-4
+    closed = model.closed(drifted)
+    assert closed[column] == pytest.approx(drifted[column], abs=1e-16)
+    again = copy.deepcopy(model)
+    np.testing.assert_array_equal(again.closed(drifted), closed)
+
+
+def test_open_chains_have_nothing_to_close() -> None:
+    text = '<robot name="r"><link name="g"/>' + four_bar("").split('<link name="ground"/>')[1]
+    mechanism = cd.load(text.replace('"ground"', '"g"'))
+    model = ConstrainedModel(mechanism, [], GRAVITY, mechanism.coordinates.neutral())
+    x = np.array([0.3, 0.4, 0.5])
+    assert model.closed(x) is x
+    assert model.closed_rates(x, x) is x
+    assert model.closure_error(x) == 0.0

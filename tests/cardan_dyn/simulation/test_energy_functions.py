@@ -1,0 +1,68 @@
+"""Energy functions against the universal joint's kinetic energy and a parallelogram-free weight."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.linkages import four_bar, loop
+from testkit.scenes import universal
+from testkit.simulated import GRAVITY, WEIGHT, SpinningJoint, pendulum
+
+import cardan_dyn as cd
+from cardan_dyn.simulation.energy_functions import NotSuitableError, energy_functions
+from cardan_dyn.simulation.forces import Forces
+
+POINTS = np.linspace(-5.0, 9.0, 60)
+
+
+def forces_of(scene: cd.Scene) -> Forces:
+    problem = scene._problem
+    return Forces(
+        scene.mechanism, problem.joint_loads, problem.link_loads, {}, elements=problem.elements
+    )
+
+
+@pytest.mark.parametrize("beta", [0.1, 0.9, 1.4])
+def test_inertia_of_the_universal_joint(joint: cd.Mechanism, beta: float) -> None:
+    functions = energy_functions(universal(joint, beta)._solver)
+    expected = SpinningJoint(beta).inertia(POINTS)
+    error = np.max(np.abs(functions.inertia(POINTS)[0] - expected))
+    # As many coefficients as there are may err by what is stated for each of them.
+    assert error < 64.0 * functions.error * np.max(expected)
+    assert functions.error < 1e-10
+
+
+def test_loads_turn_with_the_velocity_ratio(joint: cd.Mechanism) -> None:
+    scene = universal(joint, 0.7, load=-3.0)
+    loaded = energy_functions(scene._solver, forces_of(scene))
+    np.testing.assert_allclose(
+        loaded.force(POINTS)[0], -3.0 * SpinningJoint(0.7).ratio(POINTS), rtol=1e-12
+    )
+    assert not np.any(energy_functions(scene._solver).force(POINTS))
+
+
+def test_weight_and_springs_of_a_pendulum() -> None:
+    spring = cd.PointSpring("base", (1.0, 0.0, 0.0), "bob", (0.0, -0.5, 0.0), 40.0)
+    scene = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY, elements=[spring])
+    weight = energy_functions(scene._solver)
+    np.testing.assert_allclose(weight.force(POINTS)[0], -WEIGHT * np.sin(POINTS), atol=1e-12)
+    # |span|² / 2 = 1.25 / 2 - 0.5 sin φ.
+    both = energy_functions(scene._solver, forces_of(scene))
+    expected = -WEIGHT * np.sin(POINTS) + 40.0 * 0.5 * np.cos(POINTS)
+    np.testing.assert_allclose(both.force(POINTS)[0], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("rocker", ["a", "d"])
+def test_drives_that_do_not_turn_through_are_refused(rocker: str) -> None:
+    scene = cd.Scene(cd.load(four_bar(loop("continuous"))), drive=rocker)
+    if rocker == "a":
+        assert energy_functions(scene._solver).inertia.frequency == pytest.approx(1.0)
+    else:
+        with pytest.raises(NotSuitableError):
+            energy_functions(scene._solver)
+
+
+def test_springs_that_wind_up_are_refused() -> None:
+    scene = cd.Scene(pendulum(), drive="pin", elements=[cd.JointSpring("pin", 3.0)])
+    with pytest.raises(NotSuitableError, match="wind up"):
+        energy_functions(scene._solver, forces_of(scene))

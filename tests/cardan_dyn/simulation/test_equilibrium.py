@@ -1,0 +1,123 @@
+"""Equilibria of pendulums and four-bars: closed forms and potential energies."""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from testkit.linkages import four_bar, loop
+from testkit.simulated import (
+    ABOUT_PIN,
+    GRAVITY,
+    WEIGHT,
+    parallelogram_law,
+    parallelograms,
+    pendulum,
+)
+
+import cardan_dyn as cd
+
+
+@pytest.fixture(scope="module")
+def hanging() -> cd.Scene:
+    return cd.Scene(pendulum(), drive="pin", gravity=GRAVITY)
+
+
+def test_a_pendulum_hangs_and_stands(hanging: cd.Scene) -> None:
+    low = hanging.equilibrium(0.9)
+    assert low.position[0] == pytest.approx(0.0, abs=1e-14)
+    assert low.stability == "stable"
+    np.testing.assert_allclose(low.frequencies, [np.sqrt(WEIGHT / ABOUT_PIN)], rtol=1e-11)
+    np.testing.assert_allclose(low.stiffness, [[WEIGHT]], rtol=1e-11)
+    np.testing.assert_allclose(low.inertia, [[ABOUT_PIN]], rtol=1e-14)
+    top = hanging.equilibrium(3.0)
+    assert top.position[0] == pytest.approx(np.pi, abs=1e-14)
+    assert top.stability == "unstable"
+    assert top.frequencies.size == 0
+    assert "unstable at pin 3.14159" in repr(top)
+    assert np.max(np.abs(top.sweep["pin"].moment[..., 2])) < 1e-13
+
+
+@pytest.mark.parametrize("torque", [1.0, 10.0])
+def test_springs_and_loads_move_it(hanging: cd.Scene, torque: float) -> None:
+    scene = hanging.replace(elements=[cd.JointSpring("pin", 6.0, damping=3.0, rest=0.5)])
+    found = scene.equilibrium(loads={"pin": torque})
+
+    def effort(phi: float) -> float:
+        return torque - WEIGHT * np.sin(phi) - 6.0 * (phi - 0.5)
+
+    place = brentq(effort, -1.0, 2.0, xtol=1e-15)
+    assert found.position[0] == pytest.approx(place, abs=1e-13)
+    square = (WEIGHT * np.cos(place) + 6.0) / ABOUT_PIN
+    np.testing.assert_allclose(found.frequencies, [np.sqrt(square)], rtol=1e-10)
+    assert scene.equilibrium(gravity=(0, 0, 0)).position[0] == pytest.approx(0.5, abs=1e-13)
+
+
+def test_what_nothing_acts_on_is_indifferent(hanging: cd.Scene) -> None:
+    found = hanging.equilibrium(0.4, gravity=(0.0, 0.0, -9.81))
+    assert found.stability == "indifferent"
+    assert found.position[0] == 0.4
+
+
+def test_a_four_bar_rests_where_its_potential_is_least() -> None:
+    scene = cd.Scene(cd.load(four_bar(loop("continuous"))), drive="a", gravity=GRAVITY)
+    places = np.linspace(0.0, 2.0 * np.pi, 2001)
+    turn = scene.sweep(places)
+    # The work of the drive is the potential; its zeros with rising effort are stable.
+    crossing = np.nonzero((turn.drive_effort[:-1] < 0.0) & (turn.drive_effort[1:] >= 0.0))[0]
+    found = scene.equilibrium(places[crossing[0]] + 0.2)
+    assert found.stability == "stable"
+    assert places[crossing[0]] <= found.position[0] % (2.0 * np.pi) <= places[crossing[0] + 1]
+
+
+def test_frequencies_are_those_of_small_swings() -> None:
+    inertia, weight = parallelogram_law(1)
+    spring = cd.JointSpring("pin_0", 60.0)
+    scene = cd.Scene(parallelograms(1), drive="pin_0", gravity=GRAVITY, elements=[spring])
+    found = scene.equilibrium(0.2)
+    assert found.position[0] == pytest.approx(0.0, abs=1e-13)
+    np.testing.assert_allclose(found.frequencies, [np.sqrt((60.0 - weight) / inertia)], rtol=1e-10)
+    period = 2.0 * np.pi / found.frequencies[0]
+    crossings = cd.Event(lambda t, p, s: p["pin_0"], direction=1)
+    swing = scene.simulate(3.2 * period, position=1e-4, events=crossings, rtol=1e-11)
+    times = [event.time for event in swing.events]
+    # The period of a swing exceeds that of small ones by its square over some tens.
+    assert (times[2] - times[0]) / 2.0 == pytest.approx(period, rel=1e-6)
+
+
+def test_two_drives_have_two_frequencies() -> None:
+    text = (
+        '<robot name="two"><link name="base"/>{}{}<joint name="p" type="continuous">'
+        '<parent link="base"/><child link="a"/><axis xyz="0 0 1"/></joint>'
+        '<joint name="q" type="continuous"><parent link="a"/><child link="b"/>'
+        '<origin xyz="0 -1 0"/><axis xyz="0 0 1"/></joint></robot>'
+    )
+    body = (
+        '<link name="{}"><inertial><origin xyz="0 -1 0"/><mass value="1"/><inertia ixx="0.001" '
+        'iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+    mechanism = cd.load(text.format(body.format("a"), body.format("b")))
+    found = cd.Scene(mechanism, drive=["p", "q"], gravity=GRAVITY).equilibrium([0.1, -0.2])
+    # q is relative: M of the double pendulum in relative angles.
+    mass = np.array([[1.0 + 4.0, 2.0], [2.0, 1.0]]) + 0.001 * np.array([[2.0, 1.0], [1.0, 1.0]])
+    mass[0, 0] = 1.0 + (1.0 + 1.0 + 2.0) + 0.002
+    stiffness = 9.81 * np.array([[3.0, 1.0], [1.0, 1.0]])
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real)
+    np.testing.assert_allclose(found.stiffness, stiffness, rtol=1e-10)
+    np.testing.assert_allclose(found.inertia, mass, rtol=1e-13)
+    np.testing.assert_allclose(found.frequencies**2, squares, rtol=1e-10)
+    assert copy.deepcopy(found).stability == "stable"
+
+
+def test_none_is_told_apart_from_one(joint: cd.Mechanism) -> None:
+    loaded = cd.Scene(
+        joint, drive="bearing_in", held={"joint_angle": 0.4}, loads={"bearing_out": 2.0}
+    )
+    with pytest.raises(cd.EquilibriumError, match="no equilibrium was found"):
+        loaded.equilibrium(0.3)
+    with pytest.raises(cd.ArgumentError, match="gravity"):
+        loaded.equilibrium(0.3, gravity=9.81)
+    with pytest.raises(cd.ArgumentError, match="position"):
+        loaded.equilibrium([0.3, 1.0])

@@ -1,0 +1,102 @@
+"""Events on known functions of time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn.simulation.events import EventSearch, Happened, watched
+from cardan_dyn.simulation.forces import Named
+
+
+def reading(time: float) -> tuple[Named, Named]:
+    """A joint `a` that swings as sin t."""
+    return Named({"a": 0}, np.array([math.sin(time)])), Named({"a": 0}, np.array([math.cos(time)]))
+
+
+def found(events: object, end: float = 10.0, steps: int = 20) -> tuple[list[Happened], float]:
+    """Events in steps up to an end, and when a terminal one ended them, else nan."""
+    search = EventSearch(watched(events), reading)
+    times = np.linspace(0.0, end, steps + 1).tolist()
+    for first, last in pairwise(times):
+        stopped = search.step(first, last, reading)
+        if stopped is not None:
+            return search.happened, stopped
+    return search.happened, math.nan
+
+
+def half(time: float, position: Named, speed: Named) -> float:
+    return position["a"] - 0.5
+
+
+def test_both_directions_and_each_of_them() -> None:
+    rises = [math.pi / 6.0, 13.0 * math.pi / 6.0]
+    falls = [5.0 * math.pi / 6.0, 17.0 * math.pi / 6.0]
+    for direction, expected in ((0, sorted(rises + falls)), (1, rises), (-1, falls)):
+        happened, _ = found(cd.Event(half, direction=direction))
+        # sin t has a slope of 0.87 there: rounding of time and value together.
+        np.testing.assert_allclose([item.time for item in happened], expected, rtol=1e-15)
+        assert {item.name for item in happened} == {"half"}
+
+
+def test_a_terminal_event_ends_the_search_at_it() -> None:
+    happened, stopped = found([cd.Event(half, terminal=True, name="stop"), lambda t: t - 0.1])
+    assert stopped == happened[-1].time == pytest.approx(math.pi / 6.0, abs=1e-15)
+    assert [item.name for item in happened] == ["<lambda>", "stop"]
+
+
+def test_several_in_one_step_come_in_order_of_time() -> None:
+    events = [cd.Event(lambda t, k=k: t - 0.1 * k, name=str(k)) for k in (3, 1, 2)]
+    happened, _ = found(events, 1.0, 1)
+    assert [item.name for item in happened] == ["1", "2", "3"]
+    np.testing.assert_allclose([item.time for item in happened], [0.1, 0.2, 0.3], atol=1e-15)
+    # One function that passes through zero more than once in a step.
+    happened, _ = found(half, 3.0, 1)
+    assert len(happened) == 2
+
+
+def test_what_begins_at_zero_has_not_happened() -> None:
+    happened, _ = found(lambda t, x, v: x["a"], 4.0)
+    np.testing.assert_allclose([item.time for item in happened], [math.pi])
+
+
+def test_a_zero_at_the_end_of_a_step_counts_once() -> None:
+    happened, _ = found(lambda t: t - 0.5, 1.0, 2)
+    assert [item.time for item in happened] == [0.5]
+
+
+def test_functions_may_carry_attributes() -> None:
+    def rising(time: float) -> float:
+        return math.sin(time - 1.0)
+
+    rising.terminal, rising.direction = True, -1  # type: ignore[attr-defined]
+    (item,) = watched(rising)
+    assert (item.terminal, item.direction, item.name) == (True, -1, "rising")
+    assert found(rising)[1] == pytest.approx(1.0 + math.pi, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("events", "message"),
+    [
+        (3, "events is 3, expected functions or Event"),
+        ([3], r"events\[0\] is 3"),
+        (cd.Event(half, direction=2), r"events\[0\]: direction 2; it is -1, 0 or 1"),
+        (cd.Event(half, terminal="yes"), "terminal"),  # type: ignore[arg-type]
+        (lambda t, x: 0.0, "a function of 2 arguments"),
+    ],
+)
+def test_what_is_no_event_is_refused(events: object, message: str) -> None:
+    with pytest.raises(cd.ArgumentError, match=message):
+        watched(events)
+
+
+@pytest.mark.parametrize("value", [math.nan, "x", None])
+def test_events_return_numbers(value: object) -> None:
+    function: Callable[[float], object] = lambda t: value if t > 0.4 else 1.0  # noqa: E731
+    with pytest.raises(cd.ArgumentError, match=r"event .* returned .* at time 0\.\d+ s"):
+        found(function, 1.0, 2)

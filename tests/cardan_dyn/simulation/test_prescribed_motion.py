@@ -1,0 +1,101 @@
+"""Prescribed motion: its forms, and what is refused."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn.simulation.prescribed_motion import (
+    begun_at,
+    prescribed_motion,
+    prescribed_motions,
+)
+
+TIMES = np.linspace(0.0, 2.0, 41)
+
+
+def sine(time: float) -> tuple[float, float, float]:
+    return math.sin(time), math.cos(time), -math.sin(time)
+
+
+def test_forms_of_one_motion() -> None:
+    written = prescribed_motion("a", sine, 2.0)
+    three = prescribed_motion("a", [lambda t, k=k: sine(t)[k] for k in range(3)], 2.0)
+    spline = prescribed_motion("a", (TIMES, np.sin(TIMES)), 2.0)
+    for time in (0.0, 0.33, 1.99):
+        assert written(time) == three(time) == sine(time)
+        # A quintic spline of step h errs by about h⁶, its second derivative by h⁴.
+        np.testing.assert_allclose(spline(time), sine(time), atol=0.05**4)
+
+
+def test_a_speed_begins_where_the_drive_is() -> None:
+    motions, starts = prescribed_motions(("a", "b", "c"), {"b": 3.0, "c": sine}, 1.0)
+    assert starts == {"c": 0.0}
+    motions = begun_at(motions, {"a": 9.0, "b": 0.5, "c": 7.0})
+    assert motions["b"](2.0) == (6.5, 3.0, 0.0)
+    assert motions["c"](0.0) == sine(0.0)
+
+
+def test_constant_speeds_and_splines_can_be_pickled() -> None:
+    for value in (3.0, (TIMES, np.sin(TIMES)), sine):
+        motion = prescribed_motion("a", value, 2.0)
+        assert pickle.loads(pickle.dumps(motion))(0.7) == motion(0.7)
+
+
+def fails(time: float) -> Any:
+    if time > 0.9:
+        raise KeyError("no more")
+    return sine(time)
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ("fast", "is 'fast'; give a speed"),
+        (np.nan, "is nan; a speed is finite"),
+        ([1.0, 2.0, 3.0, 4.0], "give a speed, a function"),
+        (lambda t: t, "returns 0.0 at time 0 s, expected position, speed and acceleration"),
+        (lambda t: (t, "x", 0.0), "expected position, speed and acceleration"),
+        (lambda t: (np.nan, 0.0, 0.0), "not finite at time 0 s"),
+        (fails, r"failed at time 0\.\d+ s: KeyError: 'no more'"),
+        (lambda t: (t * t, t, 1.0), "its speed is not the derivative of its position near time"),
+        (lambda t: (t * t, 2 * t, 1.0), "its acceleration is not the derivative of its speed"),
+        (lambda t: (max(t - 0.7, 0.0), float(t > 0.7), 0.0), "its speed .* time 0.7 s, or jumps"),
+        (
+            lambda t: (max(t - 0.7, 0.0) ** 2, 2.0 * max(t - 0.7, 0.0), 2.0 * (t > 0.7)),
+            "its acceleration .* near time 0.7 s, or jumps there",
+        ),
+        ((TIMES[:5], TIMES[:5]), "K at least 6"),
+        ((TIMES, TIMES[:9]), r"times \(41,\) and positions \(9,\)"),
+        ((TIMES[::-1], TIMES), "times have to increase"),
+        ((0.4 * TIMES, TIMES), "times from 0 to 0.8 s do not span the simulation, 0 to 1 s"),
+        ((TIMES + 0.1, TIMES), "do not span"),
+        ((TIMES, np.full(41, np.inf)), "have to be finite"),
+        (("a", "b"), "no numbers"),
+    ],
+)
+def test_what_is_no_motion_is_refused(value: Any, message: str) -> None:
+    with pytest.raises(cd.ArgumentError, match=message) as caught:
+        prescribed_motion("lift", value, 1.0)
+    assert "motion['lift']" in str(caught.value)
+
+
+def test_fast_motion_is_none_that_jumps() -> None:
+    def fast(time: float) -> tuple[float, float, float]:
+        return math.sin(300.0 * time), 300.0 * math.cos(300.0 * time), -9e4 * math.sin(300.0 * time)
+
+    assert prescribed_motion("a", fast, 1.0)(0.1) == fast(0.1)
+
+
+def test_drives_alone_are_moved_and_one_is_left() -> None:
+    with pytest.raises(cd.ArgumentError, match=r"motion\['c'\]: not a drive.*drives: a, b"):
+        prescribed_motions(("a", "b"), {"c": 1.0}, 1.0)
+    with pytest.raises(cd.MobilityError, match=r"every drive is prescribed.*Scene\.sweep"):
+        prescribed_motions(("a",), {"a": 1.0}, 1.0)
+    with pytest.raises(cd.ArgumentError, match="motion is 3"):
+        prescribed_motions(("a",), 3, 1.0)
