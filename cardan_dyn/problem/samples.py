@@ -17,11 +17,14 @@ from ..arrays import Array
 from ..checks import mapping, numbers, shortened
 from ..errors import ArgumentError, choices
 from ..forces.link_loads import LinkLoad
-from ..frozen import FrozenDict, frozen
+from ..frozen import FrozenDict, frozen, read_only
 from ..mechanism.mechanism import Mechanism
 from .arguments import check_distance, split_loads
 from .coordinate_names import check_single
 from .problem import Problem
+
+_AT_ZERO = read_only(np.zeros(()))
+"""The time of a sweep that gives none [s]."""
 
 
 class Targets(NamedTuple):
@@ -174,7 +177,7 @@ class Acting(NamedTuple):
             frozen(links) if links else self.link_loads,
             over(self.gravity, 1),
             frozen(inertia) if inertia else self.inertia,
-            over(self.time),
+            self.time.reshape(1) if self.time.size == 1 else _flat(self.time, shape),
         )
 
 
@@ -256,7 +259,8 @@ def acting_on(
     gravities = problem.gravity if gravity is None else numbers("gravity", gravity)
     if gravities.shape[-1:] != (3,) or not gravities.size:
         raise ArgumentError(f"gravity has shape {gravities.shape}, expected (..., 3)")
-    times = numbers("time", time)
+    # Few sweeps give times, and all of them would pay for reading them.
+    times = _AT_ZERO if isinstance(time, float) and time == 0.0 else numbers("time", time)
     if not times.size:
         raise ArgumentError("time is empty")
     return Acting(
