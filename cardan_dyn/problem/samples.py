@@ -17,11 +17,14 @@ from ..arrays import Array
 from ..checks import mapping, numbers, shortened
 from ..errors import ArgumentError, choices
 from ..forces.link_loads import LinkLoad
-from ..frozen import FrozenDict, frozen
+from ..frozen import FrozenDict, frozen, read_only
 from ..mechanism.mechanism import Mechanism
 from .arguments import check_distance, split_loads
 from .coordinate_names import check_single
 from .problem import Problem
+
+_AT_ZERO = read_only(np.zeros(()))
+"""The time of a sweep that gives none [s]."""
 
 
 class Targets(NamedTuple):
@@ -175,9 +178,8 @@ class Acting(NamedTuple):
         if inertia:
             inertia = frozen({name: over(factor) for name, factor in inertia.items()})
         speeds, accelerations = _flat(self.speeds, shape, 1), _flat(self.accelerations, shape, 1)
-        return Acting(
-            speeds, accelerations, efforts, links, over(self.gravity, 1), inertia, over(self.time)
-        )
+        time = self.time.reshape(1) if self.time.size == 1 else _flat(self.time, shape)
+        return Acting(speeds, accelerations, efforts, links, over(self.gravity, 1), inertia, time)
 
 
 def targets_of(
@@ -258,7 +260,8 @@ def acting_on(
     gravities = problem.gravity if gravity is None else numbers("gravity", gravity)
     if gravities.shape[-1:] != (3,) or not gravities.size:
         raise ArgumentError(f"gravity has shape {gravities.shape}, expected (..., 3)")
-    times = numbers("time", time)
+    # Few sweeps give times, and all of them would pay for reading them.
+    times = _AT_ZERO if isinstance(time, float) and time == 0.0 else numbers("time", time)
     if not times.size:
         raise ArgumentError("time is empty")
     return Acting(
