@@ -29,6 +29,11 @@ _LONGEST = 0.3
 """Longest step of Newton's method [rad, or as a fraction of the characteristic length]."""
 _SHORTEST = 1e-14
 """Step, likewise, at which it has converged."""
+_AT_REST = 1e-9
+"""Effort, as a fraction of the greatest that was seen, that may be left where steps have become
+short: the step of another `_SHORTEST` would change it by less."""
+_UNFELT = 1e-12
+"""Effort that counts as none, as a fraction of the greatest wrench in a joint."""
 _ROUNDING = 1e-9
 """Stiffness, as a fraction of the greatest, that counts as zero: an indifferent equilibrium."""
 
@@ -128,9 +133,14 @@ def _moved(
     The last value says whether it has converged.
     """
     size = float(np.linalg.norm(effort * statics.scale))
+    if size <= float(np.finfo(float).eps) * statics.wrench:
+        return x, effort, stiffness, True
+    shortest = _SHORTEST * (1.0 + float(np.max(np.abs(x))))
     for _ in range(30):
-        if np.max(np.abs(step) / statics.scale) <= _SHORTEST * (1.0 + np.max(np.abs(x))):
-            return x, effort, stiffness, True
+        if np.max(np.abs(step) / statics.scale) <= shortest:
+            if size <= max(_AT_REST * statics.greatest, _UNFELT * statics.wrench):
+                return x, effort, stiffness, True
+            break
         try:
             next_effort, next_stiffness = statics.linearised(x + step)
         except CardanError:
@@ -158,6 +168,7 @@ class _Statics:
     Attributes:
         scale: `(d,)` units of the drives: 1 rad, or the characteristic length.
         greatest: greatest effort seen [N·m].
+        wrench: greatest moment, or force by the characteristic length, seen in a joint [N·m].
     """
 
     def __init__(self, solver: ProblemSolver, acting: Acting) -> None:
@@ -169,14 +180,19 @@ class _Statics:
                 for name in drives
             ]
         )
-        self.greatest = 0.0
+        self.greatest = self.wrench = 0.0
 
     def sweep(self, positions: Array) -> Sweep:
         """Return the scene at rest at positions `(N, d)`."""
         return _swept(self._solver, positions, self._acting)
 
     def _efforts(self, positions: Array) -> Array:
-        return self.sweep(positions).drive_effort.reshape(len(positions), -1)
+        sweep = self.sweep(positions)
+        length = sweep.mechanism.characteristic_length
+        for name in sweep:
+            moment, force = np.abs(sweep[name].moment), length * np.abs(sweep[name].force)
+            self.wrench = max(self.wrench, float(np.max(moment)), float(np.max(force)))
+        return sweep.drive_effort.reshape(len(positions), -1)
 
     def linearised(self, x: Array) -> tuple[Array, Array]:
         """Return efforts `(d,)` at a position, and their derivatives `(d, d)`."""

@@ -37,9 +37,8 @@ def test_a_passive_joint_decides_the_drive(bars: cd.Scene) -> None:
 def test_a_passive_joint_moves_the_drive_that_is_not_prescribed(two: cd.Scene) -> None:
     there = two.sweep([[0.7, 0.5]]).motion
     given = {"bearing_out": float(there.position("bearing_out")[0])}
-    for prescribed in ({"joint_angle": 0.5}, {"bearing_in": 0.7}):
-        found = drive_positions(two._solver, given, prescribed)
-        np.testing.assert_allclose(found, [0.7, 0.5], atol=1e-12)
+    found = drive_positions(two._solver, given, {"joint_angle": 0.5})
+    np.testing.assert_allclose(found, [0.7, 0.5], atol=1e-12)
 
 
 def test_messages_say_by_how_much_and_what_is_right(bars: cd.Scene) -> None:
@@ -50,34 +49,38 @@ def test_messages_say_by_how_much_and_what_is_right(bars: cd.Scene) -> None:
     with pytest.raises(cd.ArgumentError, match=message):
         drive_positions(bars._solver, {"a": 0.2, "d": right + 0.01})
     drive_positions(bars._solver, {"a": 0.2, "d": right + 2.0 * np.pi})
-    ratio = float(bars.sweep([0.2], 1.0).motion.speed("d")[0])
+    ratio = float(bars.sweep([0.2], 1.0).motion.velocity("d")[0])
     start = np.array([0.2])
-    with pytest.raises(cd.ArgumentError, match=rf"speed\['.'\] is .* violates the loops by"):
+    with pytest.raises(cd.ArgumentError, match=r"speed\['.'\] is .* violates the loops by"):
         closed_start(bars._solver, start, {"a": 2.0, "d": 2.0 * ratio + 0.1}, {})
     agreeing = closed_start(bars._solver, start, {"a": 2.0, "d": 2.0 * ratio}, {})
-    assert agreeing.speed("a")[0] == 2.0
+    assert agreeing.velocity("a")[0] == 2.0
 
 
 def test_speeds(bars: cd.Scene, two: cd.Scene) -> None:
     start = np.array([0.2])
-    ratio = float(bars.sweep([0.2], 1.0).motion.speed("d")[0])
+    ratio = float(bars.sweep([0.2], 1.0).motion.velocity("d")[0])
     motion = closed_start(bars._solver, start, {"d": 1.5}, {})
-    assert motion.speed("a")[0] == pytest.approx(1.5 / ratio, rel=1e-13)
-    assert closed_start(bars._solver, start, None, {}).speed("d")[0] == 0.0
+    assert motion.velocity("a")[0] == pytest.approx(1.5 / ratio, rel=1e-13)
+    assert closed_start(bars._solver, start, None, {}).velocity("d")[0] == 0.0
     both = np.array([0.2, 0.3])
     moved = closed_start(two._solver, both, 4.0, {"joint_angle": 0.5})
-    assert (moved.speed("bearing_in")[0], moved.speed("joint_angle")[0]) == (4.0, 0.5)
+    assert (moved.velocity("bearing_in")[0], moved.velocity("joint_angle")[0]) == (4.0, 0.5)
     named = closed_start(two._solver, both, {"bearing_out": 2.0}, {"joint_angle": 0.5})
-    assert named.speed("bearing_out")[0] == pytest.approx(2.0, rel=1e-13)
-    assert named.speed("joint_angle")[0] == pytest.approx(0.5, rel=1e-13)
+    assert named.velocity("bearing_out")[0] == pytest.approx(2.0, rel=1e-13)
+    assert named.velocity("joint_angle")[0] == pytest.approx(0.5, rel=1e-13)
 
 
 @pytest.mark.parametrize("given", [{"joint_angle": 0.9}, [4.0, 0.9]])
 def test_prescribed_motion_is_not_contradicted(two: cd.Scene, given: object) -> None:
     prescribed = {"joint_angle": 0.5}
-    with pytest.raises(cd.ArgumentError, match="is 0.9, 0.4 from 0.5, with which its prescribed"):
+    with pytest.raises(
+        cd.ArgumentError, match=r"is 0\.9, 0\.4 from 0\.5, with which its prescribed"
+    ):
         drive_positions(two._solver, given, prescribed)
-    with pytest.raises(cd.ArgumentError, match="is 0.9, 0.4 from 0.5, with which its prescribed"):
+    with pytest.raises(
+        cd.ArgumentError, match=r"is 0\.9, 0\.4 from 0\.5, with which its prescribed"
+    ):
         closed_start(two._solver, np.array([0.2, 0.5]), given, prescribed)
 
 

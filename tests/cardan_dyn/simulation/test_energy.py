@@ -1,0 +1,69 @@
+"""Energies by hand, and work as an integral."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.scenes import universal
+from testkit.simulated import (
+    ABOUT_PIN,
+    GRAVITY,
+    LENGTH,
+    MASS,
+    WEIGHT,
+    SpinningJoint,
+    pendulum,
+)
+
+import cardan_dyn as cd
+from cardan_dyn.elements.element_forces import ElementForces
+from cardan_dyn.simulation.energy import WeightEnergy, element_power, gained, open_efforts
+
+X, V, A = np.array([[0.4], [2.0]]), np.array([[3.0], [-1.0]]), np.array([[5.0], [0.0]])
+
+
+def test_energies_of_a_pendulum() -> None:
+    energy = WeightEnergy(pendulum(), np.array(GRAVITY))
+    np.testing.assert_allclose(energy.kinetic(X, V), 0.5 * ABOUT_PIN * V[:, 0] ** 2)
+    height = -LENGTH * np.cos(X[:, 0])
+    np.testing.assert_allclose(energy.potential(X), 9.81 * MASS * height)
+
+
+def test_kinetic_energy_of_the_universal_joint(joint: cd.Mechanism) -> None:
+    turn = universal(joint, 0.8).sweep(np.linspace(0.0, 6.0, 9), 3.0)
+    found = WeightEnergy(joint, np.zeros(3)).kinetic(turn.motion._x, turn.motion.v)
+    expected = 0.5 * SpinningJoint(0.8).inertia(np.linspace(0.0, 6.0, 9)) * 9.0
+    np.testing.assert_allclose(found, expected, rtol=1e-13)
+
+
+def test_open_efforts_do_not_cancel() -> None:
+    falling = -WEIGHT * np.sin(X) / ABOUT_PIN
+    found = open_efforts(pendulum(), np.array(GRAVITY), X, 0.0 * V, falling)
+    np.testing.assert_allclose(found, np.abs(WEIGHT * np.sin(X)))
+    found = open_efforts(pendulum(), np.zeros(3), X, V, A)
+    np.testing.assert_allclose(found, np.abs(ABOUT_PIN * A), atol=1e-15)
+
+
+def test_work_is_the_integral_of_power() -> None:
+    steps = np.linspace(0.0, 4.0, 9)
+    times = np.array([0.0, 0.7, 2.0, 4.0])
+    found = gained(lambda t: np.cos(3.0 * t), steps, times, False)
+    np.testing.assert_allclose(found, np.sin(3.0 * times) / 3.0, atol=1e-15)
+    np.testing.assert_array_equal(gained(np.cos, steps, times, True), 0.0)
+
+
+def test_work_of_steps_with_kinks_at_their_ends() -> None:
+    found = gained(lambda t: np.abs(t - 1.0), np.array([0.0, 1.0, 3.0]), np.array([3.0]), False)
+    assert found[0] == pytest.approx(0.5 + 2.0, abs=1e-15)
+
+
+def test_power_of_elements() -> None:
+    mechanism = pendulum()
+    elements = [
+        cd.JointSpring("pin", 7.0, damping=2.0),
+        cd.Actuator("pin", lambda time: 4.0 * time),
+    ]
+    times = np.array([0.5, 1.0])
+    power = element_power(ElementForces(mechanism, elements), mechanism, X, V, times)
+    # Springs keep energy: they are no part of it.
+    np.testing.assert_allclose(power, 4.0 * times * V[:, 0] - 2.0 * V[:, 0] ** 2)
