@@ -11,6 +11,7 @@ from ..arrays import Array
 from ..checks import described, flag, mapping, numbers
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError
+from ..kinematics.idle_rods import rods_by_name
 from ..problem.arguments import split_loads
 from .events import Watched, watched
 from .forces import Forces, StateFunction, state_function
@@ -74,6 +75,12 @@ class Setup(NamedTuple):
     def has_elements(self) -> bool:
         """Whether force elements act."""
         return bool(self.solver.problem.elements)
+
+    @property
+    def has_idle_rods(self) -> bool:
+        """Whether rods may spin about their lines, which no drive decides."""
+        problem = self.solver.problem
+        return bool(rods_by_name(problem.mechanism, set(problem.passive_columns.tolist())))
 
     @property
     def is_one_coordinate(self) -> bool:

@@ -48,6 +48,8 @@ def _refuse_unsuitable(setup: Setup, method: str) -> None:
     """
     if method in ("quadrature", "response") and not setup.is_one_coordinate:
         raise NotSuitableError("it takes one drive that moves freely")
+    if method in ("quadrature", "response") and setup.has_idle_rods:
+        raise NotSuitableError("rods that spin about their lines are further free coordinates")
     if method == "quadrature" and not setup.forces.is_constant:
         raise NotSuitableError("it takes constant loads and springs without damping alone")
     if method in ("quadrature", "Radau") and setup.step is not None:

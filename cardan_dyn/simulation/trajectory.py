@@ -166,6 +166,14 @@ class Trajectory(AlongSweep):
         errors = self._effort_errors(sweep)
         if np.max(errors) > _GREATEST_ERROR:
             worst = int(np.argmax(errors))
+            if sweep.idle_rods:
+                rods = "; ".join(" and ".join(rod) for rod in sweep.idle_rods)
+                raise AccuracyError(
+                    f"the rod between {rods} spins about its line and is not symmetric about it, "
+                    "so that its spin moves the drives; sweeps know nothing of spins: decide it by "
+                    "a universal joint instead of one of the balls",
+                    residual=float(errors[worst]),
+                )
             raise AccuracyError(
                 f"at time {self.t[worst]:.6g} s the mechanism is so close to a singular "
                 f"configuration (condition {sweep.condition[worst]:.1e}) that accelerations and "
