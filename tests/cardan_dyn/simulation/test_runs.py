@@ -28,7 +28,11 @@ def test_rows_are_positions_rates_and_accelerations(method: str) -> None:
     np.testing.assert_allclose(rows.v[1:-1], way / (2.0 * step), atol=1e-5)
     assert position[-1] > np.pi
     own = run.rows(run.times)
-    np.testing.assert_allclose(own.x, run.rows(run.times.copy()).x, atol=1e-11)
+    again = run.rows(run.times.copy())
+    for name in ("x", "turns"):
+        assert getattr(own, name).shape == (len(run.times), 1)
+    counted = [item.x + 2.0 * np.pi * item.turns for item in (own, again)]
+    np.testing.assert_allclose(*counted, atol=1e-11)
 
 
 def test_positions_are_assembled_where_the_run_is() -> None:

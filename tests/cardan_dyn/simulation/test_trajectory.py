@@ -15,7 +15,7 @@ import cardan_dyn as cd
 
 def brake(time: float) -> float:
     """A load that a pickle finds by its name."""
-    return -0.5 * time
+    return -2.0 * time
 
 
 @pytest.fixture(scope="module")
