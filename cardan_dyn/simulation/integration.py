@@ -202,10 +202,21 @@ class Integration:
         """Return the point at a time on one step."""
         kept, self.equations.turns = self.equations.turns, segment.turns
         try:
-            y = self.equations.restored(time, np.asarray(segment.dense(time)))
+            y = self._restored(segment, time)
             return Point(time, y, segment.turns, self._derivative(time, y))
         finally:
             self.equations.turns = kept
+
+    def row_on(self, segment: Segment, time: float) -> Array:
+        """Return the row at a time on one step."""
+        kept, self.equations.turns = self.equations.turns, segment.turns
+        try:
+            return self._restored(segment, time)
+        finally:
+            self.equations.turns = kept
+
+    def _restored(self, segment: Segment, time: float) -> Array:
+        return self.equations.restored(time, np.asarray(segment.dense(time)))
 
     def points_at(self, times: Array) -> list[Point]:
         """Return the points at times within what was integrated."""

@@ -190,7 +190,7 @@ def _integrated(
             segment = integration.segments[-1]
 
             def reading(time: float, segment: Any = segment) -> tuple[Named, Named]:
-                return named(segment.dense(time), segment.turns)
+                return named(integration.row_on(segment, time), segment.turns)
 
             stopped = search.step(segment.start, segment.end, reading) if setup.events else None
             if stopped is not None:

@@ -18,7 +18,11 @@ from cardan_dyn.simulation.forces import Forces, Named, StateNames, state_functi
 from cardan_dyn.simulation.turning_model import turning_model
 
 MECHANISM = cd.load(four_bar(loop("continuous")))
-X, V = np.array([[0.3, -0.7, 0.9]]), np.array([[1.0, 2.0, 3.0]])
+SIZE = MECHANISM.coordinates.size
+X, V = np.zeros((1, SIZE)), np.zeros((1, SIZE))
+for _name, _position, _speed in (("a", 0.3, 1.0), ("b", -0.7, 2.0), ("d", 0.9, 3.0)):
+    X[0, MECHANISM.coordinates.named[_name].column] = _position
+    V[0, MECHANISM.coordinates.named[_name].rate] = _speed
 PUSH = np.array([1.0, -2.0, 0.5, 0.1, 0.2, 3.0])
 
 
@@ -32,7 +36,7 @@ def by_pinocchio(force: np.ndarray, moment: np.ndarray) -> np.ndarray:
     """Efforts of a wrench on the coupler, in world axes."""
     none = np.zeros(1)
     wrench = LinkWrench("coupler", force[None, :], moment[None, :])
-    return generalised(MECHANISM, X, Acted(np.zeros((1, 3)), [wrench], none, none, none))[0]
+    return generalised(MECHANISM, X, Acted(np.zeros((1, SIZE)), [wrench], none, none, none))[0]
 
 
 def efforts(acting: Forces, time: float = 0.0) -> np.ndarray:
@@ -43,7 +47,7 @@ def efforts(acting: Forces, time: float = 0.0) -> np.ndarray:
 def test_wrenches_in_axes_of_the_world_and_of_the_link() -> None:
     world = forces({"coupler": cd.Wrench(PUSH[:3], PUSH[3:], "world")})
     np.testing.assert_allclose(efforts(world), by_pinocchio(PUSH[:3], PUSH[3:]), atol=1e-14)
-    turn = X[0, 0] + X[0, 1]
+    turn = 0.3 - 0.7
     c, s = math.cos(turn), math.sin(turn)
     axes = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     expected = by_pinocchio(axes @ PUSH[:3], axes @ PUSH[3:])
@@ -140,4 +144,4 @@ def test_names_of_states() -> None:
     positions = names.positions(X[0])
     assert dict(positions)["a"] == 0.3
     assert len(positions) == len(list(positions))
-    assert names.speeds(V[0])["d"] == V[0][MECHANISM.coordinates.named["d"].rate]
+    assert names.speeds(V[0])["d"] == 3.0

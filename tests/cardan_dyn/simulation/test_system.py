@@ -58,11 +58,13 @@ def test_rows_far_from_closed_are_refused(bars: System) -> None:
 
 def test_turns_are_taken_off_and_counted(bars: System) -> None:
     y = np.zeros(2 * bars.size)
-    y[:3] = [7.0, -13.0, 1.0]
-    wrapped = bars.wrap(y)
-    np.testing.assert_array_equal(bars.turns, [1.0, -2.0, 0.0])
-    position, speed = bars.named(wrapped, bars.turns)
     names = bars.model.mechanism.coordinates.named
+    for name, angle in (("a", 7.0), ("b", -13.0), ("d", 1.0)):
+        y[names[name].column] = angle
+    wrapped = bars.wrap(y)
+    turns = [bars.turns[names[name].column] for name in "abd"]
+    assert turns == [1.0, -2.0, 0.0]
+    position, speed = bars.named(wrapped, bars.turns)
     for name in "abd":
         assert position[name] == pytest.approx(y[names[name].column], abs=1e-14)
         assert speed[name] == 0.0

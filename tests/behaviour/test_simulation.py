@@ -1,0 +1,166 @@
+"""Simulations: exact where a closed form is known, closed and conservative for as long as they run.
+
+Tolerances are those of the method: rounding, or the relative tolerance times the steps.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.simulated import (
+    GRAVITY,
+    SpinningJoint,
+    integrated,
+    parallelogram_law,
+    parallelograms,
+    spatial_slider_crank,
+)
+
+import cardan_dyn as cd
+from cardan_dyn.simulation.constrained_model import ConstrainedModel
+
+SPEED = 10.0
+METHODS = ("quadrature", "response", "DOP853", "Radau")
+
+
+def free(joint: cd.Mechanism, degrees: float) -> cd.Scene:
+    return cd.Scene(joint, drive="bearing_in", held={"joint_angle": np.deg2rad(degrees)})
+
+
+@pytest.mark.parametrize("degrees", [30.0, 80.0])
+@pytest.mark.parametrize(
+    ("method", "rtol", "allowed"), [(None, 1e-10, 1e-13), ("DOP853", 1e-13, 2e-12)]
+)
+def test_ten_turns_take_the_time_of_the_energy_integral(
+    joint: cd.Mechanism, degrees: float, method: str | None, rtol: float, allowed: float
+) -> None:
+    end = SpinningJoint(np.deg2rad(degrees)).time_of(SPEED, 10.0)
+    turned = free(joint, degrees).simulate(end, speed=SPEED, method=method, rtol=rtol)
+    assert abs(turned.position[-1] / (20.0 * np.pi) - 1.0) < allowed
+    # It comes back to the position at which it began, and so to its speed.
+    assert abs(turned.speed[-1] / SPEED - 1.0) < 10.0 * allowed
+
+
+def test_fixed_steps_converge_with_order_eight(joint: cd.Mechanism) -> None:
+    scene = free(joint, 30.0)
+    end = SpinningJoint(np.deg2rad(30.0)).time_of(SPEED, 2.0)
+    counts = np.array([16, 24, 32, 48, 64, 96])
+    errors = []
+    for count in counts.tolist():
+        found = scene.simulate(end, speed=SPEED, step=end / count).position[-1]
+        errors.append(abs(found - 4.0 * np.pi))
+    within = (np.array(errors) > 1e-12) & (np.array(errors) < 1e-4)
+    assert np.count_nonzero(within) >= 3
+    slope = np.polyfit(np.log(counts[within]), np.log(np.array(errors)[within]), 1)[0]
+    assert -slope >= 7.5
+
+
+@pytest.mark.parametrize("degrees", [30.0, 80.0])
+def test_loops_stay_closed_over_a_hundred_turns(joint: cd.Mechanism, degrees: float) -> None:
+    scene = free(joint, degrees)
+    end = SpinningJoint(np.deg2rad(degrees)).time_of(SPEED, 100.0)
+    turned = scene.simulate(end, speed=SPEED, method="DOP853", rtol=1e-9)
+    rows = turned._rows
+    held = joint.coordinates.rates_of(("joint_angle",))
+    model = ConstrainedModel(joint, held, np.zeros(3), rows.x[0])
+    assert max(model.closure_error(x) for x in rows.x) < 1e-13
+    times = np.random.default_rng(0).uniform(0.0, end, 200)
+    some = turned.at(times)
+    assert some.loop_residual < 1e-13
+    assert some.rate_residual < 1e-13
+    column = joint.coordinates.named["joint_angle"].column
+    np.testing.assert_allclose(some._rows.x[:, column], np.deg2rad(degrees), atol=1e-15)
+
+
+@pytest.mark.parametrize("method", [None, "DOP853"])
+@pytest.mark.parametrize("name", ["four_bar", "spatial"])
+def test_energy_is_kept_for_tens_of_turns(name: str, method: str | None) -> None:
+    if name == "spatial":
+        scene = cd.Scene(spatial_slider_crank(), drive="a", gravity=GRAVITY)
+    else:
+        scene = cd.Scene(cd.load(name), drive="crank_bearing", gravity=GRAVITY)
+    turned = scene.simulate(20.0, speed=15.0, method=method, rtol=1e-12)
+    assert abs(turned.position[-1]) > 40.0 * np.pi
+    assert turned.energy_residual <= 1e-10
+
+
+def test_energy_of_a_platform_on_springs() -> None:
+    legs = [f"leg_{k}" for k in range(1, 7)]
+    springs = [cd.JointSpring(leg, 2e5 * (1.0 + 0.1 * k)) for k, leg in enumerate(legs)]
+    platform = cd.load("stewart_platform")
+    scene = cd.Scene(platform, drive=legs, gravity=(0.0, 0.0, -9.81), elements=springs)
+    rest = scene.equilibrium()
+    assert rest.stability == "stable"
+    slowest = 2.0 * np.pi / rest.frequencies[0]
+    begin = rest.position + 0.01 * np.array([1.0, -1.0, 2.0, 0.0, 1.0, -2.0])
+    swung = scene.simulate(3.0 * slowest, position=begin, rtol=1e-12)
+    assert 3.0 * slowest * rest.frequencies[-1] > 10.0 * 2.0 * np.pi * 0.3
+    assert swung.energy_residual <= 1e-10
+    some = swung.evenly(20)
+    assert some.effort_residual < 1e-12
+    assert some.loop_residual < 1e-13
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_wrenches_are_those_of_the_sweep_along_the_motion(joint: cd.Mechanism, method: str) -> None:
+    loads = {"bearing_out": 2.0, "shaft_out": cd.Wrench((1.0, 2.0, 3.0), (0.1, 0.0, 0.2), "world")}
+    if method == "quadrature":
+        loads = {"shaft_out": cd.Wrench((1.0, 2.0, 3.0), frame="link")}
+    scene = cd.Scene(
+        joint, drive="bearing_in", held={"joint_angle": 0.8}, gravity=(0.0, 0.0, -9.81)
+    )
+    some = scene.simulate(0.5, speed=20.0, loads=loads, method=method, rtol=1e-9).evenly(15)
+    assert some.effort_residual < 1e-12
+    assert some.balance_residual < 1e-12
+    turn = scene.sweep(some.position, some.speed, some.acceleration, loads=loads)
+    for name in scene.outputs:
+        for part in ("force", "moment"):
+            found, expected = getattr(some[name], part), getattr(turn[name], part)
+            np.testing.assert_allclose(found, expected, atol=1e-9 * np.max(np.abs(expected)))
+    # The load comes out as the torsion of its joint.
+    if "bearing_out" in loads:
+        np.testing.assert_allclose(some["bearing_out"].torsion, 2.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize("rtol", [1e-11, 1e-12])
+def test_a_parallelogram_passes_its_flat_positions(rtol: float) -> None:
+    """There the crank decides neither coupler nor rocker, but their inertia does."""
+    scene = cd.Scene(parallelograms(1), drive="pin_0", gravity=GRAVITY)
+    inertia, weight = parallelogram_law(1)
+    turned = scene.simulate(5.0, position=0.3, speed=12.0, rtol=rtol)
+    assert turned.position[-1] > 20.0 * np.pi
+    assert turned.energy_residual < 1e-9
+    times = np.linspace(0.0, 5.0, 50)
+    expected = integrated(lambda t, x, v: weight * np.sin(x) / inertia, 0.3, 12.0, times)
+    # Twenty passages, at each of which errors grow by the inverse of the distance of the steps.
+    np.testing.assert_allclose(turned.at(times).position, expected[0], atol=1e4 * rtol)
+    first, second = (
+        turned._rows.x[:, scene.mechanism.coordinates.named[name].column]
+        for name in ("pin_0", "pin_1")
+    )
+    apart = np.mod(first - second + np.pi, 2.0 * np.pi) - np.pi
+    assert np.max(np.abs(apart)) < 1e-6
+
+
+def test_a_flat_position_is_refused_as_start_and_for_wrenches() -> None:
+    scene = cd.Scene(parallelograms(1), drive="pin_0", gravity=GRAVITY)
+    with pytest.raises(cd.SingularConfigurationError):
+        scene.simulate(1.0, position=0.5 * np.pi, speed=1.0)
+    flat = cd.Event(lambda t, p, s: p["pin_0"] - 2.5 * np.pi, terminal=True)
+    ended = scene.simulate(4.0, position=0.3, speed=12.0, rtol=1e-12, events=flat)
+    there = ended.at(ended.t[-1])
+    assert there.position[0] == pytest.approx(2.5 * np.pi, abs=1e-9)
+    assert there.energy_residual < 1e-9
+    for name in ("acceleration", "drive_effort"):
+        with pytest.raises((cd.AccuracyError, cd.SingularConfigurationError)):
+            getattr(there, name)
+
+
+def test_a_chain_of_parallelograms() -> None:
+    scene = cd.Scene(parallelograms(12), drive="pin_0", gravity=GRAVITY)
+    inertia, weight = parallelogram_law(12)
+    moved = scene.simulate(2.0, position=0.4, rtol=1e-11)
+    times = np.linspace(0.0, 2.0, 20)
+    expected = integrated(lambda t, x, v: weight * np.sin(x) / inertia, 0.4, 0.0, times)
+    np.testing.assert_allclose(moved.at(times).position, expected[0], atol=1e-7)
+    assert moved.energy_residual < 1e-9

@@ -1,0 +1,50 @@
+"""Simulations of a scene, as a user calls them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.simulated import ABOUT_PIN, GRAVITY, WEIGHT, integrated, pendulum
+
+import cardan_dyn as cd
+
+TIMES = np.linspace(0.0, 3.0, 31)
+
+
+@pytest.fixture(scope="module")
+def hanging() -> cd.Scene:
+    return cd.Scene(pendulum(), drive="pin", gravity=GRAVITY)
+
+
+@pytest.mark.parametrize("method", [None, "response", "DOP853", "Radau"])
+def test_a_pendulum_against_its_own_equation(hanging: cd.Scene, method: str | None) -> None:
+    rtol = 1e-8 if method == "Radau" else 1e-12
+    found = hanging.simulate(3.0, position=2.0, speed=1.0, method=method, rtol=rtol)
+    expected = integrated(lambda t, x, v: -WEIGHT / ABOUT_PIN * np.sin(x), 2.0, 1.0, TIMES)
+    # Errors of the steps add up over some ten radians.
+    np.testing.assert_allclose(found.at(TIMES).position, expected[0], atol=100.0 * rtol)
+    np.testing.assert_allclose(found.at(TIMES).speed, expected[1], atol=400.0 * rtol)
+
+
+def test_tolerances_are_met_at_any_speed(hanging: cd.Scene) -> None:
+    """Absolute tolerances of a speed count from the speed at the start."""
+    scene = cd.Scene(pendulum(), drive="pin", elements=[cd.JointSpring("pin", 0.0, damping=0.1)])
+    decay = 0.1 / ABOUT_PIN
+    for method in ("response", "DOP853"):
+        found = scene.simulate(3.0, speed=1e-6, method=method)
+        expected = 1e-6 * np.exp(-decay * TIMES)
+        np.testing.assert_allclose(found.at(TIMES).speed, expected, rtol=1e-8)
+
+
+def test_equilibria_are_where_simulations_rest(hanging: cd.Scene) -> None:
+    found = hanging.equilibrium(0.3, loads={"pin": 5.0})
+    assert found.position[0] == pytest.approx(np.arcsin(5.0 / WEIGHT), abs=1e-13)
+    rest = hanging.simulate(1.0, position=found.position[0], loads={"pin": 5.0})
+    np.testing.assert_allclose(rest.position, found.position[0], atol=1e-12)
+
+
+def test_scenes_are_left_as_they_are(hanging: cd.Scene) -> None:
+    hanging.simulate(0.1, position=1.0, loads={"pin": 3.0})
+    assert not hanging.loads
+    effort = hanging.sweep([0.5]).drive_effort
+    np.testing.assert_allclose(effort, [WEIGHT * np.sin(0.5)], rtol=1e-14)

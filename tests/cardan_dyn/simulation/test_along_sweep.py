@@ -1,0 +1,65 @@
+"""What a trajectory shows of the sweep along its motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+
+
+@pytest.fixture(scope="module")
+def turn(joint: cd.Mechanism) -> cd.Trajectory:
+    scene = cd.Scene(
+        joint,
+        drive="bearing_in",
+        held={"joint_angle": 0.7},
+        loads={"bearing_out": -2.0},
+        gravity=(0.0, 0.0, -9.81),
+        outputs=["bearing_in", "pin_in", "joint_angle"],
+        elements=[cd.JointSpring("bearing_out", 0.0, damping=0.3)],
+    )
+    return scene.simulate(0.4, speed=20.0).evenly(9)
+
+
+def test_its_wrenches_are_those_of_a_sweep(turn: cd.Trajectory, joint: cd.Mechanism) -> None:
+    """The same motion by inverse dynamics of a scene without elements."""
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.7}, gravity=turn.gravity)
+    drag = -2.0 - 0.3 * turn.motion.velocity("bearing_out")
+    sweep = scene.sweep(turn.position, turn.speed, turn.acceleration, loads={"bearing_out": drag})
+    for name in turn:
+        scale = np.max(np.abs(sweep[name].moment))
+        np.testing.assert_allclose(turn[name].moment, sweep[name].moment, atol=1e-9 * scale)
+        there = turn.wrench(name, "world").force, sweep.wrench(name, "world").force
+        np.testing.assert_allclose(*there, atol=1e-9 * np.max(np.abs(there[1])))
+        np.testing.assert_allclose(turn.rotation(name), sweep.rotation(name), atol=1e-12)
+        np.testing.assert_allclose(turn.origin(name), sweep.origin(name), atol=1e-12)
+    np.testing.assert_allclose(
+        turn.holding_effort["joint_angle"], sweep.holding_effort["joint_angle"], rtol=1e-9
+    )
+    np.testing.assert_allclose(turn.loads["bearing_out"], -2.0)
+
+
+def test_it_is_like_a_sweep(turn: cd.Trajectory) -> None:
+    assert list(turn) == ["bearing_in", "pin_in", "joint_angle"]
+    assert "pin_in" in turn
+    assert "pin_out" not in turn
+    assert 3 not in turn
+    assert turn.unique.shape == turn.sweep.unique.shape
+    assert turn.element_force is turn.sweep.element_force
+    assert turn.condition.shape == turn.shape == (9,)
+    assert np.max(np.abs(turn.drive_effort)) < 1e-12
+
+
+@pytest.mark.parametrize("name", ["loop", "balance", "power", "rate"])
+def test_it_is_proven(turn: cd.Trajectory, name: str) -> None:
+    # Some roundings times the condition number, which is of order ten.
+    assert getattr(turn, f"{name}_residual") < 1e-13
+
+
+def test_figures_and_views_take_it(turn: cd.Trajectory) -> None:
+    figures = pytest.importorskip("cardan_dyn.figures")
+    pytest.importorskip("meshcat")
+    axes = figures.moment_polar(turn, ["bearing_in"])
+    assert axes is not None
+    assert cd.view(turn) is not None
