@@ -22,6 +22,7 @@ if not __package__:
 TASKS = (
     "universal_joint",
     "double_shaft",
+    "free_spin",
     "drive_lines",
     "many_designs",
     "short_calls",
