@@ -28,6 +28,8 @@ TASKS = (
     "short_calls",
     "skipping",
     "start_up",
+    "long_time",
+    "stress_simulation",
     "stress",
 )
 

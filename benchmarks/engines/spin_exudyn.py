@@ -53,15 +53,14 @@ def _system(spin: Spin) -> tuple[exu.SystemContainer, exu.MainSystem, int]:
         )
     )
     kinds = exu.JointType
+    turns = [np.eye(3), np.eye(3), RotationMatrixZ(spin.beta)]
     inertias = [value * np.eye(3) for value in (SHAFT, CROSS, SHAFT)]
     tree = system.AddObject(
         ObjectKinematicTree(
             nodeNumber=node,
             jointTypes=[kinds.RevoluteX, kinds.RevoluteY, kinds.RevoluteX],
             linkParents=[-1, 0, -1],
-            jointTransformations=exu.Matrix3DList(
-                [np.eye(3), np.eye(3), RotationMatrixZ(spin.beta)]
-            ),
+            jointTransformations=exu.Matrix3DList(turns),
             jointOffsets=exu.Vector3DList([[0.0] * 3] * 3),
             linkInertiasCOM=exu.Matrix3DList(inertias),
             linkCOMs=exu.Vector3DList([[0.0] * 3] * 3),

@@ -1,4 +1,4 @@
-"""Pinocchio spins by hand: `constraintDynamics` with the output's end in a ball, integrated by DOP853.
+"""Pinocchio spins by hand: `constraintDynamics` and DOP853, the output held by a ball at its end.
 
 Nothing closes the loop again after a step.
 """
