@@ -23,6 +23,7 @@ TASKS = (
     "universal_joint",
     "double_shaft",
     "free_spin",
+    "four_bars",
     "drive_lines",
     "many_designs",
     "short_calls",
