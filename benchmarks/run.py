@@ -22,11 +22,15 @@ if not __package__:
 TASKS = (
     "universal_joint",
     "double_shaft",
+    "free_spin",
+    "four_bars",
     "drive_lines",
     "many_designs",
     "short_calls",
     "skipping",
     "start_up",
+    "long_time",
+    "stress_simulation",
     "stress",
 )
 
