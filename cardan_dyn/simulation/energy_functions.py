@@ -63,19 +63,22 @@ def energy_functions(solver: ProblemSolver, forces: Forces | None = None) -> Ene
     if period is None:
         raise NotSuitableError("the mechanism does not come back to itself")
     if forces is not None and solver.problem.elements:
-        ends, _ = _efforts(solver, np.array([0.0, period]), forces)
-        if abs(ends[1, 1] - ends[1, 0]) > _PERIODIC * np.max(np.abs(ends[1])):
+        ends = _efforts(solver, np.array([0.0, period]), forces).values[1]
+        if abs(ends[1] - ends[0]) > _PERIODIC * np.max(np.abs(ends)):
             raise NotSuitableError("springs wind up as the drive turns")
-    samples, count, condition = np.zeros((2, 0)), _FEWEST, 1.0
+    known, count = _Efforts(np.zeros((2, 0)), 1.0, np.zeros(2)), _FEWEST
     while True:
-        samples, worst = _on_grid(solver, samples, period / count, count, forces)
-        condition = max(condition, worst)
-        functions = Fourier.of(samples, period)
-        tolerance = _ROUNDING * np.finfo(float).eps * condition
-        tail = float(np.max(functions.tail()))
+        known = _on_grid(solver, known, period / count, count, forces)
+        functions = Fourier.of(known.values, period)
+        tolerance = _ROUNDING * float(np.finfo(float).eps) * known.condition
+        greatest = np.max(np.abs(functions.coefficients), axis=1)
+        # Weights that hold each other leave nothing but their rounding.
+        tail = float(np.max(functions.tail() * greatest / np.maximum(greatest, known.sizes)))
         if tail < tolerance:
+            is_none = greatest <= tolerance * known.sizes
+            coefficients = np.where(is_none[:, None], 0.0, functions.coefficients)
             inertia, force = (
-                Fourier(functions.coefficients[[index]], functions.frequency) for index in range(2)
+                Fourier(coefficients[[index]], functions.frequency) for index in range(2)
             )
             return EnergyFunctions(inertia, force, tolerance)
         # Coefficients fall exponentially, so that the tail tells how many will do.
@@ -85,25 +88,41 @@ def energy_functions(solver: ProblemSolver, forces: Forces | None = None) -> Ene
             raise NotSuitableError(f"{_MOST} positions do not resolve the inertia over a turn")
 
 
+class _Efforts(NamedTuple):
+    """Efforts of the drive at N positions.
+
+    Attributes:
+        values: inertia and force `(2, N)`.
+        condition: greatest condition number of both.
+        sizes: `(2,)` greatest effort of any joint, whose rounding they contain.
+    """
+
+    values: Array
+    condition: float
+    sizes: Array
+
+
 def _on_grid(
-    solver: ProblemSolver, known: Array, step: float, count: int, forces: Forces | None
-) -> tuple[Array, float]:
-    """Return inertia and force `(2, count)` at equidistant positions, and the worst condition.
+    solver: ProblemSolver, known: _Efforts, step: float, count: int, forces: Forces | None
+) -> _Efforts:
+    """Return the efforts at equidistant positions.
 
     Args:
         solver: of a scene with one drive.
-        known: `(2, K)` of a coarser grid, K a part of `count`.
+        known: those of a coarser grid, K positions, K a part of `count`.
         step: between positions.
         count: number of positions.
         forces: see `energy_functions`.
     """
-    is_new = np.ones(count, dtype=bool)
-    if known.size:
-        is_new[:: count // known.shape[1]] = False
+    is_new, before = np.ones(count, dtype=bool), known.values
+    if before.size:
+        is_new[:: count // before.shape[1]] = False
     values = np.empty((2, count))
-    values[:, ~is_new] = known
-    values[:, is_new], worst = _efforts(solver, np.nonzero(is_new)[0] * step, forces)
-    return values, worst
+    values[:, ~is_new] = before
+    found = _efforts(solver, np.nonzero(is_new)[0] * step, forces)
+    values[:, is_new] = found.values
+    sizes = np.maximum(known.sizes, found.sizes)
+    return _Efforts(values, max(known.condition, found.condition), sizes)
 
 
 def without_elements(solver: ProblemSolver) -> ProblemSolver:
@@ -113,8 +132,8 @@ def without_elements(solver: ProblemSolver) -> ProblemSolver:
     return ProblemSolver(replace(solver.problem, elements=()), like=solver)
 
 
-def _efforts(solver: ProblemSolver, positions: Array, forces: Forces | None) -> tuple[Array, float]:
-    """Return inertia and force `(2, N)` at positions, and the greatest condition number."""
+def _efforts(solver: ProblemSolver, positions: Array, forces: Forces | None) -> _Efforts:
+    """Return the efforts at positions `(N,)`."""
     problem = solver.problem
     rate = problem.mechanism.coordinates.named[problem.drives[0]].rate
     shape, none = (len(positions),), np.zeros((len(positions), 1))
@@ -124,8 +143,9 @@ def _efforts(solver: ProblemSolver, positions: Array, forces: Forces | None) -> 
     bare = without_elements(solver)
     assembled = bare.assemble(Targets.of_positions(positions[:, None]))
     pushed = bare.solve(assembled, rest._replace(accelerations=none + 1.0).flat(shape))
-    values = np.zeros((2, len(positions)))
-    values[0] = pushed.efforts[:, rate]
+    length = problem.mechanism.characteristic_length
+    values, sizes = np.zeros((2, len(positions))), np.zeros(2)
+    values[0], sizes[0] = pushed.efforts[:, rate], _greatest(pushed.wrenches, length)
     condition = float(np.max(pushed.condition))
     acting = rest._replace(gravity=problem.gravity)
     if forces is not None:
@@ -136,6 +156,12 @@ def _efforts(solver: ProblemSolver, positions: Array, forces: Forces | None) -> 
     has_loads = acting.joint_loads or acting.link_loads or (forces is not None and problem.elements)
     if np.any(problem.gravity) or has_loads:
         held = (bare if forces is None else solver).solve(assembled, acting.flat(shape))
-        values[1] = -held.efforts[:, rate]
+        values[1], sizes[1] = -held.efforts[:, rate], _greatest(held.wrenches, length)
         condition = max(condition, float(np.max(held.condition)))
-    return values, condition
+    return _Efforts(values, condition, sizes)
+
+
+def _greatest(wrenches: Array, length: float) -> float:
+    """Return the greatest moment of wrenches `(N, b, 6)`, where forces have an arm [N·m]."""
+    forces, moments = np.abs(wrenches[..., :3]), np.abs(wrenches[..., 3:])
+    return float(max(np.max(forces, initial=0.0) * length, np.max(moments, initial=0.0)))
