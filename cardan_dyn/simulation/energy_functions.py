@@ -70,8 +70,11 @@ def energy_functions(solver: ProblemSolver, forces: Forces | None = None) -> Ene
     while True:
         samples, worst = _on_grid(solver, samples, period / count, count, forces)
         condition = max(condition, worst)
-        functions = Fourier.of(samples, period)
         tolerance = _ROUNDING * np.finfo(float).eps * condition
+        if np.max(np.abs(samples[1])) <= tolerance * _greatest_force(solver, forces):
+            # What balances leaves nothing but rounding, which no series resolves.
+            samples[1] = 0.0
+        functions = Fourier.of(samples, period)
         tail = float(np.max(functions.tail()))
         if tail < tolerance:
             inertia, force = (
@@ -83,6 +86,23 @@ def energy_functions(solver: ProblemSolver, forces: Forces | None = None) -> Ene
         count *= 2 ** max(1, int(np.ceil(np.log2(factor))))
         if count > _MOST:
             raise NotSuitableError(f"{_MOST} positions do not resolve the inertia over a turn")
+
+
+def _greatest_force(solver: ProblemSolver, forces: Forces | None) -> float:
+    """Return how great a force weight and loads could be along the drive, if they did not balance.
+
+    Of the order of the moments that they exert over the characteristic length.
+    """
+    problem = solver.problem
+    length = problem.mechanism.characteristic_length
+    mass = sum(item.mass for item in problem.mechanism.model.inertias)
+    greatest = mass * length * float(np.linalg.norm(problem.gravity))
+    if forces is not None:
+        greatest += sum(float(np.max(np.abs(item))) for item in forces.joint_loads.values())
+        for load in forces.link_loads.values():
+            greatest += length * float(np.linalg.norm(load.force))
+            greatest += float(np.linalg.norm(load.moment))
+    return greatest
 
 
 def _on_grid(
