@@ -35,7 +35,10 @@ def test_its_wrenches_are_those_of_a_sweep(turn: cd.Trajectory, joint: cd.Mechan
         np.testing.assert_allclose(turn.rotation(name), sweep.rotation(name), atol=1e-12)
         np.testing.assert_allclose(turn.origin(name), sweep.origin(name), atol=1e-12)
     np.testing.assert_allclose(
-        turn.holding_effort["joint_angle"], sweep.holding_effort["joint_angle"], rtol=1e-9
+        turn.holding_effort["joint_angle"],
+        sweep.holding_effort["joint_angle"],
+        rtol=1e-9,
+        atol=1e-12,
     )
     np.testing.assert_allclose(turn.loads["bearing_out"], -2.0)
 
