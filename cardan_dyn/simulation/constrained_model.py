@@ -16,7 +16,7 @@ import pinocchio
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import constraint_models
-from .turning_model import turning_model
+from .turning_model import in_lengths, turning_model
 
 _IMMOVABLE = 1e15
 """Inertia of prescribed joints, as a multiple of the greatest other one: what acts on them changes
@@ -39,6 +39,8 @@ _MOST_STEPS = 4
 """Greatest number of Newton steps that close loops which have drifted open."""
 _CLOSED = 4e-16
 """Closure error at which they end, see `ConstrainedModel.closure_error`."""
+_NEAR = 1e-8
+"""Error of which one Newton step, or one proximal iteration, leaves rounding."""
 _SETTLED = 1e-15
 """Change of accelerations, as a fraction of them, at which these iterations end."""
 
@@ -48,12 +50,12 @@ class ConstrainedModel:
 
     Not for several threads at once: it has one set of Pinocchio's data.
 
+    Inside, lengths are in units of the characteristic length: so rows of gaps and of angles are of
+    one size, whatever the size of the mechanism, and one regularisation suits both.
+
     Attributes:
         mechanism: the mechanism.
-        model: `pin.Model` with the gravity of the scene; angles count turns.
-        data: `pin.Data` of the last state.
         prescribed: velocity coordinates `(p,)` that are driven or held.
-        length: characteristic length [m]; closure errors count gaps as fractions of it.
     """
 
     def __init__(
@@ -70,16 +72,26 @@ class ConstrainedModel:
         self._made_of = mechanism, tuple(prescribed), gravity, state
         self.mechanism = mechanism
         self.prescribed = np.array(prescribed, dtype=int)
-        self.length = mechanism.characteristic_length
-        self.model = turning_model(mechanism, gravity)
-        self._constraints = constraint_models(self.model, mechanism.loops)
+        coordinates, length = mechanism.coordinates, mechanism.characteristic_length
+        self._of_positions, self._of_rates = coordinates.scale, 1.0 / coordinates.rate_scale
+        self._of_efforts = coordinates.rate_scale / length**2
+        self._slides = bool(np.any(coordinates.scale != 1.0))
+        self.model = turning_model(mechanism, gravity, length)
+        loops = [
+            loop._replace(
+                predecessor_placement=in_lengths(loop.predecessor_placement, length),
+                successor_placement=in_lengths(loop.successor_placement, length),
+            )
+            for loop in mechanism.loops
+        ]
+        self._constraints = constraint_models(self.model, loops)
         self._constraint_data = pinocchio.StdVec_RigidConstraintData()
         for item in self._constraints:
             self._constraint_data.append(item.createData())
         self._rows = 6 * len(self._constraints)
-        self._row_scale = np.tile(np.repeat([1.0 / self.length, 1.0], 3), len(mechanism.loops))
-        self._couplings = _coupling_rows(mechanism)
+        self._couplings = _coupling_rows(mechanism) * coordinates.rate_scale
         self._offsets = np.array([item.offset for item in mechanism.couplings])
+        state = state * self._of_positions
         inertia = self._inertia(state)
         free = np.delete(np.arange(self.model.nv), self.prescribed)
         self._scale = float(np.max(np.diag(inertia), initial=0.0)) or 1.0
@@ -168,15 +180,18 @@ class ConstrainedModel:
             efforts: along all coordinates `(nv,)` [N·m, N]; they are not changed.
             prescribed: accelerations of the prescribed coordinates `(p,)`; at rest if None.
         """
-        efforts = efforts.copy()
+        efforts = efforts * self._of_efforts
         efforts[self.prescribed] = 0.0
         if prescribed is not None:
-            efforts[self.prescribed] = self._armature[self.prescribed] * prescribed
+            inertia = self._armature[self.prescribed]
+            efforts[self.prescribed] = inertia * prescribed * self._of_rates[self.prescribed]
+        if self._slides:
+            x, v = x * self._of_positions, v * self._of_rates
         a = self._constrained(x, v, efforts)
-        if not (self._lent or len(self._couplings)):
-            return a.copy()
-        self._decompose()
-        return self._corrected(a)
+        if self._lent or len(self._couplings):
+            self._decompose()
+            a = self._corrected(a)
+        return np.asarray(a / self._of_rates)
 
     def _corrected(self, a: Array) -> Array:
         """Return accelerations that obey couplings too, and without the inertia that was lent."""
@@ -199,16 +214,17 @@ class ConstrainedModel:
             self.model, self.data, self._constraints, self._constraint_data, self._mu
         )
 
-    def _solved(self, gaps: Array, efforts: Array) -> Array:
+    def _solved(self, gaps: Array, efforts: Array, rounds: int = _ROUNDS) -> Array:
         """Return the least displacements `(nv,)`, in the metric of the kinetic energy.
 
         Args:
             gaps: what the rows of the loops have to gain `(6 L,)`.
             efforts: `(nv,)` what pushes them, inertia times displacement.
+            rounds: of the proximal iteration.
         """
         rhs = np.concatenate([gaps, efforts])
         forces = np.zeros(self._rows)
-        for _ in range(_ROUNDS):
+        for _ in range(rounds):
             rhs[: self._rows] = gaps - self._mu * forces
             solution = np.asarray(self._decomposition.solve(rhs))
             forces = solution[: self._rows]
@@ -225,48 +241,42 @@ class ConstrainedModel:
         factors, *_ = np.linalg.lstsq(units @ rows.T, wanted - rows @ rates, rcond=_ZERO)
         return np.asarray(rates + factors @ units)
 
-    def closed(self, x: Array) -> Array:
-        """Return coordinates whose loops and couplings are closed again, near some that drifted.
+    def closed(self, x: Array, v: Array) -> tuple[Array, Array]:
+        """Return a state whose loops and couplings are closed again, near one that drifted.
 
-        What is prescribed stays where it is.
+        What is prescribed stays where it is, and keeps its speed.
+
+        Args:
+            x: coordinates `(size,)`.
+            v: velocities `(nv,)`.
         """
         if not (self._rows or len(self._couplings)):
-            return x
+            return x, v
+        x, v = x * self._of_positions, v * self._of_rates
         rest = np.zeros(self.model.nv)
-        self._constrained(x, rest, rest)
+        self._constrained(x, v, rest)
         for _ in range(_MOST_STEPS):
             gaps, ratios = self._gaps(), self._coupling_gaps(x)
-            if self._error(gaps, ratios) <= _CLOSED:
+            error = _greatest(gaps, ratios)
+            if error <= _CLOSED:
                 break
             self._decompose()
-            x = np.asarray(
-                pinocchio.integrate(self.model, x, self._coupled(self._solved(gaps, rest), ratios))
-            )
-            self._constrained(x, rest, rest)
-        return x
-
-    def closed_rates(self, x: Array, v: Array) -> Array:
-        """Return velocities that keep closed loops closed, near some that drifted.
-
-        What is prescribed keeps its speed.
-        """
-        if not (self._rows or len(self._couplings)):
-            return v
-        self._constrained(x, v, np.zeros(self.model.nv))
+            step = self._coupled(self._solved(gaps, rest, _rounds(error)), ratios)
+            x = np.asarray(pinocchio.integrate(self.model, x, step))
+            self._constrained(x, v, rest)
+            if error <= _NEAR:  # Newton's step squares the error: nothing is left to see.
+                break
         self._decompose()
-        open_rates = self._loop_jacobian() @ v
-        return self._coupled(v - self._solved(open_rates, np.zeros(self.model.nv)))
+        opening = self._loop_jacobian() @ v
+        rounds = _rounds(_greatest(opening) / (_greatest(v) or 1.0))
+        v = self._coupled(v - self._solved(opening, rest, rounds))
+        return x / self._of_positions, v / self._of_rates
 
     def closure_error(self, x: Array) -> float:
         """Return the greatest closure error: angle [rad], or gap as a fraction of the length."""
-        rest = np.zeros(self.model.nv)
+        rest, x = np.zeros(self.model.nv), x * self._of_positions
         self._constrained(x, rest, rest)
-        return self._error(self._gaps(), self._coupling_gaps(x))
-
-    def _error(self, gaps: Array, ratios: Array) -> float:
-        """Return the greatest of closure errors, see `closure_error`."""
-        scaled = np.abs(gaps) * self._row_scale
-        return float(max(np.max(scaled, initial=0.0), np.max(np.abs(ratios), initial=0.0)))
+        return _greatest(self._gaps(), self._coupling_gaps(x))
 
     def _coupling_gaps(self, x: Array) -> Array:
         """Return by how much the couplings are off `(k,)`, as their rows count it."""
@@ -281,6 +291,16 @@ class ConstrainedModel:
         """Return closure errors `(6 L,)` of the state that was prepared, as the rows count them."""
         errors = [pinocchio.log6(item.c1Mc2).vector for item in self._constraint_data]
         return np.concatenate(errors) if errors else np.zeros(0)
+
+
+def _greatest(*values: Array) -> float:
+    """Return the greatest absolute value of arrays, of which some may be empty."""
+    return max(float(np.abs(item).max(initial=0.0)) for item in values)
+
+
+def _rounds(error: float) -> int:
+    """Return how many proximal iterations an error needs until rounding is left of it."""
+    return 1 if error <= _NEAR else _ROUNDS
 
 
 def _coupling_rows(mechanism: Mechanism) -> Array:

@@ -6,14 +6,15 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio
 
 from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import CardanError
-from ..frozen import frozen
-from ..problem.samples import Targets, acting_on
+from ..problem.samples import Targets
 from .forces import Forces
 from .fourier import Fourier
+from .turning_model import turning_model
 
 _FEWEST, _MOST = 64, 8192
 """Positions per period: the first number, which is doubled, and the greatest."""
@@ -62,20 +63,27 @@ def energy_functions(solver: ProblemSolver, forces: Forces | None = None) -> Ene
         raise NotSuitableError(str(error)) from error
     if period is None:
         raise NotSuitableError("the mechanism does not come back to itself")
-    if forces is not None and solver.problem.elements:
-        ends = _efforts(solver, np.array([0.0, period]), forces).values[1]
+    energies = _Energies(solver, forces)
+    if solver.problem.elements and forces is not None:
+        ends = energies.at(np.array([0.0, period]))[1]
         if abs(ends[1] - ends[0]) > _PERIODIC * np.max(np.abs(ends)):
             raise NotSuitableError("springs wind up as the drive turns")
-    known, count = _Efforts(np.zeros((2, 0)), 1.0, np.zeros(2)), _FEWEST
+    known, count = np.zeros((2, 0)), _FEWEST
     while True:
-        known = _on_grid(solver, known, period / count, count, forces)
-        functions = Fourier.of(known.values, period)
-        tolerance = _ROUNDING * float(np.finfo(float).eps) * known.condition
+        is_new = np.ones(count, dtype=bool)
+        if known.size:
+            is_new[:: count // known.shape[1]] = False
+        values = np.empty((2, count))
+        values[:, ~is_new] = known
+        values[:, is_new] = energies.at(np.nonzero(is_new)[0] * (period / count))
+        known, functions = values, Fourier.of(values, period)
+        tolerance = _ROUNDING * float(np.finfo(float).eps) * energies.condition
         greatest = np.max(np.abs(functions.coefficients), axis=1)
         # Weights that hold each other leave nothing but their rounding.
-        tail = float(np.max(functions.tail() * greatest / np.maximum(greatest, known.sizes)))
+        sizes = np.maximum(greatest, energies.sizes)
+        tail = float(np.max(functions.tail() * greatest / np.where(sizes > 0.0, sizes, 1.0)))
         if tail < tolerance:
-            is_none = greatest <= tolerance * known.sizes
+            is_none = greatest <= tolerance * energies.sizes
             coefficients = np.where(is_none[:, None], 0.0, functions.coefficients)
             inertia, force = (
                 Fourier(coefficients[[index]], functions.frequency) for index in range(2)
@@ -88,41 +96,74 @@ def energy_functions(solver: ProblemSolver, forces: Forces | None = None) -> Ene
             raise NotSuitableError(f"{_MOST} positions do not resolve the inertia over a turn")
 
 
-class _Efforts(NamedTuple):
-    """Efforts of the drive at N positions.
+class _Energies:
+    """Inertia and force of the drive by virtual work, from velocity ratios alone.
 
     Attributes:
-        values: inertia and force `(2, N)`.
-        condition: greatest condition number of both.
-        sizes: `(2,)` greatest effort of any joint, whose rounding they contain.
+        condition: greatest condition number of the velocity ratios so far.
+        sizes: `(2,)` greatest terms that inertia and force are sums of, so far.
     """
 
-    values: Array
-    condition: float
-    sizes: Array
+    def __init__(self, solver: ProblemSolver, forces: Forces | None) -> None:
+        """Begin.
 
+        Args:
+            solver: of a scene with one drive.
+            forces: see `energy_functions`.
+        """
+        self._solver, self._forces = solver, forces
+        mechanism = solver.problem.mechanism
+        self._model = turning_model(mechanism, solver.problem.gravity)
+        for index in mechanism.auxiliary_bodies:
+            self._model.inertias[index] = pinocchio.Inertia.Zero()
+        self._data = self._model.createData()
+        self._has_weight = bool(np.any(solver.problem.gravity))
+        self.condition, self.sizes = 1.0, np.zeros(2)
 
-def _on_grid(
-    solver: ProblemSolver, known: _Efforts, step: float, count: int, forces: Forces | None
-) -> _Efforts:
-    """Return the efforts at equidistant positions.
+    def at(self, positions: Array) -> Array:
+        """Return inertia and force `(2, N)` at positions `(N,)` of the drive.
 
-    Args:
-        solver: of a scene with one drive.
-        known: those of a coarser grid, K positions, K a part of `count`.
-        step: between positions.
-        count: number of positions.
-        forces: see `energy_functions`.
-    """
-    is_new, before = np.ones(count, dtype=bool), known.values
-    if before.size:
-        is_new[:: count // before.shape[1]] = False
-    values = np.empty((2, count))
-    values[:, ~is_new] = before
-    found = _efforts(solver, np.nonzero(is_new)[0] * step, forces)
-    values[:, is_new] = found.values
-    sizes = np.maximum(known.sizes, found.sizes)
-    return _Efforts(values, max(known.condition, found.condition), sizes)
+        Raises:
+            NotSuitableError: the loops cannot be closed at one of them.
+        """
+        solver = self._solver
+        assembled = solver.assembled_in_turn(Targets.of_positions(positions[:, None]))
+        one, rest = np.ones((len(positions), 1)), np.zeros((len(positions), 1))
+        values = np.empty((2, len(positions)))
+        try:
+            for span, state in zip(assembled.spans, assembled.blocks, strict=True):
+                rates = solver.inverse_dynamics.joint_rates(state, one[span], rest[span])
+                ratios = rates.velocity_ratios
+                condition = solver.inverse_dynamics.condition(state, ratios)
+                self.condition = max(self.condition, float(np.max(condition)))
+                x = state.x + 2.0 * np.pi * assembled.turns[span]
+                values[:, span] = [self._inertia(x, rates.v), self._force(x, rates.v)]
+        except CardanError as error:
+            raise NotSuitableError(str(error)) from error
+        return values
+
+    def _inertia(self, x: Array, v: Array) -> Array:
+        """Return twice the kinetic energies `(N,)` at unit speed of the drive."""
+        energy, model, data = pinocchio.computeKineticEnergy, self._model, self._data
+        values = 2.0 * np.array([energy(model, data, *row) for row in zip(x, v, strict=True)])
+        self.sizes[0] = max(self.sizes[0], float(np.max(values)))
+        return values
+
+    def _force(self, x: Array, v: Array) -> Array:
+        """Return the power `(N,)` of weight and forces at unit speed of the drive."""
+        model, data = self._model, self._data
+        efforts = np.zeros_like(v)
+        if self._has_weight:
+            gravity = pinocchio.computeGeneralizedGravity
+            efforts = -np.array([gravity(model, data, row) for row in x])
+        if self._forces is not None and not self._forces.is_nothing:
+            rest = np.zeros(v.shape[1])
+            efforts = efforts + np.array(
+                [self._forces.efforts(model, data, 0.0, row, rest) for row in x]
+            )
+        terms = efforts * v
+        self.sizes[1] = max(self.sizes[1], float(np.max(np.abs(terms), initial=0.0)))
+        return np.asarray(np.sum(terms, axis=1))
 
 
 def without_elements(solver: ProblemSolver) -> ProblemSolver:
@@ -130,38 +171,3 @@ def without_elements(solver: ProblemSolver) -> ProblemSolver:
     if not solver.problem.elements:
         return solver
     return ProblemSolver(replace(solver.problem, elements=()), like=solver)
-
-
-def _efforts(solver: ProblemSolver, positions: Array, forces: Forces | None) -> _Efforts:
-    """Return the efforts at positions `(N,)`."""
-    problem = solver.problem
-    rate = problem.mechanism.coordinates.named[problem.drives[0]].rate
-    shape, none = (len(positions),), np.zeros((len(positions), 1))
-    rest = acting_on(problem, loads={}, gravity=np.zeros(3))._replace(
-        joint_loads=frozen({}), link_loads=frozen({})
-    )
-    bare = without_elements(solver)
-    assembled = bare.assemble(Targets.of_positions(positions[:, None]))
-    pushed = bare.solve(assembled, rest._replace(accelerations=none + 1.0).flat(shape))
-    length = problem.mechanism.characteristic_length
-    values, sizes = np.zeros((2, len(positions))), np.zeros(2)
-    values[0], sizes[0] = pushed.efforts[:, rate], _greatest(pushed.wrenches, length)
-    condition = float(np.max(pushed.condition))
-    acting = rest._replace(gravity=problem.gravity)
-    if forces is not None:
-        loads = frozen(forces.joint_loads), frozen(forces.link_loads)
-        acting = acting._replace(joint_loads=loads[0], link_loads=loads[1])
-        if bare is not solver:
-            assembled = solver.assemble(Targets.of_positions(positions[:, None]))
-    has_loads = acting.joint_loads or acting.link_loads or (forces is not None and problem.elements)
-    if np.any(problem.gravity) or has_loads:
-        held = (bare if forces is None else solver).solve(assembled, acting.flat(shape))
-        values[1], sizes[1] = -held.efforts[:, rate], _greatest(held.wrenches, length)
-        condition = max(condition, float(np.max(held.condition)))
-    return _Efforts(values, condition, sizes)
-
-
-def _greatest(wrenches: Array, length: float) -> float:
-    """Return the greatest moment of wrenches `(N, b, 6)`, where forces have an arm [N·m]."""
-    forces, moments = np.abs(wrenches[..., :3]), np.abs(wrenches[..., 3:])
-    return float(max(np.max(forces, initial=0.0) * length, np.max(moments, initial=0.0)))

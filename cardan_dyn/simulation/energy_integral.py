@@ -121,7 +121,9 @@ class EnergyIntegral:
         trend = abs(float(self._work.slope[0]))
         if trend > self._functions.error * max(scale, self._energy / turn):
             raise NotSuitableError("a constant torque speeds the drive up")
-        count = _FEWEST
+        # With fewer nodes than its harmonics, the inertia would be cut short.
+        harmonics = self._functions.inertia.coefficients.shape[1]
+        count = max(_FEWEST, 2 ** int(np.ceil(np.log2(2 * harmonics))))
         while count <= _MOST:
             series = Fourier.of(self._pace(count)[None, :], turn)
             if series.tail()[0] < self._functions.error:

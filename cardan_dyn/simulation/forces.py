@@ -111,6 +111,7 @@ class Forces:
 
     Attributes:
         is_constant: whether nothing depends on time or speed.
+        is_nothing: whether nothing acts at all.
         does_no_work: whether nothing acts but springs.
         names: reads states by name.
         joint_loads: coordinates to constant efforts.
@@ -153,6 +154,7 @@ class Forces:
         self.joint_loads = joint_loads
         self._elements = ElementEfforts(mechanism, elements)
         self.is_constant = not functions and self._elements.is_conservative
+        self.is_nothing = not (functions or joint_loads or link_loads or elements)
         self.does_no_work = not (functions or joint_loads or link_loads)
         self.does_no_work &= self._elements.is_conservative
 

@@ -56,6 +56,8 @@ def by_quadrature(setup: Setup) -> Trajectory:
                 reason = f"event {search.happened[-1].name!r}"
                 break
         happened = search.happened
+    setup.progress.show(float(run.times[-1]))
+    setup.progress.close()
     return _trajectory(setup, run, "quadrature", reason, happened)
 
 
@@ -70,7 +72,7 @@ def by_response(setup: Setup) -> Trajectory:
     solver, problem = setup.solver, setup.solver.problem
     coordinate = problem.mechanism.coordinates.named[problem.drives[0]]
     functions = energy_functions(solver)
-    equation = ScalarEquation(solver, functions, setup.forces, _model(setup))
+    equation = ScalarEquation(solver, functions, setup.forces)
     position = setup.x[coordinate.column] + 2.0 * np.pi * setup.turns[coordinate.column]
     y = np.array([position, setup.v[coordinate.rate]])
     atol = setup.atol * np.array([1.0, abs(y[1]) or 1.0])
@@ -87,12 +89,13 @@ def by_response(setup: Setup) -> Trajectory:
 
 def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     """Simulate by constrained dynamics in all coordinates, by the method that suits if None."""
-    system = System(_model(setup), setup.forces, setup.motions)
+    system = System(_model(setup), setup.forces, setup.motions, setup.x)
     system.turns = setup.turns.copy()
     problem = setup.solver.problem
     scale = 1.0 / problem.mechanism.coordinates.scale
-    speed = float(np.max(np.abs(setup.v), initial=0.0))
-    unit = np.concatenate([scale, np.full(setup.v.size, speed or 1.0)])
+    speed = _speed(setup, system)
+    rates = speed * problem.mechanism.coordinates.rate_scale
+    unit = np.concatenate([scale, rates])
     y = np.concatenate([setup.x, setup.v])
     notes: list[str] = []
     if setup.has_elements and setup.step is None:
@@ -115,6 +118,16 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
         return ConstrainedRun(setup.solver, integration)
 
     return _integrated(setup, integration, system.named, run, name, notes)
+
+
+def _speed(setup: Setup, system: System) -> float:
+    """Return how fast joints move [rad/s]: at the start, or soon after it from rest."""
+    scale = setup.solver.problem.mechanism.coordinates.rate_scale
+    speed = float(np.max(np.abs(setup.v) / scale, initial=0.0))
+    if speed == 0.0:
+        a = system.accelerations(0.0, setup.x, setup.v) / scale
+        speed = float(np.sqrt(np.max(np.abs(a), initial=0.0)))
+    return speed or 1.0
 
 
 class Start:

@@ -12,10 +12,10 @@ from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
 from ..problem.samples import Targets
 from ..results.collect import motion_at
-from .constrained_model import ConstrainedModel
 from .energy_functions import EnergyFunctions, NotSuitableError
 from .forces import Forces, Named, StateNames
 from .fourier import Fourier
+from .turning_model import turning_model
 
 _UNRESOLVED = 100.0
 """Greatest tail of the joints' coefficients, in errors of the inertia's."""
@@ -29,7 +29,6 @@ class ScalarEquation:
         solver: ProblemSolver,
         functions: EnergyFunctions,
         forces: Forces,
-        model: ConstrainedModel,
     ) -> None:
         """Tabulate what the equation needs.
 
@@ -37,14 +36,16 @@ class ScalarEquation:
             solver: of the scene.
             functions: inertia, and the force of the weight alone.
             forces: all else that acts.
-            model: whose configurations the forces know.
         """
-        self._model, self._forces = model, forces
+        self._forces = forces
+        self._model = turning_model(solver.problem.mechanism)
+        self._data = self._model.createData()
         self._names = StateNames(solver.problem.mechanism.coordinates)
         self._period = 2.0 * np.pi / functions.inertia.frequency
         self.turns = np.zeros(2)
         self._size = solver.problem.mechanism.coordinates.size
         self._table = _table(solver, functions)
+        self._energy = Fourier(self._table.coefficients[:3], self._table.frequency)
 
     def _at(self, position: float, turns: float) -> tuple[Array, Array, Array]:
         """Return inertia, its slope and force `(3,)`, coordinates and velocity ratios.
@@ -61,10 +62,13 @@ class ScalarEquation:
     def derivative(self, time: float, y: Array) -> Array:
         """Return the derivative of position and speed `(2,)`."""
         position, speed = y.tolist()
-        (inertia, slope, force), x, ratios = self._at(position, float(self.turns[0]))
-        model = self._model
-        efforts = self._forces.efforts(model.model, model.data, time, x, ratios * speed)
-        push = force + ratios @ efforts - 0.5 * slope * speed**2
+        if self._forces.is_nothing:
+            inertia, slope, force = self._energy.at(position)
+        else:
+            (inertia, slope, force), x, ratios = self._at(position, float(self.turns[0]))
+            v = ratios * speed
+            force += ratios @ self._forces.efforts(self._model, self._data, time, x, v)
+        push = force - 0.5 * slope * speed**2
         return np.array([speed, push / inertia])
 
     def restored(self, time: float, y: Array) -> Array:

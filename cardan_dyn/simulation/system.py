@@ -10,14 +10,15 @@ from ..arrays import Array, quaternion_product
 from ..errors import SingularConfigurationError
 from .constrained_model import ConstrainedModel
 from .forces import Forces, Named, StateNames
+from .turning_model import turning_model
 
 Motion = Callable[[float], tuple[float, float, float]]
 """Position, speed and acceleration of a prescribed joint at a time."""
 
 
 _FARTHEST = 1e-2
-"""Greatest displacement [rad, m] by which loops that drifted open within a step are closed: a
-greater one might end in another assembly mode."""
+"""Greatest displacement [rad, or a fraction of the length] by which loops are closed that drifted
+open within a step: a greater one might end in another assembly mode."""
 
 
 class System:
@@ -30,7 +31,11 @@ class System:
     """
 
     def __init__(
-        self, model: ConstrainedModel, forces: Forces, motions: Mapping[str, Motion]
+        self,
+        model: ConstrainedModel,
+        forces: Forces,
+        motions: Mapping[str, Motion],
+        start: Array,
     ) -> None:
         """Make the system.
 
@@ -38,9 +43,13 @@ class System:
             model: of the mechanism.
             forces: what acts.
             motions: driven coordinates to how they move; all other prescribed ones rest.
+            start: coordinates `(size,)` at which those rest.
         """
         coordinates = model.mechanism.coordinates
         self.model, self._forces = model, forces
+        self._physical = turning_model(model.mechanism)
+        self._data = self._physical.createData()
+        self._idle_efforts = np.zeros(model.mechanism.model.nv)
         self._names = StateNames(coordinates)
         self.size = coordinates.size
         self.turns = np.zeros(self.size)
@@ -52,6 +61,11 @@ class System:
             (coordinates.named[name], prescribed.index(coordinates.named[name].rate), motion)
             for name, motion in motions.items()
         ]
+        moving = {item.rate for item, _, _ in self._motions}
+        self._resting = np.array([rate for rate in prescribed if rate not in moving], dtype=int)
+        self._resting_columns = coordinates.column_of(self._resting)
+        self._resting_at = start[self._resting_columns]
+        self._scale = coordinates.scale
         coupled = {
             column
             for item in model.mechanism.couplings
@@ -86,8 +100,10 @@ class System:
     def accelerations(self, time: float, x: Array, v: Array) -> Array:
         """Return accelerations `(nv,)` at coordinates and velocities."""
         model = self.model
-        counted = x + 2.0 * np.pi * self.turns
-        efforts = self._forces.efforts(model.model, model.data, time, counted, v)
+        efforts = self._idle_efforts
+        if not self._forces.is_nothing:
+            counted = x + 2.0 * np.pi * self.turns
+            efforts = self._forces.efforts(self._physical, self._data, time, counted, v)
         prescribed = None
         if self._motions:
             prescribed = np.zeros(len(model.prescribed))
@@ -109,15 +125,17 @@ class System:
             position, speed, _ = motion(time)
             x[coordinate.column] = position - 2.0 * np.pi * self.turns[coordinate.column]
             v[coordinate.rate] = speed
-        closed = self.model.closed(x)
-        moved = float(np.max(np.abs(closed - x), initial=0.0))
+        # However great the inertia that holds it, what rests drifts in a thousand turns.
+        x[self._resting_columns], v[self._resting] = self._resting_at, 0.0
+        closed, rates = self.model.closed(x, v)
+        moved = float(np.max(np.abs(closed - x) * self._scale, initial=0.0))
         if not moved <= _FARTHEST:
             raise SingularConfigurationError(
                 f"at time {time:.6g} s the loops opened by {moved:.1e} within one step, so that "
                 "closing them could lead to another assembly mode; the mechanism is close to a "
                 "singular configuration, or the tolerance is too wide: give a smaller rtol"
             )
-        return np.concatenate([closed, self.model.closed_rates(closed, v)])
+        return np.concatenate([closed, rates])
 
     def wrap(self, y: Array) -> Array:
         """Return a row without whole turns, which `turns` then counts."""

@@ -11,7 +11,7 @@ from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 
 
-def turning_model(mechanism: Mechanism, gravity: Array | None = None) -> Any:
+def turning_model(mechanism: Mechanism, gravity: Array | None = None, length: float = 1.0) -> Any:
     """Return the model in which revolute joints have their angle as configuration.
 
     So a row of `Coordinates` is a configuration, and derivatives of angles are velocities.
@@ -19,6 +19,7 @@ def turning_model(mechanism: Mechanism, gravity: Array | None = None) -> Any:
     Args:
         mechanism: the mechanism.
         gravity: `(3,)` [m/s²]; none if None.
+        length: unit of all lengths of the model [m], slides included.
     """
     source, model = mechanism.model, pinocchio.Model()
     for part in mechanism.coordinates.parts:
@@ -26,9 +27,15 @@ def turning_model(mechanism: Mechanism, gravity: Array | None = None) -> Any:
         joint = source.joints[index]
         if part.kind == "revolute":
             joint = pinocchio.JointModelRevoluteUnaligned(part.axis)
-        added = model.addJoint(
-            source.parents[index], joint, source.jointPlacements[index], source.names[index]
-        )
-        model.inertias[added] = source.inertias[index]
-    model.gravity.linear = np.zeros(3) if gravity is None else gravity
+        placement = in_lengths(source.jointPlacements[index], length)
+        added = model.addJoint(source.parents[index], joint, placement, source.names[index])
+        inertia = source.inertias[index].copy()
+        inertia.lever, inertia.inertia = inertia.lever / length, inertia.inertia / length**2
+        model.inertias[added] = inertia
+    model.gravity.linear = np.zeros(3) if gravity is None else gravity / length
     return model
+
+
+def in_lengths(placement: pinocchio.SE3, length: float) -> pinocchio.SE3:
+    """Return a placement in another unit of length [m]."""
+    return pinocchio.SE3(placement.rotation, placement.translation / length)
