@@ -129,7 +129,7 @@ class Residuals(NamedTuple):
             power_balanced=blocks[0].power_balanced,
         )
 
-    def of_samples(self, span: slice) -> Residuals:
+    def of_samples(self, span: slice | Array) -> Residuals:
         """Return the residuals of some samples."""
         arrays = {
             name: getattr(self, name)[span]
@@ -190,16 +190,24 @@ class Residuals(NamedTuple):
         Raises:
             AccuracyError: a residual exceeds its tolerance, or is not a number.
         """
+        for name, error, scale in self._judged():
+            _require(name, error, scale, positions, condition)
+
+    def is_proven(self) -> bool:
+        """Return whether `prove` accepts the result."""
+        return all(np.all(_is_small(error, scale)) for _, error, scale in self._judged())
+
+    def _judged(self) -> list[tuple[str, Array, Array]]:
+        """Return the names of residuals, each with its errors `(N,)` and what these are part of."""
         size = self.wrench + self.applied + self.inertia
         unit = np.ones_like(self.loop_error)  # Errors of loops and rates are relative already.
-        residuals = [("loop", self.loop_error, unit), ("rate", self.rate_error, unit)]
+        judged = [("loop", self.loop_error, unit), ("rate", self.rate_error, unit)]
         if self.bodies_balanced:
-            residuals.append(("balance", self.imbalance, size))
+            judged.append(("balance", self.imbalance, size))
         if self.power_balanced:
             scale = self.power_scale + size * self.speed_scale
-            residuals.append(("power", self.power_imbalance, scale))
-        for name, error, scale in residuals:
-            _require(name, error, scale, positions, condition)
+            judged.append(("power", self.power_imbalance, scale))
+        return judged
 
     def _greatest_wrench(self) -> Array:
         """Return the greatest wrench or load of all samples [N·m], as an array per sample.
@@ -207,8 +215,12 @@ class Residuals(NamedTuple):
         Where it is mere rounding of the sample's inertial terms, these take its place.
         """
         greatest = np.max(np.maximum(self.wrench, self.applied))
-        cancelled = greatest <= _CANCELLED * self.inertia
-        return np.where(cancelled, self.inertia, greatest)
+        return np.where(self.cancelled(greatest), self.inertia, greatest)
+
+    def cancelled(self, greatest: float) -> Array:
+        """Return `(N,)` where the greatest wrench of all samples is rounding of inertial terms."""
+        is_cancelled: Array = greatest <= _CANCELLED * self.inertia
+        return is_cancelled
 
 
 def overflow(what: str) -> AccuracyError:
@@ -226,7 +238,7 @@ def _require(name: str, error: Array, scale: Array, positions: Array, condition:
     """Refuse a residual `(N,)` that exceeds the tolerance times its scale; see `prove`."""
     relative = ratio(error, scale)
     # The comparison is negated, since one with nan is false: what is not a number is no proof.
-    bad = ~((error <= BALANCE_TOLERANCE * scale) & (scale < np.inf))
+    bad = ~_is_small(error, scale)
     if not np.any(bad):
         return
     worst = int(np.argmax(np.where(bad, np.nan_to_num(relative, nan=np.inf), -1.0)))
@@ -245,6 +257,12 @@ def _require(name: str, error: Array, scale: Array, positions: Array, condition:
         tolerance=BALANCE_TOLERANCE,
         position=as_position(positions[worst]),
     )
+
+
+def _is_small(error: Array, scale: Array) -> Array:
+    """Return `(N,)` which errors are within the tolerance."""
+    is_small: Array = (error <= BALANCE_TOLERANCE * scale) & (scale < np.inf)
+    return is_small
 
 
 def _worst(error: Array, scale: Array) -> float:

@@ -57,10 +57,9 @@ def _source(
 ) -> SolvedSource:
     """Return the arrays of a solution as a sweep reads them."""
     problem, targets, shape = solver.problem, assembled.targets, assembled.shape
-    coordinates = problem.mechanism.coordinates.named
     efforts = {
-        name: solution.efforts[:, coordinates[name].rate].reshape(shape)
-        for name in (*problem.drives, *problem.held)
+        name: solution.efforts[:, index].reshape(shape)
+        for index, name in enumerate((*problem.drives, *problem.held))
         if solver.knows_effort(name)
     }
 
@@ -73,9 +72,9 @@ def _source(
 
     drive_efforts = None
     if all(name in efforts for name in problem.drives):
-        drive_efforts = of_drives(np.stack([efforts[name] for name in problem.drives], axis=-1))
+        drive_efforts = of_drives(solution.efforts[:, : len(problem.drives)].reshape(*shape, -1))
     rates = solution.velocity_ratios, solution.v, solution.a
-    wrenches = solution.wrenches[:, problem.output_indices]
+    wrenches = solution.wrenches
     return SolvedSource(
         shape=shape,
         wrenches=read_only(wrenches.reshape(*shape, *wrenches.shape[1:])),
@@ -105,13 +104,15 @@ def motion_at(
         SingularConfigurationError: a position is a dead point.
     """
     assembled = solver.assembled_in_turn(targets)
-    blocks, ratios = [], []
+    from ..dynamics.collected import Rows  # Sweeps of one block do without.
+
+    rows = Rows(targets.size)
     for span, state in zip(assembled.spans, assembled.blocks, strict=True):
         rates = solver.inverse_dynamics.joint_rates(state, speeds[span], accelerations[span])
-        ratios.append(VelocityRatios.of(rates.velocity_ratios, rates.depends))
-        blocks.append((state.x, rates.v, rates.a))
-    x, v, a = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
-    return _motion(solver, assembled, x, (VelocityRatios.joined(ratios), v, a))
+        ratios = VelocityRatios.of(rates.velocity_ratios, rates.depends)
+        rows.put(span, {"x": state.x, "v": rates.v, "a": rates.a, "ratios": ratios.values})
+    x, v, a, values = (rows.arrays[name] for name in ("x", "v", "a", "ratios"))
+    return _motion(solver, assembled, x, (ratios._replace(values=values), v, a))
 
 
 def _motion(
