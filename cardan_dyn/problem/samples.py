@@ -63,6 +63,8 @@ class Targets(NamedTuple):
     @property
     def positions(self) -> Array:
         """Positions of the drives `(N, d)` [rad or m]."""
+        if self.given.shape[:-1] == self.shape and self.given.ndim == 2:
+            return self.given
         return flat(self.given, self.shape, trailing=1)
 
     @property
