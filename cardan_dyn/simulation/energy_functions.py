@@ -115,16 +115,14 @@ def without_elements(solver: ProblemSolver) -> ProblemSolver:
 def _efforts(solver: ProblemSolver, positions: Array, with_loads: bool) -> tuple[Array, float]:
     """Return inertia and force `(2, N)` at positions, and the greatest condition number."""
     problem = solver.problem
-    rate = problem.mechanism.coordinates.named[problem.drives[0]].rate
-    shape, none = (len(positions),), np.zeros((len(positions), 1))
     rest = acting_on(problem, loads={}, gravity=np.zeros(3))._replace(
         joint_loads=frozen({}), link_loads=frozen({})
     )
     bare = without_elements(solver)
     assembled = bare.assemble(Targets.of_positions(positions[:, None]))
-    pushed = bare.solve(assembled, rest._replace(accelerations=none + 1.0).flat(shape))
+    pushed = bare.solve(assembled, rest._replace(accelerations=np.ones(1)))
     values = np.zeros((2, len(positions)))
-    values[0] = pushed.efforts[:, rate]
+    values[0] = pushed.efforts[:, 0]
     condition = float(np.max(pushed.condition))
     acting = rest._replace(gravity=problem.gravity)
     if with_loads:
@@ -133,7 +131,7 @@ def _efforts(solver: ProblemSolver, positions: Array, with_loads: bool) -> tuple
             assembled = solver.assemble(Targets.of_positions(positions[:, None]))
     has_loads = acting.joint_loads or acting.link_loads or (with_loads and problem.elements)
     if np.any(problem.gravity) or has_loads:
-        held = (solver if with_loads else bare).solve(assembled, acting.flat(shape))
-        values[1] = -held.efforts[:, rate]
+        held = (solver if with_loads else bare).solve(assembled, acting)
+        values[1] = -held.efforts[:, 0]
         condition = max(condition, float(np.max(held.condition)))
     return values, condition
