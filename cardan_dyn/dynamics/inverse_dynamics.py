@@ -56,15 +56,24 @@ class Inputs(NamedTuple):
     has_rates: bool
 
     @staticmethod
-    def of(problem: Problem, targets: Targets, acting: Acting, turns: Array) -> Inputs:
-        """Return what is prescribed for samples; what they say of rates, they say for themselves.
+    def of(
+        problem: Problem,
+        targets: Targets,
+        acting: Acting,
+        turns: Array,
+        has_rates: bool | None = None,
+    ) -> Inputs:
+        """Return what is prescribed for samples.
 
         Args:
             problem: of the scene.
             targets: N samples.
             acting: flat over these samples.
             turns: see the attribute.
+            has_rates: see the attribute; None if there are no other samples.
         """
+        if has_rates is None:
+            has_rates = bool(acting.speeds.any() or acting.accelerations.any())
         held = np.array([list(problem.held.values())], dtype=float)
         if targets.varied:
             held = np.repeat(held, targets.size, axis=0)
@@ -87,7 +96,7 @@ class Inputs(NamedTuple):
             acting.inertia,
             turns,
             acting.time,
-            bool(acting.speeds.any() or acting.accelerations.any()),
+            has_rates,
         )
 
 

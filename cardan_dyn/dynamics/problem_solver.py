@@ -378,7 +378,9 @@ class _Work:
     ) -> None:
         """Begin with none; arguments as of `ProblemSolver.solve`."""
         self._solver, self._assembled, self._acting = solver, assembled, acting
-        self._has_rates = bool(np.any(acting.speeds) or np.any(acting.accelerations))
+        self._has_rates: bool | None = None
+        if len(assembled.spans) > 1:
+            self._has_rates = bool(acting.speeds.any() or acting.accelerations.any())
         self._prescribed = solver.problem.prescribed_columns
         self._outputs = solver.problem.output_indices
 
@@ -387,8 +389,7 @@ class _Work:
         assembled, solver = self._assembled, self._solver
         span, turns = assembled.spans[index], assembled.turns
         targets, acting = assembled.targets.block(span), self._acting.flat(assembled.shape, span)
-        inputs = Inputs.of(solver.problem, targets, acting, turns[span])
-        inputs = inputs._replace(has_rates=self._has_rates)
+        inputs = Inputs.of(solver.problem, targets, acting, turns[span], self._has_rates)
         solution = solver.inverse_dynamics.solve(assembled.blocks[index], inputs)
         return solution.reduced(self._outputs, self._prescribed)
 

@@ -106,7 +106,7 @@ class Targets(NamedTuple):
 
     def block(self, span: slice) -> Targets:
         """Return the targets of samples that follow each other."""
-        if span == slice(0, self.size) and len(self.shape) == 1:
+        if self.shape == (span.stop,) and span.start == 0:
             return self
         given, held = part(self.given, self.shape, span, trailing=1), self.held
         if self.chosen is not None:
