@@ -33,10 +33,6 @@ samples, so that memory does not grow with the mechanism."""
 _NUMBERS_PER_COORDINATE = 100
 """Numbers of a sample that a joint coordinate adds to these arrays, 72 of them in action matrices
 and their products; a velocity ratio per drive comes on top."""
-_DECIDE_ASSEMBLY = frozenset(
-    {"mechanism", "drives", "held", "start", "start_balls", "branch", "outputs", "all_outputs"}
-)
-"""Attributes of a problem that decide how its loops are closed."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -164,7 +160,7 @@ class ProblemSolver(Frozen):
         mechanism = problem.mechanism
         if like is not None and varied:
             self.assembly: Assembly = Assembly(problem, varied, like.assembly)
-        elif like is not None and _moves_like(problem, like.problem):
+        elif like is not None and problem.moves_like(like.problem):
             self.assembly = like.assembly
         else:
             self.assembly = Assembly(problem)
@@ -284,17 +280,15 @@ class ProblemSolver(Frozen):
         """Return targets whose blocks are closed from a guess whenever they are read."""
         count = targets.size
         # Blocks of equal size: a small last one would cost almost as much as a large one.
-        numbers = self.problem.mechanism.model.nv * (
-            _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
-        )
+        of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
+        numbers = self.problem.mechanism.model.nv * of_each
         block_size = max(1, min(_BLOCK_SIZE, _BLOCK_NUMBERS // numbers))
         blocks_needed = max(1, -(-count // block_size))
         ends = [count * block // blocks_needed for block in range(blocks_needed + 1)]
         spans = [slice(*span) for span in pairwise(ends)]
         blocks = InTurn(self.assembly, targets, guess, spans)
-        return AssembledPositions(
-            self, targets, guess.turns, spans, blocks, guess.kinematics, along_path
-        )
+        closed = spans, blocks, guess.kinematics
+        return AssembledPositions(self, targets, guess.turns, *closed, along_path)
 
     def current(self, assembled: AssembledPositions) -> AssembledPositions:
         """Return assembled positions that suit what is known of the motion now.
@@ -363,19 +357,10 @@ class ProblemSolver(Frozen):
         )
 
 
-def _moves_like(problem: Problem, other: Problem) -> bool:
-    """Return whether the loops of two problems are closed alike."""
-    if problem.differs_from(other) & _DECIDE_ASSEMBLY:
-        return False
-    return problem.element_bodies == other.element_bodies
-
-
 class _Work:
     """Blocks of a sweep to be solved."""
 
-    def __init__(
-        self, solver: ProblemSolver, assembled: AssembledPositions, acting: Acting
-    ) -> None:
+    def __init__(self, solver: ProblemSolver, assembled: AssembledPositions, acting: Acting):
         """Begin with none; arguments as of `ProblemSolver.solve`."""
         self._solver, self._assembled, self._acting = solver, assembled, acting
         self._has_rates: bool | None = None

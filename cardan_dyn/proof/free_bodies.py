@@ -10,7 +10,7 @@ efforts may act, and power has to balance.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -124,7 +124,7 @@ class FreeBodies:
         first = len(self._of_tree)
         self._of_loops = [item for item in enumerate(children) if item[0] >= first and item[1] >= 0]
         self._against = [item for item in enumerate(parents) if item[1] >= 0]
-        self._covered = self._covered_bodies()
+        self._covered = _covered_bodies(frames, self.claimed)
         self._uncovered, self._balances = (
             np.flatnonzero(~self._covered),
             bool(np.any(self._covered)),
@@ -154,16 +154,6 @@ class FreeBodies:
             from .element_loads import ProvenElements  # Most scenes have none.
 
             self._elements = ProvenElements(frames, setup.elements, setup.zero, length)
-
-    def _covered_bodies(self) -> Array:
-        """Return `(B,)` whether the wrenches of all joints of a body are claimed."""
-        frames = self.frames
-        covered = np.ones(frames.tree, dtype=bool)
-        for joint in set(range(len(frames.joints))) - set(self.claimed):
-            for body in (frames.parents[joint], frames.children[joint]):
-                if body >= 0:
-                    covered[body] = False
-        return covered
 
     @cached_property
     def _stress(self) -> SelfStressProof:
@@ -336,19 +326,31 @@ class FreeBodies:
             inertial = massive.weights_less_momentum_rates(
                 state.motion_frames, rates.velocities, rates.accelerations, claim.gravity
             )
-            inertial = inertial._replace(size=inertial.size + self._of_slides(massive, claim))
+            of_slides = _of_slides(self._twists, massive, claim, self._length)
+            inertial = inertial._replace(size=inertial.size + of_slides)
         power = np.einsum("bkin,bkin->n", inertial.wrenches, unit_twists[massive.motions])
         size = massive.greatest_weight(claim.gravity)
         return _Applied(massive.indices, inertial.wrenches, power, size, inertial.size)
 
-    def _of_slides(self, massive: MassiveBodies, claim: Claim) -> Array:
-        """Return `(N,)` what the rounding of slides adds to the size of inertial terms [N·m].
 
-        Slides whose motions cancel leave a body where it is, but their rounding does not cancel.
-        """
-        slides = self._twists.rates[self._twists.sliding]
-        greatest = np.abs(claim.a.take(slides, 1)).max(axis=1, initial=0.0)
-        return np.asarray(massive.greatest_mass * self._length * greatest)
+def _covered_bodies(frames: Frames, claimed: Collection[int]) -> Array:
+    """Return `(B,)` whether the wrenches of all joints of a body are claimed."""
+    covered = np.ones(frames.tree, dtype=bool)
+    for joint in set(range(len(frames.joints))) - set(claimed):
+        for body in (frames.parents[joint], frames.children[joint]):
+            if body >= 0:
+                covered[body] = False
+    return covered
+
+
+def _of_slides(twists: Twists, massive: MassiveBodies, claim: Claim, length: float) -> Array:
+    """Return `(N,)` what the rounding of slides adds to the size of inertial terms [N·m].
+
+    Slides whose motions cancel leave a body where it is, but their rounding does not cancel.
+    """
+    slides = twists.rates[twists.sliding]
+    greatest = np.abs(claim.a.take(slides, 1)).max(axis=1, initial=0.0)
+    return np.asarray(massive.greatest_mass * length * greatest)
 
 
 def _power(efforts: Array, rates: Array) -> Array:

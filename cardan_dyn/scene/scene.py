@@ -158,9 +158,8 @@ class Scene(SceneSimulations):
         `<limit>` elements of the description are not regarded. Results are reproducible to rounding
         times `Sweep.condition`, not bit for bit: earlier sweeps give later ones nearer guesses.
 
-        Samples are worked on in blocks: beside its arguments and what it returns, a sweep of any
-        size takes some 20 MB of memory, up to 60 MB of mechanisms with very many joints, for each
-        worker.
+        Beside its arguments and results, a sweep of any size takes some 20 MB of memory for each
+        worker, up to 60 MB of mechanisms with very many joints.
 
         Args:
             position: drive positions of any shape [rad or m], in any order; for d drives
