@@ -147,3 +147,20 @@ def test_memory_beyond_what_is_returned_does_not_grow(
     assert max(beyond) < 16e6
     # What half of the samples take is some 15 MB.
     assert beyond[1] - beyond[0] < 4e6
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_elements_act_in_every_block(monkeypatch: pytest.MonkeyPatch, workers: int) -> None:
+    """Times broadcast with positions, and what elements need as proof is known of all samples."""
+    elements = [cd.JointSpring("bearing_out", 5.0, 0.1), cd.Actuator("bearing_out", np.sin)]
+    held, where = {"joint_angle": 0.5}, np.linspace(0.0, 6.0, 40)[:, None]
+    times = np.linspace(0.0, 1.0, 9)
+    scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held=held, elements=elements)
+    scene.sweep(where, speed=3.0, time=times)  # All that is learned of the motion.
+    whole = scene.sweep(where, speed=3.0, time=times)
+    monkeypatch.setattr(problem_solver, "_BLOCK_SIZE", 32)
+    monkeypatch.setattr(collected, "_MOST_SAMPLES", 100)
+    parts = scene.sweep(where, speed=3.0, time=times, workers=workers)
+    np.testing.assert_allclose(parts.drive_effort, whole.drive_effort, rtol=0.0, atol=1e-12)
+    assert parts.balance_residual == pytest.approx(whole.balance_residual, abs=1e-14)
+    assert parts.power_residual == pytest.approx(whole.power_residual, abs=1e-14)

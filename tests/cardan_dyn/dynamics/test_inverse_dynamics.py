@@ -102,6 +102,7 @@ def test_inputs_of_some_samples() -> None:
         {"bearing_out": effort, "cross": cd.Wrench(force)},
         gravity,
         {"cross": factor, "shaft_in": 2.0},
+        np.arange(6.0),
     ).flat((6,), slice(2, 5))
     targets = targets_of(problem, np.arange(6.0), {"joint_angle": angles}).block(slice(2, 5))
     part = Inputs.of(problem, targets, acts, turns[2:5])
@@ -118,6 +119,7 @@ def test_inputs_of_some_samples() -> None:
         (part.inertia["cross"], factor[2:5]),
         (part.inertia["shaft_in"], [2.0]),
         (part.turns, turns[2:5]),
+        (part.time, [2.0, 3.0, 4.0]),
     ):
         np.testing.assert_array_equal(found, expected)
     assert part.has_rates
