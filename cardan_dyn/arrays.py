@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -80,3 +81,54 @@ def consecutive(indices: Array) -> slice | Array:
     if span and (indices[1:] - indices[:-1] == 1).all():
         return slice(int(indices[0]), int(indices[-1]) + 1)
     return indices
+
+
+def is_column(shape: tuple[int, ...]) -> bool:
+    """Return whether a shape is that of a column, `(N, 1)`."""
+    return len(shape) == 2 and shape[1] == 1
+
+
+def without_column(values: Array, trailing: int = 0) -> Array:
+    """Return values `(N, 1, ...)` without the second axis, others as they are.
+
+    Args:
+        values: of samples.
+        trailing: number of axes that are not those of samples.
+    """
+    return values[:, 0] if is_column(values.shape[: values.ndim - trailing]) else values
+
+
+def flat(values: Array, shape: tuple[int, ...], trailing: int = 0) -> Array:
+    """Return values `(...)` over all samples `(N,)`; the last `trailing` axes are kept."""
+    rest = values.shape[values.ndim - trailing :]
+    return _spread(values, (*shape, *rest)).reshape(-1, *rest)
+
+
+def part(values: Array, shape: tuple[int, ...], span: slice, trailing: int = 0) -> Array:
+    """Return values `(...)` at some of the samples that `flat` has, without spreading the others.
+
+    Args:
+        values: they broadcast with the shape.
+        shape: of all samples.
+        span: which of them are wanted.
+        trailing: see `flat`.
+    """
+    rest = values.shape[values.ndim - trailing :]
+    whole = _spread(values, (*shape, *rest))
+    # Views need no memory, as of one value for all samples.
+    if len(shape) == 1:
+        return whole[span]
+    if not any(whole.strides[: len(shape)]) or whole.flags.c_contiguous:
+        return whole.reshape(-1, *rest)[span]
+    samples = np.arange(*span.indices(math.prod(shape)))
+    return np.asarray(whole[np.unravel_index(samples, shape)])
+
+
+def _spread(values: Array, shape: tuple[int, ...]) -> Array:
+    """Return values in a shape with which they broadcast, without copies."""
+    if values.shape == shape:
+        return values
+    # Arrays of the same size differ by axes of one sample, which `reshape` is faster at.
+    return (
+        values.reshape(shape) if values.size == math.prod(shape) else np.broadcast_to(values, shape)
+    )

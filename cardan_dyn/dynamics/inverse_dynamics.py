@@ -1,8 +1,8 @@
-"""Inverse dynamics: motion, reactions and their proof of a block of samples; joining of blocks."""
+"""Inverse dynamics: motion, reactions and their proof of a block of samples."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -21,6 +21,10 @@ from .velocity_ratios import VelocityRatios
 
 if TYPE_CHECKING:
     from ..proof.free_bodies import FreeBodies
+
+
+FINITE = ("x", "v", "a", "wrenches", "efforts")
+"""Arrays of a solution that are refused where numbers overflow."""
 
 
 class Inputs(NamedTuple):
@@ -52,15 +56,24 @@ class Inputs(NamedTuple):
     has_rates: bool
 
     @staticmethod
-    def of(problem: Problem, targets: Targets, acting: Acting, turns: Array) -> Inputs:
-        """Return what is prescribed for all samples.
+    def of(
+        problem: Problem,
+        targets: Targets,
+        acting: Acting,
+        turns: Array,
+        has_rates: bool | None = None,
+    ) -> Inputs:
+        """Return what is prescribed for samples.
 
         Args:
             problem: of the scene.
             targets: N samples.
             acting: flat over these samples.
             turns: see the attribute.
+            has_rates: see the attribute; None if there are no other samples.
         """
+        if has_rates is None:
+            has_rates = bool(acting.speeds.any() or acting.accelerations.any())
         held = np.array([list(problem.held.values())], dtype=float)
         if targets.varied:
             held = np.repeat(held, targets.size, axis=0)
@@ -83,28 +96,7 @@ class Inputs(NamedTuple):
             acting.inertia,
             turns,
             acting.time,
-            bool(acting.speeds.any() or acting.accelerations.any()),
-        )
-
-    def of_samples(self, span: slice) -> Inputs:
-        """Return what is prescribed for some of the samples."""
-        if span == slice(0, len(self.positions)):
-            return self
-
-        def part(values: Array) -> Array:
-            return values[span] if len(values) > 1 else values
-
-        return self._replace(
-            positions=self.positions[span],
-            speeds=self.speeds[span],
-            accelerations=self.accelerations[span],
-            held=part(self.held),
-            loads=part(self.loads),
-            link_loads={name: load.of_samples(span) for name, load in self.link_loads.items()},
-            gravity=part(self.gravity),
-            inertia={name: part(factor) for name, factor in self.inertia.items()},
-            turns=self.turns[span],
-            time=part(self.time),
+            has_rates,
         )
 
 
@@ -124,19 +116,21 @@ class JointRates(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """The solution of a block of samples, or of a whole sweep.
+    """The solution of a block of samples, or what is kept of that of a whole sweep.
 
     Attributes:
         x: `(N, size)` coordinates.
         v, a: joint velocities and accelerations `(N, nv)`.
         velocity_ratios: joint velocities per unit speed of each drive.
-        wrenches: `(N, b, 6)`, see `Reactions.wrenches`.
-        efforts: `(N, nv)` what drives and held joints exert beside the loads; zero at other joints.
+        wrenches: `(N, b, 6)`, see `Reactions.wrenches`; of a sweep `(N, k, 6)`, the outputs.
+        efforts: `(N, nv)` what drives and held joints exert beside the loads; zero at other joints,
+            which those of a sweep leave out, `(N, p)`.
         coupling_moments: `(N, G)` moments of the couplings at their successors' joints.
         condition: `(N,)` see `Sweep.condition`.
         closure_condition: `(N,)` condition number of the closure equations alone.
         loop_error: `(N,)` closure error, see `Sweep.loop_residual`.
-        residuals: violations of balances and constraints.
+        residuals: violations of balances and constraints. Of a long sweep, as well as of the two
+            quantities above, what decides about all samples is kept.
         influence: `(b, 6)`, see `Reactions.influence`.
         indeterminate_couplings: indices of the couplings whose moment is not unique.
     """
@@ -159,6 +153,33 @@ class Solution(NamedTuple):
     def unique(self) -> Array:
         """`(b, 6)` which components of all wrenches follow from the laws of motion alone."""
         return self.influence < UNIQUE_TOLERANCE
+
+    @property
+    def overflown(self) -> set[str]:
+        """Names of the arrays in which numbers overflow."""
+        return {name for name in FINITE if not np.isfinite(getattr(self, name)).all()}
+
+    def reduced(self, outputs: list[int], prescribed: Array) -> Solution:
+        """Return what a sweep keeps.
+
+        Args:
+            outputs: indices of the wrenches that are results.
+            prescribed: velocity coordinates of the drives, then of the held joints.
+        """
+        wrenches, efforts = self.wrenches[:, outputs], self.efforts[:, prescribed]
+        return self._replace(wrenches=wrenches, efforts=efforts)
+
+    def prove(self, positions: Array) -> None:
+        """Refuse a solution whose residuals are too great.
+
+        Args:
+            positions: of the drives `(N, d)`.
+
+        Raises:
+            AccuracyError: a residual exceeds its tolerance, or numbers overflow.
+        """
+        refuse_overflow(self.overflown)
+        self.residuals.prove(positions, self.closure_condition)
 
 
 class InverseDynamics:
@@ -231,7 +252,7 @@ class InverseDynamics:
     def solve(self, state: ClosedState, inputs: Inputs) -> Solution:
         """Return motion, reactions and residuals at closed positions.
 
-        The residuals are not judged yet, see `joined`.
+        The residuals are not judged yet, see `Solution.prove`.
         """
         rates = self.joint_rates(state, inputs.speeds, inputs.accelerations)
         has_dynamics = self.has_mass and (inputs.has_rates or bool(inputs.gravity.any()))
@@ -360,38 +381,12 @@ def _coupling_moments(reactions: Reactions, loops: int, count: int) -> Array:
     return np.concatenate([np.zeros((count, 0)), *reactions.closure_forces[loops:]], axis=1)
 
 
-def joined(blocks: list[Solution], positions: Array) -> Solution:
-    """Return the solutions of all blocks as one, and refuse it where its residuals are too great.
-
-    Args:
-        blocks: in the order of their samples.
-        positions: of the drives, at all samples `(N, d)`.
+def refuse_overflow(names: Collection[str]) -> None:
+    """Refuse a solution in some arrays of which numbers overflow.
 
     Raises:
-        AccuracyError: a residual exceeds its tolerance, or numbers overflow.
+        AccuracyError: there are any; it names the first of `FINITE`.
     """
-    if len(blocks) == 1:
-        (solution,) = blocks
-    else:
-        solution = _joined(blocks)
-    for name in ("x", "v", "a", "wrenches", "efforts"):
-        if not np.isfinite(getattr(solution, name)).all():
+    for name in FINITE:
+        if name in names:
             raise overflow(f"the {name}")
-    solution.residuals.prove(positions, solution.closure_condition)
-    return solution
-
-
-def _joined(blocks: list[Solution]) -> Solution:
-    """Return the solutions of several blocks as one."""
-    arrays = {
-        name: np.concatenate([getattr(block, name) for block in blocks])
-        for name in Solution._fields
-        if name not in ("influence", "indeterminate_couplings", "residuals", "velocity_ratios")
-    }
-    return Solution(
-        residuals=Residuals.joined([block.residuals for block in blocks]),
-        velocity_ratios=VelocityRatios.joined([block.velocity_ratios for block in blocks]),
-        influence=np.max([block.influence for block in blocks], axis=0),
-        indeterminate_couplings=set().union(*(block.indeterminate_couplings for block in blocks)),
-        **arrays,
-    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -22,7 +22,7 @@ from ..kinematics.needs import solved_couplings
 from ..problem.problem import Problem
 from ..problem.samples import Acting, Targets
 from .indeterminate import IndeterminacyRule, LeastEnergy, LeastNorm
-from .inverse_dynamics import Inputs, InverseDynamics, Solution, joined
+from .inverse_dynamics import Inputs, InverseDynamics, Solution
 from .reactions import ReactionSolver, wrenches_in_norm
 
 _BLOCK_SIZE = 768
@@ -33,10 +33,6 @@ samples, so that memory does not grow with the mechanism."""
 _NUMBERS_PER_COORDINATE = 100
 """Numbers of a sample that a joint coordinate adds to these arrays, 72 of them in action matrices
 and their products; a velocity ratio per drive comes on top."""
-_DECIDE_ASSEMBLY = frozenset(
-    {"mechanism", "drives", "held", "start", "start_balls", "branch", "outputs", "all_outputs"}
-)
-"""Attributes of a problem that decide how its loops are closed."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,8 +60,7 @@ class AssembledPositions:
     along_path: bool
 
     def __post_init__(self) -> None:
-        for array in (self.targets.positions, self.targets.designs, self.targets.design_of):
-            read_only(array)
+        read_only(self.targets.given)
         read_only(self.turns)
 
     def __len__(self) -> int:
@@ -85,16 +80,43 @@ class AssembledPositions:
 
 
 class InTurn(Sequence[ClosedState]):
-    """Blocks that are closed whenever they are read, so that only one is in memory at a time."""
+    """Blocks that are closed whenever they are read, so that only one is in memory at a time.
 
-    def __init__(self, close: Callable[[slice], ClosedState], spans: list[slice]) -> None:
-        self._close, self._spans = close, spans
+    Attributes:
+        spans: samples of each block.
+    """
+
+    def __init__(self, assembly: Assembly, targets: Targets, guess: Guess, spans: list[slice]):
+        """Keep what closes them.
+
+        Args:
+            assembly: closes the loops.
+            targets: N samples.
+            guess: near them.
+            spans: see the attribute.
+        """
+        self.spans = spans
+        self._assembly, self._targets, self._guess = assembly, targets, guess
 
     def __len__(self) -> int:
-        return len(self._spans)
+        return len(self.spans)
 
     def __getitem__(self, index: Any) -> Any:
-        return self._close(self._spans[index])
+        span = self.spans[index]
+        positions = self._targets.block(span).positions
+        return self._assembly.close(self._guess.block(span), positions, span.start)
+
+    def given_up(self, empty: Callable[[Array], Array] | None = None) -> Array:
+        """Return the guesses `(N, size)`: of a block that was read, they may be overwritten.
+
+        Args:
+            empty: makes the array in which they are to be; they stay where they are if None.
+        """
+        if empty is not None:
+            moved = empty(self._guess.x)
+            moved[:] = self._guess.x
+            self._guess = self._guess._replace(x=moved)
+        return self._guess.x
 
 
 class ProblemSolver(Frozen):
@@ -138,7 +160,7 @@ class ProblemSolver(Frozen):
         mechanism = problem.mechanism
         if like is not None and varied:
             self.assembly: Assembly = Assembly(problem, varied, like.assembly)
-        elif like is not None and _moves_like(problem, like.problem):
+        elif like is not None and problem.moves_like(like.problem):
             self.assembly = like.assembly
         else:
             self.assembly = Assembly(problem)
@@ -212,10 +234,9 @@ class ProblemSolver(Frozen):
 
     @cached_property
     def known_efforts(self) -> dict[str, int]:
-        """Names of the driven and held coordinates whose efforts are solved, to their rates."""
-        named = self.problem.mechanism.coordinates.named
-        prescribed = (*self.problem.drives, *self.problem.held)
-        return {name: named[name].rate for name in prescribed if self.knows_effort(name)}
+        """Names of the driven and held coordinates whose efforts are solved, to their columns."""
+        prescribed = enumerate((*self.problem.drives, *self.problem.held))
+        return {name: column for column, name in prescribed if self.knows_effort(name)}
 
     @cached_property
     def unsolved(self) -> list[int]:
@@ -249,28 +270,25 @@ class ProblemSolver(Frozen):
 
         Args:
             targets: N samples of the drives.
-            x: `(N, size)` closed coordinates up to rounding, exact in the drives.
+            x: `(N, size)` closed coordinates up to rounding, exact in the drives; `solve` may
+                overwrite them with its own.
             turns: `(N, size)` whole turns that the angles in `x` lack.
         """
         return self._in_blocks(targets, self.assembly.guesses_at(targets, x, turns), True)
 
     def _in_blocks(self, targets: Targets, guess: Guess, along_path: bool) -> AssembledPositions:
         """Return targets whose blocks are closed from a guess whenever they are read."""
-        positions = targets.positions
+        count = targets.size
         # Blocks of equal size: a small last one would cost almost as much as a large one.
-        numbers = self.problem.mechanism.model.nv * (_NUMBERS_PER_COORDINATE + positions.shape[1])
+        of_each = _NUMBERS_PER_COORDINATE + targets.given.shape[-1]
+        numbers = self.problem.mechanism.model.nv * of_each
         block_size = max(1, min(_BLOCK_SIZE, _BLOCK_NUMBERS // numbers))
-        count = max(1, -(-len(positions) // block_size))
-        ends = [len(positions) * block // count for block in range(count + 1)]
+        blocks_needed = max(1, -(-count // block_size))
+        ends = [count * block // blocks_needed for block in range(blocks_needed + 1)]
         spans = [slice(*span) for span in pairwise(ends)]
-
-        def close(span: slice) -> ClosedState:
-            return self.assembly.close(guess.block(span), positions[span], span.start)
-
-        blocks = InTurn(close, spans)
-        return AssembledPositions(
-            self, targets, guess.turns, spans, blocks, guess.kinematics, along_path
-        )
+        blocks = InTurn(self.assembly, targets, guess, spans)
+        closed = spans, blocks, guess.kinematics
+        return AssembledPositions(self, targets, guess.turns, *closed, along_path)
 
     def current(self, assembled: AssembledPositions) -> AssembledPositions:
         """Return assembled positions that suit what is known of the motion now.
@@ -296,29 +314,20 @@ class ProblemSolver(Frozen):
         """Return all that is solved and proven at assembled positions.
 
         Args:
-            assembled: N samples of this solver.
-            acting: how fast the drives move and what acts, flat over these samples.
+            assembled: N samples of this solver. Those whose blocks are closed in turn are used up.
+            acting: how fast the drives move and what acts; it broadcasts with the samples.
             workers: greatest number of processes that divide the blocks among them.
 
         Raises:
             AccuracyError: a residual exceeds its tolerance, or flags of uniqueness are wrong.
             IndeterminateError: a component of an output is not unique, and the problem is strict.
         """
-        inputs = Inputs.of(self.problem, assembled.targets, acting, assembled.turns)
-        solve, closed = self.inverse_dynamics.solve, assembled.blocks
-        if workers > 1:
-            from .workers import in_order  # Most sweeps are done by one.
-
-            _ = self.inverse_dynamics.bodies  # Made once, before others need it.
-            tasks = [
-                partial(lambda index, span: solve(closed[index], inputs.of_samples(span)), *item)
-                for item in enumerate(assembled.spans)
-            ]
-            blocks = in_order(tasks, workers)
+        work = _Work(self, assembled, acting)
+        if len(assembled.spans) == 1:
+            solution = work.block(0)
+            solution.prove(assembled.targets.positions)
         else:
-            pairs = zip(closed, assembled.spans, strict=True)
-            blocks = [solve(state, inputs.of_samples(span)) for state, span in pairs]
-        solution = joined(blocks, assembled.targets.positions)
+            solution = work.all(workers)
         self.inverse_dynamics.prove_flags(solution)
         self.refuse_indeterminate(solution.unique[self.problem.output_indices])
         return solution
@@ -348,11 +357,39 @@ class ProblemSolver(Frozen):
         )
 
 
-def _moves_like(problem: Problem, other: Problem) -> bool:
-    """Return whether the loops of two problems are closed alike."""
-    if problem.differs_from(other) & _DECIDE_ASSEMBLY:
-        return False
-    return problem.element_bodies == other.element_bodies
+class _Work:
+    """Blocks of a sweep to be solved."""
+
+    def __init__(self, solver: ProblemSolver, assembled: AssembledPositions, acting: Acting):
+        """Begin with none; arguments as of `ProblemSolver.solve`."""
+        self._solver, self._assembled, self._acting = solver, assembled, acting
+        self._has_rates: bool | None = None
+        if len(assembled.spans) > 1:
+            self._has_rates = bool(acting.speeds.any() or acting.accelerations.any())
+        self._prescribed = solver.problem.prescribed_columns
+        self._outputs = solver.problem.output_indices
+
+    def block(self, index: int) -> Solution:
+        """Return what is kept of a block."""
+        assembled, solver = self._assembled, self._solver
+        span, turns = assembled.spans[index], assembled.turns
+        targets, acting = assembled.targets.block(span), self._acting.flat(assembled.shape, span)
+        inputs = Inputs.of(solver.problem, targets, acting, turns[span], self._has_rates)
+        solution = solver.inverse_dynamics.solve(assembled.blocks[index], inputs)
+        return solution.reduced(self._outputs, self._prescribed)
+
+    def all(self, workers: int) -> Solution:
+        """Return what is kept of all blocks, see `collected`."""
+        from .collected import collected  # Many sweeps are a single block.
+
+        assembled = self._assembled
+
+        def positions_of(index: int) -> Array:
+            return assembled.targets.block(assembled.spans[index]).positions
+
+        # Coordinates take the place of the guesses that they were found from.
+        guesses = assembled.blocks.given_up if isinstance(assembled.blocks, InTurn) else None
+        return collected(assembled.spans, self.block, positions_of, guesses, workers)
 
 
 def _varied_solver(base: ProblemSolver, varied: tuple[str, ...]) -> ProblemSolver:

@@ -2,7 +2,7 @@
 
 Threads would share Python's interpreter lock, and a block is hundreds of short operations on arrays
 that fit into the cache, each of which needs it: two threads were measured to be no faster than one.
-Forked processes share what is known, and only results are copied.
+Forked processes share what is known, and write their results where those of all are.
 """
 
 from __future__ import annotations
@@ -28,32 +28,43 @@ def can_fork() -> bool:
     return not multiprocessing.current_process().daemon
 
 
-def in_order(tasks: Sequence[Callable[[], _Result]], workers: int) -> list[_Result]:
-    """Return the results of tasks, in their order, whoever computed them.
+def shares_of(count: int, workers: int) -> list[range]:
+    """Return which blocks each worker does: as many workers as have enough to do.
+
+    Args:
+        count: number of blocks.
+        workers: greatest number of processes, this one included.
+    """
+    used = max(1, min(workers, count // _FEWEST_PER_WORKER)) if can_fork() else 1
+    ends = [round(count * share / used) for share in range(used + 1)]
+    return [range(*ends[share : share + 2]) for share in range(used)]
+
+
+def in_order(work: Callable[[range], _Result], shares: Sequence[range]) -> list[_Result]:
+    """Return the results of shares of the work, in their order, whoever computed them.
 
     The first share is done here, the others by forked processes.
 
     Args:
-        tasks: what to call. Apart from what they return, nothing that they do in a worker remains.
-        workers: greatest number of processes, this one included.
+        work: does a share. Apart from what it returns, and what it writes to shared memory, nothing
+            that it does in a worker remains.
+        shares: indices of blocks, from `shares_of`.
 
     Raises:
         CardanError: a worker was lost.
-        Exception: what the first task that fails raises.
+        Exception: what the first block that fails raises.
     """
-    shares = _shares(len(tasks), workers) if can_fork() else [range(len(tasks))]
     context: Any = multiprocessing.get_context("fork") if len(shares) > 1 else None
     started: list[tuple[Any, Connection]] = []
     try:
         for share in shares[1:]:
             mine, theirs = context.Pipe(duplex=False)
-            process = context.Process(target=_work, args=(tasks, share, theirs), daemon=True)
+            process = context.Process(target=_work, args=(work, share, theirs), daemon=True)
             process.start()
             theirs.close()
             started.append((process, mine))
-        results = [tasks[index]() for index in shares[0]]
-        for _, connection in started:
-            results += _received(connection)
+        results = [work(shares[0])]
+        results += [_received(connection) for _, connection in started]
         return results
     finally:
         for process, connection in started:
@@ -62,24 +73,17 @@ def in_order(tasks: Sequence[Callable[[], _Result]], workers: int) -> list[_Resu
             process.join()
 
 
-def _shares(count: int, workers: int) -> list[range]:
-    """Return indices of tasks for each worker: as many workers as have enough to do."""
-    used = max(1, min(workers, count // _FEWEST_PER_WORKER))
-    ends = [round(count * share / used) for share in range(used + 1)]
-    return [range(*ends[share : share + 2]) for share in range(used)]
-
-
-def _work(tasks: Sequence[Callable[[], object]], share: range, connection: Connection) -> None:
-    """Do some tasks in a process of their own, and send their results or the first error."""
+def _work(work: Callable[[range], object], share: range, connection: Connection) -> None:
+    """Do a share in a process of its own, and send its result or the first error."""
     try:
-        answer: tuple[bool, object] = True, [tasks[index]() for index in share]
+        answer: tuple[bool, object] = True, work(share)
     except Exception as error:
         answer = False, error
     connection.send(answer)
     connection.close()
 
 
-def _received(connection: Connection) -> list[Any]:
+def _received(connection: Connection) -> Any:
     """Return what a worker sends, or raise its error."""
     try:
         is_done, answer = connection.recv()
@@ -89,5 +93,4 @@ def _received(connection: Connection) -> list[Any]:
         ) from error
     if not is_done:
         raise answer
-    results: list[Any] = answer
-    return results
+    return answer

@@ -217,7 +217,9 @@ class Assembly:
         from .straight_lines import BLOCK_SIZE  # Most scenes are asked for no such thing.
 
         guess = self._cache.guesses(targets, strict=False)
-        is_there = guess.is_there.copy()
+        is_there = np.ones(targets.size, dtype=bool)
+        if guess.is_there is not None:
+            is_there &= guess.is_there
         for first in range(0, len(is_there), BLOCK_SIZE):
             block = guess.block(slice(first, first + BLOCK_SIZE))
             with np.errstate(all="ignore"):  # What is out of reach may overflow.

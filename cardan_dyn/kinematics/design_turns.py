@@ -83,8 +83,10 @@ class TurnSearch(NamedTuple):
             period[alone], windings[alone] = own
         return DesignTurns(period, windings)
 
-    def turned_back(self, ahead: Array, designs: Array, design_of: Array) -> tuple[Array, Array]:
-        """Return how far a drive turns back at samples, and the whole turns of all coordinates.
+    def turned_back(
+        self, ahead: Array, designs: Array, design_of: Array
+    ) -> tuple[Array, DesignTurns, Array]:
+        """Return how many periods a drive turns back at samples, and how their designs come back.
 
         Args:
             ahead: `(K,)` displacements of the drive from the start.
@@ -92,13 +94,13 @@ class TurnSearch(NamedTuple):
             design_of: `(K,)` which design (index) each sample is of.
 
         Returns:
-            `(K,)` [rad], and `(K, size)`.
+            `(K,)` periods, zero of designs that do not come back; the different designs; and `(K,)`
+            which of these (index) each sample is of.
         """
         _, chosen, of_design = np.unique(design_of, return_index=True, return_inverse=True)
         found = self.of_designs(designs[chosen])
         unit = np.where(found.period > 0.0, found.period, np.inf)[of_design]
-        periods = np.trunc(ahead / unit)
-        return periods * found.period[of_design], periods[:, None] * found.windings[of_design]
+        return np.trunc(ahead / unit), found, of_design
 
     @property
     def _coordinates(self) -> Coordinates:

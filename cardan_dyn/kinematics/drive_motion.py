@@ -31,6 +31,8 @@ soon get exact guesses as well."""
 _MARGINS = (0.0, 1e-12, 1e-9, 1e-6)
 """Distances [rad, or lengths of the mechanism] from the ends of a drive's range from which on its
 positions count as out of reach, tried one after the other, since ends are known to some digits."""
+_BLOCK_SIZE = 1024
+"""Samples whose coordinates are interpolated at a time, so that their arrays stay in the cache."""
 TURN = 2.0 * np.pi
 """One turn of the drive [rad]. Sweeps over more than that look for a period."""
 
@@ -39,13 +41,14 @@ class Followed(NamedTuple):
     """What following to drive positions found.
 
     Attributes:
-        values: whole periods `(N, 1)` to take off the positions of a single drive, or coordinates
-            `(N, k)` of what several drives move and the whole turns that they lack, `(2, N, k)`.
+        values: whole periods `(N, 1)` to take off the positions of a single drive; or coordinates
+            `(N, size)`, of which those that several drives move count, and the whole turns that
+            they lack.
         is_new: whether anything was seen of the motion that was not known before.
         is_there: `(N,)` whether samples are within reach; the values of others mean nothing.
     """
 
-    values: Array
+    values: tuple[Array, ...]
     is_new: bool
     is_there: Array
 
@@ -143,7 +146,7 @@ class DriveMotion:
             AssemblyError, SingularConfigurationError: a position is out of reach.
         """
         span = self.branch.span
-        positions = targets.prescribed[:, self._index]
+        positions = self._positions(targets)
         periods, is_there = np.zeros(len(positions)), np.ones(len(positions), dtype=bool)
         if strict:
             periods = self._cover(positions)
@@ -153,7 +156,7 @@ class DriveMotion:
                 periods[is_there] = self._cover(positions[is_there])
         is_new = not self._is_studied or self.branch.span != span
         self._is_studied = True
-        return Followed(periods[:, None], is_new, is_there)
+        return Followed((periods[:, None],), is_new, is_there)
 
     def write(
         self, followed: Followed, targets: Targets, x: Array, turns: Array, kinematics: Kinematics
@@ -171,12 +174,23 @@ class DriveMotion:
         branch = self.branch
         own = kinematics.part([self._index], self.groups)
         branch.refine(own, node_limit=self._samples_served // _SAMPLES_PER_NODE)
-        position = targets.prescribed[:, self._index]
-        if not followed.is_there.all():
-            position = np.where(followed.is_there, position, self._start)
-        within = position - followed.values[:, 0] * (branch.period or 0.0)
-        x[:, self._columns] = branch.values(within, self._columns)
-        turns[:, self._columns] = followed.values * branch.windings[self._columns]
+        position, (every,) = self._positions(targets), followed.values
+        for first in range(0, targets.size, _BLOCK_SIZE):
+            block = slice(first, first + _BLOCK_SIZE)
+            periods = every[block]
+            where, is_there = position[block], followed.is_there[block]
+            if not is_there.all():
+                where = np.where(is_there, where, self._start)
+            within = where - periods[:, 0] * (branch.period or 0.0)
+            x[block, self._columns] = branch.values(within, self._columns)
+            turns[block, self._columns] = periods * branch.windings[self._columns]
+
+    def _positions(self, targets: Targets) -> Array:
+        """Return the drive's positions `(N,)` at targets of the scene."""
+        drives = targets.given.shape[-1]
+        if self._index < drives:
+            return targets.positions[:, self._index]
+        return targets.designs[:, self._index - drives][targets.design_of]
 
     def _cover(self, targets: Array) -> Array:
         """Follow the branch over drive positions `(N,)`.

@@ -35,18 +35,20 @@ class Guess(NamedTuple):
         kinematics: solves the rows that are known to be independent.
         followed: whether `x` lies on a branch, so that a large correction means another mode.
         is_there: `(N,)` whether samples are within reach; the coordinates of others mean nothing.
+            None where all have to be.
     """
 
     x: Array
     turns: Array
     kinematics: Kinematics
     followed: bool
-    is_there: Array
+    is_there: Array | None = None
 
     def block(self, samples: slice) -> Guess:
         """Return the guess of some samples."""
         arrays = self.x[samples], self.turns[samples]
-        return Guess(*arrays, self.kinematics, self.followed, self.is_there[samples])
+        is_there = None if self.is_there is None else self.is_there[samples]
+        return Guess(*arrays, self.kinematics, self.followed, is_there)
 
 
 class GuessCache:
@@ -113,26 +115,29 @@ class GuessCache:
             MobilityError: the drives do not decide the motion.
             SingularConfigurationError: a dead point lies on the way.
         """
-        x = self.start[None, :].repeat(targets.size, axis=0)
-        turns = np.zeros(x.shape)
         with self._lock:
             if self._motionless:
-                x[:, self._columns] = targets.prescribed
-                return Guess(x, turns, self.kinematics, False, np.ones(len(x), dtype=bool))
+                x, turns = self._at_start(targets)
+                self._set_drives(x, targets)
+                return Guess(x, turns, self.kinematics, False)
             self._scout(targets)
             followed = [
                 part.followed(targets, self.kinematics, along_path, strict) for part in self._parts
             ]
             if any(item.is_new for item in followed):
                 self._learn()
-            for part, item in zip(self._parts, followed, strict=True):
-                part.write(item, targets, x, turns, self.kinematics)
-            x[:, self._columns] = targets.prescribed
+            is_there = None
+            if not strict:
+                is_there = followed[0].is_there
+                for item in followed[1:]:
+                    is_there = is_there & item.is_there
+            x, turns = self._at_start(targets)
+            for part in self._parts:
+                # What was followed is let go as soon as it is written.
+                part.write(followed.pop(0), targets, x, turns, self.kinematics)
+            self._set_drives(x, targets)
             turns[:, self._columns] = 0.0
             self._problem.mechanism.coordinates.normalised(x)
-            is_there = followed[0].is_there
-            for item in followed[1:]:
-                is_there = is_there & item.is_there
             is_exact = all(part.is_exact for part in self._parts)
             return Guess(x, turns, self._with_amplitudes(), is_exact, is_there)
 
@@ -151,7 +156,21 @@ class GuessCache:
                 self._redundancy = self._study.of_states(
                     np.concatenate([part.states for part in self._parts] + [x[some]])
                 )
-            return Guess(x, turns, self.kinematics, True, np.ones(len(x), dtype=bool))
+            return Guess(x, turns, self.kinematics, True)
+
+    def _at_start(self, targets: Targets) -> tuple[Array, Array]:
+        """Return coordinates `(N, size)` of the start, and no whole turns."""
+        x = self.start[None, :].repeat(targets.size, axis=0)
+        return x, np.zeros(x.shape)
+
+    def _set_drives(self, x: Array, targets: Targets) -> None:
+        """Write the prescribed positions into coordinates `(N, size)`."""
+        count = targets.given.shape[-1]
+        x[:, self._columns[:count]] = targets.positions
+        if targets.held:
+            designs, of = targets.designs, targets.design_of
+            for column, values in zip(self._columns[count:], designs.T, strict=True):
+                x[:, column] = values[of]
 
     def period(self) -> float | None:
         """Return the drive displacement [rad] after which the motion repeats, None if it does not.

@@ -23,6 +23,8 @@ _TYPICAL_STEP = 0.25
 """Step along a line [rad] that most mechanisms allow. It only decides what serves samples best."""
 _FEWEST_PER_STEP = 2
 """Samples per step of their line from which on no lattice is tried."""
+_BLOCK_SIZE = 4096
+"""Samples whose coordinates are copied at a time, so that no copies of all of them are made."""
 _MOST_LATTICE_DRIVES = 6
 """Drives up to which a lattice is tried: a point takes an acceleration for each pair of them."""
 
@@ -134,9 +136,10 @@ class JointMotion:
             raise all_out_of_reach(self._names, self._driven, asked, error) from error
         x, is_there, _ = reached
         if np.any(is_there):
-            some = self._kinematics.close(x[is_there][:: 1 + len(x) // STATES_STUDIED])
+            seen = np.nonzero(is_there)[0][:: 1 + len(x) // STATES_STUDIED]
+            some = self._kinematics.close(x[seen])
             self.states = some.x[some.residual < CLOSURE_TOLERANCE]
-        return Followed(np.stack([x, turns])[:, :, self._columns], True, is_there)
+        return Followed((x, turns), True, is_there)
 
     def _without_turns(self, own: Array, turns: Array, design_of: Array) -> Array:
         """Return positions `(N, d)` less whole turns, which are added to `turns (N, size)`."""
@@ -157,13 +160,15 @@ class JointMotion:
                 search = TurnSearch(*common, self._drive_columns, period)
                 far = np.nonzero(np.abs(ahead) > TURN)[0]
                 designs = own[far][:, self._held]
-                back, wound = search.turned_back(ahead[far], designs, design_of[far])
-                own[far, index] -= back
-                turns[far] += wound
+                periods, found, of = search.turned_back(ahead[far], designs, design_of[far])
+                own[far, index] -= periods * found.period[of]
+                for block in _blocks(len(far)):
+                    turns[far[block]] += periods[block, None] * found.windings[of[block]]
             elif turn is not None:
                 periods = np.trunc(ahead / turn.period)
                 own[:, index] -= periods * turn.period
-                turns += periods[:, None] * turn.windings
+                for block in _blocks(len(own)):
+                    turns[block] += periods[block, None] * turn.windings
         return own
 
     def _reached(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
@@ -270,7 +275,14 @@ class JointMotion:
         self, followed: Followed, targets: Targets, x: Array, turns: Array, kinematics: Kinematics
     ) -> None:
         """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
-        x[:, self._columns], turns[:, self._columns] = followed.values
+        for own, rows in zip(followed.values, (x, turns), strict=True):
+            for block in _blocks(len(own)):
+                rows[block, self._columns] = own[block, self._columns]
+
+
+def _blocks(count: int) -> list[slice]:
+    """Return samples in blocks, of which arrays are made at a time."""
+    return [slice(first, first + _BLOCK_SIZE) for first in range(0, count, _BLOCK_SIZE)]
 
 
 def _along_one(

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..arrays import Array
 from .all_groups import ClosedState, Kinematics
+from .lattice_lines import LatticeLines, count_of, lines_to
 from .step_control import allowed_correction
 from .straight_lines import BLOCK_SIZE, MOST_CORRECTIONS, SAFE_STEP, extrapolated, is_safe_step
 
@@ -32,25 +33,6 @@ _FEWEST_PER_POINT = 4
 from each of its neighbours that lines come from."""
 _MOST_KEYS = 2**62
 """Greatest number of lattice points in the box of all samples: each has a whole number as key."""
-
-
-class _Lines(NamedTuple):
-    """Lines from lattice point to lattice point.
-
-    Attributes:
-        points: `(M, d)` lattice points on any of them, in units of the spacing; the start is 0.
-        first, second: `(E,)` points (indices) that a step leads between.
-        steps: `(S,)` steps (indices) of all lines, one line behind the other.
-        begins: `(L,)` where in `steps` each line begins.
-        ends: `(L,)` points (indices) at which the lines end.
-    """
-
-    points: Array
-    first: Array
-    second: Array
-    steps: Array
-    begins: Array
-    ends: Array
 
 
 class NearLattice(NamedTuple):
@@ -107,10 +89,8 @@ def near_lattices(
     ahead = (positions - start[columns]) / units
     while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
         spacing = found
-        unit = spacing * units
-        near = near_lattice(kinematics, start, columns, positions[rest], unit, legs)
-        x[rest[near.is_there]] = near.x[near.is_there]
-        rest = rest[~near.is_there]
+        common = kinematics, start, columns
+        rest = rest[~_write_near(x, rest, *common, positions[rest], spacing * units, legs)]
     return x
 
 
@@ -132,18 +112,42 @@ def near_lattice(
         units: `(d,)` spacing of the lattice [rad or m].
         legs: sets of drives that move one after the other; all at once if None.
     """
+    x, every = np.repeat(start[None, :], len(positions), axis=0), np.arange(len(positions))
+    is_there = _write_near(x, every, kinematics, start, columns, positions, units, legs)
+    return NearLattice(x, is_there)
+
+
+def _write_near(
+    x: Array,
+    samples: Array,
+    kinematics: Kinematics,
+    start: Array,
+    columns: list[int],
+    positions: Array,
+    units: Array,
+    legs: Sequence[list[int]] | None,
+) -> Array:
+    """Write coordinates near closed ones into some rows, and return `(K,)` which ones are.
+
+    Args:
+        x: `(N, size)`; the rows of samples to which steps are not safe stay as they are.
+        samples: `(K,)` rows (indices) of the samples.
+        kinematics: see `near_lattice`, as for the others.
+        start: likewise.
+        columns: likewise.
+        positions: likewise, of these samples `(K, d)`.
+        units: likewise.
+        legs: likewise.
+    """
     nearest = np.rint((positions - start[columns]) / units)
-    lines, end_of = _lines_to(nearest, legs or [list(range(len(columns)))])
+    lines, end_of = lines_to(nearest, legs or [list(range(len(columns)))])
     points = _Points(kinematics, start, columns, lines.points * units)
     is_good = points.closed_along(lines)
-    along = np.logical_and.reduceat(is_good[lines.steps], lines.begins)
-    is_there = along[end_of]
-    x = np.repeat(start[None, :], len(positions), axis=0)
-    chosen = np.nonzero(is_there)[0]
-    for first in range(0, len(chosen), BLOCK_SIZE):
-        block = chosen[first : first + BLOCK_SIZE]
-        x[block], is_there[block] = points.near(lines.ends[end_of[block]], positions[block])
-    return NearLattice(x, is_there)
+    is_there = lines.lead_there(is_good)[end_of]
+    for block in _blocks(np.nonzero(is_there)[0]):
+        near, is_safe = points.near(lines.ends[end_of[block]], positions[block])
+        x[samples[block[is_safe]]], is_there[block] = near[is_safe], is_safe
+    return np.asarray(is_there)
 
 
 class _Points:
@@ -170,7 +174,7 @@ class _Points:
         self._inverses = [np.repeat(inverse, count, axis=0) for inverse in state.inverses]
         self._keep(np.nonzero(self.is_closed)[0], state, np.ones(1, dtype=bool))
 
-    def closed_along(self, lines: _Lines) -> Array:
+    def closed_along(self, lines: LatticeLines) -> Array:
         """Close the loops at all points that safe steps lead to.
 
         Returns:
@@ -272,58 +276,13 @@ class _Points:
                 self._curvatures[points, :, i, j] = self._curvatures[points, :, j, i] = mixed
 
 
-def _lines_to(nearest: Array, legs: Sequence[list[int]]) -> tuple[_Lines, Array]:
-    """Return lines to lattice points `(N, d)`, and `(N,)` the line (index) that leads to each.
-
-    Args:
-        nearest: the points.
-        legs: sets of drives that move one after the other.
-    """
-    _, chosen, end_of = _unique(nearest)
-    ends = nearest[chosen]
-    lengths = np.stack([np.max(np.abs(ends[:, leg]), axis=1) for leg in legs], axis=1).astype(int)
-    whole = np.maximum(np.sum(lengths, axis=1), 1)
-    # All lines one behind the other, each from the start on.
-    begins = np.concatenate([[0], np.cumsum(whole + 1)[:-1]])
-    line_of = np.repeat(np.arange(len(ends)), whole + 1)
-    count = np.arange(len(line_of)) - begins[line_of]
-    on_lines = np.zeros((len(line_of), ends.shape[1]))
-    for leg, length in zip(legs, lengths.T, strict=True):
-        done = np.minimum(count, length[line_of])
-        share = done / np.maximum(length, 1)[line_of]
-        on_lines[:, leg] = np.rint(ends[line_of][:, leg] * share[:, None])
-        count = count - done
-    keys, chosen, point_of = _unique(on_lines)
-    is_first = np.zeros(len(line_of), dtype=bool)
-    is_first[begins] = True
-    to = np.nonzero(~is_first)[0]
-    pairs, steps = np.unique(point_of[to - 1] * len(keys) + point_of[to], return_inverse=True)
-    return _Lines(
-        points=on_lines[chosen],
-        first=pairs // len(keys),
-        second=pairs % len(keys),
-        steps=steps,
-        begins=begins - np.arange(len(ends)),
-        ends=point_of[begins + whole],
-    ), end_of
-
-
 def _count(ahead: Array, spacing: float) -> float:
     """Return how many lattice points displacements `(N, d)` lie near; inf if they are too far."""
     nearest = np.rint(ahead / spacing)
     spans = 1.0 + np.max(np.abs(nearest), axis=0, initial=0.0)
     if not np.prod(2.0 * spans) < _MOST_KEYS:
         return np.inf
-    return len(_unique(nearest)[0])
-
-
-def _unique(points: Array) -> tuple[Array, Array, Array]:
-    """Return keys of the different ones among lattice points `(N, d)`, and see `np.unique`."""
-    low = np.min(points, axis=0, initial=0.0)
-    spans = np.max(points, axis=0, initial=0.0) - low + 1.0
-    factors = np.concatenate([[1.0], np.cumprod(spans[:-1])]).astype(np.int64)
-    keys = (points - low).astype(np.int64) @ factors
-    return np.unique(keys, return_index=True, return_inverse=True)
+    return count_of(nearest)
 
 
 def _blocks(indices: Array) -> list[Array]:

@@ -109,16 +109,16 @@ def samples_on_lines(
         ends: drive positions `(L, d)` to which the lines lead [rad or m].
         samples: N samples.
     """
-    size = starts.shape[1]
+    count, size = len(samples.line), starts.shape[1]
     starts = np.broadcast_to(starts, (len(ends), size))
-    none = Reached(np.zeros((0, size)), np.zeros(0, dtype=bool), np.zeros(0))
-    blocks = [none]
+    reached = Reached(np.empty((count, size)), np.empty(count, dtype=bool), np.empty(count))
     for first in range(0, len(ends), BLOCK_SIZE):
         lines = slice(first, first + BLOCK_SIZE)
-        _, own = samples.of_lines(first, first + BLOCK_SIZE)
-        block = _Lines(kinematics, starts[lines], columns, ends[lines], own)
-        blocks.append(block.followed())
-    return Reached(*map(np.concatenate, zip(*blocks, strict=True)))
+        span, own = samples.of_lines(first, first + BLOCK_SIZE)
+        block = _Lines(kinematics, starts[lines], columns, ends[lines], own).followed()
+        for whole, values in zip(reached, block, strict=True):
+            whole[span] = values
+    return reached
 
 
 class _Rows(NamedTuple):

@@ -164,10 +164,7 @@ class Mechanism(Presentation):
             ModelError: unknown name; the message lists the valid ones.
         """
         if not isinstance(name, str) or name not in self.joints:
-            reason = f"no joint {name!r}; joints: {choices(self.joints, name)}"
-            if isinstance(name, str) and name in self.drivable:
-                reason = f"{name!r} is a coordinate; name its joint, {self.drivable[name].joint!r}"
-            raise ModelError(f"{self.name}: {reason}", name=name)
+            raise ModelError(f"{self.name}: {_why_no_joint(self, name)}", name=name)
         return self.joints[name]
 
     @cached_property
@@ -313,3 +310,15 @@ def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
         ModelError: the description is missing, malformed or impossible.
     """
     return Mechanism(read(source, strict))
+
+
+def _why_no_joint(mechanism: Mechanism, name: object) -> str:
+    """Return why a name is that of no joint, for messages."""
+    if isinstance(name, str) and name in mechanism.drivable:
+        return f"{name!r} is a coordinate; name its joint, {mechanism.drivable[name].joint!r}"
+    if isinstance(name, str) and name in mechanism.adjustable:
+        return (
+            f"joint {name!r} is adjustable, and rigid unless a scene holds or drives it; to have "
+            f"its wrench or motion, hold it: held={{{name!r}: 0.0}}"
+        )
+    return f"no joint {name!r}; joints: {choices(mechanism.joints, name)}"

@@ -18,6 +18,11 @@ if TYPE_CHECKING:
     from ..elements.element import Element
     from ..elements.element_forces import ElementForces
 
+_DECIDE_ASSEMBLY = frozenset(
+    {"mechanism", "drives", "held", "start", "start_balls", "branch", "outputs", "all_outputs"}
+)
+"""Attributes of a problem that decide how its loops are closed."""
+
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Problem:
@@ -70,6 +75,12 @@ class Problem:
         """
         names = (field.name for field in fields(self))
         return {name for name in names if not _equal(getattr(self, name), getattr(other, name))}
+
+    def moves_like(self, other: Problem) -> bool:
+        """Return whether the loops of another problem are closed alike."""
+        if self.differs_from(other) & _DECIDE_ASSEMBLY:
+            return False
+        return self.element_bodies == other.element_bodies
 
     def driving(self, names: tuple[str, ...]) -> Problem:
         """Return the problem in which some held joints are drives, after the others."""

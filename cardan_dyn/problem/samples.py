@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, flat, is_column, part, without_column
 from ..checks import mapping, numbers, shortened
 from ..errors import ArgumentError, choices
 from ..forces.link_loads import LinkLoad
@@ -30,42 +30,62 @@ _AT_ZERO = read_only(np.zeros(()))
 class Targets(NamedTuple):
     """Positions at which the loops are closed, N in all.
 
+    They are kept as they were given: what is spread over all samples is made when it is asked for,
+    and for some samples only where these are all that is needed.
+
     Attributes:
         shape: of the samples.
-        positions: of the drives `(N, d)` [rad or m].
-        held: held joints whose positions are not those of the scene, and these, as they were given.
-        designs: the same as rows `(D, h)` [rad or m].
-        design_of: `(N,)` the design (index) of each sample.
-        given: positions of the drives as they were given, `(..., d)`, which broadcast with `shape`.
+        given: positions of the drives, `(..., d)` [rad or m], which broadcast with `shape`.
+        held: held joints whose positions are not those of the scene, and these [rad or m], which
+            broadcast with `shape` unless there are `chosen` designs.
         was_column: whether `(N, 1)` was given where `shape` is `(N,)`.
+        chosen: `(N,)` the design (index) of each sample; None where `held` says it.
     """
 
     shape: tuple[int, ...]
-    positions: Array
-    held: FrozenDict[str, Array]
-    designs: Array
-    design_of: Array
     given: Array
+    held: FrozenDict[str, Array] = frozen({})
     was_column: bool = False
+    chosen: Array | None = None
 
     @staticmethod
     def of_positions(positions: Array, shape: tuple[int, ...] | None = None) -> Targets:
         """Return the targets that are positions `(N, d)` of the drives alone."""
-        count = len(positions)
-        none = np.zeros(count, dtype=int)
-        shape = shape or (count,)
-        given = positions.reshape(*shape, -1)
-        return Targets(shape, positions, frozen({}), np.zeros((1, 0)), none, given)
+        shape = shape or (len(positions),)
+        return Targets(shape, positions.reshape(*shape, -1))
 
     @property
     def size(self) -> int:
         """Number of samples."""
-        return len(self.positions)
+        return math.prod(self.shape)
 
     @property
     def varied(self) -> tuple[str, ...]:
         """Names of the held joints whose positions are not those of the scene."""
         return tuple(self.held)
+
+    @property
+    def positions(self) -> Array:
+        """Positions of the drives `(N, d)` [rad or m]."""
+        if self.given.shape[:-1] == self.shape and self.given.ndim == 2:
+            return self.given
+        return flat(self.given, self.shape, trailing=1)
+
+    @property
+    def designs(self) -> Array:
+        """Positions of the varied joints as rows `(D, h)` [rad or m]."""
+        if not self.held:
+            return np.zeros((1, 0))
+        rows = np.stack(np.broadcast_arrays(*self.held.values()), axis=-1)
+        return rows.reshape(-1, len(self.held))
+
+    @property
+    def design_of(self) -> Array:
+        """The design (index) of each sample, `(N,)`."""
+        if self.chosen is not None:
+            return self.chosen
+        own = np.broadcast_shapes(*(values.shape for values in self.held.values()))
+        return flat(np.arange(math.prod(own)).reshape(own), self.shape)
 
     @property
     def prescribed(self) -> Array:
@@ -74,31 +94,38 @@ class Targets(NamedTuple):
             return self.positions
         return np.concatenate([self.positions, self.designs[self.design_of]], axis=1)
 
+    def at(self, positions: Array) -> Targets:
+        """Return the same with other positions `(N, d)` of the drives."""
+        return self._replace(given=positions.reshape(*self.shape, -1))
+
     def held_at(self, positions: Mapping[str, Array]) -> Targets:
         """Return the same with held joints at one position each for all samples."""
-        row = np.array([list(positions.values())], dtype=float)
-        none = np.zeros(self.size, dtype=int)
-        return self._replace(held=frozen(positions), designs=row, design_of=none)
+        return self._replace(held=frozen(positions), chosen=None)
 
     def of_samples(self, samples: Array) -> Targets:
         """Return the targets of some samples, by their indices `(K,)`."""
-        return self._replace(
-            shape=samples.shape,
-            positions=self.positions[samples],
-            design_of=self.design_of[samples],
-            given=self.positions[samples],
-            was_column=False,
-        )
+        chosen = self.design_of[samples] if self.held else None
+        return Targets(samples.shape, self.positions[samples], self.held, chosen=chosen)
+
+    def block(self, span: slice) -> Targets:
+        """Return the targets of samples that follow each other."""
+        if self.shape == (span.stop,) and span.start == 0:
+            return self
+        given, held = part(self.given, self.shape, span, trailing=1), self.held
+        if self.chosen is not None:
+            return Targets((len(given),), given, held, chosen=self.chosen[span])
+        if held:
+            held = frozen({name: part(item, self.shape, span) for name, item in held.items()})
+        return Targets((len(given),), given, held)
 
     def expanded(self, shape: tuple[int, ...]) -> Targets:
         """Return the targets of a shape with which theirs broadcasts."""
         if shape == self.shape:
             return self
-        positions, design_of = (
-            _flat(values.reshape(*self.shape, *values.shape[1:]), shape, values.ndim - 1)
-            for values in (self.positions, self.design_of)
-        )
-        return self._replace(shape=shape, positions=positions, design_of=design_of)
+        chosen = self.chosen
+        if chosen is not None:
+            chosen = flat(chosen.reshape(self.shape), shape)
+        return self._replace(shape=shape, chosen=chosen)
 
 
 class Acting(NamedTuple):
@@ -157,13 +184,18 @@ class Acting(NamedTuple):
             without_column(self.time),
         )
 
-    def flat(self, shape: tuple[int, ...]) -> Acting:
-        """Return the same with arrays over `(N,)`, or `(1,)` where all samples have one value."""
+    def flat(self, shape: tuple[int, ...], span: slice = slice(None)) -> Acting:
+        """Return the same with arrays over `(N,)`, or `(1,)` where all samples have one value.
+
+        Args:
+            shape: of all samples.
+            span: which of them are wanted.
+        """
 
         def over(values: Array, trailing: int = 0) -> Array:
             rest = values.shape[values.ndim - trailing :]
             alone = values.size == math.prod(rest)
-            return values.reshape(1, *rest) if alone else _flat(values, shape, trailing)
+            return values.reshape(1, *rest) if alone else part(values, shape, span, trailing)
 
         efforts, links, inertia = self.joint_loads, self.link_loads, self.inertia
         if efforts:
@@ -177,8 +209,9 @@ class Acting(NamedTuple):
             )
         if inertia:
             inertia = frozen({name: over(factor) for name, factor in inertia.items()})
-        speeds, accelerations = _flat(self.speeds, shape, 1), _flat(self.accelerations, shape, 1)
-        time = self.time.reshape(1) if self.time.size == 1 else _flat(self.time, shape)
+        speeds = part(self.speeds, shape, span, 1)
+        accelerations = part(self.accelerations, shape, span, 1)
+        time = self.time.reshape(1) if self.time.size == 1 else over(self.time)
         return Acting(speeds, accelerations, efforts, links, over(self.gravity, 1), inertia, time)
 
 
@@ -214,15 +247,7 @@ def targets_of(
         varied = {name: without_column(values) for name, values in varied.items()}
         shapes = {name: shape[:1] if is_column(shape) else shape for name, shape in shapes.items()}
     shape = common_shape(shapes) or (1,)
-    positions = _flat(driven, shape, trailing=1)
-    if not varied:
-        none = np.zeros(len(positions), dtype=int)
-        return Targets(shape, positions, frozen({}), np.zeros((1, 0)), none, driven, was_column)
-    rows = np.stack(np.broadcast_arrays(*varied.values()), axis=-1)
-    of_rows = np.arange(rows[..., 0].size).reshape(rows.shape[:-1])
-    designs = rows.reshape(-1, len(varied))
-    design_of = _flat(of_rows, shape)
-    return Targets(shape, positions, frozen(varied), designs, design_of, driven, was_column)
+    return Targets(shape, driven, frozen(varied), was_column)
 
 
 def acting_on(
@@ -275,21 +300,6 @@ def acting_on(
     )
 
 
-def is_column(shape: tuple[int, ...]) -> bool:
-    """Return whether a shape is that of a column, `(N, 1)`."""
-    return len(shape) == 2 and shape[1] == 1
-
-
-def without_column(values: Array, trailing: int = 0) -> Array:
-    """Return values `(N, 1, ...)` without the second axis, others as they are.
-
-    Args:
-        values: of samples.
-        trailing: number of axes that are not those of samples.
-    """
-    return values[:, 0] if is_column(values.shape[: values.ndim - trailing]) else values
-
-
 def common_shape(shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
     """Return the shape that arguments span together.
 
@@ -310,16 +320,6 @@ def common_shape(shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
             f"shapes do not broadcast: {listed}; for a grid, give each argument an axis of its "
             "own, as values[:, None] does"
         ) from error
-
-
-def _flat(values: Array, shape: tuple[int, ...], trailing: int = 0) -> Array:
-    """Return values `(...)` over all samples `(N,)`; the last `trailing` axes are kept."""
-    rest = values.shape[values.ndim - trailing :]
-    whole = (*shape, *rest)
-    # Arrays of the same size differ by axes of one sample, which `reshape` is faster at.
-    if values.shape != whole and values.size != math.prod(whole):
-        values = np.broadcast_to(values, whole)
-    return values.reshape(-1, *rest)
 
 
 def _drive_values(name: str, value: object, drives: int) -> Array:

@@ -137,7 +137,7 @@ class Residuals(NamedTuple):
             power_balanced=blocks[0].power_balanced,
         )
 
-    def of_samples(self, span: slice) -> Residuals:
+    def of_samples(self, span: slice | Array) -> Residuals:
         """Return the residuals of some samples."""
         arrays = {
             name: getattr(self, name)[span]
@@ -201,22 +201,30 @@ class Residuals(NamedTuple):
         Raises:
             AccuracyError: a residual exceeds its tolerance, or is not a number.
         """
-        size = self.wrench + self.applied + self.inertia
-        if self.elastic is not None:
-            size = size + _ELASTIC_ROUNDING * self.elastic
-        unit = np.ones(len(size))  # Errors of loops and rates are relative already.
-        residuals = [("loop", self.loop_error, unit), ("rate", self.rate_error, unit)]
-        if self.bodies_balanced:
-            residuals.append(("balance", self.imbalance, size))
-        if self.power_balanced:
-            scale = self.power_scale + size * self.speed_scale
-            residuals.append(("power", self.power_imbalance, scale))
-        names, errors, scales = zip(*residuals, strict=True)
-        good = _is_proven(np.array(errors), np.array(scales))
+        names, errors, scales = zip(*self._judged(), strict=True)
+        good = _is_small(np.array(errors), np.array(scales))
         if good.all():
             return
         first = int(good.all(axis=1).argmin())
         _refuse(names[first], errors[first], scales[first], positions, condition)
+
+    def is_proven(self) -> bool:
+        """Return whether `prove` accepts the result."""
+        return all(_is_small(error, scale).all() for _, error, scale in self._judged())
+
+    def _judged(self) -> list[tuple[str, Array, Array]]:
+        """Return the names of residuals, each with its errors `(N,)` and what these are part of."""
+        size = self.wrench + self.applied + self.inertia
+        if self.elastic is not None:
+            size = size + _ELASTIC_ROUNDING * self.elastic
+        unit = np.ones(len(size))  # Errors of loops and rates are relative already.
+        judged = [("loop", self.loop_error, unit), ("rate", self.rate_error, unit)]
+        if self.bodies_balanced:
+            judged.append(("balance", self.imbalance, size))
+        if self.power_balanced:
+            scale = self.power_scale + size * self.speed_scale
+            judged.append(("power", self.power_imbalance, scale))
+        return judged
 
     def _greatest_wrench(self) -> Array:
         """Return the greatest wrench or load of all samples [N·m], as an array per sample.
@@ -224,8 +232,12 @@ class Residuals(NamedTuple):
         Where it is mere rounding of the sample's inertial terms, these take its place.
         """
         greatest = np.maximum(self.wrench, self.applied).max()
-        cancelled = greatest <= _CANCELLED * self.inertia
-        return np.where(cancelled, self.inertia, greatest)
+        return np.where(self.cancelled(greatest), self.inertia, greatest)
+
+    def cancelled(self, greatest: float) -> Array:
+        """Return `(N,)` where the greatest wrench of all samples is rounding of inertial terms."""
+        is_cancelled: Array = greatest <= _CANCELLED * self.inertia
+        return is_cancelled
 
 
 def overflow(what: str) -> AccuracyError:
@@ -239,7 +251,7 @@ def overflow(what: str) -> AccuracyError:
     )
 
 
-def _is_proven(error: Array, scale: Array) -> Array:
+def _is_small(error: Array, scale: Array) -> Array:
     """Return where residuals are within the tolerance times their scale, see `Residuals.prove`.
 
     Comparisons with what is not a number are false, so that it is no proof.
@@ -249,7 +261,7 @@ def _is_proven(error: Array, scale: Array) -> Array:
 
 def _refuse(name: str, error: Array, scale: Array, positions: Array, condition: Array) -> NoReturn:
     """Raise the error for a residual `(N,)` that exceeds the tolerance times its scale."""
-    relative, bad = ratio(error, scale), ~_is_proven(error, scale)
+    relative, bad = ratio(error, scale), ~_is_small(error, scale)
     worst = int(np.argmax(np.where(bad, np.nan_to_num(relative, nan=np.inf), -1.0)))
     at = f"drive position {as_text(positions[worst])}"
     if not np.isfinite(relative[worst]) or not np.isfinite(scale[worst]):

@@ -38,7 +38,7 @@ def refuse_what_does_not_come_back(solver: ProblemSolver, designs: Targets, doma
     ends = designs.positions + (1.0 - _BEFORE_THE_END) * domain.length
     try:
         first, last = (
-            assembly.close(assembly.guesses(designs._replace(positions=positions)), positions)
+            assembly.close(assembly.guesses(designs.at(positions)), positions)
             for positions in (designs.positions, ends)
         )
     except (AssemblyError, SingularConfigurationError) as error:
@@ -132,7 +132,7 @@ def _answers(
         slice(int(end) - len(item), int(end)) for end, item in zip(ends, positions, strict=True)
     ]
     sample_of = np.repeat(indices, [len(item) for item in positions])
-    targets = designs.of_samples(sample_of)._replace(positions=np.concatenate(positions)[:, None])
+    targets = designs.of_samples(sample_of).at(np.concatenate(positions))
     try:
         return sampler.answers(targets, spans, requests[indices[0]].proven)
     except (AssemblyError, SingularConfigurationError) as error:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -128,13 +128,34 @@ class FamilyComponents:
         return not np.any(self.component(index))
 
 
+@dataclass(frozen=True, eq=False)
+class FamilyMoments(Mapping[str, Array]):
+    """Moments of the couplings of all designs, each evaluated when it is first looked up.
+
+    Attributes:
+        points: all samples.
+    """
+
+    points: FamilyPoints
+    _evaluated: dict[str, Array] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self._evaluated:
+            parts = [sweep.coupling_moment[name] for sweep in self.points.sweeps]
+            self._evaluated[name] = self.points.gathered(parts)
+        return self._evaluated[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.points.sweeps[0].coupling_moment)
+
+    def __len__(self) -> int:
+        return len(self.points.sweeps[0].coupling_moment)
+
+
 def sweep_of(points: FamilyPoints) -> Sweep:
     """Return the sweeps of all designs as one."""
     sweeps = points.sweeps
-    moments = {
-        name: points.gathered([sweep.coupling_moment[name] for sweep in sweeps])
-        for name in sweeps[0].coupling_moment
-    }
+    moments = FamilyMoments(points)
 
     def worst(name: str) -> float:
         return float(np.max([getattr(sweep, name) for sweep in sweeps]))
@@ -143,7 +164,7 @@ def sweep_of(points: FamilyPoints) -> Sweep:
         problem=points.solver.problem,
         source=points,
         unique=np.logical_and.reduce([sweep.unique for sweep in sweeps]),
-        coupling_moment=frozen(moments),
+        coupling_moment=moments,
         coupling_unique=frozen(
             {name: all(sweep.coupling_unique[name] for sweep in sweeps) for name in moments}
         ),

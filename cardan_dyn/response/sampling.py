@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..dynamics.inverse_dynamics import Inputs, JointRates, Solution, joined
+from ..dynamics.inverse_dynamics import Inputs, JointRates, Solution
 from ..dynamics.open_tree import LoadCase
 from ..dynamics.problem_solver import ProblemSolver
 from ..dynamics.reactions import UNIQUE_TOLERANCE, Reactions, superposed
@@ -137,7 +137,8 @@ class FunctionSampler:
         answers: list[Answer] = []
         for together in _in_blocks(spans):
             block = slice(together[0].start, together[-1].stop)
-            positions = targets.positions[block]
+            own = targets.block(block)
+            positions = own.positions
             state = self._solver.assembly.close(guess.block(block), positions, block.start)
             rates = self._rates(state)
             reactions = self._reactions(state, rates)
@@ -147,7 +148,6 @@ class FunctionSampler:
             first = reactions[0]
             solution = None
             if proven:
-                own = targets.of_samples(np.arange(block.start, block.stop))
                 solution = self._proven(own, guess.turns[block], state, rates, reactions)
             for span in together:
                 part = slice(span.start - block.start, span.stop - block.start)
@@ -192,8 +192,8 @@ class FunctionSampler:
         inputs = inputs._replace(speeds=ones, accelerations=ones, loads=loads, has_rates=True)
         total = superposed(reactions, factors or [1.0])
         unit_rates = rates._replace(a=rates.a + rates.v)
-        block = self._inverse_dynamics.with_residuals(state, inputs, unit_rates, total)
-        solution = joined([block], targets.positions)
+        solution = self._inverse_dynamics.with_residuals(state, inputs, unit_rates, total)
+        solution.prove(targets.positions)
         self._inverse_dynamics.prove_flags(solution)
         return solution
 

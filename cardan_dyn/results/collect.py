@@ -60,8 +60,8 @@ def _source(
     """Return the arrays of a solution as a sweep reads them."""
     problem, targets, shape = solver.problem, assembled.targets, assembled.shape
     efforts = {
-        name: solution.efforts[:, rate].reshape(shape)
-        for name, rate in solver.known_efforts.items()
+        name: solution.efforts[:, column].reshape(shape)
+        for name, column in solver.known_efforts.items()
     }
 
     def of_drives(values: Array) -> Array:
@@ -77,10 +77,9 @@ def _source(
 
     drive_efforts = None
     if all(name in efforts for name in problem.drives):
-        of_each = [efforts[name] for name in problem.drives]
-        drive_efforts = of_each[0] if len(of_each) == 1 else np.stack(of_each, axis=-1)
+        drive_efforts = of_drives(solution.efforts[:, : len(problem.drives)].reshape(*shape, -1))
     rates = solution.velocity_ratios, solution.v, solution.a
-    wrenches = solution.wrenches[:, problem.output_indices]
+    wrenches = solution.wrenches
     return SolvedSource(
         shape=shape,
         wrenches=read_only(wrenches.reshape(*shape, *wrenches.shape[1:])),
@@ -111,13 +110,15 @@ def motion_at(
         SingularConfigurationError: a position is a dead point.
     """
     assembled = solver.assembled_in_turn(targets)
-    blocks, ratios = [], []
+    from ..dynamics.collected import Rows  # Sweeps of one block do without.
+
+    rows = Rows(targets.size)
     for span, state in zip(assembled.spans, assembled.blocks, strict=True):
         rates = solver.inverse_dynamics.joint_rates(state, speeds[span], accelerations[span])
-        ratios.append(VelocityRatios.of(rates.velocity_ratios, rates.depends))
-        blocks.append((state.x, rates.v, rates.a))
-    x, v, a = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
-    return _motion(solver, assembled, x, (VelocityRatios.joined(ratios), v, a))
+        ratios = VelocityRatios.of(rates.velocity_ratios, rates.depends)
+        rows.put(span, {"x": state.x, "v": rates.v, "a": rates.a, "ratios": ratios.values})
+    x, v, a, values = (rows.arrays[name] for name in ("x", "v", "a", "ratios"))
+    return _motion(solver, assembled, x, (ratios._replace(values=values), v, a))
 
 
 def _motion(

@@ -158,6 +158,9 @@ class Scene(SceneSimulations):
         `<limit>` elements of the description are not regarded. Results are reproducible to rounding
         times `Sweep.condition`, not bit for bit: earlier sweeps give later ones nearer guesses.
 
+        Beside its arguments and results, a sweep of any size takes some 20 MB of memory for each
+        worker, up to 60 MB of mechanisms with very many joints.
+
         Args:
             position: drive positions of any shape [rad or m], in any order; for d drives
                 `(..., d)`, or a number for all; or what `assemble` made of them.

@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, is_column
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..errors import ArgumentError
-from ..problem.samples import acting_on, common_shape, is_column, targets_of
+from ..problem.samples import acting_on, common_shape, targets_of
 from ..results.collect import sweep_of
 from ..results.sweep import Sweep
 
@@ -75,7 +75,7 @@ def swept(solver: ProblemSolver, asked: Asked) -> Sweep:
             solver = solver.of_varied(targets.varied)
             positions = solver.assembled_in_turn(targets.expanded(shape), asked.along_path)
         solver = positions.solver
-        solution = solver.solve(positions, acting.flat(shape), asked.workers)
+        solution = solver.solve(positions, acting, asked.workers)
     return sweep_of(solver, positions, acting, solution)
 
 

@@ -220,5 +220,5 @@ class _Statics:
 def _swept(solver: ProblemSolver, positions: Array, acting: Acting) -> Sweep:
     """Return a sweep of drive positions `(N, d)`."""
     assembled = solver.assembled_in_turn(Targets.of_positions(positions))
-    solution = solver.solve(assembled, acting.flat((len(positions),)))
+    solution = solver.solve(assembled, acting)
     return sweep_of(solver, assembled, acting, solution)

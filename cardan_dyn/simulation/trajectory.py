@@ -161,7 +161,7 @@ class Trajectory(AlongSweep):
         assembled = self._run.assembled(positions, self._rows)
         acting = self._acting()
         with np.errstate(over="ignore", invalid="ignore"):
-            solution = self._solver.solve(assembled, acting.flat(assembled.shape))
+            solution = self._solver.solve(assembled, acting)
         sweep = sweep_of(self._solver, assembled, acting, solution)
         errors = self._effort_errors(sweep)
         if np.max(errors) > _GREATEST_ERROR:

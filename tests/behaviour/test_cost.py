@@ -94,5 +94,6 @@ def test_memory_of_a_sweep(shaft: cd.Mechanism) -> None:
         assert kept < 1000 * samples
         peaks.append(peak)
     per_sample = (peaks[1] - peaks[0]) / 15_000
-    assert per_sample < 2200
-    assert peaks[0] - 5_000 * per_sample < 8e6
+    # Not more than the result itself; beside it, the arrays of one block.
+    assert per_sample < 1000
+    assert peaks[0] - 5_000 * per_sample < 12e6

@@ -1,8 +1,6 @@
-"""Rates against differences of closed positions, efforts by virtual work, joining of blocks."""
+"""Rates against differences of closed positions, efforts by virtual work."""
 
 from __future__ import annotations
-
-from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -11,7 +9,7 @@ from testkit.linkages import coupling, gears
 from testkit.scenes import double
 
 import cardan_dyn as cd
-from cardan_dyn.dynamics.inverse_dynamics import Inputs, InverseDynamics, Solution, joined
+from cardan_dyn.dynamics.inverse_dynamics import Inputs, InverseDynamics, Solution
 from cardan_dyn.dynamics.open_tree import LoadCase
 from cardan_dyn.frozen import frozen
 from cardan_dyn.kinematics.all_groups import ClosedState
@@ -104,9 +102,10 @@ def test_inputs_of_some_samples() -> None:
         {"bearing_out": effort, "cross": cd.Wrench(force)},
         gravity,
         {"cross": factor, "shaft_in": 2.0},
-    ).flat((6,))
-    targets = targets_of(problem, np.arange(6.0), {"joint_angle": angles})
-    part = Inputs.of(problem, targets, acts, turns).of_samples(slice(2, 5))
+        np.arange(6.0),
+    ).flat((6,), slice(2, 5))
+    targets = targets_of(problem, np.arange(6.0), {"joint_angle": angles}).block(slice(2, 5))
+    part = Inputs.of(problem, targets, acts, turns[2:5])
     column = scene.mechanism.coordinates.velocity_columns["bearing_out"].start
     for found, expected in (
         (part.positions, np.arange(2.0, 5.0)[:, None]),
@@ -120,6 +119,7 @@ def test_inputs_of_some_samples() -> None:
         (part.inertia["cross"], factor[2:5]),
         (part.inertia["shaft_in"], [2.0]),
         (part.turns, turns[2:5]),
+        (part.time, [2.0, 3.0, 4.0]),
     ):
         np.testing.assert_array_equal(found, expected)
     assert part.has_rates
@@ -242,21 +242,6 @@ def test_condition_counts_slides_in_lengths() -> None:
     np.testing.assert_array_equal(item.condition(state, 0.0 * ratios), state.condition)
 
 
-def test_blocks_are_joined_in_their_order(scene: cd.Scene) -> None:
-    first, second = solution(scene), solution(scene, 2.0 * SPEED)
-    second = second._replace(
-        influence=second.influence + 1.0, indeterminate_couplings={3}, x=second.x
-    )
-    where = np.concatenate([positions(scene)[:COUNT]] * 2)
-    whole = joined([first._replace(indeterminate_couplings={1}), second], where)
-    for name in ("x", "v", "a", "velocity_ratios.values", "wrenches", "efforts", "loop_error"):
-        of = attrgetter(name)
-        np.testing.assert_array_equal(of(whole), np.concatenate([of(first), of(second)]))
-    np.testing.assert_array_equal(whole.influence, first.influence + 1.0)
-    assert whole.indeterminate_couplings == {1, 3}
-    assert len(whole.residuals.imbalance) == 2 * COUNT
-
-
 @pytest.mark.parametrize("name", ["x", "v", "a", "wrenches", "efforts"])
 def test_arrays_that_overflow_are_refused(name: str) -> None:
     scene = four_bar()
@@ -264,7 +249,7 @@ def test_arrays_that_overflow_are_refused(name: str) -> None:
     array = getattr(item, name).copy()
     array[1, 0] = np.inf
     with pytest.raises(cd.AccuracyError, match=f"the {name} cannot be computed, since numbers"):
-        joined([item._replace(**{name: array})], positions(scene)[:COUNT])
+        item._replace(**{name: array}).prove(positions(scene)[:COUNT])
 
 
 def test_residuals_above_the_tolerance_are_refused() -> None:
@@ -274,7 +259,7 @@ def test_residuals_above_the_tolerance_are_refused() -> None:
     error[2] = 1e-3
     spoiled = item._replace(residuals=item.residuals._replace(rate_error=error))
     with pytest.raises(cd.AccuracyError, match="the rate residual is 1") as caught:
-        joined([spoiled], positions(scene)[:COUNT])
+        spoiled.prove(positions(scene)[:COUNT])
     assert caught.value.position == positions(scene)[2, 0]
 
 

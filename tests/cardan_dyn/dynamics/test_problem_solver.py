@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from testkit.planar_linkages import three_cranks
 import cardan_dyn as cd
 from cardan_dyn.dynamics import problem_solver
 from cardan_dyn.dynamics.indeterminate import LeastEnergy, LeastNorm
-from cardan_dyn.dynamics.inverse_dynamics import Solution
+from cardan_dyn.dynamics.inverse_dynamics import InverseDynamics, Solution
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
 from cardan_dyn.forces.link_loads import WRENCH_COMPONENTS
 from cardan_dyn.problem.samples import Targets
@@ -214,12 +215,12 @@ def test_flags_of_what_is_solved_are_proven(monkeypatch: pytest.MonkeyPatch) -> 
     """A planar four-bar does not determine its forces out of the plane."""
     scene = four_bar()
     item, where = solver(scene), positions(scene)
-    assembled, join = item.assemble(Targets.of_positions(where)), problem_solver.joined
+    assembled, solve = item.assemble(Targets.of_positions(where)), InverseDynamics.solve
 
-    def joined(blocks: list[Solution], at: np.ndarray) -> Solution:
-        solution = join(blocks, at)
+    def solved(*arguments: Any) -> Solution:
+        solution = solve(*arguments)
         return solution._replace(influence=np.zeros_like(solution.influence))
 
-    monkeypatch.setattr(problem_solver, "joined", joined)
+    monkeypatch.setattr(InverseDynamics, "solve", solved)
     with pytest.raises(cd.AccuracyError, match="flagged unique, but changes"):
         item.solve(assembled, acting(item, *rates(where)))

@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
 
 import cardan_dyn as cd
 from cardan_dyn.dynamics import workers
-from cardan_dyn.dynamics.workers import can_fork, in_order
+from cardan_dyn.dynamics.workers import can_fork, in_order, shares_of
 
 forks = pytest.mark.skipif(not can_fork(), reason="this platform does not fork")
+
+
+def each(tasks: Sequence[Callable[[], Any]], count: int) -> list[Any]:
+    """Return what tasks return, one share of them after the other."""
+    shares = in_order(lambda share: [tasks[k]() for k in share], shares_of(len(tasks), count))
+    return [result for share in shares for result in share]
 
 
 def process_and_number(number: int) -> tuple[int, int]:
@@ -23,7 +31,7 @@ def process_and_number(number: int) -> tuple[int, int]:
 @forks
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_results_are_in_order_whoever_computed_them(count: int) -> None:
-    found = in_order([partial(process_and_number, number) for number in range(13)], count)
+    found = each([partial(process_and_number, number) for number in range(13)], count)
     assert [number for _, number in found] == list(range(13))
     assert found[0][0] == os.getpid()
     assert len({process for process, _ in found}) == count
@@ -32,10 +40,10 @@ def test_results_are_in_order_whoever_computed_them(count: int) -> None:
 
 def test_few_tasks_are_done_here(monkeypatch: pytest.MonkeyPatch) -> None:
     tasks = [partial(process_and_number, number) for number in range(7)]
-    assert {process for process, _ in in_order(tasks, 5)} == {os.getpid()}
-    assert in_order([], 3) == []
+    assert {process for process, _ in each(tasks, 5)} == {os.getpid()}
+    assert each([], 3) == []
     monkeypatch.setattr(workers, "can_fork", lambda: False)
-    assert {process for process, _ in in_order(3 * tasks, 5)} == {os.getpid()}
+    assert {process for process, _ in each(3 * tasks, 5)} == {os.getpid()}
 
 
 def failing(number: int, at: int) -> int:
@@ -50,7 +58,7 @@ def failing(number: int, at: int) -> int:
 @pytest.mark.parametrize("at", [0, 3, 9])
 def test_the_first_error_is_raised(at: int) -> None:
     with pytest.raises(cd.AssemblyError, match=f"task {at}") as caught:
-        in_order([partial(failing, number, at) for number in range(12)], 3)
+        each([partial(failing, number, at) for number in range(12)], 3)
     assert caught.value.sample == at
     assert not multiprocessing.active_children()
 
@@ -64,7 +72,7 @@ def test_a_lost_worker_is_reported() -> None:
             os._exit(9)
 
     with pytest.raises(cd.CardanError, match="a worker process was lost"):
-        in_order([dying] * 8, 2)
+        each([dying] * 8, 2)
 
 
 @forks

@@ -132,3 +132,16 @@ def test_coordinates_are_no_joints(mixed: cd.Mechanism) -> None:
     assert "ball.x" in mixed.drivable and "ball.x" not in mixed
     with pytest.raises(cd.ModelError, match=r"'ball.x' is a coordinate; name its joint, 'ball'"):
         mixed.joint("ball.x")
+
+
+@pytest.mark.parametrize(
+    "given", [{"outputs": ["fork_phase"]}, {"compliance": {"fork_phase": [1.0] * 6}}]
+)
+def test_adjustable_joints_are_rigid_unless_they_are_held(given: dict[str, object]) -> None:
+    shaft = cd.load("double_shaft_z")
+    angles = {"joint_angle_1": 0.2, "joint_angle_2": 0.2}
+    message = r"'fork_phase' is adjustable, and rigid unless.*hold it: held=\{'fork_phase': 0.0\}"
+    with pytest.raises(cd.CardanError, match=message):
+        cd.Scene(shaft, drive="bearing_in", held=angles, **given)  # type: ignore[arg-type]
+    held = {**angles, "fork_phase": 0.0}
+    cd.Scene(shaft, drive="bearing_in", held=held, **given)  # type: ignore[arg-type]

@@ -113,6 +113,17 @@ def test_problems_with_equal_values_do_not_differ(mechanism: cd.Mechanism) -> No
     assert problem(cd.load("universal_joint")).differs_from(first) == {"mechanism", "link_loads"}
 
 
+def test_loops_are_closed_alike_whatever_acts(mechanism: cd.Mechanism) -> None:
+    first = problem(mechanism)
+    assert first.moves_like(problem(mechanism, gravity=(1.0, 0.0, 0.0), loads={}))
+    assert not first.moves_like(problem(mechanism, held={"joint_angle": 0.4}))
+    spring = [cd.JointSpring("bearing_out", 1.0)]
+    assert first.moves_like(problem(mechanism, elements=spring))
+    # Springs need motion that a single output may do without.
+    one = problem(mechanism, outputs=["bearing_in"])
+    assert not one.moves_like(problem(mechanism, outputs=["bearing_in"], elements=spring))
+
+
 def test_the_order_of_held_joints_makes_a_difference() -> None:
     shaft = cd.load("double_shaft_z")
     held = {"joint_angle_1": 0.1, "joint_angle_2": 0.2}

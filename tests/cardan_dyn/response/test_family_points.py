@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.linkages import coupling, gears
 
 import cardan_dyn as cd
 from cardan_dyn.response.family_points import FamilyPoints
@@ -65,3 +66,23 @@ def test_nothing_is_evaluated_that_is_not_read(
     assert not evaluated
     assert turn.drive_effort.shape == (2,)
     assert len(evaluated) == 2
+
+
+def test_moments_of_couplings_are_gathered_when_they_are_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mechanism = cd.load(gears(coupling("g", "a", "b", -3.0)))
+    scene = cd.Scene(mechanism, drive="a", loads={"b": -5.0})
+    family, asked = scene.responses({}), []
+    gathered = FamilyPoints.gathered
+    monkeypatch.setattr(
+        FamilyPoints, "gathered", lambda *given: asked.append(1) or gathered(*given)
+    )
+    moments = family.sweep(np.zeros(3)).coupling_moment
+    assert list(moments) == ["g"] and len(moments) == 1
+    assert not asked
+    np.testing.assert_allclose(moments["g"], np.full(3, 5.0), rtol=1e-12)
+    assert moments["g"] is moments["g"]
+    assert asked == [1]
+    with pytest.raises(KeyError):
+        moments["nothing"]

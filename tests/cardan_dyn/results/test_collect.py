@@ -166,10 +166,11 @@ def test_a_grid_has_what_its_samples_have_in_a_row(joint: cd.Mechanism) -> None:
     acts = acting(solver, speeds, -speeds)
     assembled = solver.assemble(targets)
     flat = sweep_of(solver, assembled, acts, solver.solve(assembled, acts))
-    as_given = acts._replace(speeds=speeds.reshape(2, 3, 1), accelerations=-speeds.reshape(2, 3, 1))
+    rates = speeds.reshape(2, 3, 1)
+    acts = acts._replace(speeds=rates, accelerations=-rates)
     on_grid = targets.positions.reshape(2, 3, 1)
     assembled = solver.assemble(targets._replace(shape=(2, 3), given=on_grid))
-    grid = sweep_of(solver, assembled, as_given, solver.solve(assembled, acts))
+    grid = sweep_of(solver, assembled, acts, solver.solve(assembled, acts))
     assert grid.shape == (2, 3)
     for name in ("position", "speed", "acceleration", "drive_effort", "condition"):
         expected = getattr(flat, name).reshape(2, 3)
