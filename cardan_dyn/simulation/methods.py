@@ -100,7 +100,7 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     notes: list[str] = []
     if setup.has_elements and setup.step is None:
         start = Start(system, y, unit, setup.atol * unit + setup.rtol * np.abs(y))
-        y = start.settled() if setup.settle else y
+        y = start.settled(speed) if setup.settle else y
         is_stiff, notes = start.judged(y, setup.duration, speed)
         method = method or ("Radau" if is_stiff else None)
     integration = Integration(
@@ -121,12 +121,12 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
 
 
 def _speed(setup: Setup, system: System) -> float:
-    """Return how fast joints move [rad/s]: at the start, or soon after it from rest."""
+    """Return how fast joints move [rad/s]: at the start; from rest, soon after it, 1 at most."""
     scale = setup.solver.problem.mechanism.coordinates.rate_scale
     speed = float(np.max(np.abs(setup.v) / scale, initial=0.0))
     if speed == 0.0:
         a = system.accelerations(0.0, setup.x, setup.v) / scale
-        speed = float(np.sqrt(np.max(np.abs(a), initial=0.0)))
+        speed = min(float(np.sqrt(np.max(np.abs(a), initial=0.0))), 1.0)
     return speed or 1.0
 
 
@@ -147,14 +147,14 @@ class Start:
     def _rates(self, y: Array) -> Array:
         return self._system.derivative(0.0, y)
 
-    def settled(self) -> Array:
+    def settled(self, speed: float) -> Array:
         """Return a row near the first one in which fast modes rest."""
         from .stiffness import settled  # Most simulations have no springs.
 
         def restored(y: Array) -> Array:
             return self._system.restored(0.0, y)
 
-        return settled(self._rates, restored, self._y, self._unit, self._tolerance)
+        return settled(self._rates, restored, self._y, self._unit, self._tolerance, speed)
 
     def judged(self, y: Array, duration: float, speed: float) -> tuple[bool, list[str]]:
         """Return whether a row is a stiff start, and what a user should know of it."""

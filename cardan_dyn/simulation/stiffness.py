@@ -113,6 +113,7 @@ def settled(
     y: Array,
     unit: Array,
     tolerance: Array,
+    speed: float,
 ) -> Array:
     """Return a row near one in which fast modes rest.
 
@@ -125,10 +126,11 @@ def settled(
         y: the row.
         unit: see `modes`.
         tolerance: see `modes`.
+        speed: of joints [rad/s], which counts as the rate of a slow mode.
     """
     for _ in range(_SETTLING_STEPS):
         found = modes(rates, y, unit, tolerance)
-        is_fast = np.abs(found.values) > _gap(np.abs(found.values))
+        is_fast = np.abs(found.values) > _gap(np.abs(found.values), speed)
         if not np.any(is_fast & (found.amplitudes > 0.1)):
             break
         step = found.vectors[:, is_fast] @ (found.shares[is_fast] / found.values[is_fast])
@@ -136,11 +138,10 @@ def settled(
     return y
 
 
-def _gap(sizes: Array) -> float:
+def _gap(sizes: Array, speed: float) -> float:
     """Return a size between slow and fast ones, inf if there is no gap between them."""
-    ordered = np.sort(sizes[sizes > _NOISE * np.max(sizes, initial=0.0)])
-    if ordered.size < 2:
-        return np.inf
+    moving = sizes[sizes > _NOISE * np.max(sizes, initial=0.0)]
+    ordered = np.sort(np.append(moving, speed))
     ratios = ordered[1:] / ordered[:-1]
     widest = int(np.argmax(ratios))
     if ratios[widest] < _FAST:

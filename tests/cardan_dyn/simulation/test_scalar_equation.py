@@ -7,7 +7,6 @@ import pytest
 from testkit.linkages import coupling, four_bar, gears, loop
 
 import cardan_dyn as cd
-from cardan_dyn.simulation.constrained_model import ConstrainedModel
 from cardan_dyn.simulation.energy_functions import energy_functions
 from cardan_dyn.simulation.forces import Forces, state_function
 from cardan_dyn.simulation.scalar_equation import ScalarEquation
@@ -17,9 +16,7 @@ def equation_of(scene: cd.Scene, functions: dict[str, object]) -> ScalarEquation
     mechanism, solver = scene.mechanism, scene._solver
     prepared = {name: state_function(name, value) for name, value in functions.items()}
     forces = Forces(mechanism, {}, {}, prepared, scene._problem.elements)
-    start = mechanism.coordinates.neutral()
-    model = ConstrainedModel(mechanism, [], scene.gravity, start)
-    return ScalarEquation(solver, energy_functions(solver), forces, model)
+    return ScalarEquation(solver, energy_functions(solver), forces)
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +33,7 @@ def equation() -> ScalarEquation:
 
 @pytest.mark.parametrize("position", [-2.0, 0.4, 9.0])
 def test_the_drive_needs_no_effort(equation: ScalarEquation, position: float) -> None:
-    bars = equation._model.mechanism
+    bars = equation._forces._mechanism
     y = equation.wrap(np.array([position, 3.0]))
     assert abs(y[0]) < 3.2
     speed, acceleration = equation.derivative(1.5, y)

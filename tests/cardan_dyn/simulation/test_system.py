@@ -25,7 +25,7 @@ def system_of(mechanism: cd.Mechanism, prescribed: tuple[str, ...] = ()) -> Syst
     start = mechanism.coordinates.neutral()
     model = ConstrainedModel(mechanism, rates, GRAVITY, start)
     motions = {name: Uniform(2.0, 0.5) for name in prescribed}
-    return System(model, Forces(mechanism, {}, {}, {}), motions)
+    return System(model, Forces(mechanism, {}, {}, {}), motions, start)
 
 
 @pytest.fixture

@@ -1,9 +1,10 @@
-"""Descriptions in which the mass and inertia of some links are multiplied."""
+"""Descriptions in which masses, inertias or lengths are multiplied."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from xml.etree import ElementTree
 
 import cardan_dyn as cd
 
@@ -31,3 +32,18 @@ def _times(factor: float, element: str) -> str:
         lambda found: f'{found[1]}="{factor * float(found[2])!r}"',
         element,
     )
+
+
+def in_lengths(mechanism: cd.Mechanism, factor: float) -> str:
+    """Return a URDF text of the same mechanism with other lengths, and the same masses."""
+    root = ElementTree.fromstring(mechanism.description.source.text)
+    for origin in root.iter("origin"):
+        xyz = [factor * float(word) for word in origin.get("xyz", "0 0 0").split()]
+        origin.set("xyz", " ".join(map(repr, xyz)))
+    for inertia in root.iter("inertia"):
+        for name, value in inertia.attrib.items():
+            inertia.set(name, repr(factor**2 * float(value)))
+    for link in root.iter("link"):
+        for visual in link.findall("visual") + link.findall("collision"):
+            link.remove(visual)
+    return ElementTree.tostring(root, encoding="unicode")

@@ -1,0 +1,70 @@
+"""Methods: each from a checked setup to a trajectory, and where each of them ends."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.scenes import universal
+
+import cardan_dyn as cd
+from cardan_dyn.simulation.methods import by_quadrature, by_response, in_all_coordinates
+from cardan_dyn.simulation.setup import Asked, setup_of
+
+RUNS = (by_quadrature, by_response, in_all_coordinates)
+
+
+@pytest.fixture
+def scene(joint: cd.Mechanism) -> cd.Scene:
+    return universal(joint, 0.6).replace(loads=None)
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_all_reach_the_same_end(scene: cd.Scene, run) -> None:
+    setup = setup_of(scene._solver, Asked(1.5, 0.2, 8.0, rtol=1e-11))
+    reference = by_quadrature(setup_of(scene._solver, Asked(1.5, 0.2, 8.0)))
+    found = run(setup)
+    assert found.t[0] == 0.0
+    assert found.t[-1] == 1.5
+    assert found.position[-1] == pytest.approx(reference.position[-1], abs=1e-8)
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_events_end_each_of_them(scene: cd.Scene, run) -> None:
+    event = cd.Event(lambda time, position, speed: position["bearing_in"] - 5.0, True, name="five")
+    found = run(setup_of(scene._solver, Asked(3.0, 0.0, 8.0, rtol=1e-11, events=event)))
+    assert found.reason == "event 'five'"
+    assert found.events == (("five", found.t[-1]),)
+    assert found.position[-1] == pytest.approx(5.0, abs=1e-9)
+
+
+def test_a_load_that_fails_ends_with_what_was_computed(scene: cd.Scene) -> None:
+    def load(time: float) -> float:
+        if time > 0.5:
+            raise ZeroDivisionError("as told")
+        return 0.0
+
+    for run in RUNS[1:]:
+        setup = setup_of(scene._solver, Asked(1.0, 0.0, 8.0, loads={"bearing_out": load}))
+        with pytest.raises(cd.SimulationError, match="ZeroDivisionError: as told") as raised:
+            run(setup)
+        assert 0.0 < raised.value.time <= 0.5
+        assert raised.value.trajectory.t[-1] == raised.value.time
+
+
+def test_an_interruption_returns_what_was_computed(scene: cd.Scene) -> None:
+    def interrupt(done: float) -> None:
+        if done > 0.3:
+            raise KeyboardInterrupt
+
+    for run in RUNS[1:]:
+        found = run(setup_of(scene._solver, Asked(1.0, 0.0, 8.0, progress=interrupt)))
+        assert found.reason == "interrupted"
+        assert 0.3 < found.t[-1] < 1.0
+
+
+def test_steps_from_rest_are_as_fine_as_the_motion_is_slow() -> None:
+    """The tolerance of speeds follows from the first acceleration, not from 1 rad/s."""
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=(0.0, -1e-6, 0.0))
+    slow = scene.simulate(4000.0, position=1.0, method="DOP853", rtol=1e-9)
+    assert slow.energy_residual < 1e-6
+    assert np.ptp(slow.position) > 0.1
