@@ -159,7 +159,7 @@ class Scene(SceneSimulations):
         times `Sweep.condition`, not bit for bit: earlier sweeps give later ones nearer guesses.
 
         Beside its arguments and results, a sweep of any size takes some 20 MB of memory for each
-        worker, up to 60 MB of mechanisms with very many joints.
+        worker; of mechanisms with very many joints its blocks alone hold up to 48 MB.
 
         Args:
             position: drive positions of any shape [rad or m], in any order; for d drives

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -111,12 +113,19 @@ class Integration:
         self._tolerances: dict[str, Any] = {"rtol": rtol, "atol": atol}
         self._scale = np.asarray(atol) / rtol
         self._solver: Any = None
+        # Equations work in one set of memory; of threads that share a trajectory, one reads it.
+        self._lock = threading.RLock()
         y = equations.wrap(y)
         self.points = [Point(0.0, y, equations.turns, self._derivative(0.0, y))]
 
     def __getstate__(self) -> dict[str, Any]:
         # What was integrated can be copied; the solver, which could go on, holds functions.
-        return {name: value for name, value in self.__dict__.items() if name != "_solver"}
+        left_out = "_solver", "_lock"
+        return {name: value for name, value in self.__dict__.items() if name not in left_out}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._lock = threading.RLock()
 
     def _start_solver(self, time: float, y: Array, first_step: float | None = None) -> None:
         from scipy.integrate import DOP853, Radau  # Only simulations need it.
@@ -200,20 +209,24 @@ class Integration:
 
     def on(self, segment: Segment, time: float) -> Point:
         """Return the point at a time on one step."""
-        kept, self.equations.turns = self.equations.turns, segment.turns
-        try:
+        with self._within(segment):
             y = self._restored(segment, time)
             return Point(time, y, segment.turns, self._derivative(time, y))
-        finally:
-            self.equations.turns = kept
 
     def row_on(self, segment: Segment, time: float) -> Array:
         """Return the row at a time on one step."""
-        kept, self.equations.turns = self.equations.turns, segment.turns
-        try:
+        with self._within(segment):
             return self._restored(segment, time)
-        finally:
-            self.equations.turns = kept
+
+    @contextmanager
+    def _within(self, segment: Segment) -> Iterator[None]:
+        """Let the equations count the turns of a step, in one thread at a time."""
+        with self._lock:
+            kept, self.equations.turns = self.equations.turns, segment.turns
+            try:
+                yield
+            finally:
+                self.equations.turns = kept
 
     def _restored(self, segment: Segment, time: float) -> Array:
         return self.equations.restored(time, np.asarray(segment.dense(time)))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from testkit.simulated import GRAVITY, integrated, parallelogram_law, parallelograms, pendulum
@@ -46,3 +49,21 @@ def test_positions_are_assembled_where_the_run_is() -> None:
     np.testing.assert_allclose(
         np.unwrap(found.motion.position("pin_1")), np.unwrap(expected[0]), atol=1e-9
     )
+
+
+def test_threads_may_read_one_trajectory(joint: cd.Mechanism) -> None:
+    """They share the memory in which states are closed, and the turns that these lack."""
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.9})
+    turned = scene.simulate(4.0, speed=20.0, method="DOP853", rtol=1e-9)
+    random = np.random.default_rng(0)
+    times = [random.uniform(0.0, 4.0, 200) for _ in range(8)]
+    expected = [turned._run.rows(some).a for some in times]
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(8) as pool:
+            found = list(pool.map(lambda some: turned._run.rows(some).a, times))
+    finally:
+        sys.setswitchinterval(interval)
+    for rates, others in zip(found, expected, strict=True):
+        np.testing.assert_array_equal(rates, others)
