@@ -100,6 +100,7 @@ class ConstrainedModel:
         armature[:] = self._lent
         armature[self.prescribed] = _IMMOVABLE * self._scale
         self.model.armature = self._armature = armature
+        self._nothing = np.zeros(self.model.nv)
         self._start_data()
         self._mu = _REGULARISATION
         self._settings = pinocchio.ProximalSettings(0.0, self._mu, 1)
@@ -113,6 +114,8 @@ class ConstrainedModel:
     def _start_data(self) -> None:
         self.data = self.model.createData()
         pair = self._constraints, self._constraint_data
+        # Going through Pinocchio's vector anew takes longer than all that is read.
+        self._each_constraint = [self._constraint_data[k] for k in range(len(self._constraints))]
         pinocchio.initConstraintDynamics(self.model, self.data, *pair)
         self._decomposition = pinocchio.ConstraintCholeskyDecomposition(
             self.model, self.data, *pair
@@ -170,28 +173,31 @@ class ConstrainedModel:
         )
 
     def accelerations(
-        self, x: Array, v: Array, efforts: Array, prescribed: Array | None = None
+        self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
     ) -> Array:
         """Return the accelerations `(nv,)` that efforts cause.
 
         Args:
             x: coordinates `(size,)`, closed up to a small drift.
             v: velocities `(nv,)`.
-            efforts: along all coordinates `(nv,)` [N·m, N]; they are not changed.
+            efforts: along all coordinates `(nv,)` [N·m, N], which are not changed; none if None.
             prescribed: accelerations of the prescribed coordinates `(p,)`; at rest if None.
         """
-        efforts = efforts * self._of_efforts
-        efforts[self.prescribed] = 0.0
+        given = self._nothing
+        if efforts is not None:
+            given = efforts * self._of_efforts
+            given[self.prescribed] = 0.0
         if prescribed is not None:
+            given = given.copy()
             inertia = self._armature[self.prescribed]
-            efforts[self.prescribed] = inertia * prescribed * self._of_rates[self.prescribed]
+            given[self.prescribed] = inertia * prescribed * self._of_rates[self.prescribed]
         if self._slides:
             x, v = x * self._of_positions, v * self._of_rates
-        a = self._constrained(x, v, efforts)
+        a = self._constrained(x, v, given)
         if self._lent or len(self._couplings):
             self._decompose()
             a = self._corrected(a)
-        return np.asarray(a / self._of_rates)
+        return np.asarray(a / self._of_rates) if self._slides else a
 
     def _corrected(self, a: Array) -> Array:
         """Return accelerations that obey couplings too, and without the inertia that was lent."""
@@ -253,22 +259,24 @@ class ConstrainedModel:
         if not (self._rows or len(self._couplings)):
             return x, v
         x, v = x * self._of_positions, v * self._of_rates
-        rest = np.zeros(self.model.nv)
+        rest = self._nothing
         self._constrained(x, v, rest)
+        self._decompose()
         for _ in range(_MOST_STEPS):
             gaps, ratios = self._gaps(), self._coupling_gaps(x)
             error = _greatest(gaps, ratios)
             if error <= _CLOSED:
                 break
-            self._decompose()
             step = self._coupled(self._solved(gaps, rest, _rounds(error)), ratios)
             x = np.asarray(pinocchio.integrate(self.model, x, step))
             self._constrained(x, v, rest)
             if error <= _NEAR:  # Newton's step squares the error: nothing is left to see.
                 break
-        self._decompose()
+            self._decompose()
         opening = self._loop_jacobian() @ v
         rounds = _rounds(_greatest(opening) / (_greatest(v) or 1.0))
+        if rounds > 1:  # For less, the decomposition that closed the positions is near enough.
+            self._decompose()
         v = self._coupled(v - self._solved(opening, rest, rounds))
         return x / self._of_positions, v / self._of_rates
 
@@ -289,8 +297,10 @@ class ConstrainedModel:
 
     def _gaps(self) -> Array:
         """Return closure errors `(6 L,)` of the state that was prepared, as the rows count them."""
-        errors = [pinocchio.log6(item.c1Mc2).vector for item in self._constraint_data]
-        return np.concatenate(errors) if errors else np.zeros(0)
+        gaps = np.empty(self._rows)
+        for index, item in enumerate(self._each_constraint):
+            gaps[6 * index : 6 * index + 6] = pinocchio.log6(item.c1Mc2).vector
+        return gaps
 
 
 def _greatest(*values: Array) -> float:

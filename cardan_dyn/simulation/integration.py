@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -16,6 +18,8 @@ _STIFF = 6.1
 allows (Hairer, Nørsett, Wanner: Solving Ordinary Differential Equations I, section II.10)."""
 _STIFF_STEPS = 15
 """Steps in a row that have to be so long: then the equations are stiff."""
+_STIFF_EVERY = 8
+"""Steps after which this is looked at, as long as they are short enough."""
 _DIFFERENCE = 1.5e-8
 """Relative step of differences that Jacobians are made of, the root of eps."""
 
@@ -39,19 +43,49 @@ class Equations(Protocol):
         ...
 
 
+class Dense:
+    """Rows within a step; what interpolates them is computed when the first is asked for.
+
+    DOP853 needs three more derivatives for it, which most steps are not asked for.
+    """
+
+    def __init__(self, solver: Any) -> None:
+        """Keep the step that a solver of SciPy has just taken."""
+        self._solver = copy.copy(solver)
+        for name in ("K", "K_extended"):  # The next step overwrites them.
+            if hasattr(solver, name):
+                setattr(self._solver, name, getattr(solver, name).copy())
+        if hasattr(solver, "K_extended"):
+            self._solver.K = self._solver.K_extended[: len(solver.K)]
+
+    @cached_property
+    def _interpolant(self) -> Callable[[float], Array]:
+        interpolant: Callable[[float], Array] = self._solver.dense_output()
+        del self._solver
+        return interpolant
+
+    def __call__(self, time: float) -> Array:
+        """Return the row at a time."""
+        return np.asarray(self._interpolant(time))
+
+    def prepare(self) -> None:
+        """Compute what interpolates the rows, after which the step can be copied."""
+        _ = self._interpolant
+
+
 class Segment(NamedTuple):
     """One accepted step.
 
     Attributes:
         start, end: times [s].
         turns: of the rows of this step.
-        dense: function of time that returns the row, before constraints are restored.
+        dense: returns the row at a time, before constraints are restored.
     """
 
     start: float
     end: float
     turns: Array
-    dense: Callable[[float], Array]
+    dense: Dense
 
 
 class Point(NamedTuple):
@@ -119,7 +153,10 @@ class Integration:
         self.points = [Point(0.0, y, equations.turns, self._derivative(0.0, y))]
 
     def __getstate__(self) -> dict[str, Any]:
-        # What was integrated can be copied; the solver, which could go on, holds functions.
+        # What was integrated can be copied; solvers, which could go on, hold functions.
+        for segment in self.segments:
+            with self._within(segment):
+                segment.dense.prepare()
         left_out = "_solver", "_lock"
         return {name: value for name, value in self.__dict__.items() if name not in left_out}
 
@@ -181,7 +218,7 @@ class Integration:
         solver.y = y
         if self.method == "DOP853":
             solver.f = rate
-        self.segments.append(Segment(float(solver.t_old), time, turns, solver.dense_output()))
+        self.segments.append(Segment(float(solver.t_old), time, turns, Dense(solver)))
         solver.y = wrapped = equations.wrap(y)
         self.points.append(Point(time, wrapped, equations.turns, rate))
         if is_stiff and self.is_running:
@@ -191,6 +228,8 @@ class Integration:
 
     def _is_stiff(self) -> bool:
         """Return whether stability, not accuracy, has limited the last steps of DOP853."""
+        if not self._stiff_steps and len(self.segments) % _STIFF_EVERY:
+            return False
         solver = self._solver
         stages = solver.K
         before = solver.y_old + solver.h_previous * (stages[:11].T @ solver.A[11, :11])
@@ -229,7 +268,7 @@ class Integration:
                 self.equations.turns = kept
 
     def _restored(self, segment: Segment, time: float) -> Array:
-        return self.equations.restored(time, np.asarray(segment.dense(time)))
+        return self.equations.restored(time, segment.dense(time))
 
     def points_at(self, times: Array) -> list[Point]:
         """Return the points at times within what was integrated."""

@@ -49,7 +49,6 @@ class System:
         self.model, self._forces = model, forces
         self._physical = turning_model(model.mechanism)
         self._data = self._physical.createData()
-        self._idle_efforts = np.zeros(model.mechanism.model.nv)
         self._names = StateNames(coordinates)
         self.size = coordinates.size
         self.turns = np.zeros(self.size)
@@ -100,7 +99,7 @@ class System:
     def accelerations(self, time: float, x: Array, v: Array) -> Array:
         """Return accelerations `(nv,)` at coordinates and velocities."""
         model = self.model
-        efforts = self._idle_efforts
+        efforts = None
         if not self._forces.is_nothing:
             counted = x + 2.0 * np.pi * self.turns
             efforts = self._forces.efforts(self._physical, self._data, time, counted, v)
