@@ -1,61 +1,26 @@
-"""Constrained model: accelerations of a mechanism whose loops are kept closed, one state at a time.
-
-Pinocchio's `constraintDynamics` gives them, redundant closures included: its proximal iterations
-need three rounds if their regularisation suits the scene. What is prescribed is a joint with an
-inertia so great that nothing else moves it; the same decomposition then closes loops that have
-drifted open, in the metric of the kinetic energy.
-"""
+"""Constrained model: accelerations of a mechanism whose loops are kept closed, chain by chain."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-import pinocchio
 
-from ..arrays import Array
+from ..arrays import Array, consecutive
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.welds import constraint_models
-from .turning_model import in_lengths, turning_model
-
-_IMMOVABLE = 1e15
-"""Inertia of prescribed joints, as a multiple of the greatest other one: what acts on them changes
-their acceleration by less than rounding."""
-_REGULARISATION = 1e-8
-"""Proximal parameter, as a fraction of the least eigenvalue of J M⁻¹ Jᵀ that is not zero."""
-_ROUNDS = 3
-"""Proximal iterations: each gains the eight digits of the regularisation."""
-_ZERO = 1e-10
-"""Eigenvalue of J M⁻¹ Jᵀ, as a fraction of its greatest, that counts as zero: of redundant rows."""
-_WEIGHTLESS = 1e-11
-"""Inertia along a direction, as a fraction of that along the coordinates themselves, that counts as
-none, so that the inertia matrix has no inverse."""
-_LENT = 1e-4
-"""Inertia lent to every joint of a mechanism with weightless parts, as a fraction of the greatest;
-proximal iterations take its effect off again."""
-_LENT_ROUNDS = 12
-"""Greatest number of these iterations; each gains some digits."""
-_MOST_STEPS = 4
-"""Greatest number of Newton steps that close loops which have drifted open."""
-_CLOSED = 4e-16
-"""Closure error at which they end, see `ConstrainedModel.closure_error`."""
-_NEAR = 1e-8
-"""Error of which one Newton step, or one proximal iteration, leaves rounding."""
-_SETTLED = 1e-15
-"""Change of accelerations, as a fraction of them, at which these iterations end."""
+from .chains import chains_of
+from .constrained_chain import ConstrainedChain
 
 
 class ConstrainedModel:
-    """Pinocchio's model of a mechanism in which coordinates rows are configurations.
+    """The constrained chains of a mechanism, as one.
 
-    Not for several threads at once: it has one set of Pinocchio's data.
-
-    Inside, lengths are in units of the characteristic length: so rows of gaps and of angles are of
-    one size, whatever the size of the mechanism, and one regularisation suits both.
+    Not for several threads at once, as its chains are not.
 
     Attributes:
         mechanism: the mechanism.
-        prescribed: velocity coordinates `(p,)` that are driven or held.
+        prescribed: velocity coordinates `(p,)` that are driven or held, ascending.
+        chains: one for each chain of the mechanism.
     """
 
     def __init__(
@@ -65,258 +30,50 @@ class ConstrainedModel:
 
         Args:
             mechanism: see the attribute.
-            prescribed: see the attribute.
+            prescribed: see the attribute, in any order.
             gravity: `(3,)` [m/s²].
             state: `(size,)` closed coordinates, at which it is scaled.
         """
-        self._made_of = mechanism, tuple(prescribed), gravity, state
         self.mechanism = mechanism
-        self.prescribed = np.array(prescribed, dtype=int)
-        coordinates, length = mechanism.coordinates, mechanism.characteristic_length
-        self._of_positions, self._of_rates = coordinates.scale, 1.0 / coordinates.rate_scale
-        self._of_efforts = coordinates.rate_scale / length**2
-        self._slides = bool(np.any(coordinates.scale != 1.0))
-        self.model = turning_model(mechanism, gravity, length)
-        loops = [
-            loop._replace(
-                predecessor_placement=in_lengths(loop.predecessor_placement, length),
-                successor_placement=in_lengths(loop.successor_placement, length),
+        self.prescribed = np.unique(np.array(prescribed, dtype=int))
+        chains = chains_of(mechanism)
+        made_of = self.prescribed.tolist(), gravity, state
+        self.chains = [ConstrainedChain(mechanism, chain, *made_of) for chain in chains]
+        # A single chain takes and returns rows as they are.
+        self._only = self.chains[0] if len(self.chains) == 1 else None
+        self._parts = [
+            (
+                model,
+                consecutive(chain.columns),
+                consecutive(chain.rates),
+                np.isin(self.prescribed, chain.rates),
             )
-            for loop in mechanism.loops
+            for model, chain in zip(self.chains, chains, strict=True)
         ]
-        self._constraints = constraint_models(self.model, loops)
-        self._constraint_data = pinocchio.StdVec_RigidConstraintData()
-        for item in self._constraints:
-            self._constraint_data.append(item.createData())
-        self._rows = 6 * len(self._constraints)
-        self._couplings = _coupling_rows(mechanism) * coordinates.rate_scale
-        self._offsets = np.array([item.offset for item in mechanism.couplings])
-        state = state * self._of_positions
-        inertia = self._inertia(state)
-        free = np.delete(np.arange(self.model.nv), self.prescribed)
-        self._scale = float(np.max(np.diag(inertia), initial=0.0)) or 1.0
-        armature = np.zeros(self.model.nv)
-        self._lent = self._lent_inertia(inertia, free)
-        armature[:] = self._lent
-        armature[self.prescribed] = _IMMOVABLE * self._scale
-        self.model.armature = self._armature = armature
-        self._nothing = np.zeros(self.model.nv)
-        self._start_data()
-        self._mu = _REGULARISATION
-        self._settings = pinocchio.ProximalSettings(0.0, self._mu, 1)
-        self._mu = self._regularisation(state)
-        self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
-
-    def __reduce__(self) -> tuple[object, ...]:
-        # Pinocchio's data cannot be copied.
-        return ConstrainedModel, self._made_of
-
-    def _start_data(self) -> None:
-        self.data = self.model.createData()
-        pair = self._constraints, self._constraint_data
-        # Going through Pinocchio's vector anew takes longer than all that is read.
-        self._each_constraint = [self._constraint_data[k] for k in range(len(self._constraints))]
-        pinocchio.initConstraintDynamics(self.model, self.data, *pair)
-        self._decomposition = pinocchio.ConstraintCholeskyDecomposition(
-            self.model, self.data, *pair
-        )
-
-    def _inertia(self, x: Array) -> Array:
-        """Return the inertia matrix `(nv, nv)` at coordinates."""
-        upper = np.triu(pinocchio.crba(self.model, self.model.createData(), x))
-        return np.asarray(upper + np.triu(upper, 1).T)
-
-    def _lent_inertia(self, inertia: Array, free: Array) -> float:
-        """Return the inertia that every joint is lent, 0 if there is one in all directions."""
-        own = inertia[np.ix_(free, free)]
-        scale = np.sqrt(np.diag(own))
-        if not free.size:
-            return 0.0
-        if np.all(scale > 0.0):
-            least = float(np.min(np.linalg.eigvalsh(own / scale / scale[:, None])))
-            if least > _WEIGHTLESS and np.min(scale) > np.sqrt(_WEIGHTLESS) * np.max(scale):
-                return 0.0
-        return _LENT * float(np.max(scale)) ** 2 or 1.0
-
-    def _regularisation(self, x: Array) -> float:
-        """Return the proximal parameter for the scene."""
-        if not self._rows:
-            return 1e-8
-        rest = np.zeros(self.model.nv)
-        self._constrained(x, rest, rest)
-        jacobian = self._loop_jacobian()
-        inertia = self._inertia(x) + np.diag(self._armature)
-        root = np.linalg.cholesky(inertia)
-        values = np.linalg.svd(np.linalg.solve(root, jacobian.T), compute_uv=False) ** 2
-        kept = values[values > _ZERO * np.max(values, initial=0.0)]
-        return _REGULARISATION * float(np.min(kept, initial=np.max(values, initial=1.0)) or 1.0)
-
-    def _loop_jacobian(self) -> Array:
-        """Return the rows `(6 L, nv)` of the loops, of the state that was prepared."""
-        jacobian = pinocchio.getConstraintsJacobian(
-            self.model, self.data, self._constraints, self._constraint_data
-        )
-        return np.asarray(jacobian)
-
-    def _constrained(self, x: Array, v: Array, efforts: Array) -> Array:
-        return np.asarray(
-            pinocchio.constraintDynamics(
-                self.model,
-                self.data,
-                x,
-                v,
-                efforts,
-                self._constraints,
-                self._constraint_data,
-                self._settings,
-            )
-        )
 
     def accelerations(
         self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
     ) -> Array:
-        """Return the accelerations `(nv,)` that efforts cause.
-
-        Args:
-            x: coordinates `(size,)`, closed up to a small drift.
-            v: velocities `(nv,)`.
-            efforts: along all coordinates `(nv,)` [N·m, N], which are not changed; none if None.
-            prescribed: accelerations of the prescribed coordinates `(p,)`; at rest if None.
-        """
-        given = self._nothing
-        if efforts is not None:
-            given = efforts * self._of_efforts
-            given[self.prescribed] = 0.0
-        if prescribed is not None:
-            given = given.copy()
-            inertia = self._armature[self.prescribed]
-            given[self.prescribed] = inertia * prescribed * self._of_rates[self.prescribed]
-        if self._slides:
-            x, v = x * self._of_positions, v * self._of_rates
-        a = self._constrained(x, v, given)
-        if self._lent or len(self._couplings):
-            self._decompose()
-            a = self._corrected(a)
-        return np.asarray(a / self._of_rates) if self._slides else a
-
-    def _corrected(self, a: Array) -> Array:
-        """Return accelerations that obey couplings too, and without the inertia that was lent."""
-        first = a = self._coupled(a.copy())
-        if not self._lent:
-            return a
-        lent = np.full(self.model.nv, self._lent)
-        lent[self.prescribed] = 0.0
-        for _ in range(_LENT_ROUNDS):
-            next_a = first + self._coupled(self._solved(np.zeros(self._rows), lent * a))
-            change = float(np.max(np.abs(next_a - a), initial=0.0))
-            a = next_a
-            if change <= _SETTLED * float(np.max(np.abs(a), initial=0.0)):
-                break
+        """Return the accelerations `(nv,)` that efforts cause, see `ConstrainedChain`."""
+        if self._only is not None:
+            return self._only.accelerations(x, v, efforts, prescribed)
+        a = np.empty_like(v)
+        for model, columns, rates, own in self._parts:
+            acting = None if efforts is None else efforts[rates]
+            told = None if prescribed is None else prescribed[own]
+            a[rates] = model.accelerations(x[columns], v[rates], acting, told)
         return a
 
-    def _decompose(self) -> None:
-        """Decompose the closure equations of the state that was prepared."""
-        self._decomposition.compute(
-            self.model, self.data, self._constraints, self._constraint_data, self._mu
-        )
-
-    def _solved(self, gaps: Array, efforts: Array, rounds: int = _ROUNDS) -> Array:
-        """Return the least displacements `(nv,)`, in the metric of the kinetic energy.
-
-        Args:
-            gaps: what the rows of the loops have to gain `(6 L,)`.
-            efforts: `(nv,)` what pushes them, inertia times displacement.
-            rounds: of the proximal iteration.
-        """
-        rhs = np.concatenate([gaps, efforts])
-        forces = np.zeros(self._rows)
-        for _ in range(rounds):
-            rhs[: self._rows] = gaps - self._mu * forces
-            solution = np.asarray(self._decomposition.solve(rhs))
-            forces = solution[: self._rows]
-        return solution[self._rows :]
-
-    def _coupled(self, rates: Array, gaps: Array | None = None) -> Array:
-        """Return rates with the least change after which the couplings gain `gaps (k,)`."""
-        rows = self._couplings
-        if not len(rows):
-            return rates
-        none = np.zeros(self._rows)
-        units = np.array([self._solved(none, row) for row in rows])
-        wanted = np.zeros(len(rows)) if gaps is None else gaps
-        factors, *_ = np.linalg.lstsq(units @ rows.T, wanted - rows @ rates, rcond=_ZERO)
-        return np.asarray(rates + factors @ units)
-
     def closed(self, x: Array, v: Array) -> tuple[Array, Array]:
-        """Return a state whose loops and couplings are closed again, near one that drifted.
-
-        What is prescribed stays where it is, and keeps its speed.
-
-        Args:
-            x: coordinates `(size,)`.
-            v: velocities `(nv,)`.
-        """
-        if not (self._rows or len(self._couplings)):
-            return x, v
-        x, v = x * self._of_positions, v * self._of_rates
-        rest = self._nothing
-        self._constrained(x, v, rest)
-        self._decompose()
-        for _ in range(_MOST_STEPS):
-            gaps, ratios = self._gaps(), self._coupling_gaps(x)
-            error = _greatest(gaps, ratios)
-            if error <= _CLOSED:
-                break
-            step = self._coupled(self._solved(gaps, rest, _rounds(error)), ratios)
-            x = np.asarray(pinocchio.integrate(self.model, x, step))
-            self._constrained(x, v, rest)
-            if error <= _NEAR:  # Newton's step squares the error: nothing is left to see.
-                break
-            self._decompose()
-        opening = self._loop_jacobian() @ v
-        rounds = _rounds(_greatest(opening) / (_greatest(v) or 1.0))
-        if rounds > 1:  # For less, the decomposition that closed the positions is near enough.
-            self._decompose()
-        v = self._coupled(v - self._solved(opening, rest, rounds))
-        return x / self._of_positions, v / self._of_rates
+        """Return a state whose loops and couplings are closed again, see `ConstrainedChain`."""
+        if self._only is not None:
+            return self._only.closed(x, v)
+        near, rates_near = np.empty_like(x), np.empty_like(v)
+        for model, columns, rates, _ in self._parts:
+            near[columns], rates_near[rates] = model.closed(x[columns], v[rates])
+        return near, rates_near
 
     def closure_error(self, x: Array) -> float:
-        """Return the greatest closure error: angle [rad], or gap as a fraction of the length."""
-        rest, x = np.zeros(self.model.nv), x * self._of_positions
-        self._constrained(x, rest, rest)
-        return _greatest(self._gaps(), self._coupling_gaps(x))
-
-    def _coupling_gaps(self, x: Array) -> Array:
-        """Return by how much the couplings are off `(k,)`, as their rows count it."""
-        if not len(self._couplings):
-            return np.zeros(0)
-        moved = np.zeros(self.model.nv)
-        scalars = self.mechanism.coordinates.scalars
-        moved[scalars.velocities] = x[scalars.columns]
-        return -(self._couplings @ moved + self._offsets)
-
-    def _gaps(self) -> Array:
-        """Return closure errors `(6 L,)` of the state that was prepared, as the rows count them."""
-        gaps = np.empty(self._rows)
-        for index, item in enumerate(self._each_constraint):
-            gaps[6 * index : 6 * index + 6] = pinocchio.log6(item.c1Mc2).vector
-        return gaps
-
-
-def _greatest(*values: Array) -> float:
-    """Return the greatest absolute value of arrays, of which some may be empty."""
-    return max(float(np.abs(item).max(initial=0.0)) for item in values)
-
-
-def _rounds(error: float) -> int:
-    """Return how many proximal iterations an error needs until rounding is left of it."""
-    return 1 if error <= _NEAR else _ROUNDS
-
-
-def _coupling_rows(mechanism: Mechanism) -> Array:
-    """Return the rows `(k, nv)` whose products with velocities vanish where couplings hold."""
-    rows = np.zeros((len(mechanism.couplings), mechanism.model.nv))
-    for row, coupling in zip(rows, mechanism.couplings, strict=True):
-        row[list(coupling.predecessor_columns)] += coupling.ratio
-        row[list(coupling.successor_columns)] -= 1.0
-    return rows
+        """Return the greatest closure error, see `ConstrainedChain`."""
+        errors = [model.closure_error(x[columns]) for model, columns, *_ in self._parts]
+        return max(errors, default=0.0)

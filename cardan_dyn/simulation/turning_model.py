@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,12 @@ from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 
 
-def turning_model(mechanism: Mechanism, gravity: Array | None = None, length: float = 1.0) -> Any:
+def turning_model(
+    mechanism: Mechanism,
+    gravity: Array | None = None,
+    length: float = 1.0,
+    bodies: Sequence[int] | None = None,
+) -> Any:
     """Return the model in which revolute joints have their angle as configuration.
 
     So a row of `Coordinates` is a configuration, and derivatives of angles are velocities.
@@ -20,15 +26,21 @@ def turning_model(mechanism: Mechanism, gravity: Array | None = None, length: fl
         mechanism: the mechanism.
         gravity: `(3,)` [m/s²]; none if None.
         length: unit of all lengths of the model [m], slides included.
+        bodies: those that it consists of, with all between them and the world, ascending; all if
+            None.
     """
     source, model = mechanism.model, pinocchio.Model()
+    chosen = range(1, source.njoints) if bodies is None else bodies
+    own = {0: 0, **{body: index for index, body in enumerate(chosen, start=1)}}
     for part in mechanism.coordinates.parts:
         index = part.id
+        if index not in own:
+            continue
         joint = source.joints[index]
         if part.kind == "revolute":
             joint = pinocchio.JointModelRevoluteUnaligned(part.axis)
         placement = in_lengths(source.jointPlacements[index], length)
-        added = model.addJoint(source.parents[index], joint, placement, source.names[index])
+        added = model.addJoint(own[source.parents[index]], joint, placement, source.names[index])
         inertia = source.inertias[index].copy()
         inertia.lever, inertia.inertia = inertia.lever / length, inertia.inertia / length**2
         model.inertias[added] = inertia
