@@ -27,7 +27,8 @@ class SceneInspection(SceneArguments):
     _solver: ProblemSolver
 
     def plan(self) -> Plan:
-        """Return what a sweep does, and what it leaves out; `print` shows it."""
+        """Return what sweeps and simulations do, and what they leave out; `print` shows it."""
+        from ..simulation.simulate import planned
         from .plan import plan_of  # Imported here: most scripts show no plan.
 
         assembly = self._solver.assembly
@@ -39,6 +40,7 @@ class SceneInspection(SceneArguments):
             has_mass=self._solver.has_mass,
             has_weight=bool(np.any(self.gravity)),
             elements=self.elements,
+            simulation=planned(self._solver),
         )
 
     def motion_range(self) -> tuple[float, float]:

@@ -15,20 +15,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan:
-    """What a scene does per sample; `print` shows it.
+    """What a scene does per sample, and how it is simulated; `print` shows it.
 
     Attributes:
-        steps: what is done, in order.
+        steps: what a sweep does, in order.
         skipped: what is left out, and why.
+        simulation: by which methods the scene is simulated.
     """
 
     steps: list[str]
     skipped: list[str]
+    simulation: str
 
     def __str__(self) -> str:
         lines = [f"{index}. {step}" for index, step in enumerate(self.steps, start=1)]
         if self.skipped:
             lines += ["skipped:", *(f"- {reason}" for reason in self.skipped)]
+        lines.append(f"simulated by: {self.simulation}")
         return "\n".join(lines)
 
     def __repr__(self) -> str:
@@ -38,7 +41,8 @@ class Plan:
         from ..markup import element, listed  # Imported here: only notebooks show it.
 
         skipped = element("p", "skipped:") + listed("ul", self.skipped) if self.skipped else ""
-        return f"<div>{listed('ol', self.steps)}{skipped}</div>"
+        how = element("p", f"simulated by: {self.simulation}")
+        return f"<div>{listed('ol', self.steps)}{skipped}{how}</div>"
 
 
 def plan_of(
@@ -49,9 +53,10 @@ def plan_of(
     *,
     has_mass: bool,
     has_weight: bool,
+    simulation: str,
     elements: tuple[Element, ...] = (),
 ) -> Plan:
-    """Return what a sweep of a scene does, and what it leaves out.
+    """Return what a sweep of a scene does, what it leaves out, and how the scene is simulated.
 
     Args:
         mechanism: the mechanism.
@@ -60,6 +65,7 @@ def plan_of(
         outputs: names of the joints whose wrenches are results.
         has_mass: whether any body has mass.
         has_weight: whether there is gravity.
+        simulation: see `Plan`.
         elements: springs, bushings, friction and actuators.
     """
     steps, skipped = [], []
@@ -90,7 +96,7 @@ def plan_of(
         steps.append("drive efforts by virtual work")
     bodies = "" if needed.efforts_alone else ", balance of bodies"
     steps.append(f"residuals: loops, rates{bodies}, power")
-    return Plan(steps, skipped)
+    return Plan(steps, skipped, simulation)
 
 
 def _task(mechanism: Mechanism, group: Group) -> str:

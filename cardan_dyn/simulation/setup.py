@@ -11,13 +11,13 @@ from ..arrays import Array
 from ..checks import described, flag, mapping, numbers
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError
-from ..kinematics.idle_rods import rods_by_name
 from ..problem.arguments import split_loads
 from .events import Watched, watched
 from .forces import Forces, StateFunction, state_function
 from .prescribed_motion import begun_at, prescribed_motions
 from .progress import Progress
 from .start_state import closed_start, drive_positions
+from .suitable import Traits, traits
 from .system import Motion
 
 _FINEST = 2.5e-14
@@ -77,15 +77,10 @@ class Setup(NamedTuple):
         return bool(self.solver.problem.elements)
 
     @property
-    def has_idle_rods(self) -> bool:
-        """Whether rods may spin about their lines, which no drive decides."""
-        problem = self.solver.problem
-        return bool(rods_by_name(problem.mechanism, set(problem.passive_columns.tolist())))
-
-    @property
-    def is_one_coordinate(self) -> bool:
-        """Whether one drive moves freely and the motion of no other is prescribed."""
-        return len(self.solver.problem.drives) == 1 and not self.motions
+    def traits(self) -> Traits:
+        """What decides which methods may be tried."""
+        given = {"prescribed": bool(self.motions), "given_steps": self.step is not None}
+        return traits(self.solver, self.forces, **given)
 
 
 def with_all_loops(solver: ProblemSolver) -> ProblemSolver:
@@ -123,7 +118,7 @@ def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
         begun._x[0].copy(),
         begun._turns[0].copy(),
         begun.v[0].copy(),
-        _forces(solver, asked.loads),
+        forces_of(solver, asked.loads),
         rtol,
         rtol if asked.atol is None else _positive("atol", asked.atol),
         None if asked.step is None else _positive("step", asked.step),
@@ -145,7 +140,7 @@ def _positive(label: str, value: Any) -> float:
     return float(number)
 
 
-def _forces(solver: ProblemSolver, loads: Any) -> Forces:
+def forces_of(solver: ProblemSolver, loads: Any = None) -> Forces:
     """Return what acts, with the loads of the simulation instead of those of the scene.
 
     Raises:

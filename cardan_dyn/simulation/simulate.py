@@ -9,7 +9,8 @@ from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, choices
 from .energy_functions import NotSuitableError
 from .methods import by_quadrature, by_response, in_all_coordinates
-from .setup import Asked, Setup, setup_of, with_all_loops
+from .setup import Asked, Setup, forces_of, setup_of, with_all_loops
+from .suitable import in_words, reason_against, traits
 from .trajectory import Trajectory
 
 _METHODS: Mapping[str, Callable[[Setup], Trajectory]] = {
@@ -32,7 +33,8 @@ def simulated(solver: ProblemSolver, asked: Asked) -> Trajectory:
     first = ("quadrature", "response") if setup.step is None else ()
     for candidate in first if method is None else (method,):
         try:
-            _refuse_unsuitable(setup, candidate)
+            if reason := reason_against(candidate, setup.traits):
+                raise NotSuitableError(reason)
             return _METHODS[candidate](setup)
         except NotSuitableError as error:
             if method is not None:
@@ -40,17 +42,12 @@ def simulated(solver: ProblemSolver, asked: Asked) -> Trajectory:
     return in_all_coordinates(setup)
 
 
-def _refuse_unsuitable(setup: Setup, method: str) -> None:
-    """Refuse a method that would leave out what is asked for.
-
-    Raises:
-        NotSuitableError: it would.
-    """
-    if method in ("quadrature", "response") and not setup.is_one_coordinate:
-        raise NotSuitableError("it takes one drive that moves freely")
-    if method in ("quadrature", "response") and setup.has_idle_rods:
-        raise NotSuitableError("rods that spin about their lines are further free coordinates")
-    if method == "quadrature" and not setup.forces.is_constant:
-        raise NotSuitableError("it takes constant loads and springs without damping alone")
-    if method in ("quadrature", "Radau") and setup.step is not None:
-        raise NotSuitableError("it takes no steps of a given length")
+def planned(solver: ProblemSolver) -> str:
+    """Return by which methods a scene is simulated if nothing else is asked for, in words."""
+    if not solver.has_mass:
+        return "nothing, no body has mass"
+    try:
+        forces = forces_of(solver)
+    except ArgumentError as error:
+        return f"nothing, {error}"
+    return in_words(traits(solver, forces), solver.problem.drives[0])

@@ -103,18 +103,45 @@ def test_bodies_on_no_loop_are_named() -> None:
     assert not [reason for reason in skipped if "fan_bearing" in reason]
 
 
-PLAN = Plan(["close <pin> & bolt", "residuals"], ["weight: <none>"])
+PLAN = Plan(["close <pin> & bolt", "residuals"], ["weight: <none>"], "<none>")
 
 
 def test_texts_of_a_plan() -> None:
-    expected = "1. close <pin> & bolt\n2. residuals\nskipped:\n- weight: <none>"
+    expected = (
+        "1. close <pin> & bolt\n2. residuals\nskipped:\n- weight: <none>\nsimulated by: <none>"
+    )
     assert str(PLAN) == repr(PLAN) == expected
-    assert str(Plan(["residuals"], [])) == "1. residuals"
+    assert str(Plan(["residuals"], [], "DOP853")) == "1. residuals\nsimulated by: DOP853"
 
 
 def test_notebooks_show_escaped_texts() -> None:
     assert PLAN._repr_html_() == (
         "<div><ol><li>close &lt;pin&gt; &amp; bolt</li><li>residuals</li></ol>"
-        "<p>skipped:</p><ul><li>weight: &lt;none&gt;</li></ul></div>"
+        "<p>skipped:</p><ul><li>weight: &lt;none&gt;</li></ul>"
+        "<p>simulated by: &lt;none&gt;</p></div>"
     )
-    assert Plan(["residuals"], [])._repr_html_() == "<div><ol><li>residuals</li></ol></div>"
+    shown = Plan(["residuals"], [], "DOP853")._repr_html_()
+    assert shown == "<div><ol><li>residuals</li></ol><p>simulated by: DOP853</p></div>"
+
+
+def test_plans_say_how_a_scene_is_simulated(joint: cd.Mechanism) -> None:
+    """The first method that is named is the one that is taken."""
+    free = universal(joint, 0.5)
+    loaded = free.replace(loads={"bearing_out": [1.0, 2.0]})
+    damped = cd.Scene(
+        cd.load("four_bar"),
+        drive="crank_bearing",
+        elements=[cd.JointSpring("rocker_bearing", 3.0, damping=1.0)],
+    )
+    two = cd.Scene(joint, drive=["bearing_in", "joint_angle"], start={"joint_angle": 0.3})
+    for scene, speed in ((free, 1.0), (damped, 1.0), (two, [1.0, 0.0])):
+        said = scene.plan().simulation
+        assert said.startswith(scene.simulate(1e-3, speed=speed).method)
+    assert "damping" in damped.plan().simulation
+    assert two.plan().simulation.endswith("it takes one drive that moves freely)")
+    assert "has shape (2,)" in loaded.plan().simulation
+    assert universal(massless("universal_joint"), 0.5).plan().simulation == (
+        "nothing, no body has mass"
+    )
+    assert f"simulated by: {free.plan().simulation}" in str(free.plan())
+    assert "simulated by: " in free.plan()._repr_html_()

@@ -21,9 +21,9 @@ def test_a_start_is_closed_and_tolerances_are_those_asked_for(scene: cd.Scene) -
     np.testing.assert_allclose(setup.x, turn.motion._x[0], atol=1e-15)
     np.testing.assert_allclose(setup.v, turn.motion.v[0], atol=1e-14)
     assert (setup.duration, setup.rtol, setup.atol) == (2.0, 1e-9, 1e-9)
-    assert setup.is_one_coordinate
+    assert setup.traits.is_one_coordinate
     assert not setup.has_elements
-    assert not setup.has_idle_rods
+    assert not setup.traits.has_idle_rods
 
 
 @pytest.mark.parametrize(
