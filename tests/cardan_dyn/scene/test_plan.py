@@ -126,7 +126,7 @@ def test_notebooks_show_escaped_texts() -> None:
 
 def test_plans_say_how_a_scene_is_simulated(joint: cd.Mechanism) -> None:
     """The first method that is named is the one that is taken."""
-    free = universal(joint, 0.5)
+    free = universal(joint, 0.5, 0.0)
     loaded = free.replace(loads={"bearing_out": [1.0, 2.0]})
     damped = cd.Scene(
         cd.load("four_bar"),
