@@ -30,6 +30,7 @@ TASKS = (
     "skipping",
     "start_up",
     "long_time",
+    "thousand_periods",
     "stress_simulation",
     "stress",
 )

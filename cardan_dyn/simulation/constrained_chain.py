@@ -17,6 +17,7 @@ from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import constraint_models
 from .chains import Chain
+from .overclosed import overclosed_or_none
 from .turning_model import in_lengths, turning_model
 
 _IMMOVABLE = 1e15
@@ -112,6 +113,12 @@ class ConstrainedChain:
         self._settings = pinocchio.ProximalSettings(0.0, self._mu, 1)
         self._mu = self._regularisation(state)
         self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
+        made_of = self.model, self._constraints, self._couplings.rows, self.prescribed
+        self._overclosed = overclosed_or_none(*made_of, state, self._closed_positions)
+
+    def _closed_positions(self, x: Array) -> Array:
+        """Return a closed configuration of the model near one that is a little open."""
+        return self.closed(x / self._of_positions, self._nothing)[0] * self._of_positions
 
     def __reduce__(self) -> tuple[object, ...]:
         # Pinocchio's data cannot be copied.
@@ -187,6 +194,10 @@ class ConstrainedChain:
             given[self.prescribed] = inertia * prescribed * self._of_rates[self.prescribed]
         if self._slides:
             x, v = x * self._of_positions, v * self._of_rates
+        if self._overclosed is not None:
+            told = self._nothing[self.prescribed] if prescribed is None else prescribed
+            a = self._overclosed.accelerations(x, v, given, told * self._of_rates[self.prescribed])
+            return a / self._of_rates
         a = self._constrained(x, v, given)
         if self._lent or len(self._couplings):
             self._decompose()
@@ -255,22 +266,20 @@ class ConstrainedChain:
         x, v = x * self._of_positions, v * self._of_rates
         rest = self._nothing
         self._constrained(x, v, rest)
-        self._decompose()
         for _ in range(_MOST_STEPS):
             gaps, ratios = self._gaps(), self._couplings.gaps(x)
             error = _greatest(gaps, ratios)
             if error <= _CLOSED:
                 break
+            self._decompose()
             step = self._coupled(self._solved(gaps, rest, _rounds(error)), ratios)
             x = np.asarray(pinocchio.integrate(self.model, x, step))
             self._constrained(x, v, rest)
             if error <= _NEAR:  # Newton's step squares the error: nothing is left to see.
                 break
-            self._decompose()
+        self._decompose()
         opening = self._loop_jacobian() @ v
         rounds = _rounds(_greatest(opening) / (_greatest(v) or 1.0))
-        if rounds > 1:  # For less, the decomposition that closed the positions is near enough.
-            self._decompose()
         v = self._coupled(v - self._solved(opening, rest, rounds))
         return x / self._of_positions, v / self._of_rates
 

@@ -13,7 +13,7 @@ pytest.importorskip("mpmath")
 from scipy.integrate import quad
 
 import cardan_dyn as cd
-from benchmarks import four_bars, free_spin, long_time, stress_simulation
+from benchmarks import four_bars, free_spin, long_time, stress_simulation, thousand_periods
 from benchmarks.engines import spinning
 from benchmarks.records import Record
 from benchmarks.spin import CROSS, SHAFT, SPEED, description, spin
@@ -156,3 +156,12 @@ def test_maps_have_a_table_a_picture_and_an_answer(corners: list[Record], tmp_pa
     assert "refused: 1e+09." in stress_simulation.answer(records)
     stress_simulation.picture(records, tmp_path / "map.png")
     assert (tmp_path / "map.png").stat().st_size < 150_000
+
+
+def test_energy_of_other_chains_is_kept() -> None:
+    records = thousand_periods.measure(fast=True)
+    assert len(records) == 4
+    for record in records:
+        assert record.parameters["energy"] < 3e-10
+        assert record.parameters["closure"] < 1e-14
+    assert "Bennett" in thousand_periods.answer(records)
