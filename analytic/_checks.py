@@ -28,6 +28,13 @@ def refuse(name: str, array: FloatArray, bad: NDArray[np.bool_], valid: str) -> 
         raise ValueError(f"{name}{index} = {array[where]} is not in the valid range {valid}")
 
 
+def finite(name: str, value: ArrayLike) -> FloatArray:
+    """Return `value` if it is not infinite anywhere."""
+    array = real(name, value)
+    refuse(name, array, np.isinf(array), "(-inf, inf)")
+    return array
+
+
 def joint_angle(name: str, value: ArrayLike) -> FloatArray:
     """Return `value` if 0 <= value < pi/2 everywhere [rad]."""
     array = real(name, value)
@@ -61,9 +68,12 @@ def vector(name: str, value: ArrayLike) -> FloatArray:
     array = real(name, value)
     if array.shape[-1:] != (3,):
         raise ValueError(f"{name} of shape {array.shape} does not match the valid shape (..., 3)")
-    size = np.sqrt(np.sum(array * array, axis=-1))
-    refuse(f"length of {name}", size, (size <= 0.0) | np.isinf(size), "(0, inf)")
-    return array / size[..., None]
+    greatest = np.max(np.abs(array), axis=-1)
+    refuse(f"length of {name}", greatest, (greatest <= 0.0) | np.isinf(greatest), "(0, inf)")
+    # A power of two, so that squares neither vanish nor overflow and no digit changes.
+    _, exponent = np.frexp(greatest)
+    array = np.ldexp(array, -exponent[..., None])
+    return array / np.sqrt(np.sum(array * array, axis=-1))[..., None]
 
 
 def same_shape(**arrays: FloatArray) -> tuple[int, ...]:
