@@ -49,10 +49,18 @@ def projected_angle(name: str, value: ArrayLike) -> FloatArray:
     return array
 
 
-def positive(name: str, value: ArrayLike) -> FloatArray:
-    """Return `value` if it is greater than zero and finite everywhere."""
+def positive(name: str, value: ArrayLike, *, unlimited: bool = False) -> FloatArray:
+    """Return `value` if it is greater than zero and, unless `unlimited`, finite everywhere."""
     array = real(name, value)
-    refuse(name, array, (array <= 0.0) | np.isinf(array), "(0, inf)")
+    wrong = (array <= 0.0) | (np.isinf(array) & (not unlimited))
+    refuse(name, array, wrong, "(0, inf]" if unlimited else "(0, inf)")
+    return array
+
+
+def fraction(name: str, value: ArrayLike) -> FloatArray:
+    """Return `value` if it is above zero and at most one everywhere."""
+    array = real(name, value)
+    refuse(name, array, (array <= 0.0) | (array > 1.0), "(0, 1]")
     return array
 
 
