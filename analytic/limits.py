@@ -98,7 +98,12 @@ LIMITS: Mapping[str, Limit] = MappingProxyType(
         "adhesion": Limit(0.71, "1", f"{_SPICER}, wheel slip torque", "constant"),
         "axle_efficiency": Limit(0.95, "1", f"{_SPICER}: 11.4 = 12 x 0.95", "constant"),
         "lubrication_pressure": Limit(15e5, "Pa", f"{_DANA_INDUSTRIAL}, axial forces"),
-        "balancing_speed": Limit(300.0 * _RPM, "rad/s", "Cardan India: unbalanced below 300/min"),
+        "balancing_speed": Limit(
+            500.0 * _RPM, "rad/s", "Dana industrial p. 49: not normally balanced below 500/min"
+        ),
+        "balancing_speed_least": Limit(
+            300.0 * _RPM, "rad/s", "Cardan India: standard joints unbalanced below 300/min"
+        ),
         "balance_grade_maker": Limit(0.016, "m/s", "Dana industrial p. 49, G16 of the maker"),
         "balance_grade_check": Limit(0.032, "m/s", "Dana industrial p. 49, G32 on checking"),
         "balance_grade_iso": Limit(0.040, "m/s", "ISO 21940-11, G40, drive shafts"),
