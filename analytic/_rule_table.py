@@ -24,6 +24,7 @@ ROWS: tuple[Row, ...] = (
         "Spicer driveline installation manual p. 2; AISCO; JW Winco; PSS",
         (
             "The lesser of LGT and WST counts on the road only; off the road LGT alone.",
+            "Spicer goes at most one size below the one that LGT asks for.",
             "The service factor is that of the load and not of one maker's table.",
         ),
         "JW Winco: 0.65 kW at 230/min are 27 N m, 5.5 kW at 2300/min 23 N m; Spicer's and AISCO's "
@@ -313,7 +314,8 @@ ROWS: tuple[Row, ...] = (
             "The greatest of a turn need not be at one of both printed positions.",
         ),
         "own derivation against the equilibrium of all shafts, solved as one linear system, for "
-        "random lines of 2 to 6 joints",
+        "random lines of 2 to 6 joints, and against Pinocchio's reactions of the drive line in "
+        "urdf/",
         (
             "test_line_forces.py::test_random_lines_are_in_equilibrium",
             "test_line_forces.py::test_three_joints_by_the_printed_formula",
