@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import isfinite, pi, radians
+from numbers import Real
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
@@ -32,6 +33,10 @@ __all__ = [
 _RPM = pi / 30.0
 
 
+def _is_finite(value: object) -> bool:
+    return isinstance(value, Real) and isfinite(value)
+
+
 @dataclass(frozen=True)
 class Limit:
     """A limit or constant: its value, the unit of the value, and who states it.
@@ -46,7 +51,7 @@ class Limit:
     bound: Literal["most", "least", "constant"] = "most"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.value, int | float) or not isfinite(self.value):
+        if not _is_finite(self.value):
             raise ValueError(f"value = {self.value!r} of a limit is not a finite number")
         if not self.source.strip():
             raise ValueError(f"source = {self.source!r} of a limit is empty: say who states it")

@@ -29,6 +29,7 @@ def test_limits_can_be_replaced_but_not_changed():
     own = limit.replaced(350.0, "own measurements")
     assert own == Limit(350.0, "rad/s^2", "own measurements")
     assert limit.value == 300.0
+    assert limit.replaced(np.int64(3), "x").value == 3
     with pytest.raises(FrozenInstanceError):
         limit.value = 1.0
     with pytest.raises(TypeError):
