@@ -28,6 +28,13 @@ def refuse(name: str, array: FloatArray, bad: NDArray[np.bool_], valid: str) -> 
         raise ValueError(f"{name}{index} = {array[where]} is not in the valid range {valid}")
 
 
+def finite(name: str, value: ArrayLike) -> FloatArray:
+    """Return `value` if it is not infinite anywhere."""
+    array = real(name, value)
+    refuse(name, array, np.isinf(array), "(-inf, inf)")
+    return array
+
+
 def joint_angle(name: str, value: ArrayLike) -> FloatArray:
     """Return `value` if 0 <= value < pi/2 everywhere [rad]."""
     array = real(name, value)
@@ -42,10 +49,18 @@ def projected_angle(name: str, value: ArrayLike) -> FloatArray:
     return array
 
 
-def positive(name: str, value: ArrayLike) -> FloatArray:
-    """Return `value` if it is greater than zero and finite everywhere."""
+def positive(name: str, value: ArrayLike, *, unlimited: bool = False) -> FloatArray:
+    """Return `value` if it is greater than zero and, unless `unlimited`, finite everywhere."""
     array = real(name, value)
-    refuse(name, array, (array <= 0.0) | np.isinf(array), "(0, inf)")
+    wrong = (array <= 0.0) | (np.isinf(array) & (not unlimited))
+    refuse(name, array, wrong, "(0, inf]" if unlimited else "(0, inf)")
+    return array
+
+
+def fraction(name: str, value: ArrayLike) -> FloatArray:
+    """Return `value` if it is above zero and at most one everywhere."""
+    array = real(name, value)
+    refuse(name, array, (array <= 0.0) | (array > 1.0), "(0, 1]")
     return array
 
 
@@ -61,9 +76,12 @@ def vector(name: str, value: ArrayLike) -> FloatArray:
     array = real(name, value)
     if array.shape[-1:] != (3,):
         raise ValueError(f"{name} of shape {array.shape} does not match the valid shape (..., 3)")
-    size = np.sqrt(np.sum(array * array, axis=-1))
-    refuse(f"length of {name}", size, (size <= 0.0) | np.isinf(size), "(0, inf)")
-    return array / size[..., None]
+    greatest = np.max(np.abs(array), axis=-1)
+    refuse(f"length of {name}", greatest, (greatest <= 0.0) | np.isinf(greatest), "(0, inf)")
+    # A power of two, so that squares neither vanish nor overflow and no digit changes.
+    _, exponent = np.frexp(greatest)
+    array = np.ldexp(array, -exponent[..., None])
+    return array / np.sqrt(np.sum(array * array, axis=-1))[..., None]
 
 
 def same_shape(**arrays: FloatArray) -> tuple[int, ...]:

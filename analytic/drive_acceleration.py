@@ -16,13 +16,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analytic._checks import FloatArray, not_negative, real, same_shape
+from analytic._checks import FloatArray, joint_angle, not_negative, positive, real, same_shape
 from analytic.drive_line import _joints, _turn, residual_angle_approximate
 
 __all__ = [
     "angular_acceleration",
+    "greatest_speed",
     "inertia_coast_angle",
     "inertia_drive_angle",
+    "mass_acceleration_moment",
     "n_beta_acceleration",
     "torsional_angle",
 ]
@@ -141,6 +143,55 @@ def n_beta_acceleration(speed_rpm: ArrayLike, beta_deg: ArrayLike) -> FloatArray
     speed_rpm, beta_deg = real("speed_rpm", speed_rpm), not_negative("beta_deg", beta_deg)
     same_shape(speed_rpm=speed_rpm, beta_deg=beta_deg)
     return (speed_rpm * beta_deg * (np.pi / 30.0 * np.pi / 180.0)) ** 2
+
+
+def greatest_speed(beta: ArrayLike, speed: ArrayLike, n_beta: ArrayLike) -> FloatArray:
+    """Greatest speed of a joint by its limits of speed and of speed times angle.
+
+    Args:
+        beta: joint angle [rad], 0 <= beta < pi/2.
+        speed: greatest speed of the size [rad/s], greater than 0.
+        n_beta: greatest product of speed and angle [rad^2/s], greater than 0; both of a size are
+            in `limits.JOINT_SIZES`.
+
+    Returns:
+        The lesser of `speed` and n_beta / beta [rad/s], in the broadcast shape.
+
+    Raises:
+        ValueError: an argument out of range or shapes that do not match.
+
+    Source:
+        Dana commercial drive shafts catalogue, influence of speed and deflection angle.
+    """
+    beta, speed = joint_angle("beta", beta), positive("speed", speed)
+    n_beta = positive("n_beta", n_beta)
+    same_shape(beta=beta, speed=speed, n_beta=n_beta)
+    # The greater of both reciprocals: a straight joint has no limit of its angle.
+    return 1.0 / np.maximum(1.0 / speed, beta / n_beta)
+
+
+def mass_acceleration_moment(inertia: ArrayLike, beta: ArrayLike, speed: ArrayLike) -> FloatArray:
+    """Greatest moment that accelerates the middle part of a shaft, M = J_2 epsilon_2.
+
+    Args:
+        inertia: J_2 of the middle part about its axis [kg m^2], not negative.
+        beta: joint angle [rad], 0 <= beta < pi/2.
+        speed: angular speed of the input shaft [rad/s].
+
+    Returns:
+        M = J_2 omega^2 beta^2 [N m], in the broadcast shape; of first order, see
+        `angular_acceleration`.
+
+    Raises:
+        ValueError: an argument out of range or shapes that do not match.
+
+    Source:
+        Dana industrial drive shafts catalogue p. 41, with the acceleration of the rule n * beta.
+    """
+    inertia, beta = not_negative("inertia", inertia), joint_angle("beta", beta)
+    acceleration = angular_acceleration(beta, speed, small_angle=True)
+    same_shape(inertia=inertia, acceleration=acceleration)
+    return inertia * acceleration
 
 
 def _weighted(betas: FloatArray, phases: FloatArray, weights: FloatArray) -> FloatArray:

@@ -12,11 +12,12 @@ line of joints is one such map and a rotation, so it moves exactly like one join
 joint's angle is the residual angle of the line, and its motion costs the same for any number
 of joints.
 
-A phase within a few units in the last place of a multiple of 90 degrees is taken to be that
-multiple, as no float is equal to 90 degrees. Joints are combined two by two, in an order
-that loses no digits when neighbours have nearly equal angles; equal ones compensate to exactly
-zero. In lines of three and more joints that compensate in another way, errors are a few units
-in the last place of the greatest beta_k^2. Angles are in radians.
+A phase, or a difference of phases, within a few units in the last place of a multiple of 90
+degrees is taken to be that multiple, as no float is equal to 90 degrees; the unit is that of the
+phases as they are given, before whole turns are taken off. Joints are combined two by two, in an
+order that loses no digits when neighbours have nearly equal angles; equal ones compensate to
+exactly zero. In lines of three and more joints that compensate in another way, errors are a few
+units in the last place of the greatest beta_k^2. Angles are in radians.
 
 References:
     Catalogue of cardan shafts, chapter 6 (6.1 to 6.5); VDI 2722; SAE Universal Joint and
@@ -32,7 +33,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from analytic import _cross
-from analytic._checks import FloatArray, joint_angle, real, same_shape
+from analytic._checks import FloatArray, finite, joint_angle, real, same_shape
 
 __all__ = [
     "EquivalentJoint",
@@ -46,6 +47,10 @@ __all__ = [
 ]
 
 ComplexArray = NDArray[np.complex128]
+
+_ROUNDING = 4.0 * float(np.finfo(float).eps)
+"""Relative error of a phase that is meant as a multiple of 90 degrees: what rounding pi, and a sum
+or two of such multiples, make of it."""
 
 
 class EquivalentJoint(NamedTuple):
@@ -72,7 +77,7 @@ class _Line(NamedTuple):
 
 
 def fork_phases(
-    plane_offsets: ArrayLike, fork_offsets: ArrayLike, first: float = 0.0
+    plane_offsets: ArrayLike, fork_offsets: ArrayLike, first: ArrayLike = 0.0
 ) -> FloatArray:
     """Phases of the joints from the angles between bending planes and between forks.
 
@@ -83,13 +88,14 @@ def fork_phases(
             next, about their common shaft in the sense of rotation [rad]; 0 in Z, pi in W.
         fork_offsets: (..., n - 1), angle from the output fork of each joint to the input fork of
             the next on their common shaft, in the sense of rotation [rad]; 0 in line.
-        first: phase of the first joint [rad].
+        first: (...) phase of the first joint [rad].
 
     Returns:
-        (..., n) phases [rad].
+        (..., n) phases [rad], whole turns not taken off. Multiples of 90 degrees stay multiples
+        along lines of any length.
 
     Raises:
-        ValueError: shapes that do not match.
+        ValueError: an infinite argument or shapes that do not match.
 
     Source:
         Catalogue chapter 6, second condition: forks of the common shaft in their bending planes
@@ -99,11 +105,23 @@ def fork_phases(
     >>> np.degrees(fork_phases([0.0], [0.0]))
     array([ 0., 90.])
     """
-    planes, forks = real("plane_offsets", plane_offsets), real("fork_offsets", fork_offsets)
-    same_shape(plane_offsets=planes, fork_offsets=forks)
-    steps = np.atleast_1d(np.pi / 2 + (forks - planes))
-    start = np.full((*steps.shape[:-1], 1), first)
-    return np.cumsum(np.concatenate([start, steps], axis=-1), axis=-1)
+    planes = np.atleast_1d(finite("plane_offsets", plane_offsets))
+    forks = np.atleast_1d(finite("fork_offsets", fork_offsets))
+    start = finite("first", first)
+    shape = same_shape(plane_offsets=planes, fork_offsets=forks)
+    same_shape(first=start, offsets=np.empty(shape[:-1]))
+    lines = np.broadcast_shapes(start.shape, shape[:-1])
+    terms = np.zeros((*lines, shape[-1] + 1, 2))
+    terms[..., 0, 0] = start
+    terms[..., 1:, 0], terms[..., 1:, 1] = forks, -planes
+    # Quarter turns are counted, so that only what is left of each offset is rounded.
+    quarters = np.rint(terms / (np.pi / 2))
+    rests = terms - quarters * (np.pi / 2)
+    count = np.cumsum(np.sum(quarters, axis=-1), axis=-1) + np.arange(shape[-1] + 1.0)
+    rest = np.cumsum(np.sum(rests, axis=-1), axis=-1)
+    size = np.cumsum(np.sum(np.abs(terms), axis=-1), axis=-1)
+    rest = np.where(np.abs(rest) <= _ROUNDING * size, 0.0, rest)
+    return count * (np.pi / 2) + rest
 
 
 def equivalent_joint(betas: ArrayLike, phases: ArrayLike) -> EquivalentJoint:
@@ -178,10 +196,10 @@ def residual_angle_approximate(betas: ArrayLike, phases: ArrayLike) -> FloatArra
     total = np.zeros(betas.shape[:-1], dtype=complex)
     for k in range(0, betas.shape[-1] - 1, 2):
         first, second = betas[..., k], betas[..., k + 1]
-        sine, cosine = _quarter(phases[..., k + 1] - phases[..., k])
+        (sine, cosine), _, both = _apart(phases[..., k : k + 2])
         in_line, opposed = first**2 + second**2, (first - second) * (first + second)
         pair = in_line * cosine - 1j * opposed * sine
-        total = total + pair * _direction(phases[..., k] + phases[..., k + 1])
+        total = total + pair * both
     if betas.shape[-1] % 2:
         total = total + betas[..., -1] ** 2 * _turn(phases[..., -1])
     return np.sqrt(np.abs(total))
@@ -271,10 +289,13 @@ def _joints(betas: ArrayLike, phases: ArrayLike) -> tuple[FloatArray, FloatArray
     return np.broadcast_to(angles, shape), np.broadcast_to(gammas, shape)
 
 
-def _quarter(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sine and cosine, exact where `angle` is a multiple of 90 degrees to rounding."""
+def _quarter(angle: FloatArray, size: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+    """Sine and cosine, exact where `angle` is a multiple of 90 degrees to rounding.
+
+    `size` is that of the angles it was made from, if they are greater.
+    """
     sine, cosine = np.sin(angle), np.cos(angle)
-    rounding = 4.0 * np.finfo(float).eps * np.abs(angle)
+    rounding = _ROUNDING * np.abs(angle if size is None else size)
     at_0, at_90 = np.abs(sine) <= rounding, np.abs(cosine) <= rounding
     return (
         np.where(at_0, 0.0, np.where(at_90, np.sign(sine), sine)),
@@ -282,8 +303,14 @@ def _quarter(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
     )
 
 
-def _direction(angle: FloatArray) -> ComplexArray:
+def _reduced(angle: FloatArray) -> FloatArray:
+    """The angle without whole turns; multiples of 90 degrees to rounding become exact ones."""
     sine, cosine = _quarter(angle)
+    return np.where(np.abs(angle) <= np.pi, angle, np.arctan2(sine, cosine))
+
+
+def _direction(angle: FloatArray, size: FloatArray | None = None) -> ComplexArray:
+    sine, cosine = _quarter(angle, size)
     return np.asarray(cosine + 1j * sine)
 
 
@@ -327,11 +354,22 @@ def _pair(betas: FloatArray, phases: FloatArray) -> tuple[ComplexArray, ComplexA
     difference = np.sin((first - second) / 2) * np.sin((first + second) / 2)
     difference = difference / (halves[..., 0] * halves[..., 1])
     opposed = np.sum(complements, axis=-1) - np.prod(complements, axis=-1)
-    delta = phases[..., 1] - phases[..., 0]
-    sine, cosine = _quarter(delta)
-    p = ((1.0 + product) * cosine + 1j * opposed * sine) * np.conj(_direction(delta))
+    (sine, cosine), apart, both = _apart(phases)
+    p = ((1.0 + product) * cosine + 1j * opposed * sine) * np.conj(apart)
     q = total * cosine + 1j * difference * sine
-    return p, q * np.conj(_direction(phases[..., 0] + phases[..., 1]))
+    return p, q * np.conj(both)
+
+
+def _apart(
+    phases: FloatArray,
+) -> tuple[tuple[FloatArray, FloatArray], ComplexArray, ComplexArray]:
+    """Sine and cosine of the difference of two phases, and the directions of it and of the sum."""
+    # Whole turns go before the difference is taken: its rounding would be that of the turns.
+    reduced, size = _reduced(phases), np.max(np.abs(phases), axis=-1)
+    delta, both = reduced[..., 1] - reduced[..., 0], reduced[..., 0] + reduced[..., 1]
+    size = np.maximum(size, np.maximum(np.abs(delta), np.abs(both)))
+    sine, cosine = _quarter(delta, size)
+    return (sine, cosine), np.asarray(cosine + 1j * sine), _direction(both, size)
 
 
 def _at(

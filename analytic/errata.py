@@ -77,8 +77,8 @@ ERRATA: tuple[Erratum, ...] = (
         place="paragraph 26, worked example, c = 30 deg",
         kind="wrong",
         printed="alpha = 47 deg 3', beta = 42 deg 57', greatest deviation 4 deg 6'.",
-        right="47 deg 3.5', 42 deg 56.5', 4 deg 7.0'. The printed angles follow from tangents "
-        "cut to three decimals, and their difference carries both errors.",
+        right="47 deg 3.5', 42 deg 56.5', 4 deg 7.0'. The printed angles follow from tangents of "
+        "three decimals, 1.074 cut and 0.931 rounded, and their difference carries both errors.",
         numbers=(
             Comparison("alpha in minutes of arc", 2823.0, 2823.52),
             Comparison("beta in minutes of arc", 2577.0, 2576.48),
@@ -100,8 +100,11 @@ ERRATA: tuple[Erratum, ...] = (
         kind="scope",
         printed="M_x and M_z from (6) and (7), with M_t = Theta omega_1^2 psi''.",
         right="In (5) to (7) M_t is the component along +y, in (8) it is positive in the sense of "
-        "rotation, along -y. The M_x and M_z of the rig are therefore components along -x and -z.",
-        numbers=(Comparison("cos mu, driving, alpha = 50 deg, phi = 0", 0.642788, -0.642788),),
+        "rotation, along -y: the source's own cos mu is -cos alpha = -0.642788 at alpha = 50 deg, "
+        "phi = 0. The M_x and M_z of the rig are therefore components along -x and -z.",
+        numbers=(
+            Comparison("M_x along +x for M_t = 1, alpha = 50 deg, phi = 0", 1.191754, -1.191754),
+        ),
     ),
     Erratum(
         key="thoma-neglect",
@@ -166,10 +169,10 @@ ERRATA: tuple[Erratum, ...] = (
         key="catalogue-example",
         source=CATALOGUE,
         place="6.3, example of Bild 19",
-        kind="wrong",
+        kind="scope",
         printed="beta_1 = 16.5 deg from beta_V1 = 15 deg and beta_H1 = 7 deg.",
         right="16.42 deg by the formula printed below it. The drawing adds the angles instead of "
-        "their tangents, which gives 16.55 deg.",
+        "their tangents, which holds for small angles and gives 16.55 deg here.",
         numbers=(Comparison("beta_1 in deg", 16.5, 16.4225),),
     ),
     Erratum(
@@ -194,6 +197,32 @@ ERRATA: tuple[Erratum, ...] = (
         numbers=(
             Comparison("beta_2 of the example in deg, input shaft parallel", 16.3956, 16.5543),
             Comparison("offset of the example in deg, input shaft parallel", -70.8728, -72.2954),
+        ),
+    ),
+    Erratum(
+        key="catalogue-complement",
+        source=CATALOGUE,
+        place="6.3, last sentence",
+        kind="scope",
+        printed="If phi is greater than 90 deg, its supplement (Ergaenzungswinkel) is taken.",
+        right="The supplement is measured in the opposite sense: a fork turned by 109 deg one way "
+        "stands like a fork turned by 71 deg the other way.",
+        numbers=(
+            Comparison("offset in deg, p_2 - p_1 = 109.127 deg in the example", 70.8728, -70.8728),
+        ),
+    ),
+    Erratum(
+        key="catalogue-planar-lines",
+        source=CATALOGUE,
+        place="6.5",
+        kind="scope",
+        printed="beta_E = sqrt(+-beta_1^2 ... +-beta_n^2) for lines of 3 or more joints.",
+        right="Signs are enough if all phases are 0 or 90 deg: planar lines with forks in line or "
+        "crossed, or forks that make up for the planes. Else, to first order, "
+        "beta_E^2 = |sum of beta_k^2 exp(2 i gamma_k)|.",
+        numbers=(
+            Comparison("beta_E in deg, twice 12 deg, forks 45 deg off, sign -", 0.0, 14.2705),
+            Comparison("beta_E in deg, twice 12 deg, forks 45 deg off, sign +", 16.970563, 14.2705),
         ),
     ),
     Erratum(
@@ -243,6 +272,14 @@ ERRATA: tuple[Erratum, ...] = (
         numbers=(Comparison("F_12 of the example at the impact in N", 654.163, 0.0),),
     ),
     Erratum(
+        key="dresig-tilde",
+        source=DRESIG,
+        place="(25)",
+        kind="scan",
+        printed="Initial conditions of stage 2 for t = t - t_1 = 0.",
+        right="For t~ = t - t_1 = 0: the tilde, which (26) and (27) keep, is lost.",
+    ),
+    Erratum(
         key="dresig-28",
         source=DRESIG,
         place="before (28)",
@@ -279,6 +316,20 @@ ERRATA: tuple[Erratum, ...] = (
             Comparison("f(1)", 36.8496, 74.5487),
             Comparison("f(2)", 9.85620, 10.7124),
             Comparison("f(5)", 1.87597, 1.87783),
+        ),
+    ),
+    Erratum(
+        key="dresig-mass",
+        source=DRESIG,
+        place="section 3, after (36)",
+        kind="scope",
+        printed="The speed has the greatest influence, the mass the smallest.",
+        right="So it is for tau (31). For the peak force c s f(tau), the stiffness counts least: "
+        "in the example the peak grows like the speed to the power 1.91, k_1 to 0.64, the play to "
+        "0.36, the mass to 0.32 and the stiffness to 0.045.",
+        numbers=(
+            Comparison("exponent of the mass, of tau and of the peak", -0.1666667, 0.318236),
+            Comparison("exponent of the stiffness, of tau and of the peak", 0.5, 0.0452916),
         ),
     ),
 )

@@ -37,6 +37,9 @@ __all__ = [
     "reversal",
 ]
 
+_GREAT_TAU = 1e50
+"""Beyond it the factor is 6 / tau to far more digits than a float has."""
+
 Start = Literal["rest", "release"]
 
 
@@ -95,7 +98,8 @@ def peak_factor(tau: ArrayLike, *, start: Start = "rest") -> FloatArray:
         start: "rest" or "release", see the module's text.
 
     Returns:
-        f, in the shape of `tau`. With start="release" NaN below tau = 1.8386.
+        f, in the shape of `tau`; inf where it is beyond floats, below tau = 1e-102. With
+        start="release" NaN below tau = 1.8386.
 
     Raises:
         ValueError: tau out of range or an unknown start.
@@ -107,7 +111,17 @@ def peak_factor(tau: ArrayLike, *, start: Start = "rest") -> FloatArray:
     74.5487
     """
     tau = positive("tau", tau)
-    return sum(_peak(tau, start)) * 12.0 / (tau * tau * tau)
+    # Powers one by one: the cube of tau over- and underflows long before the factor does.
+    with np.errstate(over="ignore", invalid="ignore"):
+        if start == "rest":
+            arc = 2.0 * np.arctan2(tau, tau - 2.0)
+            return (6.0 + 12.0 * (1.0 + arc / tau) / tau) / tau
+        flight, angle, root = _peak(np.minimum(tau, _GREAT_TAU), start)
+        return np.where(
+            tau < _GREAT_TAU,
+            12.0 * (flight + angle + root) / np.minimum(tau, _GREAT_TAU) ** 3,
+            6.0 / tau,
+        )[()]
 
 
 def peak_factor_linearised(tau: ArrayLike) -> FloatArray:
@@ -128,8 +142,11 @@ def peak_factor_linearised(tau: ArrayLike) -> FloatArray:
         Dresig and Thuemmel (29) divided by c s.
     """
     tau = positive("tau", tau)
-    arc = np.pi / 2 + (2.0 * tau**3 + 2.0 * tau**2 - 4.0) / (tau**4 + 4.0)
-    return 12.0 / tau**2 * (tau / 2.0 + 1.0 + arc / tau)
+    # The quotient is 2 / tau to rounding long before its powers overflow.
+    bounded = np.minimum(tau, _GREAT_TAU)
+    quotient = (2.0 * bounded**3 + 2.0 * bounded**2 - 4.0) / (bounded**4 + 4.0)
+    with np.errstate(over="ignore"):
+        return (6.0 + 12.0 * (1.0 + (np.pi / 2 + quotient) / tau) / tau) / tau
 
 
 def peak_factor_limits(tau: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -149,7 +166,8 @@ def peak_factor_limits(tau: ArrayLike) -> tuple[FloatArray, FloatArray]:
         Limits of Dresig and Thuemmel (36).
     """
     tau = positive("tau", tau)
-    return 24.0 * np.pi / (tau * tau * tau), 6.0 / tau
+    with np.errstate(over="ignore"):
+        return 24.0 * np.pi / tau / tau / tau, 6.0 / tau
 
 
 def reversal(

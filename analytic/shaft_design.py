@@ -83,14 +83,23 @@ def critical_speed(
     return np.square(np.pi / (2.0 * length)) * np.sqrt(modulus / density) * np.hypot(outer, inner)
 
 
-def speed_is_permissible(speed: ArrayLike, critical: ArrayLike) -> NDArray[np.bool_]:
+def speed_is_permissible(
+    speed: ArrayLike,
+    critical: ArrayLike,
+    share: ArrayLike = 0.75,
+    half_critical: tuple[float, float] = (0.42, 0.58),
+) -> NDArray[np.bool_]:
     """Whether a speed is below 0.75 of the critical speed and not between 0.42 and 0.58 of it.
 
-    The second order of the joints excites bending at half the critical speed.
+    The second order of the joints excites bending at half the critical speed, noticeably from
+    joint angles of some 3 degrees on (Dana).
 
     Args:
         speed: speed of rotation, in the unit of `critical`, not negative.
         critical: critical speed, greater than 0.
+        share: greatest share of the critical speed, greater than 0; makers state 0.65 (industrial)
+            to 0.75, see `limits.LIMITS`.
+        half_critical: shares of the critical speed between which it must not be.
 
     Returns:
         True or False, in the broadcast shape; False where an argument is NaN.
@@ -102,9 +111,10 @@ def speed_is_permissible(speed: ArrayLike, critical: ArrayLike) -> NDArray[np.bo
         Catalogue practice; the half-critical speed is Thoma's omega_n / 2 (1920).
     """
     speed, critical = not_negative("speed", speed), positive("critical", critical)
-    same_shape(speed=speed, critical=critical)
-    ratio = speed / critical
-    return (ratio <= 0.75) & ~((ratio >= 0.42) & (ratio <= 0.58))
+    share = positive("share", share)
+    same_shape(speed=speed, critical=critical, share=share)
+    ratio, (low, high) = speed / critical, half_critical
+    return (ratio <= share) & ~((ratio >= low) & (ratio <= high))
 
 
 def joint_life(
@@ -187,14 +197,8 @@ def duty_cycle_life(shares: ArrayLike, lives: ArrayLike) -> FloatArray:
     Source:
         Linear damage rule (Palmgren, Miner) of the catalogues.
     """
-    shares = np.atleast_1d(not_negative("shares", shares))
-    lives = np.atleast_1d(real("lives", lives))
-    refuse("lives", lives, lives <= 0.0, "(0, inf]")
+    shares, lives = _shares(shares), np.atleast_1d(positive("lives", lives, unlimited=True))
     same_shape(shares=shares, lives=lives)
-    total = np.sum(shares, axis=-1)
-    refuse(
-        "sum of shares", total, np.abs(total - 1.0) > _SUM_TOLERANCE, f"1 within {_SUM_TOLERANCE:g}"
-    )
     with np.errstate(divide="ignore"):
         return 1.0 / np.sum(shares / lives, axis=-1)
 
@@ -224,6 +228,16 @@ def slip_force(
     radius, friction = positive("radius", radius), not_negative("friction", friction)
     same_shape(torque=torque, beta=beta, radius=radius, friction=friction)
     return np.abs(torque) * friction * np.cos(beta) / radius
+
+
+def _shares(shares: ArrayLike) -> FloatArray:
+    """Shares of time with sum 1 along the last axis."""
+    shares = np.atleast_1d(not_negative("shares", shares))
+    total = np.sum(shares, axis=-1)
+    refuse(
+        "sum of shares", total, np.abs(total - 1.0) > _SUM_TOLERANCE, f"1 within {_SUM_TOLERANCE:g}"
+    )
+    return shares
 
 
 def _n_beta(speed: ArrayLike, beta: ArrayLike, **others: FloatArray) -> FloatArray:

@@ -172,7 +172,8 @@ def support_forces(
         fork_offset: (...) angle between the forks, as in `double_shaft_wrenches`.
 
     Returns:
-        A, B, E and F [N], each (..., 3), across their shaft. What P has along an end shaft (its
+        A, B, E and F [N], each (..., 3) in the shape to which all arguments broadcast, across
+        their shaft. What P has along an end shaft (its
         thrust bearing carries it) is not part of them.
 
     Raises:
@@ -183,13 +184,14 @@ def support_forces(
     """
     distances = _checked(spans)
     wrenches = double_shaft_wrenches(axes, phi_1, torque, length, fork_offset)
-    same_shape(force=wrenches.force[..., 0], **distances)
+    shape = same_shape(force=wrenches.force[..., 0], **distances)
     a, b, e, f = (distance[..., None] for distance in distances.values())
     shafts = vector("axes", axes)
     e_1, e_3 = shafts[..., 0, :], shafts[..., 2, :]
     far_1, near_1 = _on_bearings(-wrenches.force, -wrenches.moment_1, -e_1, b, a)
     far_2, near_2 = _on_bearings(wrenches.force, wrenches.moment_2, e_3, e, f)
-    return SupportForces(A=far_1, B=near_1, E=near_2, F=far_2)
+    forces = (far_1, near_1, near_2, far_2)
+    return SupportForces(*(filled(force, (*shape, 3)) for force in forces))
 
 
 def planar_support_forces(

@@ -245,7 +245,9 @@ def rig_harmonics(
     array([-1.6461, -0.8435])
     """
     order = real("order", order)
-    wrong = (order < 0.0) | np.isinf(order) | (order != 2.0 * np.rint(order / 2.0))
+    # NaN, which is unequal to itself, passes as everywhere.
+    uneven = (order != 2.0 * np.rint(order / 2.0)) & ~np.isnan(order)
+    wrong = (order < 0.0) | np.isinf(order) | uneven
     refuse("order", order, wrong, "0, 2, 4, ...")
     beta, order, scale = _rig_arguments(beta, order, inertia, speed, "order")
     sine, cosine = np.sin(beta), np.cos(beta)

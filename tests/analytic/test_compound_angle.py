@@ -144,3 +144,19 @@ def test_shapes_nan_and_bad_arguments():
         ca.angle_between([1.0, np.inf, 0.0], [1.0, 0.0, 0.0])
     with pytest.raises(ValueError, match=r"axis_1 of shape \(2,\)"):
         ca.angle_between([1.0, 0.0], [1.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("size", [1e-320, 1e-200, 1e-100, 1.0, 1e150, 1e200, 1e308])
+@pytest.mark.parametrize("other", [1e-200, 1.0, 1e200])
+def test_length_of_the_axes_does_not_matter(size, other):
+    first, second = np.array([1.0, 0.5, 0.0]), np.array([0.25, 1.0, -0.5])
+    cosine = (0.25 + 0.5) / np.sqrt(1.25 * 1.3125)
+    value = ca.angle_between(size * first, other * second)
+    # Below 1e-308, floats themselves have fewer digits.
+    assert value == pytest.approx(np.arccos(cosine), rel=1e-14 if size > 1e-300 else 1e-3)
+
+
+def test_axes_that_mark_no_direction():
+    for axis in ([0.0, 0.0, 0.0], [1.0, np.inf, 0.0]):
+        with pytest.raises(ValueError, match=r"length of axis_1"):
+            ca.angle_between(axis, [1.0, 0.0, 0.0])

@@ -5,6 +5,7 @@ import pytest
 
 from analytic import drive_acceleration as da
 from analytic import drive_line, single_joint
+from analytic.limits import JOINT_SIZES
 
 QUARTER = np.pi / 2
 
@@ -65,12 +66,51 @@ def test_n_beta_rule():
     assert da.n_beta_acceleration(1500.0, 6.0) == pytest.approx(expected, rel=1e-14)
 
 
+def test_example_of_pss():
+    """5, 4, 3 and 2 degrees, the first shaft crossed, 2500/min: angles and rad/s^2 as printed."""
+    betas, phases = np.radians([5.0, 4.0, 3.0, 2.0]), np.array([0.0, 0.0, QUARTER, 0.0])
+    speed = 2500 * np.pi / 30
+    printed = {
+        da.inertia_drive_angle: (9.90, 2026),
+        da.inertia_coast_angle: (3.16, 209),
+        da.torsional_angle: (6.00, 749),
+    }
+    for function, (degrees, acceleration) in printed.items():
+        theta = function(betas, phases)
+        assert np.degrees(theta) == pytest.approx(degrees, abs=0.005)
+        assert da.angular_acceleration(theta, speed) == pytest.approx(acceleration, abs=0.5)
+
+
+def test_greatest_speed_of_a_size():
+    """Dana's joint 2040: 5000/min, and 20 000 degrees/min from 4 degrees on."""
+    size, rpm = JOINT_SIZES["2040"], np.pi / 30
+    speeds = da.greatest_speed(np.radians([0.0, 3.9, 4.0, 10.0]), size.speed, size.n_beta) / rpm
+    assert speeds == pytest.approx([5000.0, 5000.0, 5000.0, 2000.0], rel=1e-13)
+
+
+def test_moment_of_the_middle_part():
+    """M = J_2 epsilon_2 against the greatest acceleration of the joint, to first order."""
+    beta, speed, inertia = np.radians(4.0), 200.0, 0.05
+    exact = inertia * speed**2 * single_joint.greatest_acceleration(beta)
+    moment = da.mass_acceleration_moment(inertia, beta, speed)
+    assert moment == pytest.approx(exact, rel=2e-3)
+    assert moment == pytest.approx(
+        inertia * da.n_beta_acceleration(speed * 30 / np.pi, 4.0), rel=1e-13
+    )
+
+
 def test_shapes_nan_and_bad_arguments():
     betas = np.radians([[3.0, 4.0], [np.nan, 4.0]])
     for function in (da.torsional_angle, da.inertia_drive_angle):
         assert np.isnan(function(betas, [0.0, QUARTER])).tolist() == [False, True]
     assert da.angular_acceleration(np.ones((3, 1)), np.ones(2)).shape == (3, 2)
     assert isinstance(da.n_beta_acceleration(1000, 3), float)
+    assert da.greatest_speed(np.full((3, 1), 0.1), [1.0, np.nan], 1.0).shape == (3, 2)
+    assert np.isnan(da.mass_acceleration_moment([1.0, np.nan], 0.1, 1.0)).tolist() == [False, True]
+    with pytest.raises(ValueError, match=r"n_beta = 0\.0"):
+        da.greatest_speed(0.1, 1.0, 0.0)
+    with pytest.raises(ValueError, match=r"inertia = -1\.0"):
+        da.mass_acceleration_moment(-1.0, 0.1, 1.0)
     with pytest.raises(ValueError, match=r"theta = -0\.1"):
         da.angular_acceleration(-0.1, 1.0)
     with pytest.raises(ValueError, match=r"beta_deg = -1\.0"):

@@ -272,6 +272,57 @@ def test_fork_phases():
     assert drive_line.fork_phases(np.zeros((4, 2)), np.zeros(2)).shape == (4, 3)
 
 
+@pytest.mark.parametrize("quarters", [(10, 11), (-400, -399), (20, 23), (3, 100_000)])
+def test_whole_turns_leave_no_rounding(quarters):
+    phases = np.array(quarters) * QUARTER
+    even = (quarters[1] - quarters[0]) % 2 == 0
+    for beta in (0.01, 0.2, 1.0):
+        equal = drive_line.residual_angle([beta, beta], phases)
+        doubled = np.arccos(np.cos(beta) ** 2)
+        assert equal == (pytest.approx(doubled, rel=1e-12) if even else 0.0)
+        assert (drive_line.residual_angle_approximate([beta, beta], phases) == 0.0) != even
+
+
+@pytest.mark.parametrize(("turns", "offset"), [(0, 0.3), (7, 0.3), (-100, 1.234)])
+def test_whole_turns_of_oblique_phases(turns, offset):
+    """Both phases carry the rounding of the turns, so their difference is 90 degrees."""
+    phases = np.array([offset, offset + QUARTER]) + 2 * np.pi * turns
+    assert drive_line.residual_angle([0.2, 0.2], phases) == 0.0
+
+
+def test_what_is_more_than_rounding_counts():
+    """Exactly to first order, a phase error e of equal joints leaves beta sqrt(2 sin e)."""
+    beta, error = 1e-3, 1e-12
+    value = drive_line.residual_angle([beta, beta], [0.0, QUARTER + error])
+    assert value == pytest.approx(beta * np.sqrt(2 * error), rel=1e-3)
+
+
+@pytest.mark.parametrize("plane", [0.0, np.pi, -np.pi, 6 * np.pi])
+@pytest.mark.parametrize(("quarters", "rest"), [(0, 0.0), (10, 0.0), (0, 0.3)])
+def test_fork_phases_gather_no_rounding_along_the_line(plane, quarters, rest):
+    joints, first = 400, quarters * QUARTER + rest
+    phases = drive_line.fork_phases(np.full(joints - 1, plane), np.zeros(joints - 1), first)
+    count = quarters + np.arange(joints) * (1 - round(plane / QUARTER))
+    np.testing.assert_allclose(phases, count * QUARTER + rest, rtol=ULP)
+    assert drive_line.residual_angle(np.full(joints, 0.2), phases) == 0.0
+
+
+def test_offsets_that_cancel_along_the_line():
+    """0.1 + 0.2 - 0.3 is not zero in floats, and its root would be 1e-8 of the joint angle."""
+    phases = drive_line.fork_phases([0.0] * 3, [0.1, 0.2, -0.3])
+    assert phases[3] == 3 * QUARTER
+    np.testing.assert_allclose(phases[1:3], [QUARTER + 0.1, 2 * QUARTER + 0.3], rtol=2 * ULP)
+
+
+def test_first_phases_broadcast():
+    first = np.array([[0.0], [0.5], [np.nan]])
+    phases = drive_line.fork_phases(np.zeros((4, 2)), 0.1, first)
+    assert phases.shape == (3, 4, 3)
+    np.testing.assert_allclose(phases[1, 2], [0.5, 0.6 + QUARTER, 0.7 + 2 * QUARTER])
+    assert np.isnan(phases[2]).all()
+    assert not np.isnan(phases[:2]).any()
+
+
 def test_shapes_and_nan():
     betas = np.radians([[10.0, 10.0], [20.0, np.nan], [30.0, 5.0]])
     phi = np.zeros((4, 3))
@@ -297,5 +348,12 @@ def test_bad_arguments():
         drive_line.residual_angle([], [])
     with pytest.raises(ValueError, match=r"phi_1 of shape \(4,\) .* \(3,\)"):
         drive_line.output_angle(np.full((3, 2), 0.1), [0.0, 1.0], np.zeros(4))
+    for first in ("x", 1j, None):
+        with pytest.raises(ValueError, match=r"first = .* must be real numbers"):
+            drive_line.fork_phases([0.0], [0.0], first)
+    with pytest.raises(ValueError, match=r"first = inf .*\(-inf, inf\)"):
+        drive_line.fork_phases([0.0], [0.0], np.inf)
+    with pytest.raises(ValueError, match=r"first \(3,\), offsets \(2,\)"):
+        drive_line.fork_phases(np.zeros((2, 1)), 0.0, np.zeros(3))
     with pytest.raises(ValueError, match="plane_offsets"):
         drive_line.fork_phases([0.0, 0.0, 0.0], [0.0, 0.0])

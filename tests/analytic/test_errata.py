@@ -39,8 +39,11 @@ def weisbach_lead():
 
 
 def thoma_sense():
-    cos_mu = thoma.moment_cosines(50 * DEGREE, 0.0)[1]
-    return [(-cos_mu, cos_mu)]
+    """Both ways from Thoma's own direction cosines, in his axes."""
+    cos_lambda, cos_mu, _ = thoma.moment_cosines(50 * DEGREE, 0.0)
+    assert cos_mu == pytest.approx(-0.642788, abs=5e-7)
+    # (6) with M_t = 1; and the moment whose component in the sense of rotation, -y, is 1.
+    return [(cos_lambda / cos_mu, cos_lambda / -cos_mu)]
 
 
 def thoma_neglect():
@@ -124,6 +127,25 @@ def catalogue_projections():
     return [(formulas[1], second), (formulas[2], offset)]
 
 
+def catalogue_complement():
+    h1, v1, h2, v2 = np.radians([7, 15, 12, -11.5])
+    planes = [compound_angle.bending_plane(*pair) for pair in ((h1, v1), (h2, v2))]
+    turned = np.degrees(planes[1] - planes[0])
+    assert turned == pytest.approx(109.127, abs=5e-4)
+    return [(180 - turned, np.degrees(compound_angle.fork_offset(h1, v1, h2, v2)))]
+
+
+def catalogue_planar_lines():
+    """The right value by shafts in space: the greatest and smallest ratio of the line."""
+    beta, phi = 12 * DEGREE, np.linspace(0, np.pi, 200_001)
+    middle = single_joint.output_angle(beta, phi)
+    ratio = single_joint.speed_ratio(beta, phi) * single_joint.speed_ratio(beta, middle + np.pi / 4)
+    exact = np.degrees(np.arccos(np.sqrt(ratio.min() / ratio.max())))
+    first = np.degrees(drive_line.residual_angle_approximate([beta] * 2, [0, np.pi / 4]))
+    assert exact == pytest.approx(first, rel=0.02)
+    return [(0.0, first), (np.hypot(12, 12), first)]
+
+
 def dresig_start():
     return [(impact.reversal(**EXAMPLE).peak, impact.reversal(**EXAMPLE, start="release").peak)]
 
@@ -160,6 +182,28 @@ def dresig_29():
     return [(impact.peak_factor_linearised(tau), impact.peak_factor(tau)) for tau in (1, 2, 5)]
 
 
+def dresig_mass():
+    def exponents(function):
+        step = 1e-6
+        return {
+            name: np.log(
+                function(**EXAMPLE | {name: EXAMPLE[name] * np.exp(step)})
+                / function(**EXAMPLE | {name: EXAMPLE[name] * np.exp(-step)})
+            )
+            / (2 * step)
+            for name in EXAMPLE
+        }
+
+    peak = exponents(lambda **example: impact.reversal(**example).peak)
+    tau = exponents(clearance.tau)
+    rounded = [peak[name] for name in ("ramp", "half_clearance", "mass", "stiffness")]
+    assert 3 * peak["ramp"] == pytest.approx(1.91, abs=0.005)  # the ramp is k_1 Omega^3
+    assert rounded == pytest.approx([0.64, 0.36, 0.32, 0.045], abs=0.005)
+    assert min(peak, key=lambda name: abs(peak[name])) == "stiffness"
+    assert min(tau, key=lambda name: abs(tau[name])) == "mass"
+    return [(tau[name], peak[name]) for name in ("mass", "stiffness")]
+
+
 RECOMPUTED = {
     "weisbach-inequality": weisbach_tangents,
     "weisbach-tangent": weisbach_tangent,
@@ -173,6 +217,8 @@ RECOMPUTED = {
     "catalogue-example": catalogue_example,
     "catalogue-offset-sign": catalogue_offset_sign,
     "catalogue-projections": catalogue_projections,
+    "catalogue-complement": catalogue_complement,
+    "catalogue-planar-lines": catalogue_planar_lines,
     "dresig-start": dresig_start,
     "dresig-products": dresig_products,
     "dresig-16": dresig_16,
@@ -180,6 +226,7 @@ RECOMPUTED = {
     "dresig-28": dresig_28,
     "dresig-branch": dresig_branch,
     "dresig-29": dresig_29,
+    "dresig-mass": dresig_mass,
 }
 
 

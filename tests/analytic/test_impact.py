@@ -204,6 +204,26 @@ def test_limits():
     assert np.all(impact.peak_factor(tau) > impact.peak_factor_limits(tau)[1])
 
 
+@pytest.mark.parametrize("start", ["rest", "release"])
+@pytest.mark.parametrize(
+    "tau", [1e-110, 1e-102, 1e-90, 1e-20, 1e20, 1e60, 1e90, 1e110, 1e200, 1e300]
+)
+def test_factors_where_powers_of_tau_are_beyond_floats(tau, start):
+    x = mp.mpf(tau)
+    if start == "rest":
+        reference = 6 / x + 12 / x**2 + 24 / x**3 * mp.atan2(x, x - 2)
+        linear = mp.pi / 2 + (2 * x**3 + 2 * x**2 - 4) / (x**4 + 4)
+        other = impact.peak_factor_linearised(tau)
+        assert other == pytest.approx(float(12 / x**2 * (x / 2 + 1 + linear / x)), rel=1e-14)
+        assert impact.peak_factor_limits(tau)[0] == pytest.approx(float(24 * mp.pi / x**3))
+    elif tau < 1:
+        reference = mp.nan
+    else:
+        reference = 6 / x  # the next term is 1 / tau of it
+    value = impact.peak_factor(tau, start=start)
+    assert value == pytest.approx(float(reference), rel=1e-14, nan_ok=True)
+
+
 def test_release_lowers_the_peak():
     tau = np.array([2.0, 3.0, 5.0, 10.0])
     ratio = impact.peak_factor(tau, start="release") / impact.peak_factor(tau)

@@ -36,6 +36,13 @@ def test_permissible_speeds():
     assert sd.speed_is_permissible(ratio * 80.0, 80.0).tolist() == expected
 
 
+def test_permissible_speeds_by_other_limits():
+    ratio = np.array([0.46, 0.55, 0.64, 0.66, 0.75])
+    industrial = sd.speed_is_permissible(ratio * 80.0, 80.0, 0.65, (0.45, 0.5))
+    assert industrial.tolist() == [False, True, True, False, False]
+    assert sd.speed_is_permissible(ratio, 1.0, [[0.5], [0.8]]).shape == (2, 5)
+
+
 def test_joint_life():
     at = {"speed": 300 * RPM, "beta": np.radians(5.0)}
     assert sd.joint_life(**at, torque=800.0, rated_torque=800.0) == pytest.approx(1000.0)

@@ -177,6 +177,19 @@ def test_straight_joints():
         np.testing.assert_allclose(wrenches.moment_1, [TORQUE * direction] * 2, atol=1e-12)
 
 
+def test_spans_broadcast():
+    axes = sf.shaft_axes(0.3, np.array([0.2, 0.4]))
+    near = np.array([[0.1], [0.2], [0.3]])
+    forces = sf.support_forces(axes, 0.7, TORQUE, LENGTH, SPANS._replace(b=near))
+    assert all(force.shape == (3, 2, 3) for force in forces)
+    for i in range(3):
+        alone = sf.support_forces(axes, 0.7, TORQUE, LENGTH, SPANS._replace(b=near[i, 0]))
+        for force, single in zip(forces, alone, strict=True):
+            np.testing.assert_array_equal(force[i], single)
+    swept = sf.support_forces(axes[0], 0.7, TORQUE, LENGTH, SPANS._replace(f=np.ones(4)))
+    assert all(force.shape == (4, 3) for force in swept)
+
+
 def test_shapes_nan_and_bad_arguments():
     axes = sf.shaft_axes(np.array([[0.1], [0.2], [np.nan]]), np.array([0.1, 0.3]))
     assert axes.shape == (3, 2, 3, 3)

@@ -251,6 +251,8 @@ def test_nan_and_shapes():
         thoma.rig_moments_small_angle(beta, phi, 1.0, 3.0),
     ):
         assert [np.isnan(v).tolist() for v in values] == [missing] * len(values)
+    harmonics = thoma.rig_harmonics(beta, [0.0, np.nan, 2.0])
+    assert [np.isnan(v).tolist() for v in harmonics] == [missing] * 3
     assert thoma.moment_cosines(beta, phi).shape == (2, 3, 3)
     assert all(isinstance(v, float) for v in thoma.bending_moments(0.1, 0.2))
     assert all(isinstance(v, float) for v in thoma.rig_harmonics(0.1, 2))

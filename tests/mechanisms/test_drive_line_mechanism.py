@@ -8,7 +8,7 @@ from testkit.shaft_line import ShaftLine, about, across, dot, single_joint, sing
 from testkit.urdf_reader import Reader, text
 
 import cardan_dyn as cd
-from analytic import drive_line
+from analytic import drive_line, line_forces, support_forces
 
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, 361)
 X, Y, Z = np.eye(3)
@@ -122,6 +122,28 @@ def test_forces_along_the_line(degrees: tuple[float, ...], turn: cd.Sweep) -> No
     for name in ("slip", "bearing_float"):
         assert np.max(np.abs(turn[name].axial)) < 1e-12 * scale, name
     assert np.max(np.abs(turn["centre_bearing"].moment)) < 1e-13 * scale
+
+
+def test_bearings_are_those_of_the_closed_form(degrees: tuple[float, ...], turn: cd.Sweep) -> None:
+    spans = support_forces.Spans(a=0.13, b=0.214, e=0.214, f=0.13)
+    axes, torque = np.array(shaft_line(degrees).shafts), turn.drive_effort
+    closed = line_forces.line_support_forces(
+        axes, POSITIONS, torque, [FRONT, REAR], [BEARING], spans, [0.0, 0.0]
+    )
+    force = turn.wrench("centre_bearing", "world").force
+    scale = np.max(np.abs(force))
+    assert np.max(np.abs(closed.centres[:, 0] + force)) < 1e-12 * scale
+    # The far and near bearings of both end shafts together carry what stands across these.
+    for name, axis, pair in (
+        ("bearing_in", axes[0], (closed.A, closed.B)),
+        ("bearing_out", axes[-1], (closed.E, closed.F)),
+    ):
+        whole = across(turn.wrench(name, "world").force, axis)
+        assert np.max(np.abs(sum(pair) + whole)) < 1e-12 * scale, name
+    moments = line_forces.line_moments(axes, POSITIONS, torque, [0.0, 0.0])
+    for index in (1, 2, 3):
+        computed = turn.wrench(f"pin_{index}_out", "world").moment
+        assert np.max(np.abs(moments[:, index - 1] - computed)) < 1e-12 * np.max(np.abs(computed))
 
 
 def test_residual_of_three_joints_in_a_plane() -> None:

@@ -1,0 +1,85 @@
+"""The table of rules: complete, and every name in it exists."""
+
+import importlib
+import inspect
+from pathlib import Path
+
+import pytest
+
+from analytic import limits, rules
+
+PAGE = Path(__file__).parents[2] / "docs" / "practice.md"
+RULES = list(rules.RULES.values())
+PRACTICE = (
+    "axial_force",
+    "bending_speed",
+    "centred_double_joint",
+    "design_torque",
+    "drive_acceleration",
+    "fork_couples",
+    "installation",
+    "joint_rating",
+    "line_forces",
+    "precision_joint",
+    "shaft_design",
+    "support_forces",
+    "torsional_speed",
+    "tube",
+    "uniformity",
+)
+BUILDING_BLOCKS = {"support_forces.shaft_axes", "support_forces.double_shaft_wrenches"}
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.key)
+def test_names_in_a_rule_exist(rule):
+    for name in rule.functions:
+        module, function = name.split(".")
+        assert callable(getattr(importlib.import_module(f"analytic.{module}"), function))
+    assert set(rule.limits) <= set(limits.LIMITS)
+    for place in rule.tests:
+        file, test = place.split("::")
+        assert file.startswith("test_")
+        assert test.startswith("test_")
+        text = (Path(__file__).parent / file).read_text(encoding="utf-8")
+        assert f"def {test}(" in text, place
+    words = (rule.title, rule.formula, rule.source, rule.example, *rule.assumptions)
+    assert all(word.strip() for word in words)
+    assert rule.functions
+    assert rule.assumptions
+    assert rule.tests
+
+
+def test_every_function_of_practice_belongs_to_a_rule():
+    named = {name for rule in RULES for name in rule.functions}
+    public = {
+        f"{module}.{name}"
+        for module in PRACTICE
+        for name, value in vars(importlib.import_module(f"analytic.{module}")).items()
+        if inspect.isfunction(value)
+        and value.__module__ == f"analytic.{module}"
+        and not name.startswith("_")
+    }
+    assert public - named == BUILDING_BLOCKS
+
+
+def test_every_limit_belongs_to_a_rule():
+    assert {name for rule in RULES for name in rule.limits} == set(limits.LIMITS)
+
+
+def test_keys():
+    assert [rule.key for rule in RULES] == list(rules.RULES)
+    with pytest.raises(TypeError):
+        rules.RULES["own"] = RULES[0]
+
+
+def test_own_derivations_say_against_what_they_were_held():
+    own = [rule for rule in RULES if "own derivation" in rule.source]
+    assert own
+    for rule in own:
+        assert any(word in rule.example for word in ("own derivation", "finite elements"))
+
+
+def test_page_and_table_agree():
+    page = PAGE.read_text(encoding="utf-8")
+    assert page == rules.as_markdown()
+    assert all(f"| `{name}` |" in page for name in limits.LIMITS)
