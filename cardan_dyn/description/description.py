@@ -142,6 +142,8 @@ class JointDescription(Record):
         damping: viscous, of each of its coordinates [N·m·s/rad or N·s/m]; no wrench considers it,
             unless a scene takes it for an element.
         friction: dry, likewise [N·m or N].
+        stiffness: of a spring, likewise [N·m/rad or N/m].
+        rest: position at which the spring is without effort, likewise [rad or m].
     """
 
     name: str
@@ -156,6 +158,8 @@ class JointDescription(Record):
     adjustable: str = ""
     damping: float = 0.0
     friction: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
 
     def __repr__(self) -> str:
         return f"<JointDescription {self.name!r}: {self.type}, {self.parent!r} -> {self.child!r}>"
@@ -173,6 +177,7 @@ class LoopDescription(Record):
             [m]. The coordinate is zero where both coincide.
         axis: `(3,)` unit vector in the joint frame.
         axis_2: `(3,)` second axis of a `universal` joint, normal to the first; else the first.
+        damping, friction, stiffness, rest: of each of its coordinates, as those of a joint.
     """
 
     name: str
@@ -183,6 +188,10 @@ class LoopDescription(Record):
     successor_origin: np.ndarray
     axis: np.ndarray
     axis_2: np.ndarray
+    damping: float = 0.0
+    friction: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
 
     def __repr__(self) -> str:
         ends = f"{self.predecessor!r} -> {self.successor!r}"

@@ -6,6 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -97,20 +98,39 @@ def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element
     return children[0] if children else None
 
 
-def dynamics_of(joint: ElementTree.Element, at: str) -> tuple[float, float]:
-    """Return the damping and the friction of a `<joint>`, zero where it states none.
+class Dynamics(NamedTuple):
+    """What rubs and springs along each coordinate of a joint; see `JointDescription`."""
+
+    damping: float = 0.0
+    friction: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
+
+    @property
+    def acts(self) -> bool:
+        """Whether any effort comes of it."""
+        return bool(self.damping or self.friction or self.stiffness)
+
+
+DYNAMICS_WORDS = ("damping", "friction", "spring_stiffness", "spring_reference")
+"""Words of URDF and SDF for the fields of `Dynamics`; URDF itself has the first two."""
+
+
+def dynamics_of(joint: ElementTree.Element, at: str) -> Dynamics:
+    """Return what the `<dynamics>` of a `<joint>` or `<loop>` states, zero where it states none.
 
     Raises:
         ModelError: they are no numbers.
     """
     dynamics = only(joint, "dynamics", at)
     if dynamics is None:
-        return 0.0, 0.0
-    damping, friction = (
-        float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0])
-        for key in ("damping", "friction")
+        return Dynamics()
+    return Dynamics(
+        *(
+            float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0])
+            for key in DYNAMICS_WORDS
+        )
     )
-    return damping, friction
 
 
 def names(robot: ElementTree.Element, tag: str, where: str) -> list[str]:
@@ -287,7 +307,9 @@ def loop(
         raise ModelError(f"{at}: predecessor and successor are the same link {successor!r}")
     origins = [_end(only(element, side, at), at) for side in sides]
     axis, axis_2 = axes_of(element, kind, at)
-    return LoopDescription(name, kind, predecessor, successor, origins[0], origins[1], axis, axis_2)
+    ends = predecessor, successor, origins[0], origins[1]
+    dynamics = dynamics_of(element, at) if element.tag == "loop" else Dynamics()
+    return LoopDescription(name, kind, *ends, axis, axis_2, *dynamics)
 
 
 def _end(side: ElementTree.Element | None, at: str) -> np.ndarray:

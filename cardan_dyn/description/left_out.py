@@ -8,8 +8,8 @@ from dataclasses import astuple
 from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
-from .description import JointDescription
-from .elements import dynamics_of
+from .description import JointDescription, LoopDescription
+from .elements import Dynamics, dynamics_of
 
 _MOST_NAMED = 3
 """Joints that a line names; it counts the others."""
@@ -37,7 +37,7 @@ def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
         ModelError: coefficients of `<dynamics>` are no numbers.
     """
     joints = robot.findall("joint")
-    lines = _rubbing_left_out(joints, where)
+    lines = _rubbing_left_out([*joints, *robot.findall("loop")], where)
     for tag, label in _OF_JOINTS.items():
         named = [joint.get("name", "") for joint in joints if joint.find(tag) is not None]
         lines.append(line_of(where, label, named, "no wrench considers them"))
@@ -63,6 +63,36 @@ def limits_left_out(joints: Iterable[JointDescription], where: str) -> list[str]
     limited = [joint.name for joint in joints if any(map(math.isfinite, astuple(joint.limits)))]
     line = line_of(where, "limits", limited, "what lies beyond them is computed like all else")
     return [line] if line else []
+
+
+def dynamics_left_out(joints: Iterable[tuple[str, str | None, Dynamics]], where: str) -> list[str]:
+    """Return warnings about damping, friction and springs of joints; empty lines for none.
+
+    Args:
+        joints: name and type of each, and what it states.
+        where: how messages name the source of the text.
+    """
+    acting = [(name, kind, dynamics) for name, kind, dynamics in joints if dynamics.acts]
+    balls = [name for name, kind, _ in acting if kind in _BALLS]
+    others = [name for name, kind, _ in acting if kind not in _BALLS]
+    has_springs = any(dynamics.stiffness for _, _, dynamics in acting)
+    what = "damping, friction or springs" if has_springs else "damping or friction"
+    taken = "Scene(..., elements=described_elements(mechanism)) takes it in"
+    return [
+        line_of(where, what, others, taken),
+        line_of(where, what, balls, "wrenches are without it", "ball"),
+    ]
+
+
+def described_left_out(
+    joints: Iterable[JointDescription | LoopDescription], where: str
+) -> list[str]:
+    """Return warnings about damping, friction and springs of joints and loops that were read."""
+    stated = (
+        (item.name, item.type, Dynamics(item.damping, item.friction, item.stiffness, item.rest))
+        for item in joints
+    )
+    return [line for line in dynamics_left_out(stated, where) if line]
 
 
 def forces_left_out(forces: list[str], where: str, strict: bool) -> list[str]:
@@ -101,16 +131,11 @@ def _rubbing_left_out(joints: list[ElementTree.Element], where: str) -> list[str
     Raises:
         ModelError: coefficients are no numbers.
     """
-    rubbing = [
-        (joint.get("name", ""), joint.get("type"))
-        for joint in joints
-        if any(dynamics_of(joint, f"{where}: joint {joint.get('name')!r}"))
-    ]
-    balls = [name for name, kind in rubbing if kind in _BALLS]
-    others = [name for name, kind in rubbing if kind not in _BALLS]
-    what = "damping or friction"
-    taken = "Scene(..., elements=described_elements(mechanism)) takes it in"
-    return [
-        line_of(where, what, others, taken),
-        line_of(where, what, balls, "wrenches are without it", "ball"),
-    ]
+    return dynamics_left_out(
+        (
+            (joint.get("name", ""), joint.get("type"), dynamics)
+            for joint in joints
+            for dynamics in [dynamics_of(joint, f"{where}: joint {joint.get('name')!r}")]
+        ),
+        where,
+    )

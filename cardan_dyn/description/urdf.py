@@ -319,7 +319,6 @@ def _joint(
         axis, axis_2 = changed.axes
     elif kind != "fixed" or adjustable:
         axis, axis_2 = axes_of(element, adjustable or kind, at)
-    damping, friction = dynamics_of(element, at)
     return JointDescription(
         name=name,
         type=kind,
@@ -330,8 +329,7 @@ def _joint(
         axis_2=axis_2,
         limits=_limits(element, kind, at),
         adjustable=adjustable,
-        damping=damping,
-        friction=friction,
+        **dynamics_of(element, at)._asdict(),
     )
 
 

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
+from .elements import DYNAMICS_WORDS
 from .words import similar_word
 
 _POSE = "xyz rpy"
@@ -32,10 +33,10 @@ _KNOWN: dict[str, str] = {
     "axis": "xyz",
     "axis2": "xyz",
     "limit": "lower upper velocity effort",
-    "dynamics": "damping friction",
+    "dynamics": " ".join(DYNAMICS_WORDS),
     "mimic": "joint multiplier offset name",
     "loop": "name type",
-    "loop/": "predecessor successor axis axis2",
+    "loop/": "predecessor successor axis axis2 dynamics",
     "predecessor": f"link {_POSE}",
     "predecessor/": "origin",
     "successor": f"link {_POSE}",

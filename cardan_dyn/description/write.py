@@ -25,7 +25,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ModelError, choices
-from .elements import LOOP_TYPES, TREE_TYPES, rotation
+from .elements import DYNAMICS_WORDS, LOOP_TYPES, TREE_TYPES, rotation
 from .mimics import check_mimics, default_name
 
 if TYPE_CHECKING:
@@ -174,10 +174,17 @@ def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> 
     if joint.type != "fixed" or joint.adjustable:
         _write_axes(element, joint)
     _write_limits(element, joint.limits, joint.type, at)
-    rubbing = {"damping": joint.damping, "friction": joint.friction}
-    if any(rubbing.values()):
-        SubElement(element, "dynamics", {name: _words([value]) for name, value in rubbing.items()})
+    _write_dynamics(element, joint)
     return element
+
+
+def _write_dynamics(element: Element, joint: JointDescription | LoopDescription) -> None:
+    """Add what rubs and springs; springs in the words of SDF, since URDF has none for them."""
+    stated = dict(zip(DYNAMICS_WORDS, (joint.damping, joint.friction), strict=False))
+    if joint.stiffness or joint.rest:
+        stated |= {"spring_stiffness": joint.stiffness, "spring_reference": joint.rest}
+    if any(stated.values()):
+        SubElement(element, "dynamics", {name: _words([value]) for name, value in stated.items()})
 
 
 def _write_mimic(joint: Element, coupling: CouplingDescription) -> None:
@@ -211,6 +218,7 @@ def _write_loop(robot: Element, loop: LoopDescription) -> None:
     ):
         _write_origin(SubElement(element, side, link=link), origin, at)
     _write_axes(element, loop)
+    _write_dynamics(element, loop)
 
 
 def _write_coupling(robot: Element, coupling: CouplingDescription) -> None:

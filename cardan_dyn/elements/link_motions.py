@@ -70,17 +70,20 @@ class LinkMotions:
             all joints on the world, so that no digits are lost far from the world's origin.
     """
 
-    def __init__(self, mechanism: Mechanism, links: Iterable[str]) -> None:
+    def __init__(
+        self, mechanism: Mechanism, links: Iterable[str], bodies: Iterable[int] = ()
+    ) -> None:
         """Find what moves the links.
 
         Args:
             mechanism: the mechanism.
             links: their names.
+            bodies: indices of further bodies of `Mechanism.model`, for `bodies_at`.
         """
         model, coordinates = mechanism.model, mechanism.coordinates
         self._links = {name: mechanism.links[name] for name in links}
         wanted: set[int] = set()
-        for body, _ in self._links.values():
+        for body in (*(body for body, _ in self._links.values()), *bodies):
             index = body
             while index > 0 and index not in wanted:
                 wanted.add(index)
@@ -111,15 +114,25 @@ class LinkMotions:
             x: `(N, size)` coordinates.
             v: `(N, nv)` joint velocities.
         """
+        bodies = self.bodies_at(x, v)
+        return {
+            name: bodies[body].placed(frame.homogeneous)
+            for name, (body, frame) in self._links.items()
+        }
+
+    def bodies_at(self, x: Array, v: Array) -> dict[int, LinkMotion]:
+        """Return the motions of the bodies that carry the links, and of those between them.
+
+        Args:
+            x: `(N, size)` coordinates.
+            v: `(N, nv)` joint velocities.
+        """
         none = np.zeros((1, 3))
         bodies = {0: LinkMotion(np.eye(3)[None], -self.corner[None], none, none)}
         for index, step in self._steps.items():
             start = bodies[step.parent].placed(step.placement)
             bodies[index] = _moved(start, step, x, v)
-        return {
-            name: bodies[body].placed(frame.homogeneous)
-            for name, (body, frame) in self._links.items()
-        }
+        return bodies
 
 
 def _moved(start: LinkMotion, step: _Step, x: Array, v: Array) -> LinkMotion:

@@ -1,4 +1,4 @@
-"""Figures: wrenches over the turn, polar diagrams, orders, positions, closed forms.
+"""Figures: wrenches over angle and time, polar diagrams, orders, positions, closed forms.
 
 Needs the extra `viz` (matplotlib). Every function that draws returns a `matplotlib.figure.Figure`,
 all in one look: units on every axis, line styles and markers that differ besides the colours, so
@@ -10,6 +10,7 @@ where a figure is drawn. `figures.style` has what figures of the same look are m
 from .closed_forms import bending_polar, compared, speed_ratio, thoma_bending, torque_ratio
 from .orders import order_amplitudes, order_spectrum
 from .over_angle import over_angle, ratio_and_angle_error
+from .over_time import energy_over_time, over_time
 from .polar import force_polar, forces_in_place, moment_polar
 from .positions import universal_joint_positions
 from .style import save
@@ -17,12 +18,14 @@ from .style import save
 __all__ = [
     "bending_polar",
     "compared",
+    "energy_over_time",
     "force_polar",
     "forces_in_place",
     "moment_polar",
     "order_amplitudes",
     "order_spectrum",
     "over_angle",
+    "over_time",
     "ratio_and_angle_error",
     "save",
     "speed_ratio",

@@ -6,16 +6,27 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..errors import ArgumentError, choices
-from ..results.sweep import Sweep
-from .style import TITLE_SIZE, Figure, angle_axis, axes_grid, curve_style, drive_of, legend, names
+from ..arrays import Array
+from ..errors import ArgumentError
+from .style import (
+    TITLE_SIZE,
+    Figure,
+    Swept,
+    angle_axis,
+    axes_grid,
+    curve_style,
+    drive_of,
+    legend,
+    names,
+    wrench_panels,
+)
 
-UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
-"""Quantities of a `JointWrench` over the angle, and their units."""
+_EVEN = 1e-6
+"""By how much steps of an angle may differ, as a fraction of the greatest, and count as even."""
 
 
 def over_angle(
-    turn: Sweep,
+    turn: Swept,
     joints: str | Sequence[str],
     quantities: str | Sequence[str] = ("torsion", "bending"),
     *,
@@ -27,7 +38,7 @@ def over_angle(
     What is drawn is exerted by the parent link on the child link, at the joint origin.
 
     Args:
-        turn: the sweep.
+        turn: the sweep, or a trajectory.
         joints: one joint or several; each is a line.
         quantities: of `torsion`, `bending`, `axial`, `shear`; each has its own axes.
         drive: joint whose angle is the abscissa; the first drive if not given.
@@ -37,32 +48,17 @@ def over_angle(
         ModelError: a joint is unknown or not among the outputs.
         ArgumentError: unknown quantity, or a sweep over several dimensions.
     """
-    quantities = names(quantities)
-    for quantity in quantities:
-        if quantity not in UNITS:
-            raise ArgumentError(
-                f"quantity {quantity!r} is unknown; quantities: {choices(UNITS, quantity)}"
-            )
     wrenches = [turn[name] for name in names(joints)]
     drive = drive_of(turn, drive)
     angle = turn.motion.position(drive)
-    count = len(quantities)
-    figure, axes = axes_grid(count, size=(7.2, 1.4 + 2.6 * count), share_x=True)
-    panels = np.atleast_1d(axes)
-    for quantity, panel in zip(quantities, panels, strict=True):
-        for index, wrench in enumerate(wrenches):
-            values = getattr(wrench, quantity)
-            style = curve_style(index, len(angle))
-            panel.plot(np.rad2deg(angle), values, **style, label=wrench.joint)
-        panel.set_ylabel(f"{quantity} [{UNITS[quantity]}]")
+    figure, panels = wrench_panels(wrenches, np.rad2deg(angle), names(quantities))
     angle_axis(panels[-1], f"{drive} [°]", angle)
     figure.suptitle(title, fontsize=TITLE_SIZE)
-    legend(figure, min(len(wrenches), 4))
     return figure
 
 
 def ratio_and_angle_error(
-    turns: Mapping[str, Sweep],
+    turns: Mapping[str, Swept],
     *,
     output: str = "bearing_out",
     drive: str | None = None,
@@ -74,8 +70,8 @@ def ratio_and_angle_error(
     constant part of it is left out.
 
     Args:
-        turns: label to sweep, one at least. Each must cover whole turns for its mean lead to be
-            left out.
+        turns: label to sweep or trajectory, one at least. Each must cover whole turns for
+            its mean lead to be left out.
         output: joint whose motion is shown.
         drive: the drive that it is compared with; the first drive of each sweep if not given.
         title: of the figure.
@@ -94,8 +90,7 @@ def ratio_and_angle_error(
         error = turn.motion.position(output) - angle
         style = {**curve_style(index, len(angle)), "label": label}
         ratio.plot(np.rad2deg(angle), turn.motion.ratio(output, drives[-1]), **style)
-        # A whole turn ends where it starts, and the mean must not count this position twice.
-        mean = np.mean(error[:-1] if len(error) > 1 else error)
+        mean = _mean(error, angle)
         lead.plot(np.rad2deg(angle), np.rad2deg(error - mean), **style)
         angles.append(angle)
     angle_axis(lead, f"{', '.join(dict.fromkeys(drives))} [°]", np.concatenate(angles))
@@ -105,3 +100,16 @@ def ratio_and_angle_error(
     figure.suptitle(title, fontsize=TITLE_SIZE)
     legend(figure, min(len(turns), 3))
     return figure
+
+
+def _mean(values: Array, angle: Array) -> float:
+    """Return the mean of values `(N,)` over the angle, or over the samples where it turns back.
+
+    The samples of a trajectory are not evenly spaced along the angle.
+    """
+    steps = np.diff(angle)
+    is_uneven = len(steps) > 0 and np.ptp(steps) > _EVEN * np.max(np.abs(steps))
+    if is_uneven and (np.all(steps > 0.0) or np.all(steps < 0.0)):
+        return float(np.sum(0.5 * (values[1:] + values[:-1]) * steps) / np.sum(steps))
+    # A whole turn ends where it starts, and the mean must not count this position twice.
+    return float(np.mean(values[:-1] if len(values) > 1 else values))

@@ -8,12 +8,12 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ArgumentError, choices
-from ..results.sweep import Sweep
 from ..results.sweep_data import FRAMES
 from .style import (
     TITLE_SIZE,
     Axes,
     Figure,
+    Swept,
     axes_grid,
     curve_style,
     drive_of,
@@ -51,7 +51,7 @@ fractions of the extent of the axes."""
 
 
 def force_polar(
-    turn: Sweep,
+    turn: Swept,
     joints: str | Sequence[str],
     frames: str | Sequence[str] = "parent",
     *,
@@ -65,7 +65,7 @@ def force_polar(
     child link; the origin is a cross, every quarter turn is labelled with the drive's angle.
 
     Args:
-        turn: the sweep.
+        turn: the sweep, or a trajectory.
         joints: one joint or several; each has its own diagram.
         frames: one or several of `parent` (for an end bearing these are fixed axes), `joint`
             (they turn with the child) and `world`.
@@ -81,7 +81,7 @@ def force_polar(
 
 
 def moment_polar(
-    turn: Sweep,
+    turn: Swept,
     joints: str | Sequence[str],
     frames: str | Sequence[str] = "parent",
     *,
@@ -97,7 +97,7 @@ def moment_polar(
 
 
 def forces_in_place(
-    turn: Sweep,
+    turn: Swept,
     joints: Sequence[str],
     links: Iterable[Sequence[str | Sequence[float]]],
     *,
@@ -109,7 +109,7 @@ def forces_in_place(
     """Draw a mechanism with the polar diagram of the force at each joint, to one scale.
 
     Args:
-        turn: the sweep.
+        turn: the sweep, or a trajectory.
         joints: those with a diagram, which is drawn at the joint's origin.
         links: lines to draw; each is a sequence of joint names, drawn through their origins, and
             of fixed points `(3,)` [m].
@@ -164,7 +164,7 @@ def _scale_bar(axes: Axes, length: float, greatest: float) -> None:
 
 
 def _diagrams(
-    turn: Sweep,
+    turn: Swept,
     joints: str | Sequence[str],
     frames: str | Sequence[str],
     quantity: str,

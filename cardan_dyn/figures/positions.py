@@ -8,8 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ArgumentError
-from ..results.sweep import Sweep
-from .style import TITLE_SIZE, Axes, Figure, axes_grid, line_style, refuse_grid
+from .style import TITLE_SIZE, Axes, Figure, Swept, axes_grid, line_style, refuse_grid
 
 # Sizes of the drawing, in lengths of an arm of the cross.
 _SHOULDER, _HEEL, _HEEL_WIDTH = 0.75, 1.15, 0.45
@@ -25,7 +24,7 @@ _HALF_WIDTH, _ZOOM = 2.2, 1.35
 
 
 def universal_joint_positions(
-    turn: Sweep,
+    turn: Swept,
     samples: Sequence[int],
     titles: Sequence[str],
     *,
@@ -38,7 +37,7 @@ def universal_joint_positions(
     """Draw forks, cross and moment of a universal joint in several positions.
 
     Args:
-        turn: the sweep.
+        turn: the sweep, or a trajectory.
         samples: indices of its positions; each has its own drawing.
         titles: of the drawings.
         shafts: joints about which input and output shaft turn.
@@ -122,7 +121,7 @@ def _line(axes: Axes, points: Array, color: str, width: float, style: str) -> No
     axes.plot(*points.T, color=color, linewidth=width, linestyle=style, solid_capstyle="round")
 
 
-def _world_axis(turn: Sweep, joint: str) -> Array:
+def _world_axis(turn: Swept, joint: str) -> Array:
     """Return a joint's axis in the world `(N, 3)`."""
     axis = turn.rotation(joint) @ turn.mechanism.joint(joint).axis
     return np.broadcast_to(axis, (len(turn), 3))

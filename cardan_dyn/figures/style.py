@@ -10,13 +10,17 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..errors import ArgumentError, MissingExtraError
+from ..errors import ArgumentError, MissingExtraError, choices
 from ..results.sweep import Sweep
+from ..results.wrench import JointWrench
+from ..simulation.trajectory import Trajectory
 
 Figure = Any
 """A `matplotlib.figure.Figure`."""
 Axes = Any
 """A `matplotlib.axes.Axes`."""
+Swept = Sweep | Trajectory
+"""What figures draw: samples in a row."""
 
 # Line styles differ besides colours, so that a black-and-white print can be read.
 _LINES: tuple[tuple[str, Any], ...] = (
@@ -39,6 +43,9 @@ _TICK = 45.0
 _TICK_ROUNDING = 1e-6
 """By how much an end of the range may miss a tick that is still drawn [°]: angles in degrees are
 off by rounding, some 1e-13."""
+_ROUNDING = 1e-9
+"""Part of the greatest moment or force in the joints below which a component of it is rounding: the
+axes then show the size of the whole, in which it is zero."""
 _HALF_TURN, _WHOLE_TURN = 180.0, 361.0
 """Range of angles for which these ticks are neither too few nor too many [°]; a whole turn may end
 one sample later."""
@@ -166,6 +173,45 @@ def save(figure: Figure, path: str | os.PathLike[str], dpi: int = 150) -> list[P
     return [vector, pixels]
 
 
+UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
+"""Quantities of a `JointWrench` that are drawn as lines, and their units."""
+
+
+def wrench_panels(
+    wrenches: Sequence[JointWrench], abscissa: Array, quantities: Sequence[str]
+) -> tuple[Figure, Array]:
+    """Return a figure of wrenches over an abscissa: an axes per quantity, a line per joint.
+
+    Args:
+        wrenches: of the joints.
+        abscissa: `(N,)`.
+        quantities: of `UNITS`.
+
+    Raises:
+        ArgumentError: unknown quantity.
+    """
+    for quantity in quantities:
+        if quantity not in UNITS:
+            raise ArgumentError(
+                f"quantity {quantity!r} is unknown; quantities: {choices(UNITS, quantity)}"
+            )
+    count = len(quantities)
+    figure, axes = axes_grid(count, size=(7.2, 1.4 + 2.6 * count), share_x=True)
+    panels = np.atleast_1d(axes)
+    for quantity, panel in zip(quantities, panels, strict=True):
+        values = [getattr(wrench, quantity) for wrench in wrenches]
+        for index, (wrench, line) in enumerate(zip(wrenches, values, strict=True)):
+            panel.plot(abscissa, line, **curve_style(index, len(abscissa)), label=wrench.joint)
+        panel.set_ylabel(f"{quantity} [{UNITS[quantity]}]")
+        wholes = [wrench.moment if "m" in UNITS[quantity] else wrench.force for wrench in wrenches]
+        whole = max((float(np.max(np.abs(item), initial=0.0)) for item in wholes), default=0.0)
+        drawn = max((float(np.max(np.abs(line), initial=0.0)) for line in values), default=0.0)
+        if 0.0 < drawn < _ROUNDING * whole:
+            panel.set_ylim(-whole, whole)
+    legend(figure, min(len(wrenches), 4))
+    return figure, panels
+
+
 def angle_axis(axes: Axes, label: str, position: Array) -> None:
     """Make the abscissa an angle in degrees, with a tick every 45° over one turn."""
     axes.set_xlabel(label)
@@ -188,7 +234,7 @@ def names(joints: str | Sequence[str]) -> list[str]:
     return [joints] if isinstance(joints, str) else list(joints)
 
 
-def refuse_grid(turn: Sweep) -> None:
+def refuse_grid(turn: Swept) -> None:
     """Refuse a sweep over several dimensions, which no line can show.
 
     Raises:
@@ -201,7 +247,7 @@ def refuse_grid(turn: Sweep) -> None:
         )
 
 
-def drive_of(turn: Sweep, drive: str | None) -> str:
+def drive_of(turn: Swept, drive: str | None) -> str:
     """Return the joint over whose angle a sweep is drawn: its first drive if none is given.
 
     Raises:

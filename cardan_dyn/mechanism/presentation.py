@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,7 @@ from .couplings import Coupling, shown
 from .joints import Joint
 
 if TYPE_CHECKING:
-    from ..description.description import Description
+    from ..description.description import Description, JointDescription, LoopDescription
     from .configuration import Configuration
     from .welds import Loop
 
@@ -34,20 +34,46 @@ class Presentation(Frozen):
     def joint_dynamics(self) -> FrozenDict[str, tuple[float, float]]:
         """Coordinates to the damping [N·m·s/rad, N·s/m] and friction [N·m, N] described for them.
 
-        `<dynamics>` in URDF; of a joint with several coordinates, those of each. Joints with a ball
-        are left out. No wrench considers them unless a scene is given `described_elements`.
+        `<dynamics>` in URDF and SDF, `damping` and `frictionloss` in MJCF; of a joint with several
+        coordinates, those of each. Joints with a ball are left out. No wrench considers them unless
+        a scene is given `described_elements`.
         """
-        # What is called like a coordinate of another joint is that joint.
         return FrozenDict(
             {
                 name: (item.damping, item.friction)
-                for item in self.description.joints
-                if (item.damping or item.friction) and item.name in self.joints
-                if not self.joints[item.name].has_ball
-                for name in self.joints[item.name].coordinates
-                if name == item.name or name not in self.joints
+                for name, item in self._described_coordinates()
+                if item.damping or item.friction
             }
         )
+
+    @cached_property
+    def joint_springs(self) -> FrozenDict[str, tuple[float, float]]:
+        """Coordinates to stiffness [N·m/rad, N/m] and rest of the springs described for them.
+
+        The rest is the position [rad or m] without effort. `spring_stiffness` and
+        `spring_reference` of `<dynamics>` in SDF and URDF+, `stiffness` and `springref` in MJCF;
+        otherwise as `joint_dynamics`.
+        """
+        return FrozenDict(
+            {
+                name: (item.stiffness, item.rest)
+                for name, item in self._described_coordinates()
+                if item.stiffness
+            }
+        )
+
+    def _described_coordinates(self) -> Iterator[tuple[str, JointDescription | LoopDescription]]:
+        """Iterate over coordinates of joints without a ball, and what describes their joints."""
+        described: list[JointDescription | LoopDescription] = [
+            *self.description.joints,
+            *self.description.loops,
+        ]
+        for item in described:
+            if item.name in self.joints and not self.joints[item.name].has_ball:
+                for name in self.joints[item.name].coordinates:
+                    # What is called like a coordinate of another joint is that joint.
+                    if name == item.name or name not in self.joints:
+                        yield name, item
 
     def to_urdf(self) -> str:
         """Return the description as URDF+ text, which `load` reads back; without visuals."""

@@ -65,7 +65,7 @@ def rezeroed(description: Description, positions: Mapping[str, object]) -> Descr
     result = replace(
         description,
         joints=tuple(_joint(joint, *displacements[joint.name]) for joint in description.joints),
-        loops=tuple(_loop(loop, displacements[loop.name][0]) for loop in description.loops),
+        loops=tuple(_loop(loop, *displacements[loop.name]) for loop in description.loops),
         couplings=tuple(replace(coupling, offset=0.0) for coupling in description.couplings),
         source=None,
     )
@@ -164,16 +164,34 @@ def _joint(joint: JointDescription, displacement: Array, values: Array) -> Joint
         origin=joint.origin @ displacement,
         axis=_axis(joint, displacement),
         limits=limits,
+        rest=_rest(joint, values),
     )
 
 
-def _loop(loop: LoopDescription, displacement: Array) -> LoopDescription:
+def _loop(loop: LoopDescription, displacement: Array, values: Array) -> LoopDescription:
     """Return a loop that counts from a displacement."""
     return replace(
         loop,
         predecessor_origin=loop.predecessor_origin @ displacement,
         axis=_axis(loop, displacement),
+        rest=_rest(loop, values),
     )
+
+
+def _rest(joint: JointDescription | LoopDescription, values: Array) -> float:
+    """Return where the spring of a joint is at rest, counted from coordinates.
+
+    Raises:
+        ArgumentError: it would be at rest elsewhere along each of several coordinates.
+    """
+    if not joint.stiffness or not np.any(values):
+        return joint.rest
+    if len(values) > 1:
+        raise ArgumentError(
+            f"at[{joint.name!r}]: a {joint.type} joint with a spring keeps its zero, since its "
+            "description has one place of rest for all of its coordinates"
+        )
+    return joint.rest - float(values[0])
 
 
 def _axis(joint: JointDescription | LoopDescription, displacement: Array) -> Array:

@@ -6,14 +6,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import ModelError
 from ..forces.link_loads import Wrench
+from .element_variables import effort_units, element_labels, element_variables
 from .sweep_data import SweepData
+from .variable import Variable
 
 AXES = ("x", "y", "z")
 VECTORS = {"force": ("N", "force"), "moment": ("N·m", "moment")}
@@ -27,36 +29,13 @@ _RATES = {"position": "", "speed": "/s", "acceleration": "/s²"}
 _MOTIONS = {"position": "", "velocity": "/s", "acceleration": "/s²"}
 
 
-class Variable(NamedTuple):
-    """Values with names for their dimensions.
-
-    Attributes:
-        dims: names of the dimensions.
-        values: an array of these.
-        units: one for all values, or one per entry of the last dimension.
-        long_name: what they are.
-        is_coordinate: whether they were given, as drive positions and loads are, and not solved.
-    """
-
-    dims: tuple[str, ...]
-    values: Array
-    units: str | tuple[str, ...]
-    long_name: str
-    is_coordinate: bool = False
-
-    @property
-    def unit(self) -> str:
-        """All units that occur, in one text."""
-        units = (self.units,) if isinstance(self.units, str) else self.units
-        return " or ".join(dict.fromkeys(units))
-
-
 def variables_of(sweep: SweepData, motion: bool) -> Iterator[tuple[str, Variable]]:
     """Return all variables of a sweep with their names, coordinates first."""
     yield from _rates(sweep)
     yield from _loads(sweep)
     yield from _wrenches(sweep)
     yield from _efforts(sweep)
+    yield from element_variables(sweep, sample_dims(sweep))
     if motion:
         yield from _motion(sweep)
     over_samples = sweep.condition.shape == sweep.shape
@@ -82,7 +61,10 @@ def _rates(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
 
 
 def _loads(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
-    """Return loads, held positions, factors on inertia and gravity that vary."""
+    """Return times, loads, held positions, factors on inertia and gravity that vary."""
+    if sweep.time.ndim:
+        dims, values = _varying_dims(sweep.time, sweep)
+        yield "time", Variable(dims, values, "s", "time", True)
     for name, load in sweep.loads.items():
         if isinstance(load, Wrench):
             for quantity, (unit, _) in VECTORS.items():
@@ -203,6 +185,7 @@ def labels_of(sweep: SweepData) -> dict[str, Sequence[str]]:
         "held": tuple(sweep.holding_effort),
         "coupling": tuple(sweep.coupling_moment),
         "moving_joint": _moving_joints(sweep),
+        **element_labels(sweep),
     }
 
 
@@ -216,6 +199,7 @@ def unit_labels(sweep: SweepData) -> list[tuple[str, str, list[str]]]:
             "coupling",
             [_coupling_unit(sweep, name) for name in sweep.coupling_moment],
         ),
+        ("effort_unit", "joint_element", list(effort_units(sweep))),
         ("unit", "moving_joint", [_unit(sweep, name) for name in _moving_joints(sweep)]),
     ]
 

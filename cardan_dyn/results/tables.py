@@ -7,13 +7,18 @@ Both hold the same variables. The dimensions of a Dataset are
 - `component`: x, y, z, and `wrench_component`: the six flags of `unique`,
 - `drive`, where there are several, `held` and `coupling`,
 - `moving_joint`: joints with one coordinate, and the coordinates of others that turn or slide
-  (`joint.turn_1`).
+  (`joint.turn_1`),
+- `element`: force elements by name, `elements[0]` where one has none; those along coordinates
+  (`joint_element`, with `element_effort`), between points (`point_spring`, with `element_tension`,
+  `element_length`, `element_force`) and `bushing` (`element_wrench` by `wrench_component`,
+  `element_deformation` by `deformation_component`) once more by themselves.
 
-`position`, `speed`, `acceleration`, and loads and gravity that vary, are coordinates. What the
-outputs of a scene leave out is missing, or NaN for the motion of single joints. Every variable has
-the attributes `units` and `long_name`. Where rotations and slides stand side by side, `units` names
-both, and the coordinates `drive_unit`, `held_unit`, `coupling_unit` (of the efforts) and `unit` (of
-the coordinates of moving joints; velocities are per s, accelerations per s²) tell them apart.
+`position`, `speed`, `acceleration`, and times, loads and gravity that vary, are coordinates. What
+the outputs of a scene leave out is missing, or NaN for the motion of single joints. Every variable
+has the attributes `units` and `long_name`. Where rotations and slides stand side by side, `units`
+names both, and the coordinates `drive_unit`, `held_unit`, `coupling_unit` (of the efforts),
+`effort_unit` (of joint elements) and `unit` (of the coordinates of moving joints; velocities are
+per s, accelerations per s²) tell them apart.
 
 A DataFrame has a row per sample (of a grid: in C order, with an index per dimension), and a flat
 column per value. Flat names select by `frame.filter(like=".bending")`, plot by
@@ -23,7 +28,11 @@ column per value. Flat names select by `frame.filter(like=".bending")`, plot by
   `leg_1.drive_position`, `leg_1.drive_effort` and so on,
 - `bearing_out.force_x` … `bearing_out.moment_z`, `.torsion`, `.bending`, `.axial`, `.shear`,
 - `joint_angle.holding_effort`, `mesh.coupling_moment`, `load_bearing_out` where a load varies,
+- `spring.element_tension`, `motor.element_effort`, `rubber.element_wrench_force_x`,
+  `spring.element_energy`, `spring.element_dissipation`, and `elastic_energy` of all,
 - `pin_in.position`, `pin_in.velocity`, `pin_in.acceleration`.
+
+Those of a trajectory have its times, and its energies, besides: see `simulation.trajectory_tables`.
 
 Its `attrs` hold `units` (column to unit), `unique` and `coupling_unique`, and the attributes of a
 Dataset.
@@ -42,7 +51,8 @@ from ..arrays import Array
 from ..errors import MissingExtraError, ModelError, choices
 from ..forces.link_loads import WRENCH_COMPONENTS, Wrench
 from .sweep_data import SweepData
-from .table_variables import Variable, labels_of, sample_dims, unit_labels, variables_of
+from .table_variables import labels_of, sample_dims, unit_labels, variables_of
+from .variable import Variable
 
 if TYPE_CHECKING:
     import pandas
@@ -176,8 +186,8 @@ def _column_name(variable: str, *names: tuple[str, str]) -> str:
     quantity = variable
     owner = ""
     for dim, name in names:
-        if dim == "component":
-            quantity = f"{quantity}_{name}"
+        if dim.endswith("component"):
+            quantity = f"{quantity}_{name.replace(' ', '_')}"
         else:
             owner = name
             if dim == "drive" and not quantity.startswith("drive_"):

@@ -78,6 +78,11 @@ class AlongSweep(Prescribed):
         return self.sweep.element_force
 
     @property
+    def elastic_energy(self) -> Array:
+        """Energy that springs and bushings store `(N,)` [J]."""
+        return self.sweep.elastic_energy
+
+    @property
     def loads(self) -> Mapping[str, Array | Wrench]:
         """Loaded joints and links to what acts there, see `Sweep.loads`."""
         return self.sweep.loads

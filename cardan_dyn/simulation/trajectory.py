@@ -15,15 +15,13 @@ from ..frozen import frozen, read_only
 from ..problem.samples import Acting, acting_on
 from ..results.collect import sweep_of
 from ..results.sweep import Sweep
-from .along_sweep import AlongSweep
 from .energy import WeightEnergy, element_power, gained, open_efforts
 from .events import Happened
 from .forces import Forces
 from .runs import Rows, Run
+from .trajectory_tables import Tabled
 
 if TYPE_CHECKING:
-    import pandas
-    import xarray
     from numpy.typing import ArrayLike
 
 _GREATEST_ERROR = 1e-6
@@ -51,7 +49,7 @@ class Course(NamedTuple):
     evaluations: int
 
 
-class Trajectory(AlongSweep):
+class Trajectory(Tabled):
     """Motion, energies and joint wrenches of a simulation over N times.
 
     `trajectory["bearing_out"]` is a `JointWrench` as that of a sweep; `at` gives the same
@@ -288,18 +286,6 @@ class Trajectory(AlongSweep):
             float(np.max(np.abs(self.work))),
         )
         return float(np.max(np.abs(change))) / scale if scale else 0.0
-
-    def to_xarray(self, *, motion: bool = True) -> xarray.Dataset:
-        """Return all results as a dataset with the times as coordinate, see `Sweep.to_xarray`."""
-        dataset = self.sweep.to_xarray(motion=motion)
-        return dataset.assign_coords(time=(next(iter(dataset.drive_effort.dims)), self.t))
-
-    def to_dataframe(self, *, motion: bool = True) -> pandas.DataFrame:
-        """Return all results with times in column `time`, see `Sweep.to_dataframe`."""
-        frame = self.sweep.to_dataframe(motion=motion)
-        frame.insert(0, "time", self.t)
-        frame.attrs["units"] = {"time": "s", **frame.attrs.get("units", {})}
-        return frame
 
 
 def _squeezed(values: Array) -> Array:

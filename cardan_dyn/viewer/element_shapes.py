@@ -1,4 +1,8 @@
-"""Element shapes of the viewer: springs as coils that stretch, bushings as balls."""
+"""Element shapes of the viewer: what is drawn of each force element, and where.
+
+Springs and dampers between points stretch with them, bushings are balls; elements along coordinates
+stand about the axes of their joints, see `joint_element_shapes`.
+"""
 
 from __future__ import annotations
 
@@ -8,22 +12,27 @@ import numpy as np
 
 from ..arrays import Array
 from ..elements.bushing import Bushing
-from ..elements.link_motions import LinkMotions
+from ..elements.element_forces import labels
+from ..elements.joint_elements import Actuator, JointElement
+from ..elements.link_motions import LinkMotion, LinkMotions
 from ..elements.point_spring import PointSpring
 from ..results.sweep import Sweep
+from . import element_forms
 from . import shapes as forms
 from .commands import Color, Drawing, Pose, mesh, meshcat, node_name
+from .joint_element_shapes import DAMPER, Axis, JointDrawing, across
+from .still import Still
+from .vectors import beside
 
 SPRING = Color.of("#d17b00")
 BUSHING = Color.of("#8d6e63", opacity=0.8, on_top=True, layer=2)
 
 # Lengths in the drawing are fractions of the radius of the scene, chosen for legibility.
-_COIL_RADIUS, _WIRE_RADIUS, _BALL_RADIUS = 0.03, 0.005, 0.035
-_WINDINGS, _STEPS, _STRAIGHT = 8, 12, 0.15
-"""Windings of a coil, steps of a winding, and the part of its length that is straight at each end:
-a spring that everybody knows as one."""
+_COIL_RADIUS, _DASHPOT_RADIUS, _WIRE_RADIUS, _BALL_RADIUS = 0.03, 0.02, 0.005, 0.035
 _LEAST_LENGTH = 1e-5
 """Least length of a coil, as a fraction of that radius; a scale of zero has no inverse."""
+_APART = 0.09
+"""Distance of the elements of one coordinate, along its axis or beside a slide, likewise."""
 
 
 class Drawn(NamedTuple):
@@ -38,63 +47,144 @@ class Drawn(NamedTuple):
     points: Array
 
 
-def draw_elements(drawing: Drawing, sweep: Sweep, samples: Array, radius: float) -> Drawn:
-    """Draw the point springs and bushings of a sweep; other elements have no place.
+def draw_elements(drawing: Drawing, sweep: Sweep | Still, samples: Array, radius: float) -> Drawn:
+    """Draw the force elements of a sweep or a still.
 
     Args:
         drawing: what they are drawn on.
         sweep: over one dimension.
         samples: `(n,)` indices of the samples that are shown.
         radius: of the scene [m].
+
+    Raises:
+        ArgumentError: an actuator's function fails.
     """
-    elements = sweep.elements
-    motions = LinkMotions(sweep.mechanism, {link for item in elements for link in item.links})
-    rows = sweep.motion.rows[samples]
-    links = motions.at(rows, np.zeros((len(rows), sweep.mechanism.model.nv)))
-    legend: dict[str, str] = {}
+    places = _Places(sweep, samples, radius)
+    between = _BetweenLinks(drawing, places, radius)
+    along = JointDrawing(drawing, places.greatest_efforts())
     points = [np.zeros((0, 3))]
-
-    def point(link: str, place: Array) -> Array:
-        """Return where a point `(3,)` of a link is, `(n, 3)` [m]."""
-        at = links[link].rotation @ place + links[link].position + motions.corner
-        return np.broadcast_to(at, (len(rows), 3))
-
-    for index, element in enumerate(elements):
+    for index, (element, label) in enumerate(zip(places.elements, places.labels, strict=True)):
         path = f"/elements/{node_name(element.name or str(index))}"
         if isinstance(element, PointSpring):
-            start = point(element.link_a, element.point_a)
-            span = point(element.link_b, element.point_b) - start
-            points += [start, start + span]
-            _draw_coil(drawing, path, start, span, radius)
-            legend[SPRING.css] = "spring between two points"
+            points += between.draw_spring(path, element)
         elif isinstance(element, Bushing):
-            middle = point(element.link_a, element.origin[:3, 3])
-            points.append(middle)
-            drawing.place(path, Pose.of(middle))
-            drawing.add(path, meshcat().geometry.Sphere(_BALL_RADIUS * radius), BUSHING)
-            legend[BUSHING.css] = "bushing"
+            points += between.draw_bushing(path, element)
+        elif isinstance(element, JointElement) and places.knows(element):
+            points += along.draw(path, element, places.axis(element), label)
+    legend = {**between.legend, **along.legend}
     return Drawn(list(legend.items()), np.concatenate(points))
 
 
-def _draw_coil(drawing: Drawing, path: str, start: Array, span: Array, radius: float) -> None:
-    """Draw a coil from points `(n, 3)` along vectors `(n, 3)` [m]."""
-    direction, length = forms.filled(span, _LEAST_LENGTH * radius)
-    scale = np.ones((len(span), 3))
-    scale[:, 2] = np.maximum(length, _LEAST_LENGTH * radius)
-    # The coil has the length 1: only that is stretched. Its wire is as thick across as it is wide.
-    wire = forms.path(coil(_COIL_RADIUS * radius), _WIRE_RADIUS * radius)
-    drawing.place(path, Pose.of(start, forms.towards(direction), scale))
-    drawing.add(path, mesh(wire), SPRING)
+class _Places:
+    """Where the ends and axes of elements are at the samples that are shown.
 
-
-def coil(radius: float) -> Array:
-    """Return the points `(n, 3)` of a coil of length 1 along z, with straight ends on its axis.
-
-    Args:
-        radius: of the windings.
+    Attributes:
+        elements: those of the sweep.
+        labels: how messages call them.
     """
-    turn = np.linspace(0.0, 2.0 * np.pi * _WINDINGS, _WINDINGS * _STEPS + 1)
-    height = np.linspace(_STRAIGHT, 1.0 - _STRAIGHT, len(turn))
-    windings = np.stack([radius * np.cos(turn), radius * np.sin(turn), height], axis=1)
-    low, high = [[0.0, 0.0, 0.0], [0.0, 0.0, _STRAIGHT]], [[0.0, 0.0, 1.0 - _STRAIGHT], [0, 0, 1]]
-    return np.concatenate([low, windings, high])
+
+    def __init__(self, sweep: Sweep | Still, samples: Array, radius: float) -> None:
+        self.elements = sweep.elements
+        self.labels = labels(self.elements)
+        self._mechanism, self._radius = sweep.mechanism, radius
+        self._named = self._mechanism.coordinates.named
+        self._rows = sweep.motion.rows[samples]
+        self._rates = sweep.motion.v.reshape(len(sweep.motion.rows), -1)[samples]
+        self._time = np.broadcast_to(sweep.time, sweep.motion.shape).reshape(-1)[samples]
+        links = {link for item in self.elements for link in item.links}
+        coordinates = self._mechanism.coordinates
+        parts = dict(zip(coordinates.starts, coordinates.parts, strict=True))
+        joints = {name for item in self.elements for name in item.joints}
+        self._parts = {name: parts[self._named[name].column] for name in joints}
+        bodies = {part.id for part in self._parts.values()}
+        motions = LinkMotions(self._mechanism, links, bodies)
+        self._corner = motions.corner
+        self._links = motions.at(self._rows, self._rates)
+        self._bodies = motions.bodies_at(self._rows, self._rates)
+        self._taken: dict[str, int] = {}
+
+    def point(self, link: str, place: Array) -> Array:
+        """Return where a point `(3,)` of a link is, `(n, 3)` [m]."""
+        motion = self._links[link]
+        at = motion.rotation @ place + motion.position + self._corner
+        return np.broadcast_to(at, (len(self._rows), 3))
+
+    def knows(self, element: JointElement) -> bool:
+        """Return whether the motion of an element's joint was solved."""
+        moved = self._bodies[self._parts[element.joint].id]
+        return bool(np.all(np.isfinite(moved.position)) and np.all(np.isfinite(moved.rotation)))
+
+    def axis(self, element: JointElement) -> Axis:
+        """Return the axis of an element's coordinate, shifted where others stand there already."""
+        item, part = self._named[element.joint], self._parts[element.joint]
+        moved = self._bodies[part.id]
+        joint = self._mechanism.joints[self._mechanism.drivable[element.joint].joint]
+        count = self._taken.get(element.joint, 0)
+        aside = across(part.axis) if part.kind == "prismatic" else part.axis
+        # The arrow of an actuator goes around the others.
+        self._taken[element.joint] = count + (not isinstance(element, Actuator))
+        return Axis(
+            part=part,
+            child=LinkMotion(
+                moved.rotation, moved.position + self._corner, moved.velocity, moved.spin
+            ),
+            x=self._rows[:, item.column],
+            v=self._rates[:, item.rate],
+            time=self._time,
+            shift=beside(self._mechanism, joint, self._radius) * joint.axis
+            + count * _APART * self._radius * aside,
+            radius=self._radius,
+        )
+
+    def greatest_efforts(self) -> dict[bool, float]:
+        """Return the greatest effort of all actuators at slides (True) and at turns."""
+        greatest = {True: 0.0, False: 0.0}
+        for element, label in zip(self.elements, self.labels, strict=True):
+            if isinstance(element, Actuator):
+                item = self._named[element.joint]
+                x, v = self._rows[:, item.column], self._rates[:, item.rate]
+                effort = element.force(x, v, self._time, label).effort
+                slides = self._parts[element.joint].kind == "prismatic"
+                greatest[slides] = max(greatest[slides], float(np.max(np.abs(effort))))
+        return greatest
+
+
+class _BetweenLinks:
+    """Draws the elements between links.
+
+    Attributes:
+        legend: CSS colour to meaning of what was drawn.
+    """
+
+    def __init__(self, drawing: Drawing, places: _Places, radius: float) -> None:
+        self._drawing, self._places, self._radius = drawing, places, radius
+        self.legend: dict[str, str] = {}
+
+    def draw_spring(self, path: str, element: PointSpring) -> list[Array]:
+        """Draw a point spring as a coil, one without stiffness as a dashpot; return its ends."""
+        start = self._places.point(element.link_a, element.point_a)
+        span = self._places.point(element.link_b, element.point_b) - start
+        direction, length = forms.filled(span, _LEAST_LENGTH * self._radius)
+        scale = np.ones((len(span), 3))
+        scale[:, 2] = np.maximum(length, _LEAST_LENGTH * self._radius)
+        self._drawing.place(path, Pose.of(start, forms.towards(direction), scale))
+        if element.stiffness > 0.0 or element.damping == 0.0:
+            # The coil has the length 1: only that is stretched. Its wire is as thick across as it
+            # is wide.
+            wire = element_forms.coil(_COIL_RADIUS * self._radius)
+            self._drawing.add(path, mesh(forms.path(wire, _WIRE_RADIUS * self._radius)), SPRING)
+            self.legend[SPRING.css] = "spring"
+        else:
+            dashpot = element_forms.dashpot(_DASHPOT_RADIUS * self._radius)
+            self._drawing.add(path, mesh(dashpot), DAMPER)
+            self.legend[DAMPER.css] = "damper"
+        return [start, start + span]
+
+    def draw_bushing(self, path: str, element: Bushing) -> list[Array]:
+        """Draw a bushing as a ball; return its middle."""
+        middle = self._places.point(element.link_a, element.origin[:3, 3])
+        self._drawing.place(path, Pose.of(middle))
+        ball = meshcat().geometry.Sphere(_BALL_RADIUS * self._radius)
+        self._drawing.add(path, ball, BUSHING)
+        self.legend[BUSHING.css] = "bushing"
+        return [middle]

@@ -65,7 +65,7 @@ class Parts:
         axes: the joint axes.
         traces: the curve that the moment traces in each shaft that turns in a fixed bearing.
         labels: the joint names.
-        elements: point springs and bushings.
+        elements: springs, dampers, bushings, friction and actuators.
     """
 
     visuals: bool = True
@@ -128,7 +128,7 @@ def build(
         builder.draw_forces(vectors)
     if parts.labels:
         builder.draw_labels(vectors)
-    if parts.elements and isinstance(sweep, Sweep) and sweep.elements:
+    if parts.elements and sweep.elements:
         builder.draw_elements(sweep, samples)
     return builder.scenery()
 
@@ -232,8 +232,8 @@ class _Builder:
             self.drawing.label(f"/labels/{node_name(item.name)}", text, color, Pose.of(item.label))
             self._include(item.label)
 
-    def draw_elements(self, sweep: Sweep, samples: Array) -> None:
-        """Draw point springs and bushings at some samples."""
+    def draw_elements(self, sweep: Sweep | Still, samples: Array) -> None:
+        """Draw the force elements at some samples."""
         from .element_shapes import draw_elements  # Most scenes have none.
 
         drawn = draw_elements(self.drawing, sweep, samples, self._radius)

@@ -40,6 +40,48 @@ def arrow(thickness: float) -> tuple[Array, Array]:
     return _turned(np.array(profile))
 
 
+def ring(inner: float, outer: float, low: float, high: float) -> tuple[Array, Array]:
+    """Return vertices and faces of a ring about z between two radii and two heights."""
+    corners = [(inner, low), (outer, low), (outer, high), (inner, high), (inner, low)]
+    profile = [point for pair in itertools.pairwise(corners) for point in pair]
+    return _turned(np.array(profile))
+
+
+def swept(profile: Array, angles: Array) -> tuple[Array, Array]:
+    """Return vertices and faces of a convex profile that is swept about z, with both ends closed.
+
+    Args:
+        profile: corners `(k, 2)`, or `(m, k, 2)` where they differ from angle to angle: radius and
+            height, counterclockwise with the height above the radius.
+        angles: `(m,)` ascending [rad].
+    """
+    corners = np.broadcast_to(profile, (len(angles), *profile.shape[-2:]))
+    radius, height = corners[..., 0], corners[..., 1]
+    cosine, sine = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    points = np.stack([radius * cosine, radius * sine, height], axis=-1)
+    after = np.roll(points, -1, axis=1)
+    # Corners of every face by itself: the viewer averages normals at shared vertices.
+    sides = np.stack([points[:-1], points[1:], after[1:], after[:-1]], axis=2).reshape(-1, 4, 3)
+    ends = [
+        np.stack([end[0], *pair]) for end in (points[0], points[-1][::-1]) for pair in _fan(end)
+    ]
+    vertices = np.concatenate([sides.reshape(-1, 3), *ends])
+    quads = 4 * np.arange(len(sides))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    fans = 4 * len(sides) + np.arange(3 * len(ends)).reshape(-1, 3)
+    return vertices, np.concatenate([quads.reshape(-1, 3), fans])
+
+
+def joined(*surfaces: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return vertices and faces of several surfaces as those of one."""
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in surfaces)])
+    return (
+        np.concatenate([vertices for vertices, _ in surfaces]),
+        np.concatenate(
+            [faces + start for (_, faces), start in zip(surfaces, starts[:-1], strict=True)]
+        ),
+    )
+
+
 def rod(radius: float, low: float, high: float) -> tuple[Array, Array]:
     """Return vertices and faces of a cylinder along z between two heights."""
     corners = [(0.0, low), (radius, low), (radius, high), (0.0, high)]
@@ -120,6 +162,11 @@ def rounded(value: float) -> float:
     power = 10.0 ** np.floor(np.log10(value))
     limit = value * (1.0 + _ROUNDED_UP)
     return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= limit))
+
+
+def _fan(corners: Array) -> list[Array]:
+    """Return the pairs of corners `(2, 3)` that make triangles with the first of them."""
+    return [corners[index : index + 2] for index in range(1, len(corners) - 1)]
 
 
 def _turned(profile: Array) -> tuple[Array, Array]:

@@ -1,14 +1,21 @@
-"""Still: a configuration as the viewer draws it, a motion of one sample without any wrench."""
+"""Still: a configuration as the viewer draws it, a motion of one sample without any wrench.
+
+Force elements stand in it as they would at rest, at the time zero.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from ..dynamics.velocity_ratios import VelocityRatios
+from ..elements.element import Element
+from ..errors import ArgumentError
 from ..mechanism.configuration import Configuration
+from ..problem.element_arguments import elements_on, listed
 from ..results.motion import Motion
 
 
@@ -30,10 +37,30 @@ class Still:
         mechanism: the mechanism.
         outputs: names of all joints.
         motion: of one sample.
+        elements: the force elements that are drawn.
+        time: at which actuators act [s].
     """
 
-    def __init__(self, configuration: Configuration) -> None:
+    def __init__(self, configuration: Configuration, elements: Sequence[Element] = ()) -> None:
+        """Take a configuration.
+
+        Args:
+            configuration: where the mechanism is.
+            elements: force elements, which act along its coordinates and between its links.
+
+        Raises:
+            ArgumentError: an element is none, or does not fit the mechanism.
+            ModelError: a joint or link of one is unknown.
+        """
         self.mechanism = configuration.mechanism
+        self.time = np.zeros(1)
+        self.elements = elements_on(self.mechanism, listed(elements))
+        for name in (name for element in self.elements for name in element.joints):
+            if name not in self.mechanism.coordinates.named:
+                raise ArgumentError(
+                    f"{name!r} is an angle of a ball, which this configuration has as a whole; "
+                    "take the configuration of a scene that has the element"
+                )
         self.outputs = tuple(self.mechanism)
         x, rest = configuration.x[None, :], np.zeros((1, self.mechanism.model.nv))
         ratios = VelocityRatios.of(np.zeros((1, rest.size, 0)))

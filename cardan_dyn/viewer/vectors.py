@@ -96,7 +96,7 @@ def collect(
         moment, force = wrench.moment[samples], wrench.force[samples]
         axis = np.broadcast_to(rotation @ joint.axis, origin.shape)
         along = np.sum(moment * joint.axis, axis=1)[:, None] * joint.axis
-        offset = _free(origin[0], axis[0], _offset(sweep.mechanism, joint, radius), starts, radius)
+        offset = _free(origin[0], axis[0], beside(sweep.mechanism, joint, radius), starts, radius)
         starts.append(origin[0] + offset * axis[0])
         vectors.append(
             Vectors(
@@ -116,8 +116,16 @@ def collect(
     return vectors
 
 
-def _offset(mechanism: Mechanism, joint: Joint, radius: float) -> float:
-    """Return how far along its axis from its origin a joint's moments are drawn [m]."""
+def beside(mechanism: Mechanism, joint: Joint, radius: float) -> float:
+    """Return how far along its axis from its origin a joint's moments are drawn [m].
+
+    That is beside the centre of mass of its child, as several joints may share one origin.
+
+    Args:
+        mechanism: the joint's.
+        joint: the joint.
+        radius: of the scene, beyond which nothing is drawn [m].
+    """
     if not joint.parts or joint.type in ("spherical", "universal", "floating"):
         return 0.0
     inertia = mechanism.model.inertias[joint.id]

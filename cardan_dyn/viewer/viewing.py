@@ -15,9 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from ..checks import described, names, numbers
+from ..elements.element import Element
 from ..errors import ArgumentError
 from ..mechanism.configuration import Configuration
 from ..results.sweep import Sweep
+from ..simulation.equilibrium import Equilibrium
 from ..simulation.trajectory import Trajectory
 from .commands import meshcat
 from .page import Server, render
@@ -26,7 +28,7 @@ from .still import Still
 
 
 def view(
-    sweep: Sweep | Trajectory | Configuration,
+    sweep: Sweep | Trajectory | Equilibrium | Configuration,
     *,
     joints: Sequence[str] | None = None,
     visuals: bool = True,
@@ -35,7 +37,7 @@ def view(
     axes: bool = True,
     traces: bool = True,
     labels: bool = True,
-    elements: bool = True,
+    elements: bool | Sequence[Element] = True,
     duration: float = 8.0,
     frames: int = 1440,
     title: str | None = None,
@@ -48,7 +50,8 @@ def view(
 
     Args:
         sweep: over one dimension, of any number of samples; a trajectory, which is shown at
-            equidistant times; or a configuration, which has no wrenches to be drawn.
+            equidistant times; an equilibrium; or a configuration, which has no wrenches to be
+            drawn.
         joints: whose arrows, axes and names are drawn; all outputs of the sweep if not given.
         visuals: draw the shapes of the links; lines between the joints where there are none.
         moments: draw torsion and bending.
@@ -56,7 +59,9 @@ def view(
         axes: draw the joint axes, those of loops marked.
         traces: draw the moments of the shafts and the curves they trace.
         labels: draw the joint names.
-        elements: draw point springs and bushings.
+        elements: draw the force elements of the scene: springs and dampers, bushings, brakes for
+            dry friction, and actuators by arrows as great as their efforts. Of a configuration,
+            which has none, those that are listed here.
         duration: time in which the sweep is shown once [s].
         frames: greatest number of samples that are shown, chosen evenly.
         title: of the page; the mechanism's name if not given.
@@ -68,24 +73,40 @@ def view(
     Raises:
         MissingExtraError: meshcat is not installed; the message names the install command.
         ModelError: a joint is unknown or not among the outputs.
-        ArgumentError: the sweep has no or several dimensions, or a number is out of range.
+        ArgumentError: the sweep has no or several dimensions, a number is out of range, or listed
+            elements do not fit the configuration.
     """
     meshcat()  # Reports a missing extra before anything is computed.
     _check_numbers(duration, frames)
-    shot = _shot(sweep, frames)
+    shot = _shot(sweep, frames, elements)
     shown = _checked_joints(shot, joints)
     count = min(len(shot), frames)
     samples = np.unique(np.linspace(0, len(shot) - 1, count).round().astype(int))
     times = np.linspace(0.0, duration, len(samples))
-    parts = Parts(visuals, moments, forces, axes, traces, labels, elements)
+    parts = Parts(visuals, moments, forces, axes, traces, labels, elements is not False)
     return View(render(build(shot, shown, parts, times, samples), title or shot.mechanism.name))
 
 
-def _shot(sweep: Sweep | Trajectory | Configuration, frames: int) -> Sweep | Still:
-    """Return what is drawn: of a trajectory, the sweep along it at equidistant times."""
+def _shot(
+    sweep: Sweep | Trajectory | Equilibrium | Configuration,
+    frames: int,
+    elements: bool | Sequence[Element],
+) -> Sweep | Still:
+    """Return what is drawn: of a trajectory, the sweep along it at equidistant times.
+
+    Raises:
+        ArgumentError: elements are listed for what has its own, or do not fit a configuration.
+    """
     if isinstance(sweep, Configuration):
-        return Still(sweep)
-    return sweep.evenly(frames).sweep if isinstance(sweep, Trajectory) else sweep
+        return Still(sweep, () if isinstance(elements, bool) else elements)
+    if not isinstance(elements, bool):
+        raise ArgumentError(
+            f"elements is {described(elements)}; only a configuration takes a list, others have "
+            "the elements of their scene: give True or False"
+        )
+    if isinstance(sweep, Trajectory):
+        return sweep.evenly(frames).sweep
+    return sweep.sweep if isinstance(sweep, Equilibrium) else sweep
 
 
 def _checked_joints(sweep: Sweep | Still, joints: Sequence[str] | None) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ NAMES = (
     "catalogue",
     "dresig_thuemmel",
     "first_steps",
+    "free_motion",
     "grossmann",
     "run_time_against_error",
     "thoma",

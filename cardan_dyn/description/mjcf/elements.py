@@ -15,6 +15,8 @@ from ..elements import numbers
 from .schema import DEFAULTS, ORIENTATIONS, check_attributes, check_children, keyword
 
 Attributes = Mapping[str, str]
+MOST_TERMS = 3
+"""Greatest count of coefficients of a damping or stiffness: MuJoCo's are polynomials."""
 _LEAST_SINE = 1e-10
 """Sine of an angle below which two directions count as parallel. Entries of unit vectors are
 rounded by about 1e-16: the normal of closer directions would have fewer than six correct digits."""

@@ -1,4 +1,4 @@
-"""Forces that an MJCF file states and no wrench considers: springs, friction, armatures."""
+"""Forces that an MJCF file states and no element is made of: armatures, tendons, fluids."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..left_out import forces_left_out
-from .elements import Attributes, DefaultClasses, several
+from .elements import MOST_TERMS, Attributes, DefaultClasses, several
 from .schema import ACTUATORS
 
 _JOINT = ("armature", "damping", "stiffness", "frictionloss", "springdamper")
 _TENDON = ("armature", "damping", "stiffness", "frictionloss")
 _ACTUATOR = ("armature", "damping")
 _FLUID = ("density", "viscosity")
-_MOST = 3
-"""Greatest count of coefficients of a damping or stiffness: MuJoCo's are polynomials."""
 
 
 class Forces:
@@ -27,9 +25,10 @@ class Forces:
         self._where = where
         self._noted: list[str] = []
 
-    def of_joint(self, attributes: Attributes, name: str) -> None:
-        """Note what a joint states, its class included."""
-        self._note(attributes, _JOINT, f"joint {name!r}")
+    def of_joint(self, attributes: Attributes, name: str, taken: Iterable[str] = ()) -> None:
+        """Note what a joint states, its class included, but for attributes that are taken."""
+        left = [key for key in _JOINT if key not in taken]
+        self._note(attributes, left, f"joint {name!r}")
 
     def of_body(self, attributes: Attributes, name: str) -> None:
         """Note whether a force compensates the weight of a body."""
@@ -66,7 +65,7 @@ class Forces:
         acting = [
             f"{key} {attributes[key]}"
             for key in keys
-            if np.any(several(attributes, key, 1, _MOST, at))
+            if np.any(several(attributes, key, 1, MOST_TERMS, at))
         ]
         if acting:
             self._noted.append(f"{name}: {', '.join(acting)}")

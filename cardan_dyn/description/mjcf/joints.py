@@ -7,12 +7,14 @@ import numpy as np
 from ...arrays import Array
 from ...errors import ModelError
 from ..description import JointDescription, Limits
-from ..elements import numbers
-from .elements import Attributes, Compiler, number, unit
+from ..elements import Dynamics, numbers
+from .elements import MOST_TERMS, Attributes, Compiler, number, several, unit
 from .schema import keyword
 
 _TYPES = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical", "free": "floating"}
 """MJCF's word for a joint to its type."""
+DYNAMICS = {"damping", "stiffness", "frictionloss"}
+"""Attributes of a joint of which elements can be made."""
 
 
 def joint(
@@ -58,10 +60,60 @@ def joint(
     limits = Limits(limits.lower * scale, limits.upper * scale)
     joint_type = "continuous" if kind == "hinge" and limits == Limits() else _TYPES[kind]
     warning = f"{at}: its coordinate is zero where the file counts {initial:g} (ref)"
+    taken = dynamics_of(attributes, kind, compiler, at)
     described = JointDescription(
-        name, joint_type, *ends, origin, axis, axis, child_in_joint, limits
+        name, joint_type, *ends, origin, axis, axis, child_in_joint, limits, "", *taken
     )
     return described, warning if initial else ""
+
+
+def dynamics_of(attributes: Attributes, kind: str, compiler: Compiler, at: str) -> Dynamics:
+    """Return the damping, friction and spring that a joint states along its coordinate.
+
+    The spring is at rest at `springref`, which counts as the file counts the joint; here the
+    initial configuration is zero. What cannot be taken in is zero: see `untaken`.
+
+    Args:
+        attributes: those of its class included.
+        kind: MJCF's word for its type.
+        compiler: settings of the file.
+        at: how messages name the joint.
+
+    Raises:
+        ModelError: an attribute is no number.
+    """
+    left = untaken(attributes, kind, at)
+    damping, stiffness, friction = (
+        0.0 if key in left else float(several(attributes, key, 1, MOST_TERMS, at)[:1].sum())
+        for key in ("damping", "stiffness", "frictionloss")
+    )
+    if not stiffness:
+        return Dynamics(damping, friction)
+    initial = number(attributes, "ref", "0", at)
+    rest = number(attributes, "springref", "0", at) - initial
+    scale = compiler.angle if kind == "hinge" else 1.0
+    return Dynamics(damping, friction, stiffness, rest * scale)
+
+
+def untaken(attributes: Attributes, kind: str, at: str) -> set[str]:
+    """Return which of the damping, stiffness and friction of a joint no element is made of.
+
+    Those are all of a joint with a ball, higher terms of a polynomial, negative values, and what
+    `springdamper` replaces.
+
+    Raises:
+        ModelError: an attribute is no number.
+    """
+    if kind not in ("hinge", "slide"):
+        return set(DYNAMICS)
+    left = set()
+    for key in DYNAMICS:
+        terms = several(attributes, key, 1, MOST_TERMS, at)
+        if np.any(terms[1:]) or np.any(terms < 0.0):
+            left.add(key)
+    if np.any(several(attributes, "springdamper", 1, MOST_TERMS, at)):
+        left |= {"damping", "stiffness"}
+    return left
 
 
 def _limits(attributes: Attributes, initial: float, compiler: Compiler, at: str) -> Limits:

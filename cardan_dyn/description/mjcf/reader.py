@@ -1,8 +1,9 @@
 """MJCF: a MuJoCo model to a checked description.
 
-Bodies, joints, masses and rigid equalities of a model are read. Springs, friction and armatures
-would change wrenches as well: they are refused, or left out with a warning. An element that cannot
-be read exactly is refused, and the message names it.
+Bodies, joints, masses and rigid equalities of a model are read, and damping, friction and springs
+of joints, which scenes take as elements. Armatures and forces of other kinds would change wrenches
+as well: they are refused, or left out with a warning. An element that cannot be read exactly is
+refused, and the message names it.
 """
 
 from __future__ import annotations
@@ -17,12 +18,13 @@ from ...arrays import Array
 from ...errors import ModelError
 from ..description import Description, JointDescription, LinkDescription
 from ..elements import check_size, check_unique, unique
+from ..left_out import described_left_out
 from .elements import Attributes, Compiler, DefaultClasses, flag, pose
 from .equality import Frames, equalities
 from .forces import Forces
 from .include import with_includes
 from .inertia import Shape, frame_of, link, scaled_to
-from .joints import joint
+from .joints import DYNAMICS, joint, untaken
 from .schema import CONTENTS, REFUSED, SECTIONS, check_attributes, check_children
 
 _Content = list[tuple[ElementTree.Element, Array, str]]
@@ -57,10 +59,12 @@ def parse(root: ElementTree.Element, where: str, path: Path | None, strict: bool
     loops, couplings, inactive = equalities(root, reader.classes, reader.frames, where)
     reader.forces.of_sections(root)
     left_out = reader.forces.left_out(strict)
+    joints = tuple(reader.frames.joints.values())
+    left_out = [*described_left_out(joints, where), *left_out]
     return Description(
         name=root.get("model") or "mechanism",
         links=tuple(links),
-        joints=tuple(reader.frames.joints.values()),
+        joints=joints,
         order=tuple(reader.frames.joints),
         loops=tuple(loops),
         couplings=tuple(couplings),
@@ -229,7 +233,8 @@ class _Reader:
         attributes: Attributes = {"type": "free"}
         if element.tag == "joint":
             attributes = self.classes.of(element, childclass, at)
-        self.forces.of_joint(attributes, name)
+        kind = attributes.get("type", "hinge")
+        self.forces.of_joint(attributes, name, DYNAMICS - untaken(attributes, kind, at))
         described, warning = joint(attributes, name, ends, body, frame, self.compiler, at)
         if warning:
             self.warnings.append(warning)

@@ -14,7 +14,7 @@ body with the joints before and behind it; others are refused.
 Bodies nested more than 300 deep are written, but not read back by this package.
 
 Limits of position are written where both are finite, no others; nor names of fixed joints, the
-joints that the author drives, visuals and warnings.
+joints that the author drives, damping and friction of balls, visuals and warnings.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from .rigid_groups import RigidGroups
 from .written_elements import (
     check_kinds,
     check_rotation,
+    dynamics_of,
     elementary_joints,
     inertial_of,
     pose_of,
@@ -263,7 +264,7 @@ class _Writer:
                 self._taken["joint"].add(name)
             attributes = f'name={quoteattr(name)} type="{kind}" pos="{words(frame[:3, 3])}"'
             if kind != "ball":
-                attributes += f' axis="{words(frame[:3, :3] @ axis)}"'
+                attributes += f' axis="{words(frame[:3, :3] @ axis)}"{dynamics_of(item)}'
             if len(parts) == 1 and isinstance(item, JointDescription):
                 attributes += range_of(item)
             lines.append(f"<joint {attributes}/>")

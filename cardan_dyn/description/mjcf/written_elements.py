@@ -8,7 +8,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import ModelError
-from ..description import JointDescription, LinkDescription
+from ..description import JointDescription, LinkDescription, LoopDescription
 from .elements import rotation_of_quaternion
 
 _ROTATION_TOLERANCE = 1e-9
@@ -54,6 +54,17 @@ def range_of(joint: JointDescription) -> str:
     if not (np.isfinite([lower, upper]).all() and lower < upper):
         return ""
     return f' range="{words([lower, upper])}"'
+
+
+def dynamics_of(joint: JointDescription | LoopDescription) -> str:
+    """Return the attributes of what rubs and springs along a hinge or slide of a joint."""
+    stated = {
+        "damping": joint.damping,
+        "frictionloss": joint.friction,
+        "stiffness": joint.stiffness,
+        "springref": joint.rest if joint.stiffness else 0.0,
+    }
+    return "".join(f' {name}="{words([value])}"' for name, value in stated.items() if value)
 
 
 def inertial_of(link: LinkDescription) -> str:

@@ -1,4 +1,4 @@
-"""Forces that an SDF text states and no wrench considers: springs, friction, wind, added mass."""
+"""Forces that an SDF text states and no element is made of: wind, added mass, motors."""
 
 from __future__ import annotations
 
@@ -38,10 +38,16 @@ class Forces:
         if added is not None:
             self._of_numbers(added, [child.tag for child in added], f"{name}: fluid_added_mass")
 
-    def of_joint(self, joint: ElementTree.Element, at: str) -> None:
-        """Note what the axes of a joint state, and a motor of the physics engine ODE."""
+    def of_joint(self, joint: ElementTree.Element, at: str, is_taken: bool = False) -> None:
+        """Note what the axes of a joint state, and a motor of the physics engine ODE.
+
+        Args:
+            joint: the `<joint>`.
+            at: how messages name it.
+            is_taken: whether elements can be made of what its axes state.
+        """
         name = f"joint {joint.get('name')!r}"
-        for tag in _AXES:
+        for tag in () if is_taken else _AXES:
             axis = only(joint, tag, at)
             dynamics = None if axis is None else only(axis, "dynamics", at)
             if dynamics is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from xml.etree import ElementTree
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import Array, inverse
 from ...errors import ModelError, choices
 from ..description import JointDescription, Limits, LoopDescription
-from ..elements import numbers, only
+from ..elements import DYNAMICS_WORDS, Dynamics, numbers, only
 from ..mjcf.elements import unit
 from .elements import flag, limit, number, text
 from .frames import MODEL, WORLD, Frames
@@ -52,6 +52,7 @@ class Edge:
         axis, axis_2: `(3,)` in that frame.
         limits: of its coordinate.
         is_cut: whether the author wants a loop to be cut here.
+        dynamics: what rubs and springs along its coordinates.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Edge:
     axis_2: Array
     limits: Limits
     is_cut: bool
+    dynamics: Dynamics = field(default_factory=Dynamics)
 
     def joint(self, links: dict[str, Array], is_reversed: bool) -> JointDescription:
         """Return the edge as a joint of the tree.
@@ -82,6 +84,7 @@ class Edge:
             axis_2=self.axis_2,
             child_placement=inverse(self.placement) @ links[child],
             limits=self.limits,
+            **self.dynamics._asdict(),
         )
 
     def loop(self, links: dict[str, Array]) -> LoopDescription:
@@ -95,6 +98,7 @@ class Edge:
             successor_origin=inverse(links[self.child]) @ self.placement,
             axis=self.axis,
             axis_2=self.axis_2,
+            **self.dynamics._asdict(),
         )
 
 
@@ -120,12 +124,45 @@ def edge(
         _check_right_angle(axis, axis_2, at)
     if kind == "revolute" and not np.isfinite([limits.lower, limits.upper]).any():
         kind = "continuous"
+    dynamics = dynamics_of(element, kind, at)
     cut = element.find("physics/simbody/must_be_loop_joint")
     is_cut = cut is not None and flag(cut.text or "", f"{at}: must_be_loop_joint")
-    result = Edge(
-        element.get("name", ""), kind, parent, child, placement, axis, axis_2, limits, is_cut
-    )
-    return result, warnings
+    name = element.get("name", "")
+    described = (name, kind, parent, child, placement, axis, axis_2, limits, is_cut, dynamics)
+    return Edge(*described), warnings
+
+
+def dynamics_of(element: ElementTree.Element, kind: str, at: str) -> Dynamics:
+    """Return what rubs and springs along the coordinates of a joint.
+
+    What cannot be taken in is none: along a joint that has no single coordinate, negative values,
+    and what both axes of a universal joint do not have alike.
+
+    Args:
+        element: the `<joint>`.
+        kind: its type here.
+        at: how messages name it.
+
+    Raises:
+        ModelError: a value is no number.
+    """
+    if kind in ("fixed", "spherical"):
+        return Dynamics()
+    first, second = (_dynamics_of_axis(element, tag, at) for tag in ("axis", "axis2"))
+    if (kind == "universal" and first != second) or min(first[:3]) < 0.0:
+        return Dynamics()
+    return first
+
+
+def _dynamics_of_axis(element: ElementTree.Element, tag: str, at: str) -> Dynamics:
+    """Return what an axis states, nothing where there is none."""
+    axis = only(element, tag, at)
+    dynamics = None if axis is None else only(axis, "dynamics", at)
+    if dynamics is None:
+        return Dynamics()
+    stated = Dynamics(*(number(dynamics, word, "0", f"{at}: {tag}") for word in DYNAMICS_WORDS))
+    # Where nothing springs, its rest means nothing.
+    return stated if stated.stiffness else stated._replace(rest=0.0)
 
 
 def kind_of(element: ElementTree.Element, at: str) -> str:

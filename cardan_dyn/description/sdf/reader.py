@@ -7,8 +7,9 @@ become loops. All coordinates are zero in the poses of the links, which close al
 The world is the root. A link that no joint carries from the world is free in SDF: it gets a
 `floating` joint, and a warning says how to hold it. A static model stands still as a whole.
 
-Springs, friction and wind would change wrenches as well: they are refused, or left out with a
-warning. An element that cannot be read exactly is refused, and the message names it.
+Damping, friction and springs of joints are read, which scenes take as elements. Wind and other
+forces would change wrenches as well: they are refused, or left out with a warning. An element that
+cannot be read exactly is refused, and the message names it.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from ...arrays import Array
 from ...errors import ModelError, choices
 from ..description import CouplingDescription, Description, JointDescription, LinkDescription
 from ..elements import LEAST_MASS, check_size, numbers, only, unique
+from ..left_out import described_left_out
 from ..urdf import check_inertia, tensor_of
 from .couplings import Couplings
 from .elements import flag, number, pose, text
@@ -162,13 +164,15 @@ class _Reader:
                     f"{self._where}: <{tag}> {item.get('name', '')!r} passed over: forces that it "
                     "makes are unknown here"
                 )
-        left_out = self._forces.left_out(self._strict)
+        loops = tuple(item.loop(self._placements) for item in tree.loops)
+        left_out = described_left_out([*joints, *loops], self._where)
+        left_out += self._forces.left_out(self._strict)
         return Description(
             name=self._model.get("name") or "mechanism",
             links=tuple(links),
             joints=tuple(joints),
             order=tuple(joint.name for joint in joints),
-            loops=tuple(item.loop(self._placements) for item in tree.loops),
+            loops=loops,
             couplings=tuple(couplings),
             notation="SDF joints beyond a tree" if tree.loops else "no loops",
             warnings=(*warnings, *self._warnings, *left_out),
@@ -183,7 +187,8 @@ class _Reader:
     def _edge(self, element: ElementTree.Element) -> Edge:
         found, warnings = edge(element, self._frames, self._version, self._where)
         self._warnings += warnings
-        self._forces.of_joint(element, f"{self._where}: joint {found.name!r}")
+        at = f"{self._where}: joint {found.name!r}"
+        self._forces.of_joint(element, at, found.dynamics.acts)
         return found
 
     def _link(self, element: ElementTree.Element) -> LinkDescription:

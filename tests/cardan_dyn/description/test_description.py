@@ -76,6 +76,7 @@ CHANGES = [
             **{"origin": ELSEWHERE, "axis": Y, "axis_2": X, "child_placement": ELSEWHERE},
             "limits": Limits(upper=3.0),
             **{"adjustable": "revolute", "damping": 1.0, "friction": 2.0},
+            **{"stiffness": 3.0, "rest": 0.5},
         },
     ),
     (
@@ -84,6 +85,7 @@ CHANGES = [
             **{"name": "h", "type": "fixed", "predecessor": "arm", "successor": "arm"},
             **{"predecessor_origin": ELSEWHERE, "successor_origin": ELSEWHERE},
             **{"axis": Y, "axis_2": Y},
+            **{"damping": 1.0, "friction": 2.0, "stiffness": 3.0, "rest": 0.5},
         },
     ),
     (Limits(), {"lower": 0.0, "upper": 1.0, "velocity": 2.0, "effort": 3.0}),

@@ -118,3 +118,34 @@ def test_lines_differ_without_colours(joint_turn: cd.Sweep, shaft_turn: cd.Sweep
     for axes in figure.axes:
         shown = {line.get_linestyle() for line in axes.get_lines()}
         assert len(shown) == 2
+
+
+@pytest.fixture(scope="module")
+def spin(joint: cd.Mechanism) -> cd.Trajectory:
+    """Free spin of the universal joint, over two turns of its input and somewhat more."""
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.6})
+    return scene.simulate(1.4, speed=10.0)
+
+
+def test_a_trajectory_is_drawn_over_the_angle(spin: cd.Trajectory) -> None:
+    figure = figures.over_angle(spin, "bearing_out")
+    torsion, bending = figure.axes
+    angle = np.rad2deg(spin.motion.position("bearing_in"))
+    np.testing.assert_array_equal(bending.get_lines()[0].get_xdata(), angle)
+    np.testing.assert_array_equal(bending.get_lines()[0].get_ydata(), spin["bearing_out"].bending)
+    # Nothing drives it: torsion is rounding, and drawn as the zero that it is.
+    assert np.max(np.abs(spin["bearing_out"].torsion)) < 1e-12
+    assert torsion.get_ylim()[1] == pytest.approx(np.max(np.abs(spin["bearing_out"].moment)))
+
+
+def test_the_mean_lead_of_a_trajectory_is_that_over_the_angle(spin: cd.Trajectory) -> None:
+    angles = spin.motion.position("bearing_in")
+    turn = 2.0 * np.pi
+    # Two whole turns, at times that crowd together at their start.
+    times = np.concatenate([np.linspace(0.0, 0.2, 4000), np.linspace(0.2, 1.4, 4000)[1:]])
+    dense = spin.at(times)
+    times = times[dense.motion.position("bearing_in") <= 2.0 * turn]
+    assert angles[-1] > 2.0 * turn
+    lead = figures.ratio_and_angle_error({"spin": spin.at(times)}).axes[1].get_lines()[0]
+    # Without its mean, the lead of a universal joint is as great as its lag.
+    assert np.max(lead.get_ydata()) == pytest.approx(-np.min(lead.get_ydata()), rel=1e-3)

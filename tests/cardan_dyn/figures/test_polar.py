@@ -175,3 +175,12 @@ def test_wrong_names_are_refused(joint_turn: cd.Sweep) -> None:
         figures.forces_in_place(joint_turn, ["bearing_in"], [], size=0.1, plane="xz")
     with pytest.raises(cd.ModelError, match="bearing_on"):
         figures.force_polar(joint_turn, "bearing_on")
+
+
+def test_a_trajectory_has_polar_diagrams(joint: cd.Mechanism) -> None:
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.6})
+    spin = scene.simulate(0.8, speed=10.0).evenly(200)
+    (axes,) = figures.moment_polar(spin, "bearing_out").axes
+    moment = spin.wrench("bearing_out", "parent").moment
+    plane = ["xyz".index(axes.get_xlabel()[3]), "xyz".index(axes.get_ylabel()[3])]
+    np.testing.assert_array_equal(np.transpose(axes.get_lines()[0].get_data()), moment[:, plane])

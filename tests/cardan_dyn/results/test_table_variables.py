@@ -11,12 +11,12 @@ from testkit.scenes import universal
 
 import cardan_dyn as cd
 from cardan_dyn.results.table_variables import (
-    Variable,
     labels_of,
     sample_dims,
     unit_labels,
     variables_of,
 )
+from cardan_dyn.results.variable import Variable
 
 POSITIONS = np.linspace(0.0, 1.0, 4)
 RACK = """<robot name="rack"><link name="base"/><link name="pinion"/><link name="rack"/>
@@ -275,9 +275,3 @@ def test_joints_with_several_coordinates_have_no_column_of_motion() -> None:
     moving = labels_of(turn)["moving_joint"]
     assert moving == tuple(name for name, item in mechanism.joints.items() if item.nv == 1)
     assert set(moving) < set(mechanism.joint_names)
-
-
-def test_units_are_named_once_in_the_order_in_which_they_occur() -> None:
-    values = np.zeros((1, 3))
-    assert Variable(("a", "b"), values, ("m", "rad", "m"), "").unit == "m or rad"
-    assert Variable(("a", "b"), values, "N", "").unit == "N"

@@ -50,6 +50,7 @@ def test_it_is_like_a_sweep(turn: cd.Trajectory) -> None:
     assert 3 not in turn
     assert turn.unique.shape == turn.sweep.unique.shape
     assert turn.element_force is turn.sweep.element_force
+    np.testing.assert_array_equal(turn.elastic_energy, turn.sweep.elastic_energy)
     assert turn.condition.shape == turn.shape == (9,)
     assert np.max(np.abs(turn.drive_effort)) < 1e-12
 

@@ -131,3 +131,15 @@ def test_directions_of_a_turning_vector_are_reached_by_neighbouring_quaternions(
 def test_round_scales() -> None:
     for value, expected in ((1.0, 1.0), (1.99, 1.0), (7.0, 5.0), (0.0321, 0.02), (155.6, 100.0)):
         assert shapes.rounded(value) == pytest.approx(expected)
+
+
+def test_a_swept_profile_and_a_ring_look_outwards() -> None:
+    profile = np.array([[1.0, 0.0], [2.0, 0.0], [2.0, 0.5], [1.0, 0.5]])
+    for (vertices, faces), share in (
+        (shapes.swept(profile, np.linspace(0.2, 1.2, 200)), 1.0 / (2.0 * np.pi)),
+        (shapes.ring(1.0, 2.0, 0.0, 0.5), 1.0),
+        (shapes.joined(*[shapes.swept(profile, np.linspace(0.0, 1.0, 200))] * 2), 1.0 / np.pi),
+    ):
+        enclosed = np.sum(np.linalg.det(vertices[faces])) / 6.0
+        # Volume of the ring: pi (2² - 1²) / 2. A polygon of 20 sides has 1.6 % less.
+        assert enclosed == pytest.approx(share * 1.5 * np.pi, rel=0.02)

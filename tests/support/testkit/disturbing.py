@@ -13,10 +13,10 @@ Item = TypeVar("Item")
 def disturbed(item: Item) -> Item:
     """Return a record in which every number is wrong that a text states.
 
-    Not limits, damping and friction, which the proof does not use; not the axes of joints that have
-    none.
+    Not limits, damping, friction and springs, which the proof does not use; not the axes of joints
+    that have none.
     """
-    kept = {"limits", "damping", "friction", "child_placement", "source"}
+    kept = {"limits", "damping", "friction", "stiffness", "rest", "child_placement", "source"}
     if getattr(item, "type", "") in ("fixed", "floating"):
         kept |= {"axis", "axis_2"}
     changes = {}

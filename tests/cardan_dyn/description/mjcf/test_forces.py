@@ -17,7 +17,7 @@ FORCES = HALVES.format(
     rocker=ROCKER.replace('name="d"', 'name="d" stiffness="3"').replace(
         'name="rocker"', 'name="rocker" gravcomp="1"'
     ),
-    more=f'<equality>{CONNECTS["bodies"]}</equality><default><joint damping="1 0"/>'
+    more=f'<equality>{CONNECTS["bodies"]}</equality><default><joint damping="1 2"/>'
     '<tendon frictionloss="2"/></default><option density="1.2"/>'
     '<tendon><fixed name="t"><joint joint="a" coef="1"/></fixed></tendon>'
     '<actuator><motor joint="a" armature="0.1"/></actuator>',
@@ -28,15 +28,16 @@ def test_forces_that_wrenches_leave_out() -> None:
     with pytest.raises(cd.ModelError) as caught:
         read(FORCES)
     assert str(caught.value).split(": ", 1)[1] == (
-        "forces that wrenches leave out: joint 'a': damping 1 0; joint 'b': damping 1 0; "
-        "joint 'd': damping 1 0, stiffness 3; body 'rocker': gravcomp 1; option: density 1.2; "
+        "forces that wrenches leave out: joint 'a': damping 1 2; joint 'b': damping 1 2; "
+        "joint 'd': damping 1 2; body 'rocker': gravcomp 1; option: density 1.2; "
         "tendon 't': frictionloss 2; actuator 'motor': armature 0.1; load(..., strict=False) "
         "accepts the file and leaves them out"
     )
     warnings = read(FORCES, strict=False).warnings
-    assert len(warnings) == 7
-    assert "joint 'd': damping 1 0, stiffness 3 left out of the wrenches" in warnings[2]
-    same_as_urdf(cd.load(FORCES, strict=False))
+    assert len(warnings) == 8
+    assert "springs of 1 joint (d) left out: Scene(..., elements=described" in warnings[0]
+    assert "joint 'd': damping 1 2 left out of the wrenches" in warnings[3]
+    same_as_urdf(cd.load(FORCES.replace(' stiffness="3"', ""), strict=False))
 
 
 def forces(sections: str = "") -> Forces:
@@ -125,3 +126,9 @@ def test_a_message_lists_eight_forces(count: int, more: str) -> None:
 def test_coefficients_that_are_no_numbers(value: str) -> None:
     with pytest.raises(cd.ModelError, match=rf"^x: joint 'j': damping:? '{value}' is not "):
         forces().of_joint({"damping": value}, "j")
+
+
+def test_what_is_taken_is_not_noted() -> None:
+    collected = forces()
+    collected.of_joint({"damping": "1", "armature": "2"}, "j", {"damping"})
+    assert collected.left_out(strict=False) == ["x: joint 'j': armature 2 left out of the wrenches"]

@@ -1,0 +1,122 @@
+"""Over time: wrenches of joints, and the energies of a trajectory with what is wrong with them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ArgumentError
+from ..simulation.trajectory import Trajectory
+from .style import (
+    TITLE_SIZE,
+    Axes,
+    Figure,
+    Swept,
+    axes_grid,
+    curve_style,
+    legend,
+    names,
+    refuse_grid,
+    wrench_panels,
+)
+
+_LEAST_SHOWN = 1e-16
+"""Least residual that is drawn, half the rounding of a number: a logarithm knows no zero."""
+_RESIDUAL_LINE = {"color": "0.25", "linestyle": "-", "linewidth": 1.0}
+
+
+def over_time(
+    turn: Swept,
+    joints: str | Sequence[str],
+    quantities: str | Sequence[str] = ("torsion", "bending"),
+    *,
+    title: str = "",
+) -> Figure:
+    """Draw torsion and bending of joints, or their forces, over time.
+
+    What is drawn is exerted by the parent link on the child link, at the joint origin.
+
+    Args:
+        turn: a trajectory, or a sweep that was given its times (`sweep(..., time=)`).
+        joints: one joint or several; each is a line.
+        quantities: of `torsion`, `bending`, `axial`, `shear`; each has its own axes.
+        title: of the figure.
+
+    Raises:
+        ModelError: a joint is unknown or not among the outputs.
+        ArgumentError: unknown quantity, a sweep without times, or one over several dimensions.
+    """
+    time = _times(turn)
+    figure, panels = wrench_panels([turn[name] for name in names(joints)], time, names(quantities))
+    _time_axis(panels[-1], time)
+    figure.suptitle(title, fontsize=TITLE_SIZE)
+    return figure
+
+
+def energy_over_time(trajectory: Trajectory, *, title: str = "") -> Figure:
+    """Draw the energies of a trajectory, the work done on it, and the residual of their balance.
+
+    The residual at each time is the size of the change of kinetic and potential energy since the
+    first of the times, less the work since then, as a fraction of the greatest energy or work, to a
+    logarithmic scale. `Trajectory.energy_residual` counts from the start of the simulation.
+
+    Args:
+        trajectory: the trajectory.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: it is no trajectory.
+        CardanError: as `Trajectory.work`.
+    """
+    if not isinstance(trajectory, Trajectory):
+        raise ArgumentError(
+            f"energies are those of a trajectory, not of a {type(trajectory).__name__}; "
+            "Scene.simulate() returns one"
+        )
+    time = trajectory.t
+    energies = {
+        "kinetic energy": trajectory.kinetic_energy,
+        "potential energy, from its start": trajectory.potential_energy
+        - trajectory.potential_energy[0],
+        "work": trajectory.work - trajectory.work[0],
+    }
+    kinetic, potential, work = energies.values()
+    figure, (above, below) = axes_grid(2, size=(7.2, 6.0), share_x=True)
+    for index, (label, values) in enumerate(energies.items()):
+        above.plot(time, values, **curve_style(index, len(time)), label=label)
+    scale = max(float(np.max(np.abs(values))) for values in energies.values()) or 1.0
+    residual = np.abs(kinetic - kinetic[0] + potential - work) / scale
+    style = {**curve_style(0, len(time)), **_RESIDUAL_LINE}
+    below.semilogy(time, np.maximum(residual, _LEAST_SHOWN), **style)
+    above.set_ylabel("energy [J]")
+    below.set_ylabel("residual of the balance [–]")
+    _time_axis(below, time)
+    figure.suptitle(title, fontsize=TITLE_SIZE)
+    legend(figure, 3)
+    return figure
+
+
+def _times(turn: Swept) -> Array:
+    """Return the times `(N,)` of the samples [s].
+
+    Raises:
+        ArgumentError: a sweep has none, or several dimensions.
+    """
+    if isinstance(turn, Trajectory):
+        return turn.t
+    refuse_grid(turn)
+    if turn.time.ndim != 1:
+        raise ArgumentError(
+            "the sweep has no times over which it could be drawn: give sweep(..., time=), or draw "
+            "it over_angle"
+        )
+    return np.broadcast_to(turn.time, turn.shape)
+
+
+def _time_axis(axes: Axes, time: Array) -> None:
+    """Make the abscissa the time."""
+    axes.set_xlabel("time [s]")
+    if np.max(time) > np.min(time):
+        axes.set_xlim(np.min(time), np.max(time))
