@@ -1,0 +1,269 @@
+"""Solving: from a line, a speed and a torque to its motion and forces, through sweeps of a scene.
+
+All forces follow linearly from what acts at a position, so three kinds of sweeps over the same
+closed positions are enough: with a unit torque at the output at rest, whose results are multiplied
+by the torque; at speed with weight and without torque; and with a unit force in a spline, which is
+multiplied by its friction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..frozen import FrozenDict, read_only
+from ..mechanism.mechanism import Mechanism
+from ..results.sweep import Sweep
+from ..scene.scene import Scene
+from .analysis import Analysis
+from .forces import LineForces
+from .geometry import leftwards
+from .line_data import LineData
+from .supports import supports
+from .tasks import Task
+from .zero import Zero, lead, zero
+
+_BLOCK = 20_000
+"""Samples whose closed positions are kept at a time: they take a few kilobytes per joint each."""
+
+
+class _Setup(NamedTuple):
+    """A scene of a line, and where its results are found.
+
+    Attributes:
+        scene: with a unit torque at the output.
+        zero: how the pins stand at zero.
+        bearings: joints whose forces are those of the bearings.
+        turns: `(m, 3, 3)` rotations from the axes of each bearing's place to along, left, up.
+        slips: joints of the splines.
+    """
+
+    scene: Scene
+    zero: Zero
+    bearings: tuple[str, ...]
+    turns: Array
+    slips: tuple[str, ...]
+
+
+class _Part(NamedTuple):
+    """Results of a block of samples, in the order of `Analysis`."""
+
+    rotation: Array
+    ratio: Array
+    acceleration: Array
+    slip: Array
+    static: LineForces
+    inertial: LineForces | None
+    residuals: tuple[float, ...]
+
+
+def scene_of(line: LineData, mechanism: Mechanism, **options: object) -> Scene:
+    """Return a scene of a line, driven at its input; see `DriveLine.scene`."""
+    arguments: dict[str, object] = {"drive": "bearing_in"}
+    if supports(line).indeterminate:
+        # Where bearings decide the place of shafts twice, joints between them pass on no force,
+        # as the closed forms have it: only what goes through joints counts in the least energy.
+        soft = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
+        names = [f"pin_{k}_out" for k in range(1, line.count + 1)]
+        if max(len(shaft.bearings) for shaft in line.shafts) <= 2:
+            arguments["compliance"] = dict.fromkeys(names, soft)
+    return Scene(mechanism, **{**arguments, **options})  # type: ignore[arg-type]
+
+
+def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
+    """Return the analysis of a line."""
+    setup = _setup(line, mechanism, task)
+    parts = [_solved(setup, line, task, held) for held in _blocks(task)]
+    inertial = [part.inertial for part in parts if part.inertial is not None]
+    residuals = np.array([part.residuals for part in parts])
+    designs = task.variants.held if task.variants else FrozenDict[str, Array]({})
+    joined = {
+        name: _join([getattr(part, name) for part in parts])
+        for name in ("rotation", "ratio", "acceleration", "slip")
+    }
+    return Analysis(
+        name=line.name,
+        shafts=line.shaft_names,
+        joints=line.joint_names,
+        bearings=tuple(name.removeprefix("support_") for name in setup.bearings),
+        splines=tuple(line.shaft_names[int(name.removeprefix("slip_"))] for name in setup.slips),
+        speed=task.speed,
+        position=read_only(task.positions),
+        designs=designs,
+        static=_forces([part.static for part in parts]),
+        inertial=_forces(inertial) if inertial else None,
+        indeterminate=supports(line).indeterminate,
+        loop_residual=float(np.max(residuals[:, 0])),
+        balance_residual=float(np.max(residuals[:, 1])),
+        power_residual=float(np.max(residuals[:, 2])),
+        **joined,
+    )
+
+
+def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
+    """Return the scene, with all joint angles held and what varies from design to design."""
+    found = line.geometry
+    names, turns = [], []
+    listed = [(item.shaft, f"support_{item.name}") for item in supports(line).bearings]
+    ends = ((0, "bearing_in"), (line.count, "bearing_out"))
+    listed += [end for end in ends if not line.shafts[end[0]].bearings]
+    for index, name in sorted(listed, key=lambda item: item[0]):
+        axis = found.directions[index]
+        left = leftwards(axis)
+        names.append(name)
+        turns.append(np.stack([axis, left, np.cross(axis, left)]) @ found.frames[index])
+    slips = tuple(f"slip_{k}" for k, shaft in enumerate(line.shafts) if shaft.spline)
+    pins = [f"pin_{k}_{side}" for k in range(1, line.count + 1) for side in ("in", "out")]
+    angles = {f"joint_angle_{k}": 0.0 for k in range(1, line.count + 1)}
+    varied = {} if task.variants is None else dict.fromkeys(task.variants.held, 0.0)
+    outputs = dict.fromkeys([*pins, *names, *slips, *angles, "bearing_in", "bearing_out"])
+    scene = scene_of(
+        line,
+        mechanism,
+        held={**angles, **varied},
+        loads={"bearing_out": -1.0, **dict.fromkeys(slips, 0.0)},
+        outputs=list(outputs),
+    )
+    return _Setup(scene, zero(found, line.fork_offsets), tuple(names), np.array(turns), slips)
+
+
+def _blocks(task: Task) -> Iterator[Mapping[str, Array]]:
+    """Yield the positions of adjustable joints of some designs at a time, each `(d, 1)`."""
+    if task.variants is None:
+        yield {}
+        return
+    size = max(1, _BLOCK // len(task.positions))
+    for start in range(0, task.variants.designs, size):
+        chosen = slice(start, min(start + size, task.variants.designs))
+        yield {name: values[chosen, None] for name, values in task.variants.held.items()}
+
+
+def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]) -> _Part:
+    """Return the results of a block of samples."""
+    scene = setup.scene
+    # Designs × positions, even where there is one design or nothing varies.
+    count = max((len(values) for values in held.values()), default=1)
+    is_grid = task.variants is not None
+    positions = np.broadcast_to(task.positions, (count, len(task.positions)))
+    closed = scene.assemble(positions if is_grid else task.positions, held=held)
+
+    def sweep(loads: Mapping[str, float] | None = None, moving: bool = False) -> Sweep:
+        return scene.sweep(
+            closed,
+            task.speed if moving else 0.0,
+            task.acceleration if moving else 0.0,
+            gravity=task.gravity if moving else None,
+            loads=loads,
+            workers=task.workers,
+        )
+
+    unit = sweep()
+    sweeps = [unit]
+    ratio = unit.motion.ratio("bearing_out")
+    torque = np.broadcast_to(task.torque, ratio.shape)
+    static = _of(setup, line, unit).times(torque if task.at_output else torque / ratio)
+    for index, name in enumerate(setup.slips if task.slipping else ()):
+        spline = line.shafts[int(name.removeprefix("slip_"))].spline
+        if spline is None or not spline.friction or spline.radius is None:
+            continue
+        friction = spline.friction / spline.radius * np.abs(static.spline_torque[..., index])
+        pushed = sweep({name: 1.0, "bearing_out": 0.0})
+        sweeps.append(pushed)
+        static = static.plus(_of(setup, line, pushed).times(-task.slipping * friction))
+    moving = sweep({"bearing_out": 0.0}, moving=True)
+    is_heavy = bool(np.any(task.gravity)) or task.speed != 0.0 or task.acceleration != 0.0
+    inertial = _of(setup, line, moving) if is_heavy and _has_mass(scene.mechanism) else None
+    if inertial is not None:
+        sweeps.append(moving)
+    motion = _motion(setup, moving, task)
+    residuals = tuple(
+        float(np.max([getattr(item, name) for item in sweeps]))
+        for name in ("loop_residual", "balance_residual", "power_residual")
+    )
+    return _Part(*motion, static, inertial, residuals)
+
+
+def _has_mass(mechanism: Mechanism) -> bool:
+    return any(link.mass > 0.0 for link in mechanism.description.links)
+
+
+def _of(setup: _Setup, line: LineData, sweep: Sweep) -> LineForces:
+    """Return the forces of a sweep."""
+    joints = range(1, line.count + 1)
+    # The joint's axes at zero are turned about the driving pin against those of the shaft.
+    moments_in = [
+        sweep.wrench(f"pin_{k}_in", "parent").moment @ _about_y(turn).T
+        for k, turn in zip(joints, setup.zero.driving, strict=True)
+    ]
+    moments_out = [sweep[f"pin_{k}_out"].moment for k in joints]
+    forces = [
+        sweep.wrench(name, "parent").force @ turn.T
+        for name, turn in zip(setup.bearings, setup.turns, strict=True)
+    ]
+    slips = [sweep[name] for name in setup.slips]
+    empty = np.zeros((*sweep.shape, 0, 3))
+    return LineForces(
+        moment_in=np.stack(moments_in, axis=-2),
+        moment_out=np.stack(moments_out, axis=-2),
+        bearing_force=np.stack(forces, axis=-2) if forces else empty,
+        spline_force=np.stack([slip.force for slip in slips], axis=-2) if slips else empty,
+        spline_moment=np.stack([slip.moment for slip in slips], axis=-2) if slips else empty,
+        holding_moment=np.stack(
+            [sweep.holding_effort[f"joint_angle_{k}"] for k in joints], axis=-1
+        ),
+        drive_torque=np.array(sweep.drive_effort),
+        load_torque=np.broadcast_to(
+            np.asarray(sweep.loads.get("bearing_out", 0.0)), sweep.shape
+        ).astype(float),
+    )
+
+
+def _about_y(angle: float) -> Array:
+    """Return the rotation `(3, 3)` about y."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
+
+
+def _motion(setup: _Setup, sweep: Sweep, task: Task) -> tuple[Array, Array, Array, Array]:
+    """Return rotation, ratio and acceleration of every shaft `(…, n + 1)`, and slips `(…, s)`.
+
+    With the crosses' turns a and b about the driving and the driven pin, the next shaft is ahead
+    by the lead of `zero`, and its speed is that of this shaft times cos a cos b plus a' sin b: the
+    driven pin is normal to the next shaft, the driving pin has the component sin b along it.
+    """
+    motion = sweep.motion
+    rotations = [np.broadcast_to(motion.position("bearing_in"), sweep.shape)]
+    ratios = [np.ones(sweep.shape)]
+    accelerations = [np.full(sweep.shape, task.acceleration)]
+    for k, (zero_in, zero_out) in enumerate(zip(*setup.zero[:2], strict=True), 1):
+        a = motion.position(f"pin_{k}_in") + zero_in
+        b = motion.position(f"pin_{k}_out") + zero_out
+        along, across = np.cos(a) * np.cos(b), np.sin(b)
+        rotations.append(rotations[-1] + lead(a, b))
+        ratio = ratios[-1] * along + motion.ratio(f"pin_{k}_in") * across
+        rate_a, rate_b = motion.velocity(f"pin_{k}_in"), motion.velocity(f"pin_{k}_out")
+        change = -rate_a * np.sin(a) * np.cos(b) - rate_b * np.cos(a) * np.sin(b)
+        accelerations.append(
+            accelerations[-1] * along
+            + task.speed * ratios[-1] * change
+            + motion.acceleration(f"pin_{k}_in") * across
+            + rate_a * rate_b * np.cos(b)
+        )
+        ratios.append(ratio)
+    slips = [motion.position(name) for name in setup.slips]
+    slip = np.stack(slips, axis=-1) if slips else np.zeros((*sweep.shape, 0))
+    rotation, ratio, acceleration = (
+        np.stack(item, axis=-1) for item in (rotations, ratios, accelerations)
+    )
+    return rotation, ratio, acceleration, slip
+
+
+def _join(parts: Sequence[Array]) -> Array:
+    return read_only(parts[0] if len(parts) == 1 else np.concatenate(parts))
+
+
+def _forces(parts: Sequence[LineForces]) -> LineForces:
+    return LineForces(*(_join(values) for values in zip(*parts, strict=True)))
