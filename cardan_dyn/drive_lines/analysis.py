@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..arrays import Array
-from .forces import LineForces
+from .analysis_data import AnalysisData
 
 if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True, eq=False)
-class Analysis:
+@dataclass(frozen=True, eq=False, repr=False)
+class Analysis(AnalysisData):
     """Motion of a line of n joints, and what acts along it.
 
     `(…)` stands for `(P,)` positions, or `(D, P)` for D designs. Arrays cannot be written to.
@@ -42,53 +40,6 @@ class Analysis:
         balance_residual: worst imbalance of a body; see `Sweep`. NaN where nothing acts.
         power_residual: worst imbalance of power; see `Sweep`.
     """
-
-    name: str
-    shafts: tuple[str, ...]
-    joints: tuple[str, ...]
-    bearings: tuple[str, ...]
-    splines: tuple[str, ...]
-    speed: float
-    position: Array
-    designs: Mapping[str, Array]
-    rotation: Array
-    ratio: Array
-    acceleration: Array
-    static: LineForces
-    inertial: LineForces | None
-    slip: Array
-    indeterminate: tuple[str, ...]
-    loop_residual: float
-    balance_residual: float
-    power_residual: float
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the samples."""
-        return self.rotation.shape[:-1]
-
-    @property
-    def total(self) -> LineForces:
-        """Forces with inertia and weight."""
-        return self.static if self.inertial is None else self.static.plus(self.inertial)
-
-    @property
-    def angle_error(self) -> Array:
-        """Lead of each shaft over the input shaft, without its mean over positions `(…, n + 1)`.
-
-        [rad]. It is the angle error if the positions cover whole turns evenly.
-        """
-        lead = self.rotation - self.rotation[..., :1]
-        return lead - lead.mean(axis=-2, keepdims=True)
-
-    def __len__(self) -> int:
-        return self.shape[0]
-
-    def __repr__(self) -> str:
-        return (
-            f"<Analysis of {self.name!r}: {' × '.join(map(str, self.shape))} samples, "
-            f"{len(self.joints)} joints, {len(self.bearings)} bearings>"
-        )
 
     def to_xarray(self) -> xarray.Dataset:
         """Return all results as a dataset with units and names; `line_tables` lists what it holds.

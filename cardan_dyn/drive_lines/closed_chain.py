@@ -6,7 +6,7 @@ The links that turn are `shaft_k`, behind its spline `slide_k`, its rear fork `f
 `cross_k`. At zero the input fork's pin is horizontal, and all loops are closed.
 
 - `pin_k_in` and `pin_k_out` are the pins of joint k, `slip_k` is the spline of shaft k.
-  It has its origin at the spline, unless the shaft's first bearing is behind that.
+  It has its origin at the spline, or at joint k if all bearings of the shaft are behind that.
 - `support_A` and so on are the bearings. They are balls, which unless locating sit in a cage that
   slides along the axis. A shaft with bearings turns in a sleeve that does not: its first bearing
   keeps the sleeve from turning, so that a torque that drives or loads the shaft from outside is the
@@ -38,7 +38,7 @@ from ..arrays import Array
 from .geometry import leftwards
 from .inertias import Body, cross_inertia, shaft_bodies
 from .line_data import LineData
-from .supports import Support, Supports, spline_distance, supports
+from .supports import Support, Supports, hangs_by_rear, spline_distance, supports
 from .visuals import cross_visuals, shaft_visuals
 from .zero import Zero, zero
 
@@ -134,7 +134,7 @@ class _Writer:
             self.placed(k, first)
         if k:
             self.driven(k, has_place)
-        carrier = self.rear_piece(k, behind, bool(first and first.behind))
+        carrier = self.rear_piece(k, behind)
         for item in of_shaft[1:]:
             there, carried = self.on_shaft(item)
             place = self.bearing_place(item)
@@ -184,7 +184,7 @@ class _Writer:
             rpy = (0.0, 0.0, turn)
             self.joint(f"pin_{k}_out", "continuous", f"cross_{k}", f"shaft_{k}", Z, rpy=rpy)
 
-    def rear_piece(self, k: int, body: Body | None, has_place: bool) -> str:
+    def rear_piece(self, k: int, body: Body | None) -> str:
         """Write what lies behind a shaft's spline; return its link, or the shaft's without one.
 
         If the rear piece hangs from its place, the front piece hangs from it: the slip then has the
@@ -195,7 +195,7 @@ class _Writer:
         start, name = spline_distance(self.line, k), f"slide_{k}"
         self.link(name, body and body._replace(centre=body.centre - start))
         ends, axis = (f"shaft_{k}", name), X
-        if has_place:
+        if hangs_by_rear(self.supports, k):
             ends, axis, start = ends[::-1], -X, -start
         self.joint(f"slip_{k}", "prismatic", *ends, axis, xyz=(start, 0.0, 0.0))
         return name

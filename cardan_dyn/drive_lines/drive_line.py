@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import ModelError, choices
 from ..mechanism.mechanism import Mechanism, load
 from .line_data import LineData
+from .parts import Joint
 from .supports import supports
 
 if TYPE_CHECKING:
@@ -212,4 +213,6 @@ class DriveLine(LineData):
             raise ModelError(
                 f"a DriveLine has no field {name!r}; fields: {choices(known, name)}", name=name
             )
+        if "shafts" in changes and not any(joint != Joint() for joint in self.joints):
+            changes = {"joints": (), **changes}  # As many plain ones as there will be joints.
         return dataclasses.replace(self, **changes)

@@ -22,7 +22,7 @@ import numpy as np
 from .._version import __version__
 from ..arrays import Array
 from ..errors import MissingExtraError
-from .analysis import Analysis
+from .analysis_data import AnalysisData
 from .forces import LineForces
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ _VECTORS = {
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
 
-def dataset(analysis: Analysis) -> xarray.Dataset:
+def dataset(analysis: AnalysisData) -> xarray.Dataset:
     """Return an analysis as a Dataset; see `Analysis.to_xarray`.
 
     Raises:
@@ -97,7 +97,7 @@ def dataset(analysis: Analysis) -> xarray.Dataset:
     )
 
 
-def _motion(analysis: Analysis, samples: tuple[str, ...]) -> dict[str, Variable]:
+def _motion(analysis: AnalysisData, samples: tuple[str, ...]) -> dict[str, Variable]:
     """Return the motion of the shafts, and the slip of the splines."""
     of_shafts = (*samples, "shaft")
     listed = {

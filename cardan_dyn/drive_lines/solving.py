@@ -17,12 +17,13 @@ from ..arrays import Array
 from ..frozen import FrozenDict, read_only
 from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
+from ..results.wrench import JointWrench
 from ..scene.scene import Scene
 from .analysis import Analysis
 from .forces import LineForces
 from .geometry import leftwards
 from .line_data import LineData
-from .supports import supports
+from .supports import hangs_by_rear, spline_distance, supports
 from .tasks import Task
 from .zero import Zero, lead, zero
 
@@ -39,6 +40,8 @@ class _Setup(NamedTuple):
         bearings: joints whose forces are those of the bearings.
         turns: `(m, 3, 3)` rotations from the axes of each bearing's place to along, left, up.
         slips: joints of the splines.
+        levers: distances from where each slip has its origin to its spline [m]; NaN where that is
+            the spline, and the slip's child is the rear piece.
     """
 
     scene: Scene
@@ -46,6 +49,7 @@ class _Setup(NamedTuple):
     bearings: tuple[str, ...]
     turns: Array
     slips: tuple[str, ...]
+    levers: tuple[float, ...]
 
 
 class _Part(NamedTuple):
@@ -107,7 +111,8 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
     """Return the scene, with all joint angles held and what varies from design to design."""
     found = line.geometry
     names, turns = [], []
-    listed = [(item.shaft, f"support_{item.name}") for item in supports(line).bearings]
+    held_by = supports(line)
+    listed = [(item.shaft, f"support_{item.name}") for item in held_by.bearings]
     ends = ((0, "bearing_in"), (line.count, "bearing_out"))
     listed += [end for end in ends if not line.shafts[end[0]].bearings]
     for index, name in sorted(listed, key=lambda item: item[0]):
@@ -115,7 +120,11 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
         left = leftwards(axis)
         names.append(name)
         turns.append(np.stack([axis, left, np.cross(axis, left)]) @ found.frames[index])
-    slips = tuple(f"slip_{k}" for k, shaft in enumerate(line.shafts) if shaft.spline)
+    with_spline = [k for k, shaft in enumerate(line.shafts) if shaft.spline]
+    slips = tuple(f"slip_{k}" for k in with_spline)
+    levers = tuple(
+        spline_distance(line, k) if hangs_by_rear(held_by, k) else np.nan for k in with_spline
+    )
     pins = [f"pin_{k}_{side}" for k in range(1, line.count + 1) for side in ("in", "out")]
     angles = {f"joint_angle_{k}": 0.0 for k in range(1, line.count + 1)}
     varied = {} if task.variants is None else dict.fromkeys(task.variants.held, 0.0)
@@ -127,7 +136,8 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
         loads={"bearing_out": -1.0, **dict.fromkeys(slips, 0.0)},
         outputs=list(outputs),
     )
-    return _Setup(scene, zero(found, line.fork_offsets), tuple(names), np.array(turns), slips)
+    stand = zero(found, line.fork_offsets)
+    return _Setup(scene, stand, tuple(names), np.array(turns), slips, levers)
 
 
 def _blocks(task: Task) -> Iterator[Mapping[str, Array]]:
@@ -203,14 +213,17 @@ def _of(setup: _Setup, line: LineData, sweep: Sweep) -> LineForces:
         sweep.wrench(name, "parent").force @ turn.T
         for name, turn in zip(setup.bearings, setup.turns, strict=True)
     ]
-    slips = [sweep[name] for name in setup.slips]
+    slips = [
+        _in_spline(sweep[name], lever)
+        for name, lever in zip(setup.slips, setup.levers, strict=True)
+    ]
     empty = np.zeros((*sweep.shape, 0, 3))
     return LineForces(
         moment_in=np.stack(moments_in, axis=-2),
         moment_out=np.stack(moments_out, axis=-2),
         bearing_force=np.stack(forces, axis=-2) if forces else empty,
-        spline_force=np.stack([slip.force for slip in slips], axis=-2) if slips else empty,
-        spline_moment=np.stack([slip.moment for slip in slips], axis=-2) if slips else empty,
+        spline_force=np.stack([force for force, _ in slips], axis=-2) if slips else empty,
+        spline_moment=np.stack([moment for _, moment in slips], axis=-2) if slips else empty,
         holding_moment=np.stack(
             [sweep.holding_effort[f"joint_angle_{k}"] for k in joints], axis=-1
         ),
@@ -219,6 +232,15 @@ def _of(setup: _Setup, line: LineData, sweep: Sweep) -> LineForces:
             np.asarray(sweep.loads.get("bearing_out", 0.0)), sweep.shape
         ).astype(float),
     )
+
+
+def _in_spline(wrench: JointWrench, lever: float) -> tuple[Array, Array]:
+    """Return force and moment `(…, 3)` of the front on the rear piece at the spline."""
+    if np.isnan(lever):
+        return wrench.force, wrench.moment
+    # The slip has the front piece as its child, and its origin at the joint before the spline.
+    moved = np.cross([lever, 0.0, 0.0], wrench.force)
+    return -wrench.force, -(wrench.moment - moved)
 
 
 def _about_y(angle: float) -> Array:

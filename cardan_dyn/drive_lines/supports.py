@@ -68,6 +68,12 @@ def supports(line: LineData) -> Supports:
     return Supports(tuple(listed), (*across, *along))
 
 
+def hangs_by_rear(found: Supports, index: int) -> bool:
+    """Return whether all bearings of a shaft carry the piece behind its spline."""
+    of_shaft = [item.behind for item in found.bearings if item.shaft == index]
+    return bool(of_shaft) and all(of_shaft)
+
+
 def spline_distance(line: LineData, index: int) -> float:
     """Return the distance of a shaft's spline from the joint at its front [m]."""
     spline = line.shafts[index].spline
