@@ -29,22 +29,18 @@ so with a bearing.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from xml.etree import ElementTree
 
 import numpy as np
 
-from ..arrays import Array
 from .geometry import leftwards
 from .inertias import Body, cross_inertia, shaft_bodies
 from .line_data import LineData
+from .robot import Robot, rpy
 from .supports import Support, Supports, hangs_by_rear, spline_distance, supports
 from .visuals import cross_visuals, shaft_visuals
 from .zero import Zero, zero
 
 X, Y, Z = np.eye(3)
-_RANGE = {"revolute": 3.15, "prismatic": 1.0}
-"""Limits that URDF asks for [rad, m]; scenes do not regard them."""
 
 
 def urdf(line: LineData) -> str:
@@ -55,23 +51,21 @@ def urdf(line: LineData) -> str:
     """
     writer = _Writer(line)
     writer.write()
-    ElementTree.indent(writer.robot)
-    return ElementTree.tostring(writer.robot, encoding="unicode") + "\n"
+    return writer.text()
 
 
-class _Writer:
+class _Writer(Robot):
     """Writes one line."""
 
     line: LineData
     supports: Supports
     zero: Zero
-    robot: ElementTree.Element
 
     def __init__(self, line: LineData) -> None:
         self.line = line
         self.supports = supports(line)
         self.zero = zero(line.geometry, line.fork_offsets)
-        self.robot = ElementTree.Element("robot", name=line.name or "drive_line")
+        super().__init__(line.name or "drive_line")
 
     def write(self) -> None:
         """Write the places, then the shafts along the power flow."""
@@ -79,10 +73,30 @@ class _Writer:
         fork = "shaft_0"
         for k in range(self.line.count + 1):
             if k:
-                self.link(f"cross_{k}", cross=k)
+                self.cross(k)
                 turn = (0.0, self.zero.driving[k - 1], 0.0)
                 self.joint(f"pin_{k}_in", "continuous", fork, f"cross_{k}", Y, rpy=turn)
             fork = self.shaft(k)
+
+    def cross(self, k: int) -> None:
+        """Write the cross of a joint, with x along the normal of its pins."""
+        joint = self.line.joints[k - 1]
+        pin, normal = cross_inertia(joint)
+        self.link(
+            f"cross_{k}",
+            mass=joint.cross_mass,
+            moments=(normal, pin, pin),
+            visuals=cross_visuals(self.line, k),
+        )
+
+    def body(self, name: str, body: Body | None, shaft: int | None = None) -> None:
+        """Write a piece of a shaft, with the shape of a shaft unless None."""
+        visuals = [] if shaft is None else shaft_visuals(self.line, shaft)
+        if body is None:
+            self.link(name, visuals=visuals)
+            return
+        moments = body.inertia, body.transverse, body.transverse
+        self.link(name, mass=body.mass, centre=body.centre, moments=moments, visuals=visuals)
 
     def places(self) -> None:
         """Write the chain of places."""
@@ -124,7 +138,7 @@ class _Writer:
     def shaft(self, k: int) -> str:
         """Write a shaft with its bearings, joined to its cross, and return its rear fork's link."""
         front, behind = shaft_bodies(self.line, k)
-        self.link(f"shaft_{k}", front, shaft=k)
+        self.body(f"shaft_{k}", front, shaft=k)
         of_shaft = [item for item in self.supports.bearings if item.shaft == k]
         # What hangs from its place best is the piece before the spline, at a locating bearing.
         of_shaft.sort(key=lambda item: (item.behind, not item.locating))
@@ -136,9 +150,7 @@ class _Writer:
             self.driven(k, has_place)
         carrier = self.rear_piece(k, behind)
         for item in of_shaft[1:]:
-            there, carried = self.on_shaft(item)
-            place = self.bearing_place(item)
-            self.loop(f"support_{item.name}", "spherical", (place, 0.0, 0.0), (carried, there, 0.0))
+            self.further_bearing(item, of_shaft[0])
         return self.rear_fork(k, carrier) if 0 < k < self.line.count else f"shaft_{k}"
 
     def placed(self, k: int, first: Support | None) -> None:
@@ -156,6 +168,20 @@ class _Writer:
         )
         if k == 0:
             turning.set("independent", "true")
+
+    def further_bearing(self, item: Support, first: Support) -> None:
+        """Write a bearing on the sleeve of the first one, or on the piece behind the spline."""
+        place, k = self.bearing_place(item), item.shaft
+        carried, there, turn = f"sleeve_{k}", _along(item) - _along(first), 0.0
+        if item.behind != first.behind:
+            there, carried = self.on_shaft(item)
+            turn = -self.zero.rotations[k]  # The ball then stands straight at zero.
+        self.loop(
+            f"support_{item.name}",
+            "spherical",
+            (place, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+            (carried, (there, 0.0, 0.0), (turn, 0.0, 0.0)),
+        )
 
     def on_shaft(self, item: Support) -> tuple[float, str]:
         """Return x of a bearing in the link that it carries, and this link."""
@@ -178,7 +204,8 @@ class _Writer:
         """Write the driven pin of joint k, which is a loop if the shaft has a place of its own."""
         turn = self.zero.driven[k - 1]
         if has_place:
-            ends = (f"cross_{k}", 0.0, turn), (f"shaft_{k}", 0.0, 0.0)
+            here, straight = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+            ends = (f"cross_{k}", here, (0.0, 0.0, turn)), (f"shaft_{k}", here, straight)
             self.loop(f"pin_{k}_out", "continuous", *ends, axis=Z)
         else:
             rpy = (0.0, 0.0, turn)
@@ -193,7 +220,7 @@ class _Writer:
         if self.line.shafts[k].spline is None:
             return f"shaft_{k}"
         start, name = spline_distance(self.line, k), f"slide_{k}"
-        self.link(name, body and body._replace(centre=body.centre - start))
+        self.body(name, body and body._replace(centre=body.centre - start))
         ends, axis = (f"shaft_{k}", name), X
         if hangs_by_rear(self.supports, k):
             ends, axis, start = ends[::-1], -X, -start
@@ -217,123 +244,7 @@ class _Writer:
         )
         return f"fork_{k}"
 
-    def link(
-        self,
-        name: str,
-        body: Body | None = None,
-        *,
-        cross: int | None = None,
-        shaft: int | None = None,
-    ) -> None:
-        """Write a link: without inertia, with that of a piece of a shaft, or a cross."""
-        link = ElementTree.SubElement(self.robot, "link", name=name)
-        if body is not None:
-            moments = body.inertia, body.transverse, body.transverse
-            _inertial(link, body.mass, body.centre, moments)
-        if cross is not None:
-            joint = self.line.joints[cross - 1]
-            pin, normal = cross_inertia(joint)
-            if joint.cross_mass:
-                _inertial(link, joint.cross_mass, 0.0, (normal, pin, pin))
-            link.extend(cross_visuals(self.line, cross))
-        if shaft is not None:
-            link.extend(shaft_visuals(self.line, shaft))
-
-    def joint(
-        self,
-        name: str,
-        kind: str,
-        parent: str,
-        child: str,
-        axis: Array,
-        *,
-        xyz: Iterable[float] = (0.0, 0.0, 0.0),
-        rpy: Iterable[float] = (0.0, 0.0, 0.0),
-        axis2: Array | None = None,
-    ) -> ElementTree.Element:
-        """Write a tree joint."""
-        joint = ElementTree.SubElement(self.robot, "joint", name=name, type=kind)
-        ElementTree.SubElement(joint, "parent", link=parent)
-        ElementTree.SubElement(joint, "child", link=child)
-        ElementTree.SubElement(joint, "origin", xyz=numbers(xyz), rpy=numbers(rpy))
-        if kind != "fixed":
-            ElementTree.SubElement(joint, "axis", xyz=numbers(axis))
-        if axis2 is not None:
-            ElementTree.SubElement(joint, "axis2", xyz=numbers(axis2))
-        if kind == "prismatic":
-            _limit(joint, kind)
-        return joint
-
-    def adjustable(
-        self,
-        name: str,
-        kind: str,
-        parent: str,
-        child: str,
-        axis: Array,
-        *,
-        xyz: Iterable[float] = (0.0, 0.0, 0.0),
-        rpy: Iterable[float] = (0.0, 0.0, 0.0),
-    ) -> None:
-        """Write a joint that is fixed unless a scene holds it."""
-        joint = self.joint(name, "fixed", parent, child, axis, xyz=xyz, rpy=rpy)
-        joint.set("adjustable", kind)
-        ElementTree.SubElement(joint, "axis", xyz=numbers(axis))
-        _limit(joint, kind)
-
-    def loop(
-        self,
-        name: str,
-        kind: str,
-        predecessor: tuple[str, float, float],
-        successor: tuple[str, float, float],
-        axis: Array | None = None,
-    ) -> None:
-        """Write a loop between two links, with x of its frame in each and its turn about z."""
-        loop = ElementTree.SubElement(self.robot, "loop", name=name, type=kind)
-        sides = {"predecessor": predecessor, "successor": successor}
-        for side, (link, x, turn) in sides.items():
-            end = ElementTree.SubElement(loop, side, link=link)
-            place = {"xyz": numbers((x, 0.0, 0.0)), "rpy": numbers((0.0, 0.0, turn))}
-            ElementTree.SubElement(end, "origin", place)
-        if axis is not None:
-            ElementTree.SubElement(loop, "axis", xyz=numbers(axis))
-
 
 def _along(item: Support) -> float:
     """Return x of a bearing in the frame of its shaft; that of the input shaft ends at joint 1."""
     return item.distance if item.shaft else -item.distance
-
-
-def rpy(rotation: Array) -> tuple[float, float, float]:
-    """Return the angles [rad] about the fixed axes x, then y, then z, of a rotation `(3, 3)`."""
-    (xx, _, _), (yx, _, _), (zx, zy, zz) = rotation.tolist()
-    pitch = math.atan2(-zx, math.hypot(xx, yx))
-    if math.hypot(xx, yx) > 1e-9:
-        return math.atan2(zy, zz), pitch, math.atan2(yx, xx)
-    # Upright: roll and yaw are about the same axis.
-    return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
-
-
-def numbers(values: Iterable[float]) -> str:
-    """Return numbers as an attribute lists them, to the last digit."""
-    # Adding zero turns -0.0 into 0.0.
-    return " ".join(f"{float(value) + 0.0!r}".removesuffix(".0") for value in values)
-
-
-def _limit(joint: ElementTree.Element, kind: str) -> None:
-    size = _RANGE[kind]
-    limit = {"lower": f"{-size}", "upper": f"{size}", "effort": "1e6", "velocity": "10"}
-    ElementTree.SubElement(joint, "limit", limit)
-
-
-def _inertial(
-    link: ElementTree.Element, mass: float, centre: float, moments: tuple[float, float, float]
-) -> None:
-    inertial = ElementTree.SubElement(link, "inertial")
-    ElementTree.SubElement(inertial, "origin", xyz=numbers((centre, 0.0, 0.0)))
-    ElementTree.SubElement(inertial, "mass", value=repr(float(mass)))
-    attributes = dict(zip(("ixx", "iyy", "izz"), map(repr, map(float, moments)), strict=True))
-    ElementTree.SubElement(
-        inertial, "inertia", attributes | dict.fromkeys(("ixy", "ixz", "iyz"), "0")
-    )

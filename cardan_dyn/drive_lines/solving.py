@@ -80,14 +80,18 @@ def scene_of(line: LineData, mechanism: Mechanism, **options: object) -> Scene:
 def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
     """Return the analysis of a line."""
     setup = _setup(line, mechanism, task)
-    parts = [_solved(setup, line, task, held) for held in _blocks(task)]
-    inertial = [part.inertial for part in parts if part.inertial is not None]
-    residuals = np.array([part.residuals for part in parts])
-    designs = task.variants.held if task.variants else FrozenDict[str, Array]({})
-    joined = {
-        name: _join([getattr(part, name) for part in parts])
-        for name in ("rotation", "ratio", "acceleration", "slip")
-    }
+    arrays = _Arrays(task)
+    residuals = []
+    for chosen, held in _blocks(task):
+        part = _solved(setup, line, task, held)
+        motion = (part.rotation, part.ratio, part.acceleration, part.slip)
+        arrays.put("motion", chosen, motion)
+        arrays.put("static", chosen, part.static)
+        arrays.put("inertial", chosen, part.inertial or ())
+        residuals.append(part.residuals)
+    rotation, ratio, acceleration, slip = arrays.of["motion"]
+    inertial = arrays.of["inertial"]
+    loop, balance, power = np.max(residuals, axis=0).tolist()
     return Analysis(
         name=line.name,
         shafts=line.shaft_names,
@@ -96,15 +100,44 @@ def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
         splines=tuple(line.shaft_names[int(name.removeprefix("slip_"))] for name in setup.slips),
         speed=task.speed,
         position=read_only(task.positions),
-        designs=designs,
-        static=_forces([part.static for part in parts]),
-        inertial=_forces(inertial) if inertial else None,
+        designs=task.variants.held if task.variants else FrozenDict({}),
+        rotation=rotation,
+        ratio=ratio,
+        acceleration=acceleration,
+        static=LineForces(*arrays.of["static"]),
+        inertial=LineForces(*inertial) if inertial else None,
+        slip=slip,
         indeterminate=supports(line).indeterminate,
-        loop_residual=float(np.max(residuals[:, 0])),
-        balance_residual=float(np.max(residuals[:, 1])),
-        power_residual=float(np.max(residuals[:, 2])),
-        **joined,
+        loop_residual=loop,
+        balance_residual=balance,
+        power_residual=power,
     )
+
+
+class _Arrays:
+    """Arrays of all samples, which blocks of designs are written to.
+
+    Attributes:
+        of: groups of arrays by name, which cannot be written to by others.
+    """
+
+    of: dict[str, list[Array]]
+
+    def __init__(self, task: Task) -> None:
+        self._designs = None if task.variants is None else task.variants.designs
+        self._whole: dict[str, list[Array]] = {}
+        self.of = {}
+
+    def put(self, name: str, chosen: slice, values: Sequence[Array]) -> None:
+        """Write the values of some designs."""
+        if self._designs is None:
+            self.of[name] = [read_only(value) for value in values]
+            return
+        if name not in self._whole:
+            self._whole[name] = [np.empty((self._designs, *value.shape[1:])) for value in values]
+            self.of[name] = [read_only(whole.view()) for whole in self._whole[name]]
+        for whole, value in zip(self._whole[name], values, strict=True):
+            whole[chosen] = value
 
 
 def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
@@ -140,15 +173,16 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
     return _Setup(scene, stand, tuple(names), np.array(turns), slips, levers)
 
 
-def _blocks(task: Task) -> Iterator[Mapping[str, Array]]:
-    """Yield the positions of adjustable joints of some designs at a time, each `(d, 1)`."""
+def _blocks(task: Task) -> Iterator[tuple[slice, Mapping[str, Array]]]:
+    """Yield some designs at a time, with the positions of their adjustable joints `(d, 1)`."""
     if task.variants is None:
-        yield {}
+        yield slice(None), {}
         return
     size = max(1, _BLOCK // len(task.positions))
     for start in range(0, task.variants.designs, size):
         chosen = slice(start, min(start + size, task.variants.designs))
-        yield {name: values[chosen, None] for name, values in task.variants.held.items()}
+        held = task.variants.held.items()
+        yield chosen, {name: values[chosen, None] for name, values in held}
 
 
 def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]) -> _Part:
@@ -183,10 +217,11 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
         pushed = sweep({name: 1.0, "bearing_out": 0.0})
         sweeps.append(pushed)
         static = static.plus(_of(setup, line, pushed).times(-task.slipping * friction))
-    moving = sweep({"bearing_out": 0.0}, moving=True)
-    is_heavy = bool(np.any(task.gravity)) or task.speed != 0.0 or task.acceleration != 0.0
-    inertial = _of(setup, line, moving) if is_heavy and _has_mass(scene.mechanism) else None
-    if inertial is not None:
+    is_moving = task.speed != 0.0 or task.acceleration != 0.0
+    moving = sweep({"bearing_out": 0.0}, moving=True) if is_moving or task.gravity.any() else unit
+    inertial = None
+    if moving is not unit and _has_mass(scene.mechanism):
+        inertial = _of(setup, line, moving)
         sweeps.append(moving)
     motion = _motion(setup, moving, task)
     residuals = tuple(
@@ -281,11 +316,3 @@ def _motion(setup: _Setup, sweep: Sweep, task: Task) -> tuple[Array, Array, Arra
         np.stack(item, axis=-1) for item in (rotations, ratios, accelerations)
     )
     return rotation, ratio, acceleration, slip
-
-
-def _join(parts: Sequence[Array]) -> Array:
-    return read_only(parts[0] if len(parts) == 1 else np.concatenate(parts))
-
-
-def _forces(parts: Sequence[LineForces]) -> LineForces:
-    return LineForces(*(_join(values) for values in zip(*parts, strict=True)))
