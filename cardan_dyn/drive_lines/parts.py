@@ -211,6 +211,15 @@ class Shaft:
         for name in ("inertia", "transverse_inertia"):
             if getattr(self, name) and not heavy:
                 raise refuse(self, name, "needs a mass, as no body is without; give mass or tube")
+        if self.inertia and self.transverse_inertia is not None:
+            least = self.inertia / 2.0
+            if self.transverse_inertia < least:
+                raise refuse(
+                    self,
+                    "transverse_inertia",
+                    f"is less than half the inertia about its axis, {least:.12g} kg·m², which no "
+                    "body has",
+                )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -27,8 +27,8 @@ from .supports import hangs_by_rear, spline_distance, supports
 from .tasks import Task
 from .zero import Zero, lead, zero
 
-_BLOCK = 20_000
-"""Samples whose closed positions are kept at a time: they take a few kilobytes per joint each."""
+_BLOCK = 10_000
+"""Samples times joints whose closed positions are kept at a time, some 10 kilobytes for each."""
 
 
 class _Setup(NamedTuple):
@@ -82,8 +82,8 @@ def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
     setup = _setup(line, mechanism, task)
     arrays = _Arrays(task)
     residuals = []
-    for chosen, held in _blocks(task):
-        part = _solved(setup, line, task, held)
+    for chosen, block, held in _blocks(line, task):
+        part = _solved(setup, line, block, held)
         motion = (part.rotation, part.ratio, part.acceleration, part.slip)
         arrays.put("motion", chosen, motion)
         arrays.put("static", chosen, part.static)
@@ -115,7 +115,7 @@ def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
 
 
 class _Arrays:
-    """Arrays of all samples, which blocks of designs are written to.
+    """Arrays of all samples, which blocks are written to.
 
     Attributes:
         of: groups of arrays by name, which cannot be written to by others.
@@ -124,17 +124,14 @@ class _Arrays:
     of: dict[str, list[Array]]
 
     def __init__(self, task: Task) -> None:
-        self._designs = None if task.variants is None else task.variants.designs
+        self._count = len(task.positions) if task.variants is None else task.variants.designs
         self._whole: dict[str, list[Array]] = {}
         self.of = {}
 
     def put(self, name: str, chosen: slice, values: Sequence[Array]) -> None:
-        """Write the values of some designs."""
-        if self._designs is None:
-            self.of[name] = [read_only(value) for value in values]
-            return
+        """Write the values of some designs or positions."""
         if name not in self._whole:
-            self._whole[name] = [np.empty((self._designs, *value.shape[1:])) for value in values]
+            self._whole[name] = [np.empty((self._count, *value.shape[1:])) for value in values]
             self.of[name] = [read_only(whole.view()) for whole in self._whole[name]]
         for whole, value in zip(self._whole[name], values, strict=True):
             whole[chosen] = value
@@ -173,16 +170,23 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
     return _Setup(scene, stand, tuple(names), np.array(turns), slips, levers)
 
 
-def _blocks(task: Task) -> Iterator[tuple[slice, Mapping[str, Array]]]:
-    """Yield some designs at a time, with the positions of their adjustable joints `(d, 1)`."""
+def _blocks(line: LineData, task: Task) -> Iterator[tuple[slice, Task, Mapping[str, Array]]]:
+    """Yield some positions or designs at a time, with the task and the adjustable joints `(d, 1)`.
+
+    Of variants, the slice is one of designs, and the task has all positions.
+    """
+    most = max(1, _BLOCK // line.count)
     if task.variants is None:
-        yield slice(None), {}
+        for start in range(0, len(task.positions), most):
+            chosen = slice(start, start + most)
+            torque = task.torque[chosen] if task.torque.ndim else task.torque
+            yield chosen, task._replace(positions=task.positions[chosen], torque=torque), {}
         return
-    size = max(1, _BLOCK // len(task.positions))
+    size = max(1, most // len(task.positions))
     for start in range(0, task.variants.designs, size):
         chosen = slice(start, min(start + size, task.variants.designs))
         held = task.variants.held.items()
-        yield chosen, {name: values[chosen, None] for name, values in held}
+        yield chosen, task, {name: values[chosen, None] for name, values in held}
 
 
 def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]) -> _Part:

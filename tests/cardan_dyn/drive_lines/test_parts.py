@@ -35,6 +35,10 @@ def test_a_solid_shaft_has_a_wall_of_half_its_diameter() -> None:
         (lambda: Shaft(slope_side=0.1, end=(1, 0, 0)), "slope_side = 0.1 .* goes with a length"),
         (lambda: Shaft(start=(1, 0, 0)), "start of a Shaft needs the other end"),
         (lambda: Shaft(inertia=2.0), "inertia = 2 .* needs a mass"),
+        (
+            lambda: Shaft(mass=1, inertia=2.0, transverse_inertia=0.9),
+            "transverse_inertia = 0.9 of a Shaft is less than half the inertia .* 1 kg",
+        ),
         (lambda: DutyPoint(share=1.5, speed=1, torque=1), "share of a DutyPoint is 1.5"),
     ],
 )

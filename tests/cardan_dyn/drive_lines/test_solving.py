@@ -331,10 +331,16 @@ def test_blocks_make_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
     line = double_shaft((0.0, 0.2, 0.1))
     designs = line.variants(fork_offsets=np.linspace(0, 1, 7)[:, None])
     whole = line.analyse(speed=50, torque=100, variants=designs)
-    monkeypatch.setattr("cardan_dyn.drive_lines.solving._BLOCK", 150)
+    torque = np.linspace(100, 200, 36)
+    single = line.analyse(speed=50, torque=torque, positions=TURN)
+    monkeypatch.setattr("cardan_dyn.drive_lines.solving._BLOCK", 301)
     parts = line.analyse(speed=50, torque=100, variants=designs)
     assert parts.static.bearing_force == pytest.approx(whole.static.bearing_force, abs=1e-9)
     assert parts.shape == whole.shape == (7, 72)
+    monkeypatch.setattr("cardan_dyn.drive_lines.solving._BLOCK", 20)
+    pieces = line.analyse(speed=50, torque=torque, positions=TURN)
+    assert pieces.static.bearing_force == pytest.approx(single.static.bearing_force, abs=1e-9)
+    assert pieces.rotation == pytest.approx(single.rotation, abs=1e-12)
 
 
 def test_misaligned_bearings_move_the_joint_angles() -> None:
