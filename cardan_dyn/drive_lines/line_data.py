@@ -76,6 +76,13 @@ class LineData:
         lengths, last = self.geometry.lengths, len(self.shafts) - 1
         for index, (shaft, length) in enumerate(zip(self.shafts, lengths, strict=True)):
             at = called(self.shafts, index)
+            places = [bearing.distance for bearing in shaft.bearings]
+            if len(set(places)) < len(places):
+                repeated = max(places, key=places.count)
+                raise ModelError(
+                    f"distance = {repeated:.9g} m of bearings of {at}: two of them are at one "
+                    "place; give different distances"
+                )
             if index in (0, last):
                 for field in ("fork_offset", "spline"):
                     if getattr(shaft, field):

@@ -12,6 +12,7 @@ from ..checks import mapping, numbers
 from ..errors import ArgumentError, ModelError, choices
 from ..frozen import FrozenDict
 from .line_data import LineData
+from .parts import Shaft
 from .supports import supports
 
 if TYPE_CHECKING:
@@ -25,11 +26,13 @@ class Variants(NamedTuple):
 
     Attributes:
         designs: their number D.
-        held: adjustable joints to their positions `(D,)` [rad or m].
+        held: adjustable joints to their positions `(D,)` [rad or m], which count from the data.
+        shafts: of the line.
     """
 
     designs: int
     held: FrozenDict[str, Array]
+    shafts: tuple[Shaft, ...]
 
 
 def variants(
@@ -72,8 +75,11 @@ def variants(
     if len(counts) > 1:
         raise ArgumentError(f"variants differ in number: {sorted(counts)}; give as many of each")
     count = counts.pop()
+    if not count:
+        raise ArgumentError("there are no designs; give one at least")
     held = {name: np.broadcast_to(value, (count,)) for name, value in given.items()}
-    return Variants(count, FrozenDict({name: np.array(value) for name, value in held.items()}))
+    arrays = FrozenDict({name: np.array(value) for name, value in held.items()})
+    return Variants(count, arrays, line.shafts)
 
 
 def _columns(name: str, values: ArrayLike, count: int) -> Array:

@@ -18,7 +18,7 @@ def line_over_angle(analysis: Analysis, *, title: str = "") -> Figure:
     """Draw what an analysis of a drive line found over the rotation of the input shaft.
 
     From above: the angle error of every shaft behind a joint, its speed ratio, the bending moments
-    before (full) and behind each joint, and the bearings' forces across their shafts, with inertia
+    before and behind each joint, and the bearings' forces across their shafts, with inertia
     and weight.
 
     Args:

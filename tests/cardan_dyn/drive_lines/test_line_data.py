@@ -86,8 +86,12 @@ def test_fork_offsets_of_any_size(offset: float) -> None:
             r"distance = 1.2 m of spline of shafts\[1\] exceeds",
         ),
         (
-            {"shafts": [Shaft(bearings=[Bearing(distance=1, name="A")] * 2), Shaft()]},
+            {"shafts": [Shaft(bearings=[Bearing(distance=d, name="A") for d in (1, 2)]), Shaft()]},
             "bearings of a DriveLine: the name 'A' occurs twice",
+        ),
+        (
+            {"shafts": [Shaft(bearings=[Bearing(distance=d) for d in (1, 2, 2)]), Shaft()]},
+            r"distance = 2 m of bearings of shafts\[0\]: two of them are at one place",
         ),
     ],
 )

@@ -40,6 +40,14 @@ def test_wrong_arguments(arguments: dict[str, object], message: str) -> None:
         LINE.analyse(**arguments)
 
 
+def test_variants_of_another_line() -> None:
+    other = double_shaft((0.0, 0.3, 0.0)).variants(angles=[[0.1, 0.1]])
+    with pytest.raises(ArgumentError, match="variants are those of another line"):
+        LINE.analyse(variants=other)
+    # Another speed makes no difference.
+    assert LINE.replace(speed=1).analyse(variants=LINE.variants()).shape == (1, 72)
+
+
 def test_what_is_given_nowhere() -> None:
     line = double_shaft((0.0, 0.2, 0.0))
     with pytest.raises(ArgumentError, match="torque is given neither here nor by the line"):

@@ -52,6 +52,7 @@ def test_what_designs_hold_cannot_be_changed() -> None:
         ({"angles": [0.1, -0.1]}, "angles has -0.1"),
         ({"angles": [0.1, 0.2, 0.3]}, r"angles has shape \(3,\), expected \(2,\) or designs × 2"),
         ({"angles": [np.nan, 0.1]}, "angles is not finite"),
+        ({"angles": np.ones((0, 2))}, "there are no designs"),
         ({"lengths": [0.0]}, "lengths has 0, expected more than 0 m"),
         ({"angles": np.ones((3, 2)), "lengths": np.ones((2, 1))}, r"differ in number: \[2, 3\]"),
         ({"misalignments": {"offset_y_1": [[0.1]]}}, r"offset_y_1 has shape \(1, 1\)"),
