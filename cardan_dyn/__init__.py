@@ -31,7 +31,7 @@ from .results.wrench import JointWrench
 from .scene.scene import Scene
 
 if TYPE_CHECKING:
-    from . import figures
+    from . import drive_lines, figures
     from .elements.bushing import Bushing
     from .elements.described import described_elements
     from .elements.joint_elements import Actuator, JointFriction, JointSpring
@@ -107,6 +107,7 @@ __all__ = [
     "bundled_names",
     "describe",
     "described_elements",
+    "drive_lines",
     "figures",
     "load",
     "view",
@@ -114,8 +115,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    if name == "figures":
-        return import_module(".figures", __name__)
+    if name in ("drive_lines", "figures"):
+        return import_module(f".{name}", __name__)
     if name in _IMPORTED_WHEN_USED:
         return getattr(import_module(_IMPORTED_WHEN_USED[name], __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -22,7 +22,7 @@ FLOORS = (
     ("response", "simulation"),
     ("viewer",),
     ("scene",),
-    ("validation",),
+    ("validation", "drive_lines"),
     ("figures",),
     ("report",),
     ("command_line",),

@@ -1,4 +1,4 @@
-"""Figures: wrenches over angle and time, polar diagrams, orders, positions, closed forms.
+"""Figures: wrenches over angle and time, polar diagrams, orders, positions, closed forms, lines.
 
 Needs the extra `viz` (matplotlib). Every function that draws returns a `matplotlib.figure.Figure`,
 all in one look: units on every axis, line styles and markers that differ besides the colours, so
@@ -8,6 +8,7 @@ where a figure is drawn. `figures.style` has what figures of the same look are m
 """
 
 from .closed_forms import bending_polar, compared, speed_ratio, thoma_bending, torque_ratio
+from .drive_lines import line_over_angle
 from .orders import order_amplitudes, order_spectrum
 from .over_angle import over_angle, ratio_and_angle_error
 from .over_time import energy_over_time, over_time
@@ -21,6 +22,7 @@ __all__ = [
     "energy_over_time",
     "force_polar",
     "forces_in_place",
+    "line_over_angle",
     "moment_polar",
     "order_amplitudes",
     "order_spectrum",

@@ -1,0 +1,250 @@
+"""Closed chain: the URDF+ description of a drive line.
+
+A chain of places bends where the joints are: `frame_k` has its origin at the centre of joint k and
+x along shaft k, `frame_0` lies at joint 1 along the input shaft. Housings of bearings stand on it.
+The links that turn are `shaft_k`, behind its spline `slide_k`, its rear fork `fork_k`, and
+`cross_k`. At zero the input fork's pin is horizontal, and all loops are closed.
+
+- `pin_k_in` and `pin_k_out` are the pins of joint k, `slip_k` is the spline of shaft k.
+  It has its origin at the spline, or at joint k if all bearings of the shaft are behind that.
+- `support_A` and so on are the bearings. They are balls, which unless locating sit in a cage that
+  slides along the axis. A shaft with bearings turns in a sleeve that does not: its first bearing
+  keeps the sleeve from turning, so that a torque that drives or loads the shaft from outside is the
+  moment about x in it.
+- `bearing_k` turns shaft k in its sleeve. `bearing_in` and `bearing_out`, of the end shafts, have
+  their origins at the centres of the first and the last joint; an end shaft without bearings turns
+  on its place in this one alone.
+
+Shafts with bearings hang from their places, and a loop joins them to the cross before them; others
+hang from that cross. So no chain of links is longer than it has to be.
+
+Adjustable joints, zero where the data are: `joint_angle_k` adds to the joint angle in its bending
+plane, `joint_plane_k` turns the bending plane, and all behind it, about the shaft before it;
+`fork_offset_k` turns the rear fork of shaft k; `shaft_length_k` moves what lies behind shaft k
+along it, and a shaft without a spline follows with `tube_length_k`; `offset_y_k` and `offset_z_k`
+move what lies behind shaft k across it, to the left and upwards; `support_A_y` and `support_A_z` do
+so with a bearing.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .geometry import leftwards
+from .inertias import Body, cross_inertia, shaft_bodies
+from .line_data import LineData
+from .robot import Robot, rpy
+from .supports import Support, Supports, hangs_by_rear, spline_distance, supports
+from .visuals import cross_visuals, shaft_visuals
+from .zero import Zero, zero
+
+X, Y, Z = np.eye(3)
+
+
+def urdf(line: LineData) -> str:
+    """Return the description of a line as URDF+ text.
+
+    Raises:
+        ModelError: what is missing for the line to be held.
+    """
+    writer = _Writer(line)
+    writer.write()
+    return writer.text()
+
+
+class _Writer(Robot):
+    """Writes one line."""
+
+    line: LineData
+    supports: Supports
+    zero: Zero
+
+    def __init__(self, line: LineData) -> None:
+        self.line = line
+        self.supports = supports(line)
+        self.zero = zero(line.geometry, line.fork_offsets)
+        super().__init__(line.name or "drive_line")
+
+    def write(self) -> None:
+        """Write the places, then the shafts along the power flow."""
+        self.places()
+        fork = "shaft_0"
+        for k in range(self.line.count + 1):
+            if k:
+                self.cross(k)
+                turn = (0.0, self.zero.driving[k - 1], 0.0)
+                self.joint(f"pin_{k}_in", "continuous", fork, f"cross_{k}", Y, rpy=turn)
+            fork = self.shaft(k)
+
+    def cross(self, k: int) -> None:
+        """Write the cross of a joint, with x along the normal of its pins."""
+        joint = self.line.joints[k - 1]
+        pin, normal = cross_inertia(joint)
+        self.link(
+            f"cross_{k}",
+            mass=joint.cross_mass,
+            moments=(normal, pin, pin),
+            visuals=cross_visuals(self.line, k),
+        )
+
+    def body(self, name: str, body: Body | None, shaft: int | None = None) -> None:
+        """Write a piece of a shaft, with the shape of a shaft unless None."""
+        visuals = [] if shaft is None else shaft_visuals(self.line, shaft)
+        if body is None:
+            self.link(name, visuals=visuals)
+            return
+        moments = body.inertia, body.transverse, body.transverse
+        self.link(name, mass=body.mass, centre=body.centre, moments=moments, visuals=visuals)
+
+    def places(self) -> None:
+        """Write the chain of places."""
+        found, last = self.line.geometry, self.line.count
+        self.link("base")
+        self.link("frame_0")
+        axes = rpy(found.frames[0])
+        self.joint("seat", "fixed", "base", "frame_0", X, xyz=found.centres[0], rpy=axes)
+        before = "frame_0"
+        for k in range(1, last + 1):
+            self.link(f"plane_{k}")
+            self.link(f"frame_{k}")
+            plane = (found.plane_offsets[k - 1], 0.0, 0.0)
+            self.adjustable(f"joint_plane_{k}", "revolute", before, f"plane_{k}", X, rpy=plane)
+            bend = (0.0, 0.0, found.joint_angles[k - 1])
+            self.adjustable(f"joint_angle_{k}", "revolute", f"plane_{k}", f"frame_{k}", Z, rpy=bend)
+            if k < last:
+                self.link(f"end_{k}")
+                end = (found.lengths[k], 0.0, 0.0)
+                self.adjustable(
+                    f"shaft_length_{k}", "prismatic", f"frame_{k}", f"end_{k}", X, xyz=end
+                )
+                before = self.moved(f"offset_{{}}_{k}", k, f"end_{k}", 0.0)
+
+    def moved(self, name: str, index: int, parent: str, at: float) -> str:
+        """Write a place that can be moved across shaft `index`, and return its link."""
+        found = self.line.geometry
+        left = leftwards(found.directions[index])
+        up = np.cross(found.directions[index], left)
+        for letter, direction in (("y", left), ("z", up)):
+            joint = name.format(letter)
+            child = f"{joint}_place"
+            axis = found.frames[index].T @ direction
+            self.link(child)
+            self.adjustable(joint, "prismatic", parent, child, axis, xyz=(at, 0.0, 0.0))
+            parent, at = child, 0.0
+        return parent
+
+    def shaft(self, k: int) -> str:
+        """Write a shaft with its bearings, joined to its cross, and return its rear fork's link."""
+        front, behind = shaft_bodies(self.line, k)
+        self.body(f"shaft_{k}", front, shaft=k)
+        of_shaft = [item for item in self.supports.bearings if item.shaft == k]
+        # What hangs from its place best is the piece before the spline, at a locating bearing.
+        of_shaft.sort(key=lambda item: (item.behind, not item.locating))
+        first = of_shaft[0] if of_shaft else None
+        has_place = first is not None or k in (0, self.line.count)
+        if has_place:
+            self.placed(k, first)
+        if k:
+            self.driven(k, has_place)
+        carrier = self.rear_piece(k, behind)
+        for item in of_shaft[1:]:
+            self.further_bearing(item, of_shaft[0])
+        return self.rear_fork(k, carrier) if 0 < k < self.line.count else f"shaft_{k}"
+
+    def placed(self, k: int, first: Support | None) -> None:
+        """Write what a shaft turns in: the sleeve in its first bearing, or its place alone."""
+        name = {0: "bearing_in", self.line.count: "bearing_out"}.get(k, f"bearing_{k}")
+        turn, carrier = (self.zero.rotations[k], 0.0, 0.0), f"frame_{k}"
+        there, carried = 0.0, f"shaft_{k}"
+        if first is not None:
+            place, carrier = self.bearing_place(first), f"sleeve_{k}"
+            there, carried = self.on_shaft(first)
+            self.link(carrier)
+            self.joint(f"support_{first.name}", "universal", place, carrier, Y, axis2=Z)
+        turning = self.joint(
+            name, "continuous", carrier, carried, X, xyz=(-there, 0.0, 0.0), rpy=turn
+        )
+        if k == 0:
+            turning.set("independent", "true")
+
+    def further_bearing(self, item: Support, first: Support) -> None:
+        """Write a bearing on the sleeve of the first one, or on the piece behind the spline."""
+        place, k = self.bearing_place(item), item.shaft
+        carried, there, turn = f"sleeve_{k}", _along(item) - _along(first), 0.0
+        if item.behind != first.behind:
+            there, carried = self.on_shaft(item)
+            turn = -self.zero.rotations[k]  # The ball then stands straight at zero.
+        self.loop(
+            f"support_{item.name}",
+            "spherical",
+            (place, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+            (carried, (there, 0.0, 0.0), (turn, 0.0, 0.0)),
+        )
+
+    def on_shaft(self, item: Support) -> tuple[float, str]:
+        """Return x of a bearing in the link that it carries, and this link."""
+        if item.behind:
+            return item.distance - spline_distance(self.line, item.shaft), f"slide_{item.shaft}"
+        return _along(item), f"shaft_{item.shaft}"
+
+    def bearing_place(self, item: Support) -> str:
+        """Write the place of a bearing, and return its link, whose origin is the bearing."""
+        name, frame = f"support_{item.name}_{{}}", f"frame_{item.shaft}"
+        place = self.moved(name, item.shaft, frame, _along(item))
+        if item.locating:
+            return place
+        cage = f"cage_{item.name}"
+        self.link(cage)
+        self.joint(f"cage_slide_{item.name}", "prismatic", place, cage, X)
+        return cage
+
+    def driven(self, k: int, has_place: bool) -> None:
+        """Write the driven pin of joint k, which is a loop if the shaft has a place of its own."""
+        turn = self.zero.driven[k - 1]
+        if has_place:
+            here, straight = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+            ends = (f"cross_{k}", here, (0.0, 0.0, turn)), (f"shaft_{k}", here, straight)
+            self.loop(f"pin_{k}_out", "continuous", *ends, axis=Z)
+        else:
+            rpy = (0.0, 0.0, turn)
+            self.joint(f"pin_{k}_out", "continuous", f"cross_{k}", f"shaft_{k}", Z, rpy=rpy)
+
+    def rear_piece(self, k: int, body: Body | None) -> str:
+        """Write what lies behind a shaft's spline; return its link, or the shaft's without one.
+
+        If the rear piece hangs from its place, the front piece hangs from it: the slip then has the
+        front piece as its child, and still grows when it is drawn out.
+        """
+        if self.line.shafts[k].spline is None:
+            return f"shaft_{k}"
+        start, name = spline_distance(self.line, k), f"slide_{k}"
+        self.body(name, body and body._replace(centre=body.centre - start))
+        ends, axis = (f"shaft_{k}", name), X
+        if hangs_by_rear(self.supports, k):
+            ends, axis, start = ends[::-1], -X, -start
+        self.joint(f"slip_{k}", "prismatic", *ends, axis, xyz=(start, 0.0, 0.0))
+        return name
+
+    def rear_fork(self, k: int, carrier: str) -> str:
+        """Write the rear fork of an intermediate shaft, and return its link."""
+        shaft, end = self.line.shafts[k], float(self.line.geometry.lengths[k])
+        self.link(f"fork_{k}")
+        if shaft.spline is None:
+            self.link(f"tube_end_{k}")
+            at = (end, 0.0, 0.0)
+            self.adjustable(f"tube_length_{k}", "prismatic", carrier, f"tube_end_{k}", X, xyz=at)
+            carrier, end = f"tube_end_{k}", 0.0
+        else:
+            end -= spline_distance(self.line, k)
+        turn = (math.pi / 2 + shaft.fork_offset, 0.0, 0.0)
+        self.adjustable(
+            f"fork_offset_{k}", "revolute", carrier, f"fork_{k}", X, xyz=(end, 0.0, 0.0), rpy=turn
+        )
+        return f"fork_{k}"
+
+
+def _along(item: Support) -> float:
+    """Return x of a bearing in the frame of its shaft; that of the input shaft ends at joint 1."""
+    return item.distance if item.shaft else -item.distance

@@ -1,0 +1,192 @@
+"""Fields: what each field of the data of a drive line may hold, stated once.
+
+Dataclasses declare their fields with `quantity`, `point`, `text`, `flag`, `part` and `parts`. The
+checks, the reader and writer of files and the schema all go by these statements.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..checks import described, shortened
+from ..errors import ModelError
+from .units import SI, Unit
+
+
+class Entry(NamedTuple):
+    """What a field holds.
+
+    Attributes:
+        kind: `quantity`, `point`, `text`, `flag`, `part` or `parts`.
+        meaning: in words, with its sign.
+        dimension: of quantities and points, a key of `units.DIMENSIONS`.
+        least: smallest valid value, in SI units.
+        above: value that valid ones exceed.
+        most: greatest valid value.
+        below: value that valid ones stay under.
+        type: the dataclass of parts.
+    """
+
+    kind: str
+    meaning: str
+    dimension: str = "number"
+    least: float | None = None
+    above: float | None = None
+    most: float | None = None
+    below: float | None = None
+    type: Any = None
+
+    def allowed(self, unit: Unit | None = None) -> str:
+        """Return valid values in words, in a unit; in SI units unless given."""
+        named = {
+            "at least": self.least,
+            "greater than": self.above,
+            "at most": self.most,
+            "less than": self.below,
+        }
+        factor = unit.divisor / unit.multiplier if unit else 1.0
+        limits = " and ".join(
+            f"{name} {limit * factor:.6g}" for name, limit in named.items() if limit is not None
+        )
+        measure = unit.spellings[0] if unit else SI[self.dimension]
+        text = " ".join(filter(None, ["a finite number", limits]))
+        return text if self.dimension == "number" else f"{text} [{measure}]"
+
+    def holds(self, value: float) -> bool:
+        """Return whether a number is finite and within the limits."""
+        return (
+            math.isfinite(value)
+            and (self.least is None or value >= self.least)
+            and (self.above is None or value > self.above)
+            and (self.most is None or value <= self.most)
+            and (self.below is None or value < self.below)
+        )
+
+
+def _field(entry: Entry, default: Any) -> Any:
+    if default is dataclasses.MISSING:
+        return dataclasses.field(metadata={"entry": entry})
+    return dataclasses.field(default=default, metadata={"entry": entry})
+
+
+def quantity(
+    dimension: str, meaning: str, default: Any = dataclasses.MISSING, **limits: float
+) -> Any:
+    """Return a field that holds a number of a dimension; None as its default makes it optional."""
+    return _field(Entry("quantity", meaning, dimension, **limits), default)
+
+
+def point(meaning: str) -> Any:
+    """Return an optional field that holds three coordinates."""
+    return _field(Entry("point", meaning, "length"), None)
+
+
+def text(meaning: str, default: str = "") -> Any:
+    """Return a field that holds a text."""
+    return _field(Entry("text", meaning), default)
+
+
+def flag(meaning: str, default: bool | None = None) -> Any:
+    """Return a field that holds True or False."""
+    return _field(Entry("flag", meaning), default)
+
+
+def part(kind: type, meaning: str) -> Any:
+    """Return an optional field that holds another dataclass."""
+    return _field(Entry("part", meaning, type=kind), None)
+
+
+def parts(kind: type, meaning: str, default: Any = ()) -> Any:
+    """Return a field that holds any number of dataclasses of a kind, as a tuple."""
+    return _field(Entry("parts", meaning, type=kind), default)
+
+
+def entries(kind: Any) -> dict[str, tuple[dataclasses.Field[Any], Entry]]:
+    """Return the fields of a dataclass with what they hold."""
+    return {item.name: (item, item.metadata["entry"]) for item in dataclasses.fields(kind)}
+
+
+def settle(instance: Any) -> None:
+    """Check all fields of a new dataclass, and make their values plain: floats, tuples.
+
+    Raises:
+        ModelError: the field, its value and what is valid.
+    """
+    kind = type(instance).__name__
+    for name, (item, entry) in entries(instance).items():
+        value = getattr(instance, name)
+        if value is None and item.default is None:
+            continue
+        at = f"{name} of a {kind}"
+        object.__setattr__(instance, name, _settled(value, entry, at))
+
+
+def refuse(instance: Any, name: str, problem: str) -> ModelError:
+    """Return the error of a field that does not go with others."""
+    value = getattr(instance, name)
+    shown = f" = {value:.12g}" if isinstance(value, float) else ""
+    return ModelError(f"{name}{shown} of a {type(instance).__name__} {problem}")
+
+
+def number(value: object, entry: Entry, at: str) -> float:
+    """Return a plain number that an entry allows.
+
+    Raises:
+        ModelError: it is none, not finite or out of its limits.
+    """
+    is_number = isinstance(value, (int, float, np.integer, np.floating))
+    # NumPy's durations are a subclass of its integers.
+    if not is_number or isinstance(value, (bool, np.timedelta64)):
+        raise ModelError(f"{at} is {described(value)}, expected {entry.allowed()}")
+    try:
+        plain = float(value)  # type: ignore[arg-type]
+    except OverflowError:
+        plain = math.inf
+    if not entry.holds(plain):
+        shown = shortened(repr(value) if isinstance(value, int) else repr(plain))
+        raise ModelError(f"{at} is {shown}, expected {entry.allowed()}")
+    return plain
+
+
+def items(value: object, at: str, expected: str) -> list[Any]:
+    """Return the items of a sequence.
+
+    Raises:
+        ModelError: it is a text, a mapping, or nothing that can be iterated.
+    """
+    if isinstance(value, (str, bytes, dict)) or not isinstance(value, Iterable):
+        raise ModelError(f"{at} is {described(value)}, expected {expected}")
+    return list(value)
+
+
+def _settled(value: object, entry: Entry, at: str) -> object:
+    if entry.kind == "quantity":
+        return number(value, entry, at)
+    if entry.kind == "point":
+        listed = items(value, at, "three numbers [m]")
+        if len(listed) != 3:
+            raise ModelError(f"{at} has {len(listed)} numbers, expected three [m]")
+        return tuple(number(item, entry, f"{at}[{axis}]") for axis, item in enumerate(listed))
+    if entry.kind == "text":
+        if not isinstance(value, str):
+            raise ModelError(f"{at} is {described(value)}, expected a text")
+        return str(value)
+    if entry.kind == "flag":
+        if not isinstance(value, (bool, np.bool_)):
+            raise ModelError(f"{at} is {described(value)}, expected True or False")
+        return bool(value)
+    expected = entry.type.__name__
+    if entry.kind == "part":
+        if not isinstance(value, entry.type):
+            raise ModelError(f"{at} is {described(value)}, expected a {expected}")
+        return value
+    listed = items(value, at, f"a sequence of {expected}")
+    for index, item in enumerate(listed):
+        if not isinstance(item, entry.type):
+            raise ModelError(f"{at}[{index}] is {described(item)}, expected a {expected}")
+    return tuple(listed)

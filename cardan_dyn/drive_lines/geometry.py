@@ -1,0 +1,217 @@
+"""Geometry: where the shafts and joints of a line are, its joint angles, planes and fork phases.
+
+World axes: x forward, y left, z up. The side view shows x and z, the plan view x and y. The slopes
+of a shaft are its directions in these views, e = (1, tan slope_plan, tan slope_side) / |...|.
+
+Frame k has x along shaft k, and bends chain the frames together: about x by the plane offset p_k,
+so that y lies in the bending plane of joint k, then about z by the joint angle. Frame 0 has its y
+axis horizontal, to the left. Angles about a shaft are positive by the right-hand rule about the
+power flow; the catalogue's direction p of a bending plane, from up to the left, is the other way
+round.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ModelError
+from ..frozen import read_only
+from .parts import Shaft
+
+MEETING = 1e-6
+"""Greatest distance between points that are to be the same [m]: below what anything is made to."""
+_STRAIGHT = 16.0 * np.finfo(float).eps
+"""Joint angles up to which a joint is straight [rad]: rounding of directions has no plane."""
+_VERTICAL = 1e-9
+"""Sine of the angle to the vertical up to which a shaft has no left of its own."""
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """Where everything is in a line of n joints at rest; arrays cannot be written to.
+
+    Attributes:
+        directions: `(n + 1, 3)` unit vectors of the shafts along the power flow.
+        lengths: `(n + 1,)` of the shafts [m]; NaN for an end shaft without one.
+        centres: `(n, 3)` of the joints [m]. Joint 1 is the origin unless points say otherwise.
+        joint_angles: `(n,)` [rad].
+        plane_offsets: `(n,)` p_k, angle from the y axis of frame k - 1 to the bending plane of
+            joint k: of joint 1 from the horizontal, of others from the bending plane before it, 0
+            in Z and π in W arrangements; 0 at a straight joint [rad].
+        fork_phases: `(n,)` γ_k, angle from the bending plane of joint k to its input pin while
+            the line's rotation is zero, that is while the input fork's pin is horizontal [rad].
+            They are those of `analytic.drive_line`.
+        frames: `(n + 1, 3, 3)` rotations that take components in frame k to world axes.
+    """
+
+    directions: Array
+    lengths: Array
+    centres: Array
+    joint_angles: Array
+    plane_offsets: Array
+    fork_phases: Array
+    frames: Array
+
+    @property
+    def views(self) -> Array:
+        """Joint angles in the plan and in the side view, `(n, 2)` [rad]: differences of slopes.
+
+        NaN for shafts that do not lead forward.
+        """
+        forward = np.where(self.directions[:, :1] > 0.0, self.directions[:, :1], np.nan)
+        return np.diff(np.arctan(self.directions[:, 1:] / forward), axis=0)
+
+    @property
+    def compound_directions(self) -> Array:
+        """Directions p of the bending planes at both ends of each intermediate shaft, `(n - 1, 2)`.
+
+        p = atan2(horizontal, vertical) of the bend seen along the shaft, from up to the left
+        [rad], as the catalogue counts them (chapter 6.3); 0 at straight joints. Forks of the shaft
+        stand in their planes together if its fork offset is p of the front minus p of the rear
+        joint, up to half turns.
+        """
+        result = np.zeros((len(self.centres) - 1, 2))
+        for k, axis in enumerate(self.directions[1:-1]):
+            left = leftwards(axis)
+            up = np.cross(axis, left)
+            for end, other in enumerate((-self.directions[k], self.directions[k + 2])):
+                if self.joint_angles[k + end] > 0.0:
+                    result[k, end] = math.atan2(other @ left, other @ up)
+        return result
+
+
+def geometry(shafts: Sequence[Shaft]) -> Geometry:
+    """Return the geometry of the shafts of a line.
+
+    Raises:
+        ModelError: lengths that are missing or do not meet, or a joint angle of 90° or more.
+    """
+    directions, lengths = _directions_and_lengths(shafts)
+    centres = np.zeros((len(shafts) - 1, 3))
+    for k in range(1, len(centres)):
+        centres[k] = centres[k - 1] + lengths[k] * directions[k]
+    centres += _placed(shafts, directions, lengths, centres)
+    angles, offsets, frames = _bends(shafts, directions)
+    steps = math.pi / 2 + np.array([shaft.fork_offset for shaft in shafts[1:-1]]) - offsets[1:]
+    phases = np.concatenate([[0.0 - offsets[0]], steps]).cumsum()
+    arrays = (directions, lengths, centres, angles, offsets, phases, frames)
+    return Geometry(*map(read_only, arrays))
+
+
+def called(shafts: Sequence[Shaft], index: int) -> str:
+    """Return how messages call a shaft."""
+    name = shafts[index].name
+    return f"shafts[{index}]" + (f" ({name!r})" if name else "")
+
+
+def direction(slope_side: float, slope_plan: float) -> Array:
+    """Return the unit vector `(3,)` of a shaft with these slopes [rad] in both views."""
+    vector = np.array([1.0, math.tan(slope_plan), math.tan(slope_side)])
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+def leftwards(axis: Array) -> Array:
+    """Return the horizontal unit vector `(3,)` to the left of a shaft; y where it is vertical."""
+    left = np.array([-axis[1], axis[0], 0.0])
+    size = float(np.hypot(*left[:2]))
+    return np.asarray(left / size) if size > _VERTICAL else np.array([0.0, 1.0, 0.0])
+
+
+def _directions_and_lengths(shafts: Sequence[Shaft]) -> tuple[Array, Array]:
+    directions, lengths = np.empty((len(shafts), 3)), np.full(len(shafts), np.nan)
+    for index, shaft in enumerate(shafts):
+        at = called(shafts, index)
+        if shaft.length is not None:
+            lengths[index] = shaft.length
+        if shaft.end is None:
+            directions[index] = direction(shaft.slope_side or 0.0, shaft.slope_plan or 0.0)
+            if shaft.length is None and 0 < index < len(shafts) - 1:
+                raise ModelError(f"{at} has no length; give length, or the points start and end")
+            continue
+        span = np.subtract(shaft.end, _start(shafts, index))
+        size = float(np.linalg.norm(span))
+        if size <= MEETING:
+            raise ModelError(f"{at} starts and ends at {shaft.end}; give two points")
+        if shaft.length is not None and abs(size - shaft.length) > MEETING:
+            raise ModelError(
+                f"length = {shaft.length:.9g} m of {at} is not the distance {size:.9g} m between "
+                "its points; leave out one of them"
+            )
+        directions[index], lengths[index] = span / size, size
+    return directions, lengths
+
+
+def _start(shafts: Sequence[Shaft], index: int) -> tuple[float, float, float]:
+    """Return the point where a shaft begins, which may be where the one before it ends."""
+    shaft = shafts[index]
+    if shaft.start is not None:
+        return shaft.start
+    before = shafts[index - 1].end if index else None
+    if before is None:
+        raise ModelError(
+            f"end of {called(shafts, index)} is given, but not where it begins; give start"
+        )
+    return before
+
+
+def _placed(shafts: Sequence[Shaft], directions: Array, lengths: Array, centres: Array) -> Array:
+    """Return by how much all centres `(n, 3)` are to be moved to where points say `(3,)`.
+
+    Raises:
+        ModelError: two points that are to be the same differ.
+    """
+    given = [
+        (index, end, point)
+        for index, shaft in enumerate(shafts)
+        for end, point in ((0, shaft.start), (1, shaft.end))
+        if point is not None and 0 <= index - 1 + end < len(centres)
+    ]
+    if not given:
+        return np.zeros(3)
+    index, end, point = given[0]
+    shift = np.subtract(point, centres[index - 1 + end])
+    for index, end, point in given:
+        found = centres[index - 1 + end] + shift
+        gap = float(np.linalg.norm(found - point))
+        if gap > MEETING:
+            raise ModelError(
+                f"{('start', 'end')[end]} = {point} of {called(shafts, index)} is {gap:.6g} m from "
+                f"the centre of joint {index + end}, {tuple(float(x) for x in found.round(9))}, to "
+                "which the other shafts lead; shafts have to meet in the centres of their joints"
+            )
+    return shift
+
+
+def _bends(shafts: Sequence[Shaft], directions: Array) -> tuple[Array, Array, Array]:
+    """Return joint angles `(n,)`, plane offsets `(n,)` and frames `(n + 1, 3, 3)`."""
+    count = len(directions) - 1
+    angles, offsets, frames = np.zeros(count), np.zeros(count), np.empty((count + 1, 3, 3))
+    left = leftwards(directions[0])
+    frames[0] = np.stack([directions[0], left, np.cross(directions[0], left)], axis=1)
+    for k in range(count):
+        before, after = directions[k], directions[k + 1]
+        normal = np.cross(before, after)
+        sine = float(np.linalg.norm(normal))
+        angle = math.atan2(sine, float(before @ after))
+        if angle >= math.pi / 2 - _STRAIGHT:
+            raise ModelError(
+                f"joint {k + 1} between {called(shafts, k)} and {called(shafts, k + 1)} has an "
+                f"angle of {math.degrees(angle):.6g}°; a universal joint passes on no rotation at "
+                "90°, and angles have to be less"
+            )
+        if angle > _STRAIGHT:
+            normal /= sine
+            angles[k] = angle
+            # 0.0 - x is never -0.0, so that a W arrangement has +π.
+            offsets[k] = math.atan2(0.0 - normal @ frames[k, :, 1], normal @ frames[k, :, 2])
+        else:
+            normal = frames[k, :, 2]
+        across = np.cross(normal, after)
+        across /= np.linalg.norm(across)
+        frames[k + 1] = np.stack([after, across, np.cross(after, across)], axis=1)
+    return angles, offsets, frames

@@ -1,0 +1,242 @@
+"""Parts: what a drive line is made of, as plain data in SI units and radians.
+
+Shafts are numbered 0 … n along the power flow, joints 1 … n: joint k stands between shafts k - 1
+and k. Shafts 0 and n are the end shafts. Angles about a shaft are positive by the right-hand rule
+about the power flow, which is the sense of rotation.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from .fields import flag, part, parts, point, quantity, refuse, settle, text
+
+_QUARTER = math.pi / 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tube:
+    """The tube of a shaft; a solid shaft has a wall of half its outer diameter.
+
+    Attributes:
+        outer_diameter: D [m].
+        wall: thickness [m].
+        density: [kg/m³], steel unless given.
+        modulus: Young's modulus [Pa], steel unless given.
+        shear_modulus: [Pa], steel unless given.
+    """
+
+    outer_diameter: float = quantity("length", "outer diameter", above=0.0)
+    wall: float = quantity("length", "thickness of the wall, half of D if solid", above=0.0)
+    density: float = quantity("density", "density of the material", 7850.0, above=0.0)
+    modulus: float = quantity("modulus", "Young's modulus", 2.1e11, above=0.0)
+    shear_modulus: float = quantity("modulus", "shear modulus", 8.08e10, above=0.0)
+
+    def __post_init__(self) -> None:
+        settle(self)
+        if self.wall > self.outer_diameter / 2:
+            raise refuse(
+                self, "wall", f"exceeds half the outer diameter {self.outer_diameter:.12g} m"
+            )
+
+    @property
+    def inner_diameter(self) -> float:
+        """Inner diameter d [m], 0 if solid."""
+        return max(self.outer_diameter - 2.0 * self.wall, 0.0)
+
+    @property
+    def area(self) -> float:
+        """Cross section [m²]."""
+        return math.pi * self.wall * (self.outer_diameter - self.wall)
+
+    @property
+    def polar_moment(self) -> float:
+        """Polar second moment of area, π (D⁴ - d⁴) / 32 [m⁴]."""
+        return self.area * (self.outer_diameter**2 + self.inner_diameter**2) / 8.0
+
+    def torsional_stiffness(self, length: float) -> float:
+        """Return G π (D⁴ - d⁴) / (32 L) of a length [m] of the tube [N·m/rad]."""
+        return self.shear_modulus * self.polar_moment / length
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spline:
+    """A slip in a shaft, which passes on torque and bending but no axial force beyond its friction.
+
+    Attributes:
+        distance: from the joint at the shaft's front [m]; the middle of the shaft unless given.
+        friction: coefficient μ; about 0.11 for greased steel, 0.08 for coated splines.
+        radius: mean radius r_m of the spline [m], which friction needs.
+        travel: length over which it can slip [m].
+    """
+
+    distance: float | None = quantity(
+        "length", "distance from the joint at the shaft's front", None, least=0.0
+    )
+    friction: float = quantity("number", "coefficient of friction", 0.0, least=0.0)
+    radius: float | None = quantity("length", "mean radius", None, above=0.0)
+    travel: float | None = quantity("length", "length over which it can slip", None, above=0.0)
+
+    def __post_init__(self) -> None:
+        settle(self)
+        if self.friction > 0.0 and self.radius is None:
+            raise refuse(self, "friction", "needs the mean radius of the spline; give radius")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bearing:
+    """A support bearing: it carries force across its shaft, and no moment.
+
+    Attributes:
+        distance: of the bearing from its joint [m], along the shaft: on the input shaft against the
+            power flow from joint 1, on any other along the flow from the joint at its front.
+        name: unless given A (far) and B (near the joint) on the input shaft, E (near) and F (far)
+            on the output shaft, C1, C2, … on intermediate shafts.
+        locating: whether it carries axial force too. Unless given, the bearing of an end shaft that
+            is next to its joint does, and as many centre bearings as fix what lies between two
+            splines.
+    """
+
+    distance: float = quantity("length", "distance from the joint, along the shaft", above=0.0)
+    name: str = text("name, which must differ from the others")
+    locating: bool | None = flag("whether it carries axial force")
+
+    def __post_init__(self) -> None:
+        settle(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint:
+    """A universal joint with a cross.
+
+    Attributes:
+        name: for messages and tables.
+        size: its size by a catalogue.
+        cross_mass: mass of the cross [kg].
+        cross_span: length of the cross over its pins [m]: two crossed rods of half the mass each
+            give its inertia. Without it the mass is that of a point.
+        rated_torque: T_D, with which its bearings live for 5000 h at n β = 300, n in 1/min and β
+            in degrees [N·m].
+        capacity: capacity factor L_C of its bearings, for torques in kN·m.
+        torque_limit: greatest torque that it stands without permanent deformation [N·m].
+        largest_angle: greatest joint angle that it allows [rad].
+        largest_speed: greatest speed that it allows [rad/s].
+    """
+
+    name: str = text("name")
+    size: str = text("size by a catalogue")
+    cross_mass: float = quantity("mass", "mass of the cross", 0.0, least=0.0)
+    cross_span: float = quantity("length", "length of the cross over its pins", 0.0, least=0.0)
+    rated_torque: float | None = quantity(
+        "torque", "rated torque T_D of the bearing life", None, above=0.0
+    )
+    capacity: float | None = quantity("number", "capacity factor L_C, for kN·m", None, above=0.0)
+    torque_limit: float | None = quantity(
+        "torque", "greatest torque without permanent deformation", None, above=0.0
+    )
+    largest_angle: float | None = quantity(
+        "angle", "greatest joint angle", None, above=0.0, below=_QUARTER
+    )
+    largest_speed: float | None = quantity("speed", "greatest speed", None, above=0.0)
+
+    def __post_init__(self) -> None:
+        settle(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shaft:
+    """A shaft: where it lies, how its forks stand, what it weighs and what carries it.
+
+    Where it lies is given by its slopes, seen with x along the power flow, or by the points where
+    its ends are; intermediate shafts end at the centres of their joints.
+
+    Attributes:
+        name: for messages, tables and links.
+        length: of an intermediate shaft between the centres of its joints, of an end shaft from its
+            joint to its other end [m].
+        slope_side: slope in the side view, positive where the shaft rises along the flow [rad].
+        slope_plan: slope in the plan view, positive where it leads to the left [rad].
+        start: point `(3,)` where the shaft begins along the flow: x forward, y left, z up [m].
+        end: point `(3,)` where it ends [m].
+        fork_offset: angle from the fork at the front joint to that at the rear joint, about the
+            flow; 0 if they are in line [rad]. Of intermediate shafts.
+        tube: what the shaft is made of.
+        spline: the slip in it.
+        bearings: two on an end shaft, or none if its support shall be one bearing at its joint;
+            centre bearings on an intermediate shaft.
+        mass: [kg]; that of the tube unless given, 0 without a tube.
+        inertia: about its axis [kg·m²]; that of the tube unless given.
+        transverse_inertia: across its axis about its centre of mass [kg·m²]; that of a rod of
+            its length, or as little as its inertia allows, unless given.
+        centre: distance of its centre of mass, counted like that of a `Bearing` [m]; half its
+            length unless given.
+        torsional_stiffness: between its ends [N·m/rad]; that of the tube unless given.
+    """
+
+    name: str = text("name")
+    length: float | None = quantity("length", "length between joint centres", None, above=0.0)
+    slope_side: float | None = quantity(
+        "angle", "slope in the side view, up is positive", None, above=-_QUARTER, below=_QUARTER
+    )
+    slope_plan: float | None = quantity(
+        "angle", "slope in the plan view, left is positive", None, above=-_QUARTER, below=_QUARTER
+    )
+    start: tuple[float, float, float] | None = point("where it begins: x forward, y left, z up")
+    end: tuple[float, float, float] | None = point("where it ends: x forward, y left, z up")
+    fork_offset: float = quantity("angle", "angle from the front to the rear fork", 0.0)
+    tube: Tube | None = part(Tube, "what it is made of")
+    spline: Spline | None = part(Spline, "the slip in it")
+    bearings: tuple[Bearing, ...] = parts(Bearing, "bearings that support it")
+    mass: float | None = quantity("mass", "mass", None, least=0.0)
+    inertia: float | None = quantity("inertia", "inertia about its axis", None, least=0.0)
+    transverse_inertia: float | None = quantity(
+        "inertia", "inertia across its axis about its centre of mass", None, least=0.0
+    )
+    centre: float | None = quantity("length", "distance of its centre of mass", None)
+    torsional_stiffness: float | None = quantity(
+        "stiffness", "torsional stiffness between its ends", None, above=0.0
+    )
+
+    def __post_init__(self) -> None:
+        settle(self)
+        slopes = [name for name in ("slope_side", "slope_plan") if getattr(self, name) is not None]
+        if self.end is not None and slopes:
+            raise refuse(
+                self, slopes[0], "goes with a length, not with points; give slopes or points"
+            )
+        if self.start is not None and self.end is None:
+            raise refuse(self, "start", "needs the other end of the shaft; give end")
+        heavy = self.mass or (self.mass is None and self.tube is not None)
+        for name in ("inertia", "transverse_inertia"):
+            if getattr(self, name) and not heavy:
+                raise refuse(self, name, "needs a mass, as no body is without; give mass or tube")
+        if self.inertia and self.transverse_inertia is not None:
+            least = self.inertia / 2.0
+            if self.transverse_inertia < least:
+                raise refuse(
+                    self,
+                    "transverse_inertia",
+                    f"is less than half the inertia about its axis, {least:.12g} kg·m², which no "
+                    "body has",
+                )
+
+
+@dataclass(frozen=True, kw_only=True)
+class DutyPoint:
+    """A share of the time in which a line runs at a speed and a torque.
+
+    Attributes:
+        share: of the time; the sum of all is 1.
+        speed: of the input shaft [rad/s].
+        torque: of the input shaft [N·m].
+        name: for tables.
+    """
+
+    share: float = quantity("number", "share of the time", above=0.0, most=1.0)
+    speed: float = quantity("speed", "speed of the input shaft")
+    torque: float = quantity("torque", "torque of the input shaft")
+    name: str = text("name")
+
+    def __post_init__(self) -> None:
+        settle(self)

@@ -1,0 +1,322 @@
+"""Solving: from a line, a speed and a torque to its motion and forces, through sweeps of a scene.
+
+All forces follow linearly from what acts at a position, so three kinds of sweeps over the same
+closed positions are enough: with a unit torque at the output at rest, whose results are multiplied
+by the torque; at speed with weight and without torque; and with a unit force in a spline, which is
+multiplied by its friction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..frozen import FrozenDict, read_only
+from ..mechanism.mechanism import Mechanism
+from ..results.sweep import Sweep
+from ..results.wrench import JointWrench
+from ..scene.scene import Scene
+from .analysis import Analysis
+from .forces import LineForces
+from .geometry import leftwards
+from .line_data import LineData
+from .supports import hangs_by_rear, spline_distance, supports
+from .tasks import Task
+from .zero import Zero, lead, zero
+
+_BLOCK = 10_000
+"""Samples times joints whose closed positions are kept at a time, some 10 kilobytes for each."""
+
+
+class _Setup(NamedTuple):
+    """A scene of a line, and where its results are found.
+
+    Attributes:
+        scene: with a unit torque at the output.
+        zero: how the pins stand at zero.
+        bearings: joints whose forces are those of the bearings.
+        turns: `(m, 3, 3)` rotations from the axes of each bearing's place to along, left, up.
+        slips: joints of the splines.
+        levers: distances from where each slip has its origin to its spline [m]; NaN where that is
+            the spline, and the slip's child is the rear piece.
+    """
+
+    scene: Scene
+    zero: Zero
+    bearings: tuple[str, ...]
+    turns: Array
+    slips: tuple[str, ...]
+    levers: tuple[float, ...]
+
+
+class _Part(NamedTuple):
+    """Results of a block of samples, in the order of `Analysis`."""
+
+    rotation: Array
+    ratio: Array
+    acceleration: Array
+    slip: Array
+    static: LineForces
+    inertial: LineForces | None
+    residuals: tuple[float, ...]
+
+
+def scene_of(line: LineData, mechanism: Mechanism, **options: object) -> Scene:
+    """Return a scene of a line, driven at its input; see `DriveLine.scene`."""
+    arguments: dict[str, object] = {"drive": "bearing_in"}
+    if supports(line).indeterminate:
+        # Where bearings decide the place of shafts twice, joints between them pass on no force,
+        # as the closed forms have it: only what goes through joints counts in the least energy.
+        soft = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
+        names = [f"pin_{k}_out" for k in range(1, line.count + 1)]
+        if max(len(shaft.bearings) for shaft in line.shafts) <= 2:
+            arguments["compliance"] = dict.fromkeys(names, soft)
+    return Scene(mechanism, **{**arguments, **options})  # type: ignore[arg-type]
+
+
+def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
+    """Return the analysis of a line."""
+    setup = _setup(line, mechanism, task)
+    arrays = _Arrays(task)
+    residuals = []
+    for chosen, block, held in _blocks(line, task):
+        part = _solved(setup, line, block, held)
+        motion = (part.rotation, part.ratio, part.acceleration, part.slip)
+        arrays.put("motion", chosen, motion)
+        arrays.put("static", chosen, part.static)
+        arrays.put("inertial", chosen, part.inertial or ())
+        residuals.append(part.residuals)
+    rotation, ratio, acceleration, slip = arrays.of["motion"]
+    inertial = arrays.of["inertial"]
+    loop, balance, power = np.max(residuals, axis=0).tolist()
+    return Analysis(
+        name=line.name,
+        shafts=line.shaft_names,
+        joints=line.joint_names,
+        bearings=tuple(name.removeprefix("support_") for name in setup.bearings),
+        splines=tuple(line.shaft_names[int(name.removeprefix("slip_"))] for name in setup.slips),
+        speed=task.speed,
+        position=read_only(task.positions),
+        designs=task.variants.held if task.variants else FrozenDict({}),
+        rotation=rotation,
+        ratio=ratio,
+        acceleration=acceleration,
+        static=LineForces(*arrays.of["static"]),
+        inertial=LineForces(*inertial) if inertial else None,
+        slip=slip,
+        indeterminate=supports(line).indeterminate,
+        loop_residual=loop,
+        balance_residual=balance,
+        power_residual=power,
+    )
+
+
+class _Arrays:
+    """Arrays of all samples, which blocks are written to.
+
+    Attributes:
+        of: groups of arrays by name, which cannot be written to by others.
+    """
+
+    of: dict[str, list[Array]]
+
+    def __init__(self, task: Task) -> None:
+        self._count = len(task.positions) if task.variants is None else task.variants.designs
+        self._whole: dict[str, list[Array]] = {}
+        self.of = {}
+
+    def put(self, name: str, chosen: slice, values: Sequence[Array]) -> None:
+        """Write the values of some designs or positions."""
+        if name not in self._whole:
+            self._whole[name] = [np.empty((self._count, *value.shape[1:])) for value in values]
+            self.of[name] = [read_only(whole.view()) for whole in self._whole[name]]
+        for whole, value in zip(self._whole[name], values, strict=True):
+            whole[chosen] = value
+
+
+def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
+    """Return the scene, with all joint angles held and what varies from design to design."""
+    found = line.geometry
+    names, turns = [], []
+    held_by = supports(line)
+    listed = [(item.shaft, f"support_{item.name}") for item in held_by.bearings]
+    ends = ((0, "bearing_in"), (line.count, "bearing_out"))
+    listed += [end for end in ends if not line.shafts[end[0]].bearings]
+    for index, name in sorted(listed, key=lambda item: item[0]):
+        axis = found.directions[index]
+        left = leftwards(axis)
+        names.append(name)
+        turns.append(np.stack([axis, left, np.cross(axis, left)]) @ found.frames[index])
+    with_spline = [k for k, shaft in enumerate(line.shafts) if shaft.spline]
+    slips = tuple(f"slip_{k}" for k in with_spline)
+    levers = tuple(
+        spline_distance(line, k) if hangs_by_rear(held_by, k) else np.nan for k in with_spline
+    )
+    pins = [f"pin_{k}_{side}" for k in range(1, line.count + 1) for side in ("in", "out")]
+    angles = {f"joint_angle_{k}": 0.0 for k in range(1, line.count + 1)}
+    varied = {} if task.variants is None else dict.fromkeys(task.variants.held, 0.0)
+    outputs = dict.fromkeys([*pins, *names, *slips, *angles, "bearing_in", "bearing_out"])
+    scene = scene_of(
+        line,
+        mechanism,
+        held={**angles, **varied},
+        loads={"bearing_out": -1.0, **dict.fromkeys(slips, 0.0)},
+        outputs=list(outputs),
+    )
+    stand = zero(found, line.fork_offsets)
+    return _Setup(scene, stand, tuple(names), np.array(turns), slips, levers)
+
+
+def _blocks(line: LineData, task: Task) -> Iterator[tuple[slice, Task, Mapping[str, Array]]]:
+    """Yield some positions or designs at a time, with the task and the adjustable joints `(d, 1)`.
+
+    Of variants, the slice is one of designs, and the task has all positions.
+    """
+    most = max(1, _BLOCK // line.count)
+    if task.variants is None:
+        for start in range(0, len(task.positions), most):
+            chosen = slice(start, start + most)
+            torque = task.torque[chosen] if task.torque.ndim else task.torque
+            yield chosen, task._replace(positions=task.positions[chosen], torque=torque), {}
+        return
+    size = max(1, most // len(task.positions))
+    for start in range(0, task.variants.designs, size):
+        chosen = slice(start, min(start + size, task.variants.designs))
+        held = task.variants.held.items()
+        yield chosen, task, {name: values[chosen, None] for name, values in held}
+
+
+def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]) -> _Part:
+    """Return the results of a block of samples."""
+    scene = setup.scene
+    # Designs × positions, even where there is one design or nothing varies.
+    count = max((len(values) for values in held.values()), default=1)
+    is_grid = task.variants is not None
+    positions = np.broadcast_to(task.positions, (count, len(task.positions)))
+    closed = scene.assemble(positions if is_grid else task.positions, held=held)
+
+    def sweep(loads: Mapping[str, float] | None = None, moving: bool = False) -> Sweep:
+        return scene.sweep(
+            closed,
+            task.speed if moving else 0.0,
+            task.acceleration if moving else 0.0,
+            gravity=task.gravity if moving else None,
+            loads=loads,
+            workers=task.workers,
+        )
+
+    unit = sweep()
+    sweeps = [unit]
+    ratio = unit.motion.ratio("bearing_out")
+    torque = np.broadcast_to(task.torque, ratio.shape)
+    static = _of(setup, line, unit).times(torque if task.at_output else torque / ratio)
+    for index, name in enumerate(setup.slips if task.slipping else ()):
+        spline = line.shafts[int(name.removeprefix("slip_"))].spline
+        if spline is None or not spline.friction or spline.radius is None:
+            continue
+        friction = spline.friction / spline.radius * np.abs(static.spline_torque[..., index])
+        pushed = sweep({name: 1.0, "bearing_out": 0.0})
+        sweeps.append(pushed)
+        static = static.plus(_of(setup, line, pushed).times(-task.slipping * friction))
+    is_moving = task.speed != 0.0 or task.acceleration != 0.0
+    moving = sweep({"bearing_out": 0.0}, moving=True) if is_moving or task.gravity.any() else unit
+    inertial = None
+    if moving is not unit and _has_mass(scene.mechanism):
+        inertial = _of(setup, line, moving)
+        sweeps.append(moving)
+    motion = _motion(setup, moving, task)
+    residuals = tuple(
+        float(np.max([getattr(item, name) for item in sweeps]))
+        for name in ("loop_residual", "balance_residual", "power_residual")
+    )
+    return _Part(*motion, static, inertial, residuals)
+
+
+def _has_mass(mechanism: Mechanism) -> bool:
+    return any(link.mass > 0.0 for link in mechanism.description.links)
+
+
+def _of(setup: _Setup, line: LineData, sweep: Sweep) -> LineForces:
+    """Return the forces of a sweep."""
+    joints = range(1, line.count + 1)
+    # The joint's axes at zero are turned about the driving pin against those of the shaft.
+    moments_in = [
+        sweep.wrench(f"pin_{k}_in", "parent").moment @ _about_y(turn).T
+        for k, turn in zip(joints, setup.zero.driving, strict=True)
+    ]
+    moments_out = [sweep[f"pin_{k}_out"].moment for k in joints]
+    forces = [
+        sweep.wrench(name, "parent").force @ turn.T
+        for name, turn in zip(setup.bearings, setup.turns, strict=True)
+    ]
+    slips = [
+        _in_spline(sweep[name], lever)
+        for name, lever in zip(setup.slips, setup.levers, strict=True)
+    ]
+    empty = np.zeros((*sweep.shape, 0, 3))
+    return LineForces(
+        moment_in=np.stack(moments_in, axis=-2),
+        moment_out=np.stack(moments_out, axis=-2),
+        bearing_force=np.stack(forces, axis=-2) if forces else empty,
+        spline_force=np.stack([force for force, _ in slips], axis=-2) if slips else empty,
+        spline_moment=np.stack([moment for _, moment in slips], axis=-2) if slips else empty,
+        holding_moment=np.stack(
+            [sweep.holding_effort[f"joint_angle_{k}"] for k in joints], axis=-1
+        ),
+        drive_torque=np.array(sweep.drive_effort),
+        load_torque=np.broadcast_to(
+            np.asarray(sweep.loads.get("bearing_out", 0.0)), sweep.shape
+        ).astype(float),
+    )
+
+
+def _in_spline(wrench: JointWrench, lever: float) -> tuple[Array, Array]:
+    """Return force and moment `(…, 3)` of the front on the rear piece at the spline."""
+    if np.isnan(lever):
+        return wrench.force, wrench.moment
+    # The slip has the front piece as its child, and its origin at the joint before the spline.
+    moved = np.cross([lever, 0.0, 0.0], wrench.force)
+    return -wrench.force, -(wrench.moment - moved)
+
+
+def _about_y(angle: float) -> Array:
+    """Return the rotation `(3, 3)` about y."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
+
+
+def _motion(setup: _Setup, sweep: Sweep, task: Task) -> tuple[Array, Array, Array, Array]:
+    """Return rotation, ratio and acceleration of every shaft `(…, n + 1)`, and slips `(…, s)`.
+
+    With the crosses' turns a and b about the driving and the driven pin, the next shaft is ahead
+    by the lead of `zero`, and its speed is that of this shaft times cos a cos b plus a' sin b: the
+    driven pin is normal to the next shaft, the driving pin has the component sin b along it.
+    """
+    motion = sweep.motion
+    rotations = [np.broadcast_to(motion.position("bearing_in"), sweep.shape)]
+    ratios = [np.ones(sweep.shape)]
+    accelerations = [np.full(sweep.shape, task.acceleration)]
+    for k, (zero_in, zero_out) in enumerate(zip(*setup.zero[:2], strict=True), 1):
+        a = motion.position(f"pin_{k}_in") + zero_in
+        b = motion.position(f"pin_{k}_out") + zero_out
+        along, across = np.cos(a) * np.cos(b), np.sin(b)
+        rotations.append(rotations[-1] + lead(a, b))
+        ratio = ratios[-1] * along + motion.ratio(f"pin_{k}_in") * across
+        rate_a, rate_b = motion.velocity(f"pin_{k}_in"), motion.velocity(f"pin_{k}_out")
+        change = -rate_a * np.sin(a) * np.cos(b) - rate_b * np.cos(a) * np.sin(b)
+        accelerations.append(
+            accelerations[-1] * along
+            + task.speed * ratios[-1] * change
+            + motion.acceleration(f"pin_{k}_in") * across
+            + rate_a * rate_b * np.cos(b)
+        )
+        ratios.append(ratio)
+    slips = [motion.position(name) for name in setup.slips]
+    slip = np.stack(slips, axis=-1) if slips else np.zeros((*sweep.shape, 0))
+    rotation, ratio, acceleration = (
+        np.stack(item, axis=-1) for item in (rotations, ratios, accelerations)
+    )
+    return rotation, ratio, acceleration, slip

@@ -1,0 +1,172 @@
+"""Units: what numbers in files are measured in, never guessed.
+
+A quantity `length` is written as `length_mm = 900` or as `length = "900 mm"`; a bare number is
+refused. Python attributes are in SI units and radians.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import NamedTuple
+
+from ..errors import ModelError, choices
+
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+_DIGITS = 17
+"""Decimal digits that tell any two doubles apart."""
+
+
+class Unit(NamedTuple):
+    """A unit of one dimension.
+
+    Attributes:
+        suffix: what follows the name of a field, after an underscore.
+        multiplier: times which a number gives SI units, before the division.
+        divisor: by which it is divided; decimal fractions of a unit stay exact to rounding so.
+        spellings: how texts write it, without blanks and dots.
+    """
+
+    suffix: str
+    multiplier: float
+    divisor: float
+    spellings: tuple[str, ...]
+
+    def to_si(self, number: float) -> float:
+        """Return a number of this unit in SI units."""
+        return number * self.multiplier / self.divisor
+
+    def from_si(self, value: float) -> float | None:
+        """Return the shortest number that `to_si` takes to a value; None if no number does."""
+        quotient = value * self.divisor / self.multiplier
+        if not math.isfinite(quotient):
+            return None
+        for digits in range(1, _DIGITS + 1):
+            number = float(f"{quotient:.{digits}g}")
+            if self.to_si(number) == value:
+                return number
+        return None
+
+
+_TURN_PER_MINUTE = 2.0 * math.pi / 60.0
+_POUND_FORCE = 4.4482216152605
+
+DIMENSIONS: dict[str, tuple[Unit, ...]] = {
+    "length": (
+        Unit("mm", 1.0, 1e3, ("mm",)),
+        Unit("m", 1.0, 1.0, ("m",)),
+        Unit("cm", 1.0, 1e2, ("cm",)),
+        Unit("in", 0.0254, 1.0, ("in", "inch")),
+    ),
+    "angle": (
+        # The factor of `math.radians`, so that 15 degrees are the same double everywhere.
+        Unit("deg", math.pi / 180.0, 1.0, ("deg", "°")),
+        Unit("rad", 1.0, 1.0, ("rad",)),
+    ),
+    "torque": (
+        Unit("nm", 1.0, 1.0, ("Nm",)),
+        Unit("knm", 1e3, 1.0, ("kNm",)),
+        Unit("lbft", _POUND_FORCE * 0.3048, 1.0, ("lbft", "lbfft")),
+    ),
+    "speed": (
+        Unit("rpm", _TURN_PER_MINUTE, 1.0, ("rpm", "1/min", "rev/min")),
+        Unit("rad_s", 1.0, 1.0, ("rad/s",)),
+    ),
+    "mass": (
+        Unit("kg", 1.0, 1.0, ("kg",)),
+        Unit("g", 1.0, 1e3, ("g",)),
+        Unit("lb", 0.45359237, 1.0, ("lb",)),
+    ),
+    "inertia": (
+        Unit("kgm2", 1.0, 1.0, ("kgm2",)),
+        Unit("kgcm2", 1.0, 1e4, ("kgcm2",)),
+        Unit("kgmm2", 1.0, 1e6, ("kgmm2",)),
+    ),
+    "stiffness": (
+        Unit("nm_rad", 1.0, 1.0, ("Nm/rad",)),
+        Unit("knm_rad", 1e3, 1.0, ("kNm/rad",)),
+        Unit("nm_deg", 180.0 / math.pi, 1.0, ("Nm/deg", "Nm/°")),
+    ),
+    "density": (
+        Unit("kg_m3", 1.0, 1.0, ("kg/m3",)),
+        Unit("g_cm3", 1e3, 1.0, ("g/cm3",)),
+    ),
+    "modulus": (
+        Unit("gpa", 1e9, 1.0, ("GPa",)),
+        Unit("mpa", 1e6, 1.0, ("MPa", "N/mm2")),
+        Unit("pa", 1.0, 1.0, ("Pa", "N/m2")),
+    ),
+    "number": (),
+}
+"""Dimension to its units, the one that files are written in first."""
+
+SI = {
+    "length": "m",
+    "angle": "rad",
+    "torque": "N·m",
+    "speed": "rad/s",
+    "mass": "kg",
+    "inertia": "kg·m²",
+    "stiffness": "N·m/rad",
+    "density": "kg/m³",
+    "modulus": "Pa",
+    "number": "1",
+}
+"""Dimension to the unit of its Python attributes."""
+
+
+def keys(name: str, dimension: str) -> dict[str, Unit]:
+    """Return the keys under which a file may give a quantity as a number, with their units."""
+    return {f"{name}_{unit.suffix}": unit for unit in DIMENSIONS[dimension]}
+
+
+def spellings(dimension: str) -> list[str]:
+    """Return how texts may write the units of a dimension."""
+    return [spelling for unit in DIMENSIONS[dimension] for spelling in unit.spellings]
+
+
+def read(text: str, dimension: str, at: str) -> float:
+    """Return what a text like "900 mm" or "400 N·m" means, in SI units.
+
+    Args:
+        text: a decimal number and a unit; blanks, dots and stars between factors do not count.
+        dimension: a key of `DIMENSIONS` that has units.
+        at: how messages name the place.
+
+    Raises:
+        ModelError: it is no number with a unit of this dimension.
+
+    >>> read("900 mm", "length", "length")
+    0.9
+    """
+    match = _NUMBER.fullmatch(text)
+    valid = f'a text like "1.5 {spellings(dimension)[0]}"; units: {choices(spellings(dimension))}'
+    if match is None:
+        raise ModelError(f"{at} is {text!r}, not a number with a unit; write {valid}")
+    number, name = match.groups()
+    plain = name.translate(_PLAIN)
+    for unit in DIMENSIONS[dimension]:
+        if plain in unit.spellings:
+            return unit.to_si(float(number))
+    what = f"has the unit {name!r}, which is none of {dimension}" if name else "has no unit"
+    raise ModelError(f"{at} = {text!r} {what}; write {valid}")
+
+
+def written(name: str, value: float, dimension: str) -> tuple[str, float]:
+    """Return the key and the number that a file gives a quantity as, which reads back exactly.
+
+    The unit is the first one in which the number is round, if there is one.
+    """
+    exact = {
+        unit.suffix: number
+        for unit in DIMENSIONS[dimension]
+        if (number := unit.from_si(value)) is not None
+    }
+    if not exact:  # A dimension without units.
+        return name, value
+    is_round = (suffix for suffix, number in exact.items() if float(f"{number:.9g}") == number)
+    suffix = next(is_round, next(iter(exact)))
+    return f"{name}_{suffix}", exact[suffix]
+
+
+_PLAIN = str.maketrans({" ": "", "·": "", "*": "", "^": "", "²": "2", "³": "3"})

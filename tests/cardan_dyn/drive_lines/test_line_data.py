@@ -1,0 +1,100 @@
+import copy
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from cardan_dyn import ModelError
+from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Joint, Shaft, Spline, Tube
+
+
+def double_shaft(**changes: object) -> DriveLine:
+    middle = Shaft(length=0.9, slope_side=-0.1, spline=Spline(), fork_offset=0.2)
+    fields = {"shafts": [Shaft(), middle, Shaft()], **changes}
+    return DriveLine(**fields)
+
+
+def test_defaults_and_names() -> None:
+    line = double_shaft(joints=[Joint(), Joint(name="rear")])
+    assert line.count == 2
+    assert line.shaft_names == ("input", "shaft_1", "output")
+    assert line.joint_names == ("joint_1", "rear")
+    assert line.fork_offsets.tolist() == [0.2]
+    assert line.joint_angles == pytest.approx([0.1, 0.1], rel=1e-14)
+    assert double_shaft().joints == (Joint(), Joint())
+
+
+def test_lines_are_values() -> None:
+    line = double_shaft(speed=300, torque=400)
+    line.geometry  # noqa: B018
+    for other in (copy.copy(line), copy.deepcopy(line), pickle.loads(pickle.dumps(line))):
+        assert other == line
+        assert hash(other) == hash(line)
+        assert other.geometry.joint_angles.tolist() == line.geometry.joint_angles.tolist()
+    assert line != double_shaft(speed=301, torque=400)
+    with pytest.raises(AttributeError):
+        line.speed = 3
+    with pytest.raises(ValueError, match="read-only"):
+        line.geometry.centres[0] = 1.0
+
+
+def test_lines_from_threads() -> None:
+    line = double_shaft()
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: line.geometry.joint_angles.tolist(), range(64)))
+    assert found == [found[0]] * 64
+
+
+@pytest.mark.parametrize("offset", [-0.3, -100.0, 1000.0])
+def test_fork_offsets_of_any_size(offset: float) -> None:
+    middle = Shaft(length=0.9, spline=Spline(), fork_offset=offset)
+    line = DriveLine(shafts=[Shaft(), middle, Shaft()])
+    assert line.fork_phases[1] - line.fork_phases[0] == pytest.approx(np.pi / 2 + offset)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"shafts": []}, "there are 0; a line has two shafts at least"),
+        ({"shafts": [Shaft()]}, "there are 1; a line has two shafts"),
+        ({"joints": [Joint()]}, "there are 1 joints between 3 shafts; give 2"),
+        ({"speed": "3"}, "speed of a DriveLine is '3'"),
+        ({"torque": float("nan")}, "torque of a DriveLine is nan"),
+        (
+            {"duty_cycle": [DutyPoint(share=0.4, speed=1, torque=2)] * 2},
+            "shares have the sum 0.8; it has to be 1",
+        ),
+        (
+            {"shafts": [Shaft(fork_offset=0.1), Shaft()]},
+            r"fork_offset of shafts\[0\]: only intermediate shafts",
+        ),
+        (
+            {"shafts": [Shaft(), Shaft(spline=Spline(), name="axle")]},
+            r"spline of shafts\[1\] \('axle'\): only intermediate",
+        ),
+        (
+            {"shafts": [Shaft(tube=Tube(outer_diameter=0.1, wall=0.01)), Shaft()]},
+            r"tube of shafts\[0\] needs a length",
+        ),
+        (
+            {"shafts": [Shaft(), Shaft(length=1, bearings=[Bearing(distance=1.2)]), Shaft()]},
+            r"distance = 1.2 m of bearings\[0\] of shafts\[1\] exceeds the shaft's length 1 m",
+        ),
+        (
+            {"shafts": [Shaft(), Shaft(length=1, spline=Spline(distance=1.2)), Shaft()]},
+            r"distance = 1.2 m of spline of shafts\[1\] exceeds",
+        ),
+        (
+            {"shafts": [Shaft(bearings=[Bearing(distance=d, name="A") for d in (1, 2)]), Shaft()]},
+            "bearings of a DriveLine: the name 'A' occurs twice",
+        ),
+        (
+            {"shafts": [Shaft(bearings=[Bearing(distance=d) for d in (1, 2, 2)]), Shaft()]},
+            r"distance = 2 m of bearings of shafts\[0\]: two of them are at one place",
+        ),
+    ],
+)
+def test_what_is_no_line(changes: dict[str, object], message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        double_shaft(**changes)

@@ -1,0 +1,60 @@
+import math
+
+import pytest
+
+from cardan_dyn import ModelError
+from cardan_dyn.drive_lines import units
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    [
+        ("900 mm", "length", 0.9),
+        ("1.2 m", "length", 1.2),
+        (" 4 in ", "length", 0.1016),
+        ("5 deg", "angle", math.pi / 36),
+        ("-5°", "angle", -math.pi / 36),
+        ("400 N·m", "torque", 400.0),
+        ("400N m", "torque", 400.0),
+        ("0.4 kN*m", "torque", 400.0),
+        ("100 lbf ft", "torque", 135.5817948331400),
+        ("3e3 rpm", "speed", 100.0 * math.pi),
+        ("3000 1/min", "speed", 100.0 * math.pi),
+        ("2 kg·m²", "inertia", 2.0),
+        ("20 kg mm^2", "inertia", 2e-5),
+        ("1 N·m/deg", "stiffness", 180.0 / math.pi),
+        ("7.85 g/cm³", "density", 7850.0),
+        ("210 GPa", "modulus", 2.1e11),
+    ],
+)
+def test_texts_with_units(text: str, dimension: str, value: float) -> None:
+    assert units.read(text, dimension, "field") == pytest.approx(value, rel=4e-16)
+
+
+@pytest.mark.parametrize("text", ["900", "mm", "900 mn", "900 nm", "9,5 mm", "", "nan mm", "1 Mm"])
+def test_units_are_never_guessed(text: str) -> None:
+    with pytest.raises(ModelError, match=r"field.*\"1\.5 mm\".*units: cm, in, inch, m, mm"):
+        units.read(text, "length", "field")
+
+
+def test_degrees_are_those_of_the_standard_library() -> None:
+    for angle in range(-180, 180):
+        assert units.read(f"{angle} deg", "angle", "") == math.radians(angle)
+
+
+@pytest.mark.parametrize("dimension", [name for name, of in units.DIMENSIONS.items() if of])
+def test_what_is_written_reads_back_exactly(dimension: str) -> None:
+    for number in range(1, 400):
+        for unit in units.DIMENSIONS[dimension]:
+            value = unit.to_si(number / 7)
+            key, shown = units.written("x", value, dimension)
+            assert units.keys("x", dimension)[key].to_si(shown) == value
+
+
+def test_round_numbers_are_written_as_such() -> None:
+    assert units.written("length", 0.9, "length") == ("length_mm", 900.0)
+    assert units.written("slope", math.radians(-11.5), "angle") == ("slope_deg", -11.5)
+    assert units.written("speed", units.read("2950 rpm", "speed", ""), "speed") == (
+        "speed_rpm",
+        2950.0,
+    )

@@ -1,0 +1,29 @@
+import numpy as np
+import pytest
+from testkit.line_data import random_line
+
+from cardan_dyn import ArgumentError, figures
+
+LINE = random_line(3, seed=0)
+
+
+def test_every_shaft_joint_and_bearing_is_a_line() -> None:
+    found = LINE.analyse(speed=0, torque=200, positions=np.linspace(0, 2 * np.pi, 37))
+    figure = figures.line_over_angle(found)
+    errors, ratios, bending, bearings = figure.axes
+    assert [line.get_label() for line in ratios.lines] == ["shaft_1", "shaft_2", "output"]
+    assert errors.lines[1].get_ydata() == pytest.approx(np.degrees(found.angle_error[:, 2]))
+    assert len(bending.lines) == 6
+    assert [line.get_label() for line in bearings.lines] == list(found.bearings)
+    assert bearings.lines[2].get_ydata() == pytest.approx(found.total.bearing_radial[:, 2])
+    assert bearings.get_xlabel().endswith("[°]")
+    assert figure.get_suptitle() == "drive_line"
+
+
+def test_many_designs_are_no_curve() -> None:
+    designs = LINE.variants(angles=np.full((2, 3), 0.2))
+    found = LINE.analyse(speed=0, torque=200, positions=[0, 1], variants=designs)
+    with pytest.raises(ArgumentError, match="the analysis is of many designs"):
+        figures.line_over_angle(found)
+    with pytest.raises(ArgumentError, match="the analysis is 3"):
+        figures.line_over_angle(3)
