@@ -41,7 +41,7 @@ def _text(source: str | PathLike[str]) -> tuple[str, str]:
     try:
         return path.read_text(encoding="utf-8-sig"), str(fspath(source))
     except (OSError, UnicodeDecodeError, ValueError) as error:
-        raise ModelError(f"{shortened(str(path))} cannot be read: {error}") from error
+        raise ModelError(f"{path} cannot be read: {error}") from error
 
 
 def _dataclass(table: object, kind: Any, at: str) -> Any:
