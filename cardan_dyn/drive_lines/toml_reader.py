@@ -6,7 +6,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from ..checks import described, shortened
+from ..checks import described
 from ..errors import ModelError, choices
 from .fields import Entry, entries, items, number
 from .units import Unit, keys

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -49,28 +47,34 @@ class Dense:
     DOP853 needs three more derivatives for it, which most steps are not asked for.
     """
 
+    __slots__ = ("_interpolant", "_kept", "_kind")
+
     def __init__(self, solver: Any) -> None:
         """Keep the step that a solver of SciPy has just taken."""
-        self._solver = copy.copy(solver)
-        for name in ("K", "K_extended"):  # The next step overwrites them.
-            if hasattr(solver, name):
-                setattr(self._solver, name, getattr(solver, name).copy())
-        if hasattr(solver, "K_extended"):
-            self._solver.K = self._solver.K_extended[: len(solver.K)]
+        self._interpolant: Callable[[float], Array] | None = None
+        self._kind, self._kept = type(solver), {}
+        if not hasattr(solver, "K_extended"):
+            self._interpolant = solver.dense_output()
+            return
+        names = "fun", "n", "t_old", "t", "h_previous", "y_old", "y", "f"
+        self._kept = {name: getattr(solver, name) for name in names}
+        self._kept["K"] = solver.K.copy()  # The next step overwrites it.
 
-    @cached_property
-    def _interpolant(self) -> Callable[[float], Array]:
-        interpolant: Callable[[float], Array] = self._solver.dense_output()
-        del self._solver
-        return interpolant
+    def prepare(self) -> Callable[[float], Array]:
+        """Return what interpolates the rows; once it is there, the step can be copied."""
+        if self._interpolant is None:
+            solver = object.__new__(self._kind)  # As it was after the step.
+            solver.__dict__.update(self._kept)
+            stages = self._kept["K"]
+            solver.K_extended = np.empty((len(stages) + len(solver.A_EXTRA), solver.n))
+            solver.K_extended[: len(stages)] = stages
+            self._interpolant = solver.dense_output()
+            self._kept = {}
+        return self._interpolant
 
     def __call__(self, time: float) -> Array:
         """Return the row at a time."""
-        return np.asarray(self._interpolant(time))
-
-    def prepare(self) -> None:
-        """Compute what interpolates the rows, after which the step can be copied."""
-        _ = self._interpolant
+        return np.asarray(self.prepare()(time))
 
 
 class Segment(NamedTuple):
