@@ -30,6 +30,19 @@ class Rows(NamedTuple):
     a: Array
 
 
+class OfDrives(NamedTuple):
+    """The motion of the drives at N times.
+
+    Attributes:
+        x: positions `(N, d)`, all turns counted.
+        v, a: speeds and accelerations `(N, d)`.
+    """
+
+    x: Array
+    v: Array
+    a: Array
+
+
 class Run(Protocol):
     """What a method of simulation found."""
 
@@ -40,6 +53,10 @@ class Run(Protocol):
 
     def rows(self, times: Array) -> Rows:
         """Return the states at times within the run."""
+        ...
+
+    def of_drives(self, times: Array, rows: Callable[[], Rows]) -> OfDrives:
+        """Return the motion of the drives at times; `rows` returns the states there."""
         ...
 
     def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
@@ -63,6 +80,16 @@ class ConstrainedRun:
         size = self._solver.problem.mechanism.coordinates.size
         y, turns, rates = _columns(points)
         return Rows(y[:, :size], turns, y[:, size:], rates[:, size:])
+
+    def of_drives(self, times: Array, rows: Callable[[], Rows]) -> OfDrives:
+        """See `Run.of_drives`."""
+        problem, found = self._solver.problem, rows()
+        coordinates = problem.mechanism.coordinates
+        columns, rates = (
+            of(problem.drives) for of in (coordinates.columns_of, coordinates.rates_of)
+        )
+        x = found.x[:, columns] + 2.0 * np.pi * found.turns[:, columns]
+        return OfDrives(x, found.v[:, rates], found.a[:, rates])
 
     def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
         """See `Run.assembled`."""
@@ -93,6 +120,10 @@ class OneCoordinateRun:
         targets = Targets.of_positions(position)
         motion = motion_at(self._solver, targets, speed, acceleration)
         return Rows(motion._x, motion._turns, motion.v, motion.a)
+
+    def of_drives(self, times: Array, rows: Callable[[], Rows]) -> OfDrives:
+        """See `Run.of_drives`; for the drive alone, no loop has to be closed."""
+        return OfDrives(*(values[:, None] for values in self._law(times)))
 
     def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
         """See `Run.assembled`."""

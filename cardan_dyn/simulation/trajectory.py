@@ -18,7 +18,7 @@ from ..results.sweep import Sweep
 from .energy import WeightEnergy, element_power, gained, open_efforts
 from .events import Happened
 from .forces import Forces
-from .runs import Rows, Run
+from .runs import OfDrives, Rows, Run
 from .trajectory_tables import Tabled
 
 if TYPE_CHECKING:
@@ -125,22 +125,19 @@ class Trajectory(Tabled):
     def _rows(self) -> Rows:
         return self._run.rows(self._run.times if self.t is self._run.times else self.t)
 
-    def _of_drives(self, name: str) -> Array:
-        coordinates = self.mechanism.coordinates
-        if name == "x":
-            columns = coordinates.columns_of(self.drives)
-            return np.asarray(self._rows.x[:, columns] + 2.0 * np.pi * self._rows.turns[:, columns])
-        return np.asarray(getattr(self._rows, name)[:, coordinates.rates_of(self.drives)])
+    @cached_property
+    def _of_drives(self) -> OfDrives:
+        return self._run.of_drives(self.t, lambda: self._rows)
 
     @property
     def position(self) -> Array:
         """Drive positions `(N,)` [rad or m], `(N, d)` for d drives."""
-        return _squeezed(self._of_drives("x"))
+        return _squeezed(self._of_drives.x)
 
     @property
     def speed(self) -> Array:
         """Drive speeds [rad/s or m/s], like `position`."""
-        return _squeezed(self._of_drives("v"))
+        return _squeezed(self._of_drives.v)
 
     @property
     def acceleration(self) -> Array:
@@ -155,7 +152,7 @@ class Trajectory(Tabled):
             SingularConfigurationError: the drives do not decide the motion at a time.
             CardanError: as `Scene.sweep`.
         """
-        positions = self._of_drives("x")
+        positions = self._of_drives.x
         assembled = self._run.assembled(positions, self._rows)
         acting = self._acting()
         with np.errstate(over="ignore", invalid="ignore"):
@@ -187,8 +184,8 @@ class Trajectory(Tabled):
         joints, links = self._forces.sampled(self.t, *self._counted())
         efforts = {name: np.asarray(effort) for name, effort in joints.items()}
         return acting_on(problem)._replace(
-            speeds=self._of_drives("v"),
-            accelerations=self._of_drives("a"),
+            speeds=self._of_drives.v,
+            accelerations=self._of_drives.a,
             joint_loads=frozen(efforts),
             link_loads=frozen(links),
             time=self.t,
@@ -270,7 +267,7 @@ class Trajectory(Tabled):
         if self._course.prescribed:
             efforts = there.drive_effort.reshape(len(times), -1)
             chosen = [self.drives.index(name) for name in self._course.prescribed]
-            power += np.sum(efforts[:, chosen] * there._of_drives("v")[:, chosen], axis=1)
+            power += np.sum(efforts[:, chosen] * there._of_drives.v[:, chosen], axis=1)
         return np.asarray(power)
 
     @cached_property
