@@ -5,6 +5,7 @@ from .analysis import Analysis
 from .drive_line import DriveLine
 from .forces import LineForces
 from .geometry import Geometry
+from .layout import Layout
 from .parts import Bearing, DutyPoint, Joint, Shaft, Spline, Tube
 from .phasing import Alternative, Phasing
 from .toml_schema import toml_schema
@@ -18,6 +19,7 @@ __all__ = [
     "DutyPoint",
     "Geometry",
     "Joint",
+    "Layout",
     "LineForces",
     "Phasing",
     "Shaft",

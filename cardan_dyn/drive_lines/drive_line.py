@@ -9,24 +9,23 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError, choices
 from ..mechanism.mechanism import Mechanism, load
-from .line_data import LineData
 from .parts import Joint
+from .phased_line import PhasedLine
 from .supports import supports
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
     from os import PathLike
 
     from numpy.typing import ArrayLike
 
     from ..scene.scene import Scene
     from .analysis import Analysis
-    from .phasing import Phasing
     from .variants import Variants
 
 
 @dataclass(frozen=True, kw_only=True)
-class DriveLine(LineData):
+class DriveLine(PhasedLine):
     """A line of n universal joints between n + 1 shafts.
 
     It cannot be changed: `replace` makes another one. Lines are equal if their data are.
@@ -202,55 +201,6 @@ class DriveLine(LineData):
             workers=workers,
         )
         return analysed(self, self.mechanism, asked)
-
-    def phasing(
-        self,
-        objective: str = "residual_angle",
-        *,
-        shafts: Sequence[str | int] | None = None,
-        bearings: Sequence[str] | None = None,
-        torque: float | None = None,
-        teeth: int | Mapping[str | int, int] | None = None,
-        fixed: Sequence[str | int] = (),
-        count: int = 8,
-    ) -> Phasing[DriveLine]:
-        """Return where the forks have to stand so that an objective is least.
-
-        The least residual angle of free forks is known in closed form, and that of forks on
-        splines is found by branch and bound; both are the global optimum, which `proven` says.
-        Bearing forces are searched for, unless all forks stand on splines and are few enough to be
-        all tried. A fork is the same after half a turn, so offsets are told between ±90°.
-
-        Args:
-            objective: `residual_angle`, the greatest of chosen shafts, or `bearing_force`, the
-                greatest of chosen bearings over a revolution, quasi-static and without weight.
-            shafts: names or numbers of the shafts whose residual angle counts; the output shaft
-                unless given.
-            bearings: names of the bearings whose forces count; all unless given.
-            torque: of the input shaft, for bearing forces [N·m]; that of the line unless given.
-            teeth: numbers of teeth of the splines on which forks can be turned, by shaft, or one
-                for all intermediate shafts: offsets are the present one and steps of 360°/teeth
-                from it. Forks of other shafts are free.
-            fixed: names or numbers of the intermediate shafts whose forks stay as they are.
-            count: number of alternatives that are told, if there are as many.
-
-        Raises:
-            ArgumentError: an argument does not go with the others or is out of its range.
-            ModelError: there is no such shaft or bearing; for bearing forces, a line that is not
-                held, or whose forces statics leaves open.
-        """
-        from .phasing import phasing  # Imported here: as above.
-
-        return phasing(
-            self,
-            objective,
-            shafts=shafts,
-            bearings=bearings,
-            torque=torque,
-            teeth=teeth,
-            fixed=fixed,
-            count=count,
-        )
 
     def replace(self, **changes: Any) -> DriveLine:
         """Return a line that differs in some fields.

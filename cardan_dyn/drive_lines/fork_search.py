@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from .descent import descended
 
 _BUDGET = 30_000
 """Candidates of a grid: some tenths of a second for forces of a line of five joints."""
@@ -25,12 +26,6 @@ _BLOCK = 2048
 _STARTS = 8
 _POPULATION, _LEAST_POPULATION = 15, 5
 """Candidates per free offset of differential evolution, and the least that it takes at all."""
-_NEAR = 0.9
-"""Bounds are laid on values above this fraction of the greatest square, and on it after each round:
-others cannot become the greatest within a step."""
-_ROUNDS = 6
-_DIFFERENCE = 1e-6
-"""Step of central differences [rad]: values are accurate to some 1e-14."""
 _SAME = 0.02
 """Distance of offsets below which two minima are the same [rad]: squares are samples of curves, and
 their greatest has ripples of the distance of samples."""
@@ -200,53 +195,12 @@ def _exchanged(squares: Squares, allowed: Sequence[Array | None], start: Minimum
 
 def _descended(squares: Squares, free: Array, start: Array) -> Minimum:
     """Return the local minimum below a start; only free offsets change."""
-    from scipy.optimize import minimize  # Imported here: most users of drive lines do not search.
 
     def at(moved: Array) -> Array:
-        """Squares of offsets whose free ones are `moved`, `(c, f)`."""
         offsets = np.tile(start, (len(moved), 1))
         offsets[:, free] = moved
         return squares(offsets)
 
-    steps = _DIFFERENCE * np.eye(int(free.sum()))
-
-    def slopes(moved: Array, chosen: Array) -> Array:
-        ahead, behind = at(moved + steps)[:, chosen], at(moved - steps)[:, chosen]
-        return np.asarray((ahead - behind).T / (2.0 * _DIFFERENCE))
-
-    best, chosen = np.array(start[free]), np.zeros(0, dtype=np.int64)
-    values = at(best[None])[0]
-    least, reach = float(values.max()), 0.2
-    for _ in range(_ROUNDS):
-        if least <= np.finfo(float).tiny:
-            break
-        chosen = np.union1d(chosen, np.flatnonzero(values >= _NEAR * values.max()))
-        scale = least
-
-        def bounds(x: Array, chosen: Array = chosen, scale: float = scale) -> Array:
-            return np.asarray(x[-1] - at(x[None, :-1])[0, chosen] / scale)
-
-        def bounds_slopes(x: Array, chosen: Array = chosen, scale: float = scale) -> Array:
-            inner = -slopes(x[:-1], chosen) / scale
-            return np.column_stack([inner, np.ones(len(chosen))])
-
-        result = minimize(
-            lambda x: x[-1],
-            np.append(best, 1.0),
-            jac=lambda x: np.append(np.zeros(len(x) - 1), 1.0),
-            bounds=[(value - reach, value + reach) for value in best] + [(0.0, None)],
-            constraints={"type": "ineq", "fun": bounds, "jac": bounds_slopes},
-            method="SLSQP",
-            options={"ftol": 1e-13, "maxiter": 60},
-        )
-        values = at(result.x[None, :-1])[0]
-        gain = least - float(values.max())
-        if gain > 0.0:
-            best, least = result.x[:-1], float(values.max())
-        elif len(np.setdiff1d(np.flatnonzero(values >= _NEAR * values.max()), chosen)) == 0:
-            reach /= 4.0
-        if 0.0 <= gain < 1e-12 * least:
-            break
-    offsets = np.array(start)
-    offsets[free] = best
-    return Minimum(offsets, least)
+    offsets, unlimited = np.array(start), np.full(int(free.sum()), np.inf)
+    offsets[free], square = descended(at, start[free], -unlimited, unlimited)
+    return Minimum(offsets, square)

@@ -339,27 +339,31 @@ def _phasing(
     line: Line, objective: str, choice: Choice, values: Any, bound: float, proven: bool, count: int
 ) -> Phasing[Line]:
     """Return the best of a choice with the others; of equals, the one with the least change."""
-    found = values(phases_of(choice.offsets, line.geometry.plane_offsets))
-    same = np.cos(found) if objective == "residual_angle" else -found
-    best = same.max()
-    is_equal = best - same <= PROVEN * max(abs(best), 1.0 if objective == "residual_angle" else 0.0)
-    change = np.abs(halved(choice.offsets - line.fork_offsets)).max(axis=1)
+    given = float(values(line.fork_phases[None])[0])
+    # The given forks are among those that are allowed, and stay if none are better.
+    offsets = np.vstack([choice.offsets, line.fork_offsets])
+    found = np.append(values(phases_of(choice.offsets, line.geometry.plane_offsets)), given)
+    merit = np.cos(found) if objective == "residual_angle" else -found
+    is_equal = merit.max() - merit <= PROVEN * np.abs(merit.max())
+    change = np.abs(halved(offsets - line.fork_offsets)).max(axis=1)
     order = np.lexsort((np.where(is_equal, change, found), ~is_equal))
+    if not is_equal[-1]:
+        order = order[order < len(choice.offsets)]
     kept: list[int] = []
     for row in order:
-        gaps = [np.abs(halved(choice.offsets[row] - choice.offsets[i])).max() for i in kept]
+        gaps = [np.abs(halved(offsets[row] - offsets[i])).max() for i in kept]
         if all(gap > 1e-9 for gap in gaps):
             kept.append(int(row))
     first, *others = kept[: count + 1]
-    chosen = with_forks(line, choice.offsets[first])
+    chosen = with_forks(line, halved(offsets[first]))
     return Phasing(
         line=chosen,
         given=line,
         objective=objective,
         value=float(values(chosen.fork_phases[None])[0]),
-        given_value=float(values(line.fork_phases[None])[0]),
+        given_value=given,
         bound=bound,
         proven=proven,
         method=choice.method,
-        alternatives=tuple(Alternative(choice.offsets[i], float(found[i])) for i in others),
+        alternatives=tuple(Alternative(offsets[i], float(found[i])) for i in others),
     )

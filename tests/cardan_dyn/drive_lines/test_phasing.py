@@ -114,6 +114,15 @@ def test_teeth_are_steps_from_the_given_forks() -> None:
     )
 
 
+def test_forks_that_cannot_be_bettered_stay() -> None:
+    straight = DriveLine(shafts=[Shaft(length=1.0, fork_offset=k * 0.2) for k in (0, 1, 2, 0)])
+    assert straight.phasing().fork_offsets == pytest.approx([0.2, 0.4])
+    best = slopes_line(3, np.random.default_rng(12)).phasing()
+    again = best.line.phasing()
+    assert again.fork_offsets == pytest.approx(best.fork_offsets, abs=1e-15)
+    assert len(again.alternatives) == len(best.alternatives) == 1
+
+
 def test_fixed_forks_stay() -> None:
     line = slopes_line(3, np.random.default_rng(4))
     found = line.phasing(fixed=["shaft_1"])
