@@ -115,7 +115,7 @@ def _evolved(rough: Squares, free: Array, start: Array, ordered: Array) -> Array
             vectorized=True,
             updating="deferred",
             polish=False,
-            rng=0,
+            seed=0,
         ).x
     return result
 

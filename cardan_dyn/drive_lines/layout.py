@@ -297,7 +297,7 @@ def _sampled(allowed: Allowed, best: Array) -> Array:
     """Return forks `(c, n - 1)` drawn evenly from what they can take, and the best known ones."""
     from scipy.stats import qmc  # Imported here: only searches need it.
 
-    points = qmc.Halton(len(allowed), rng=0).random(_FORKS)
+    points = qmc.Halton(len(allowed), seed=0).random(_FORKS)
     columns = []
     for column, values in zip(points.T, allowed, strict=True):
         listed = tooth_offsets(0.0, 360) if values is None else values
@@ -317,8 +317,8 @@ def _searched(least: Value, bounds: Array, start: Array) -> tuple[Array, int]:
         maxiter=_GENERATIONS,
         tol=1e-4,
         polish=False,
-        rng=0,
-        callback=lambda intermediate_result: intermediate_result.fun <= _ZERO,
+        seed=0,
+        callback=lambda best, convergence: least(best) <= _ZERO,
     )
     if result.fun <= _ZERO:
         return result.x, int(result.nfev)
