@@ -1,24 +1,31 @@
 """Drive lines: shafts and universal joints as data, their closed-chain description and analysis."""
 
+from . import arrangements
 from .analysis import Analysis
 from .drive_line import DriveLine
 from .forces import LineForces
 from .geometry import Geometry
+from .layout import Layout
 from .parts import Bearing, DutyPoint, Joint, Shaft, Spline, Tube
+from .phasing import Alternative, Phasing
 from .toml_schema import toml_schema
 from .variants import Variants
 
 __all__ = [
+    "Alternative",
     "Analysis",
     "Bearing",
     "DriveLine",
     "DutyPoint",
     "Geometry",
     "Joint",
+    "Layout",
     "LineForces",
+    "Phasing",
     "Shaft",
     "Spline",
     "Tube",
     "Variants",
+    "arrangements",
     "toml_schema",
 ]

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError, choices
 from ..mechanism.mechanism import Mechanism, load
-from .line_data import LineData
 from .parts import Joint
+from .phased_line import PhasedLine
 from .supports import supports
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DriveLine(LineData):
+class DriveLine(PhasedLine):
     """A line of n universal joints between n + 1 shafts.
 
     It cannot be changed: `replace` makes another one. Lines are equal if their data are.

@@ -1,0 +1,206 @@
+"""Fork search: fork offsets with the least greatest value where no closed form helps.
+
+A grid over all offsets and differential evolution from its best candidates give starts in the
+basins of the best minima, and sequential quadratic programming follows each of them down: the
+greatest of many smooth values has kinks, and bounds on all of them have none. Offsets that can only
+be taken in steps are all tried, up to a budget.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from .descent import descended
+
+_BUDGET = 30_000
+"""Candidates of a grid: some tenths of a second for forces of a line of five joints."""
+_FINEST = 180
+"""Most values of a free offset in a grid: 1°."""
+_BLOCK = 2048
+"""Candidates that are worked on together, so that memory stays small."""
+_STARTS = 8
+_POPULATION, _LEAST_POPULATION = 15, 5
+"""Candidates per free offset of differential evolution, and the least that it takes at all."""
+_SAME = 0.02
+"""Distance of offsets below which two minima are the same [rad]: squares are samples of curves, and
+their greatest has ripples of the distance of samples."""
+
+
+class Minimum(NamedTuple):
+    """A local minimum.
+
+    Attributes:
+        offsets: `(m,)` of the forks [rad].
+        square: greatest of the squares there.
+    """
+
+    offsets: Array
+    square: float
+
+
+class Minima(NamedTuple):
+    """What a search found.
+
+    Attributes:
+        found: minima, the best first.
+        visited: number of candidates of the grid.
+        complete: whether all combinations were tried, and no offset is free.
+    """
+
+    found: tuple[Minimum, ...]
+    visited: int
+    complete: bool
+
+
+Squares = Callable[[Array], Array]
+"""Offsets `(c, m)` of c candidates to squares `(c, q)`, whose greatest counts; period π."""
+
+
+def minima(
+    squares: Squares, rough: Squares, allowed: Sequence[Array | None], count: int, given: Array
+) -> Minima:
+    """Return the least of the greatest square over offsets.
+
+    Args:
+        squares: what is minimised.
+        rough: some of these squares, which tell where to look.
+        allowed: for each offset its values [rad], or None if it is free.
+        count: number of minima to return, if there are as many.
+        given: `(m,)` offsets that are tried as well, if they are allowed.
+    """
+    free = np.array([values is None for values in allowed])
+    candidates, is_all = _candidates(allowed, given)
+    looked_at = squares if not free.any() and is_all else rough
+    values = _greatest(looked_at, candidates)
+    order = np.argsort(values, kind="stable")
+    if not free.any():
+        best = [Minimum(candidates[i], float(values[i])) for i in order[:count]]
+        if not is_all:
+            best = _distinct([_exchanged(squares, allowed, item) for item in best], 0.0)
+        return Minima(tuple(best), len(candidates), is_all)
+    starts = _apart(candidates[order], _spacing(allowed))
+    starts += [_evolved(rough, free, starts[0], candidates[order])]
+    found = [_descended(squares, free, start) for start in starts]
+    return Minima(tuple(_distinct(found, _SAME)[:count]), len(candidates), False)
+
+
+def _greatest(squares: Squares, candidates: Array) -> Array:
+    blocks = range(0, len(candidates), _BLOCK)
+    return np.concatenate([squares(candidates[i : i + _BLOCK]).max(axis=1) for i in blocks])
+
+
+def _evolved(rough: Squares, free: Array, start: Array, ordered: Array) -> Array:
+    """Return what differential evolution makes of the best candidates; only free offsets change."""
+    from scipy.optimize import differential_evolution  # Imported here: as below.
+
+    like = ordered[(ordered[:, ~free] == start[~free]).all(axis=1)]
+    population = like[: _POPULATION * int(free.sum())][:, free]
+
+    def values(moved: Array) -> Array:
+        offsets = np.tile(start, (moved.shape[1], 1))
+        offsets[:, free] = moved.T
+        return _greatest(rough, offsets)
+
+    result = np.array(start)
+    if len(population) >= _LEAST_POPULATION:
+        result[free] = differential_evolution(
+            values,
+            [(-np.pi, np.pi)] * int(free.sum()),
+            init=population,
+            vectorized=True,
+            updating="deferred",
+            polish=False,
+            seed=0,
+        ).x
+    return result
+
+
+def _candidates(allowed: Sequence[Array | None], given: Array) -> tuple[Array, bool]:
+    """Return a grid `(c, m)` over all offsets, or a part of it drawn by chance, and whether all."""
+    number = _per_free(allowed)
+    lists = [_grid(number) if values is None else values for values in allowed]
+    total = float(np.prod([float(len(values)) for values in lists]))
+    if total <= max(_BUDGET, _FINEST):
+        return np.array(list(itertools.product(*lists))), True
+    draw = np.random.default_rng(0)
+    drawn = np.stack([draw.choice(values, _BUDGET) for values in lists], axis=1)
+    is_free = [values is None for values in allowed]
+    drawn[0, is_free] = given[is_free]
+    return drawn, False
+
+
+def _per_free(allowed: Sequence[Array | None]) -> int:
+    """Return how many values of each free offset the budget allows."""
+    steps = float(np.prod([float(len(values)) for values in allowed if values is not None]))
+    free = sum(values is None for values in allowed)
+    return int(np.clip((_BUDGET / steps) ** (1.0 / max(free, 1)), 6, _FINEST))
+
+
+def _grid(number: int) -> Array:
+    return np.asarray(np.arange(number) * (np.pi / number) - np.pi / 2)
+
+
+def _spacing(allowed: Sequence[Array | None]) -> float:
+    return 1.5 * np.pi / _per_free(allowed)
+
+
+def _between(a: Array, b: Array) -> float:
+    """Return the greatest difference of offsets, which have period π [rad]."""
+    return float(np.max(np.abs((a - b + np.pi / 2) % np.pi - np.pi / 2)))
+
+
+def _apart(ordered: Array, spacing: float) -> list[Array]:
+    """Return the first candidates that are not next to each other."""
+    chosen: list[Array] = []
+    for candidate in ordered[: 100 * _STARTS]:
+        if all(_between(candidate, other) > spacing for other in chosen):
+            chosen.append(candidate)
+            if len(chosen) == _STARTS:
+                break
+    return chosen
+
+
+def _distinct(found: Sequence[Minimum], distance: float) -> list[Minimum]:
+    """Return minima that are further from each other, the best first."""
+    chosen: list[Minimum] = []
+    for item in sorted(found, key=lambda item: item.square):
+        if all(_between(item.offsets, other.offsets) > distance for other in chosen):
+            chosen.append(item)
+    return chosen
+
+
+def _exchanged(squares: Squares, allowed: Sequence[Array | None], start: Minimum) -> Minimum:
+    """Return the best line that taking one or two offsets anew leads to, again and again."""
+    pairs = list(itertools.combinations_with_replacement(range(len(allowed)), 2))
+    best, improved = start, True
+    while improved:
+        improved = False
+        for pair in pairs:
+            lists = [
+                values if index in pair and values is not None else best.offsets[index : index + 1]
+                for index, values in enumerate(allowed)
+            ]
+            tried = np.array(list(itertools.product(*lists)))
+            values = squares(tried).max(axis=1)
+            at = int(np.argmin(values))
+            if values[at] < best.square * (1.0 - 1e-12):
+                best, improved = Minimum(tried[at], float(values[at])), True
+    return best
+
+
+def _descended(squares: Squares, free: Array, start: Array) -> Minimum:
+    """Return the local minimum below a start; only free offsets change."""
+
+    def at(moved: Array) -> Array:
+        offsets = np.tile(start, (len(moved), 1))
+        offsets[:, free] = moved
+        return squares(offsets)
+
+    offsets, unlimited = np.array(start), np.full(int(free.sum()), np.inf)
+    offsets[free], square = descended(at, start[free], -unlimited, unlimited)
+    return Minimum(offsets, square)
