@@ -41,8 +41,8 @@ class Geometry:
         centres: `(n, 3)` of the joints [m]. Joint 1 is the origin unless points say otherwise.
         joint_angles: `(n,)` [rad].
         plane_offsets: `(n,)` p_k, angle from the y axis of frame k - 1 to the bending plane of
-            joint k: of joint 1 from the horizontal, of others from the bending plane before it, 0
-            in Z and π in W arrangements; 0 at a straight joint [rad].
+            joint k: of joint 1 from the horizontal, of others from the bending plane before it, π
+            in Z and 0 in W arrangements; 0 at a straight joint [rad].
         fork_phases: `(n,)` γ_k, angle from the bending plane of joint k to its input pin while
             the line's rotation is zero, that is while the input fork's pin is horizontal [rad].
             They are those of `analytic.drive_line`.
