@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .variants import Variants
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class DriveLine(PhasedLine):
     """A line of n universal joints between n + 1 shafts.
 

@@ -21,6 +21,7 @@ from .phasing import (
     allowed_offsets,
     chosen_loads,
     corners_of,
+    in_words,
     phasing,
     residual_angles,
     with_forks,
@@ -44,7 +45,7 @@ _AT_BOUND = 1e-6
 """Distance from a bound, relative to its range, up to which a value stands at it."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Layout(Generic[Line]):
     """The best values of what may vary, and the best forks with them.
 
@@ -67,6 +68,12 @@ class Layout(Generic[Line]):
     given_value: float
     given_phased_value: float
     searched: int
+
+    def __repr__(self) -> str:
+        objective = self.phasing.objective
+        best, given = (in_words(objective, item) for item in (self.value, self.given_value))
+        values = ", ".join(f"{name} {value:.5g}" for name, value in self.values.items())
+        return f"<Layout of {self.line.name!r} by {objective}: {best}, given {given}; {values}>"
 
     @property
     def line(self) -> Line:

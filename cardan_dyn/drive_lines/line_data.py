@@ -18,11 +18,13 @@ from .parts import Bearing, DutyPoint, Joint, Shaft
 if TYPE_CHECKING:
     from ..arrays import Array
 
+_SHOWN = 6
+"""Joints whose angles a text of a line shows."""
 _SUM_TOLERANCE = 1e-9
 """By how much the shares of a duty cycle may miss 1: the one of `analytic.shaft_design`."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class LineData:
     """A line of n universal joints between n + 1 shafts; `DriveLine` is its public face.
 
@@ -99,6 +101,15 @@ class LineData:
                         f"distance = {distance:.9g} m of {what} of {at} exceeds the shaft's "
                         f"length {length:.9g} m"
                     )
+
+    def __repr__(self) -> str:
+        angles = ", ".join(f"{angle:.4g}°" for angle in np.degrees(self.joint_angles[:_SHOWN]))
+        if self.count > _SHOWN:
+            angles += ", …"
+        return (
+            f"<{type(self).__name__} {self.name!r}: {self.count} joints at {angles}; "
+            f"{len(self.bearings)} bearings>"
+        )
 
     def __getstate__(self) -> dict[str, Any]:
         # What was computed from the data is computed again where a copy is asked for it.

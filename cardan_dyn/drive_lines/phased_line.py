@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .phasing import Phasing
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class PhasedLine(LineData):
     """A line whose forks and layout can be put right; `DriveLine` is its public face."""
 

@@ -45,7 +45,7 @@ class Alternative(NamedTuple):
     value: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Phasing(Generic[Line]):
     """Forks that make an objective least.
 
@@ -72,6 +72,13 @@ class Phasing(Generic[Line]):
     method: str
     alternatives: tuple[Alternative, ...]
 
+    def __repr__(self) -> str:
+        best, given = (in_words(self.objective, item) for item in (self.value, self.given_value))
+        proven = "proven" if self.proven else "not proven"
+        return (
+            f"<Phasing of {self.line.name!r} by {self.objective}: {best}, given {given}; {proven}>"
+        )
+
     @property
     def fork_offsets(self) -> Array:
         """Fork offsets of the best line `(n - 1,)`, -π/2 < offset <= π/2 [rad]."""
@@ -86,6 +93,11 @@ class Phasing(Generic[Line]):
     def angle_error(self) -> float:
         """Greatest lead of the best line's output over its input, asin tan²(β_E/2) [rad]."""
         return float(np.arcsin(np.tan(self.residual_angles[-1] / 2.0) ** 2))
+
+
+def in_words(objective: str, value: float) -> str:
+    """Return a value of an objective with its unit."""
+    return f"{np.degrees(value):.4g}°" if objective == "residual_angle" else f"{value:.5g} N"
 
 
 def residual_angles(betas: Array, phases: Array) -> Array:

@@ -98,3 +98,13 @@ def test_fork_offsets_of_any_size(offset: float) -> None:
 def test_what_is_no_line(changes: dict[str, object], message: str) -> None:
     with pytest.raises(ModelError, match=message):
         double_shaft(**changes)
+
+
+def test_texts_of_lines_are_short() -> None:
+    shafts = [Shaft(bearings=(Bearing(distance=0.1), Bearing(distance=0.3)))]
+    shafts += [Shaft(length=1.0, slope_side=0.1 * (k % 2 + 1)) for k in range(8)]
+    shafts.append(Shaft(bearings=(Bearing(distance=0.1), Bearing(distance=0.3))))
+    text = repr(DriveLine(shafts=tuple(shafts), name="long"))
+    assert text == (
+        "<DriveLine 'long': 9 joints at 5.73°, 5.73°, 5.73°, 5.73°, 5.73°, 5.73°, …; 4 bearings>"
+    )

@@ -200,3 +200,8 @@ def test_what_cannot_be_asked_for(
 def test_a_single_joint_has_no_forks_to_turn() -> None:
     with pytest.raises(ArgumentError, match="one joint and no intermediate shaft"):
         DriveLine(shafts=[Shaft(), Shaft(slope_side=0.1)]).phasing()
+
+
+def test_texts_of_phasings_say_what_was_gained() -> None:
+    line = arrangements.z_arrangement(np.radians(10.0), 1.0).replace(name="z")
+    assert repr(line.phasing()) == "<Phasing of 'z' by residual_angle: 0°, given 0°; proven>"
