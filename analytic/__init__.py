@@ -7,7 +7,8 @@ One module for each source or subject:
 - `joint_forms`: the ring in place of the cross, and Taylor's joint;
 - `compound_angle`, `drive_line`, `drive_acceleration`: shafts in series;
 - `support_forces`, `shaft_design`: what the bearings of a cardan shaft carry, and its limits;
-- `clearance`, `impact`, `contact_stiffness`: joints with play (Dresig and Thuemmel);
+- `clearance`, `impact`, `damped_impact`, `contact_stiffness`: joints with play (Dresig and
+  Thuemmel);
 - `design_torque`, `joint_rating`, `tube`, `bending_speed`, `torsional_speed`, `uniformity`,
   `fork_couples`, `line_forces`, `axial_force`, `installation`, `centred_double_joint`,
   `precision_joint`: rules by which makers and builders judge drive lines;
@@ -22,6 +23,7 @@ from analytic import (
     clearance,
     compound_angle,
     contact_stiffness,
+    damped_impact,
     design_torque,
     drive_acceleration,
     drive_line,
@@ -52,6 +54,7 @@ __all__ = [
     "clearance",
     "compound_angle",
     "contact_stiffness",
+    "damped_impact",
     "design_torque",
     "drive_acceleration",
     "drive_line",

@@ -22,7 +22,7 @@ FLOORS = (
     ("response", "simulation"),
     ("viewer",),
     ("scene",),
-    ("validation", "drive_lines"),
+    ("validation", "drive_lines", "clearance"),
     ("figures",),
     ("report",),
     ("command_line",),

@@ -1,0 +1,58 @@
+"""Force courses of known forces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cardan_dyn.clearance.force_course import ForceCourse
+
+PHI = 2.0 * np.pi / 720 * np.arange(720)
+
+
+def course(x: np.ndarray, y: np.ndarray) -> ForceCourse:
+    return ForceCourse(np.stack([x, y, 0.0 * x], axis=1), 2.0 * np.pi)
+
+
+def test_a_force_along_a_line_vanishes_twice() -> None:
+    shift = 0.1234
+    swings = course(3.0 * np.sin(PHI - shift), 4.0 * np.sin(PHI - shift)).swings(1.0)
+    assert [item.position for item in swings] == pytest.approx([shift, np.pi + shift], abs=1e-12)
+    assert [item.least for item in swings] == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert [item.slope for item in swings] == pytest.approx([5.0, 5.0], rel=1e-12)
+    np.testing.assert_allclose(swings[0].direction, [0.6, 0.8, 0.0], atol=1e-12)
+    np.testing.assert_allclose(swings[1].direction, [-0.6, -0.8, 0.0], atol=1e-12)
+    assert swings[0].way == pytest.approx(np.pi / 2, abs=0.01)
+
+
+def test_the_sense_turns_directions_and_ways() -> None:
+    x = np.sin(PHI) + 0.3 * np.sin(2.0 * PHI)
+    forward, backward = (course(x, 0.0 * x).swings(sense)[0] for sense in (1.0, -1.0))
+    np.testing.assert_allclose(forward.direction, -backward.direction, atol=1e-12)
+    assert forward.position == pytest.approx(backward.position, abs=1e-12)
+    # sin φ + 0.3 sin 2φ is greatest at 0.3333 π to either side of its zero at 0, least there at π.
+    greatest = np.arccos((np.sqrt(1.0 + 8.0 * 0.36) - 1.0) / (4.0 * 0.6))
+    assert (forward.way, backward.way) == pytest.approx((greatest, greatest), abs=0.01)
+    shifted = course(np.sin(PHI) + 0.3 * np.sin(2.0 * PHI + 1.0), 0.0 * PHI)
+    for sense in (1.0, -1.0):
+        item = shifted.swings(sense)[0]
+        sizes = np.abs(np.sin(turned := item.position + sense * PHI) + 0.3 * np.sin(2 * turned + 1))
+        peak = PHI[1:-1][(sizes[1:-1] > sizes[:-2]) & (sizes[1:-1] > sizes[2:])][0]
+        assert item.way == pytest.approx(peak, abs=0.02)
+
+
+def test_an_ellipse_has_its_least_force_on_the_short_axis() -> None:
+    swings = course(5.0 * np.cos(PHI), 0.2 * np.sin(PHI)).swings(1.0)
+    assert [item.position for item in swings] == pytest.approx([np.pi / 2, 1.5 * np.pi], abs=1e-9)
+    assert [item.least for item in swings] == pytest.approx([0.2, 0.2], rel=1e-12)
+    assert swings[0].slope == pytest.approx(5.0, rel=1e-12)
+
+
+def test_a_force_that_stays_has_none() -> None:
+    assert course(2.0 + np.cos(PHI), 0.0 * PHI + 5.0).swings(1.0)[0].least > 5.0
+    assert course(0.0 * PHI + 2.0, 0.0 * PHI).swings(1.0) == []
+
+
+def test_the_tail_tells_of_corners() -> None:
+    assert course(np.sin(PHI), np.cos(PHI)).tail < 1e-14
+    assert course(np.abs(np.sin(PHI)), 0.0 * PHI).tail > 1e-6

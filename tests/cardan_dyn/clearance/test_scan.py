@@ -1,0 +1,131 @@
+"""Scans of whole mechanisms."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from analytic import impact
+from analytic.damped_impact import damped_peak
+from cardan_dyn import ArgumentError, IndeterminateError, ModelError
+from cardan_dyn.clearance import Scan, scan
+
+CONTACT: dict[str, Any] = {"play": 1e-4, "stiffness": 1e8}
+
+
+@pytest.fixture(scope="module")
+def drive() -> cd.Scene:
+    return cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+
+
+@pytest.fixture(scope="module")
+def found(drive: cd.Scene) -> Scan:
+    return scan(drive, 300.0, damping_ratio=0.25, **CONTACT)
+
+
+def test_every_pin_is_scanned_and_the_guide_is_not(drive: cd.Scene, found: Scan) -> None:
+    assert set(found) | set(found.left_out) == set(drive.mechanism.joints)
+    assert list(found.left_out) == ["needle_guide"]
+    peaks = [found[name].peak for name in found.ranking]
+    assert peaks == sorted(peaks, reverse=True)
+    assert "needle_guide: not scanned" in str(found)
+
+
+def test_forces_are_those_of_the_sweep(drive: cd.Scene, found: Scan) -> None:
+    pin = found["coupler_pin"]
+    turn = drive.sweep(pin.position, 300.0)
+    expected = turn["coupler_pin"].force[:, :2]
+    # The force along the pin's axis is no part of it.
+    np.testing.assert_allclose(np.linalg.norm(pin.force, axis=1), np.hypot(*expected.T), rtol=1e-12)
+    assert pin.rigid_peak == pytest.approx(np.max(np.hypot(*expected.T)))
+
+
+def test_estimates_are_those_of_the_closed_forms(drive: cd.Scene, found: Scan) -> None:
+    """Slope and direction by differences of sweeps."""
+    step = 1e-5
+    for item in found["rocker_bearing"].reversals:
+        near = drive.sweep(item.position + np.array([-step, step]), 300.0)
+        forces = near.wrench("rocker_bearing", "world").force
+        rate = (forces[1] - forces[0]) / (2.0 * step) * 300.0
+        rate[2] = 0.0  # Along the pin, where play does nothing.
+        np.testing.assert_allclose(item.force_slope * item.direction, rate, rtol=1e-6, atol=1.0)
+        contact = item.reduced_mass, 1e8, 0.5e-4, item.force_slope
+        undamped = impact.reversal(*contact, start="release")
+        assert item.impact_speed == pytest.approx(float(undamped.v_1))
+        assert item.tau == pytest.approx(float(undamped.tau))
+        assert item.peak == pytest.approx(float(damped_peak(*contact, 0.25)))
+        assert item.rigid + item.added == pytest.approx(float(undamped.peak))
+        assert item.energy == pytest.approx(0.5 * contact[0] * float(undamped.v_1) ** 2)
+    power = sum(item.energy for item in found["rocker_bearing"].reversals) * 300.0 / (2.0 * np.pi)
+    assert found["rocker_bearing"].impact_power == pytest.approx(power)
+
+
+def test_turning_backwards_mirrors_nothing_but_the_way(drive: cd.Scene, found: Scan) -> None:
+    """Inertia forces depend on the square of the speed; flights go the other way."""
+    back = scan(drive, -300.0, damping_ratio=0.25, **CONTACT)
+    for name in found:
+        there = {round(item.position, 6): item for item in found[name].reversals}
+        for item in back[name].reversals:
+            same = there[round(item.position, 6)]
+            assert item.peak == pytest.approx(same.peak, rel=1e-6)
+            np.testing.assert_allclose(item.direction, -same.direction, atol=1e-6)
+
+
+def test_play_and_stiffness_by_name_and_rotors(drive: cd.Scene, found: Scan) -> None:
+    play, stiffness = {"coupler_pin": 1e-4}, {"coupler_pin": 1e8}
+    options = {"joints": ["coupler_pin"], "damping_ratio": 0.25}
+    one = scan(drive, 300.0, play=play, stiffness=stiffness, **options)
+    assert one["coupler_pin"].peak == pytest.approx(found["coupler_pin"].peak, rel=1e-12)
+    held = one["coupler_pin"].reversals[0].reduced_mass
+    masses = [
+        scan(drive, 300.0, play=play, stiffness=stiffness, rotor=inertia, **options)["coupler_pin"]
+        .reversals[0]
+        .reduced_mass
+        for inertia in (0.0, 1e5)
+    ]
+    assert masses[0] < held
+    assert masses[1] == pytest.approx(held, rel=1e-5)
+
+
+def test_tables(found: Scan) -> None:
+    frame = found.to_dataframe()
+    assert len(frame) == sum(len(found[name].reversals) for name in found)
+    assert frame.joint[0] == found.ranking[0]
+    assert {"position", "tau", "peak", "doubts", "direction_x"} <= set(frame.columns)
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "match"),
+    [
+        ({"play": 0.0}, ArgumentError, "play is 0"),
+        ({"play": float("nan")}, ArgumentError, "play"),
+        ({"stiffness": -1.0}, ArgumentError, "stiffness is -1"),
+        ({"play": {"coupler_pin": 1e-4}}, ArgumentError, "play has no value for joint"),
+        ({"speed": 0.0}, ArgumentError, "speed is 0"),
+        ({"joints": ["needle_guide"]}, ModelError, "has no pin"),
+        ({"joints": ["needle"]}, ModelError, "needle"),
+        ({"damping_ratio": 1.0}, ArgumentError, "damping_ratio"),
+        ({"start": "run"}, ArgumentError, "start is 'run'"),
+        ({"rotor": -1.0}, ArgumentError, "rotor"),
+    ],
+)
+def test_bad_input(drive: cd.Scene, change: dict[str, Any], error: Any, match: str) -> None:
+    with pytest.raises(error, match=match):
+        scan(drive, **{"speed": 300.0, **CONTACT, **change})
+
+
+def test_scenes_that_cannot_strike(joint: cd.Mechanism, found: Scan) -> None:
+    two = cd.Scene(joint, drive=["bearing_in", "joint_angle"], start={"joint_angle": 0.3})
+    with pytest.raises(ArgumentError, match="several drives"):
+        scan(two, 10.0, **CONTACT)
+    one = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.3})
+    with pytest.raises(IndeterminateError, match="statically indeterminate"):
+        scan(one, 10.0, joints=["pin_in"], **CONTACT)
+    assert "statically indeterminate" in scan(one, 10.0, **CONTACT).left_out["pin_in"]
+    with pytest.raises(ModelError, match="was not scanned"):
+        found["needle_guide"]
+    with pytest.raises(ModelError, match="'nothing'"):
+        found["nothing"]
