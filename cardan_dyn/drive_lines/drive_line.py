@@ -37,6 +37,11 @@ class DriveLine(PhasedLine):
         speed: of the input shaft [rad/s].
         torque: of the input shaft, positive if it drives the line in the sense of rotation [N·m].
         duty_cycle: shares of the time with their speeds and torques.
+        application: `vehicle`, `agricultural` or `industrial`, whose limits the verdict goes by;
+            limits that hold for one of them alone are not judged unless given.
+        service_factor: K, shock torque over torque; 1 unless given.
+        reversing: whether the torque changes its sense.
+        life: that is asked of the joints' bearings [s].
 
     Raises:
         ModelError: the field, its value and what is valid: see `Shaft` and the others; shafts that
