@@ -10,6 +10,8 @@ from .parts import Bearing, DutyPoint, Joint, Shaft, Spline, Tube
 from .phasing import Alternative, Phasing
 from .toml_schema import toml_schema
 from .variants import Variants
+from .verdict import Verdict
+from .verdict_rows import Inverse, VerdictRow
 
 __all__ = [
     "Alternative",
@@ -18,6 +20,7 @@ __all__ = [
     "DriveLine",
     "DutyPoint",
     "Geometry",
+    "Inverse",
     "Joint",
     "Layout",
     "LineForces",
@@ -26,6 +29,8 @@ __all__ = [
     "Spline",
     "Tube",
     "Variants",
+    "Verdict",
+    "VerdictRow",
     "arrangements",
     "toml_schema",
 ]
