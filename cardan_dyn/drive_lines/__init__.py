@@ -3,6 +3,7 @@
 from . import arrangements
 from .analysis import Analysis
 from .drive_line import DriveLine
+from .examples import examples
 from .forces import LineForces
 from .geometry import Geometry
 from .layout import Layout
@@ -32,5 +33,6 @@ __all__ = [
     "Verdict",
     "VerdictRow",
     "arrangements",
+    "examples",
     "toml_schema",
 ]

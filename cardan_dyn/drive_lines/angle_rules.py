@@ -91,6 +91,9 @@ def _joint_angles(case: Case) -> Iterator[VerdictRow]:
             quantity="difference of both joint angles",
             value=float(abs(line.joint_angles[k + 1] - line.joint_angles[k])),
             unit="rad",
+            broken=("of a shaft whose two joints compensate: here more joints do",)
+            if line.count > 2
+            else (),
         )
         yield judged(row, case.limit("angle_difference"), case.why_not("angle_difference"))
 

@@ -56,7 +56,7 @@ class DriveLine(PhasedLine):
         """Read a line from a TOML file; `toml_schema` lists its fields.
 
         Args:
-            source: path of the file, or the text itself.
+            source: path of the file, the text itself, or the name of one of `examples()`.
 
         Raises:
             ModelError: the file cannot be read, or which of its fields is wrong, its value and what

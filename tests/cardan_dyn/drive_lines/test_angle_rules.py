@@ -59,7 +59,8 @@ def test_spatial_lines_break_the_sum_with_signs() -> None:
 
 
 def test_accelerations_of_the_example_of_pss() -> None:
-    # 5, 4, 3, 2 degrees at 2500/min, the first shaft crossed: 749 rad/s^2, 2026 in drive, 209 in coast.
+    # 5, 4, 3, 2 degrees at 2500/min, the first shaft crossed: 749, 2026 and
+    # 209 rad/s^2.
     slopes = np.radians(np.cumsum([0.0, 5.0, -4.0, 3.0, -2.0]))
     shafts = [Shaft(slope_plan=slope, length=0.5) for slope in slopes]
     shafts[1] = Shaft(slope_plan=slopes[1], length=0.5, fork_offset=np.pi / 2)
