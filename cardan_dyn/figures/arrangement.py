@@ -7,7 +7,6 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described
 from ..drive_lines.line_data import LineData
-from ..drive_lines.supports import supports
 from ..errors import ArgumentError
 from .style import TITLE_SIZE, Axes, Figure, axes_grid, line_style
 
@@ -16,6 +15,8 @@ _STUB = 0.22
 """Length of an end shaft that has none, relative to all intermediate shafts."""
 _ROOM = 0.06
 """Room around the line, relative to its length."""
+_NEAR = 0.12
+"""Distance of joints up to which their labels would overlap, relative to the line's length."""
 _SMALL = 8
 
 
@@ -83,12 +84,15 @@ def _view(panel: Axes, line: LineData, points: Array, axis: int) -> None:
             color=style["color"],
         )
     views = line.geometry.views[:, 1 if axis == 2 else 0]
+    near, raised = _NEAR * float(np.ptp(points[:, 0])), False
     for k, centre in enumerate(points[1:-1]):
+        # Labels of joints that are close to each other stand above one another.
+        raised = k > 0 and not raised and centre[0] - points[k, 0] < near
         panel.plot(*centre, "o", markersize=9, mfc="white", mec="black", zorder=3)
         panel.annotate(
             f"β{k + 1} = {_degrees(line.joint_angles[k])}\nhere {_degrees(views[k])}",
             centre,
-            xytext=(0, 12),
+            xytext=(0, 38 if raised else 12),
             textcoords="offset points",
             ha="center",
             fontsize=_SMALL,
@@ -105,11 +109,11 @@ def _bearings(line: LineData) -> Array:
     """Return the places of all bearings `(m, 3)` [m]."""
     found = line.geometry
     places = np.zeros((0, 3))
-    for item in supports(line).bearings:
-        centre = found.centres[max(item.shaft - 1, 0)]
-        sense = -1.0 if item.shaft == 0 else 1.0
-        place = centre + sense * item.distance * found.directions[item.shaft]
-        places = np.vstack([places, place])
+    for k, shaft in enumerate(line.shafts):
+        for item in shaft.bearings:
+            along = -item.distance if k == 0 else item.distance
+            place = found.centres[max(k - 1, 0)] + along * found.directions[k]
+            places = np.vstack([places, place])
     return places
 
 

@@ -5,18 +5,22 @@ from __future__ import annotations
 import base64
 import io
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from .. import figures
 from .._version import __version__
-from ..drive_lines import Analysis, DriveLine, Phasing, Verdict
+from ..drive_lines import Analysis, DriveLine, Phasing, Verdict, VerdictRow
 from ..errors import CardanError
 from ..figures.style import LOOK, Figure, require_matplotlib
 from ..viewer.viewing import View, view
 from .report import template
 
+ROUNDING = 1e-12
+"""Forces, relative to the greatest, that are the rounding of none."""
 FRAMES = 181
 """Positions of the turning scene."""
 
@@ -73,7 +77,11 @@ def scene(report: LineReport) -> View:
     torque = float(np.mean(analysis.static.torsion_out[:, -1]))
     built = line.scene(held=held, loads={"bearing_out": -torque})
     sweep = built.sweep(np.linspace(0.0, 2.0 * np.pi, FRAMES))
-    shown = [name for name in sweep.outputs if name.startswith(("bearing_", "support_"))]
+    shown = [
+        name
+        for name in sweep.outputs
+        if name in ("bearing_in", "bearing_out") or name.startswith("support_")
+    ]
     title = f"{line.name}, {torque:.4g} N·m"
     return view(sweep, joints=shown, frames=FRAMES, title=title)
 
@@ -96,6 +104,7 @@ def write(report: LineReport, path: Path, *, with_scene: bool = True) -> Path:
         version=__version__,
         line=line,
         verdict=report.verdict,
+        groups=verdict_groups(report.verdict),
         analysis=report.analysis,
         rpm=report.analysis.speed * 30.0 / np.pi,
         shafts=shaft_rows(line),
@@ -133,8 +142,7 @@ def shaft_rows(line: DriveLine) -> list[tuple[str, ...]]:
         length, axis = float(found.lengths[k]), found.directions[k]
         size = shaft.tube
         section = "" if size is None else f"{size.outer_diameter * 1e3:g} × {size.wall * 1e3:g} mm"
-        with np.errstate(divide="ignore"):
-            side, plan = (f"{np.degrees(np.arctan2(axis[i], axis[0])):.3f}°" for i in (2, 1))
+        side, plan = (_degrees(np.arctan2(axis[i], axis[0])) for i in (2, 1))
         rows.append(
             (
                 name,
@@ -169,16 +177,58 @@ def joint_rows(line: DriveLine) -> list[tuple[str, ...]]:
 def extreme_rows(analysis: Analysis) -> list[tuple[str, ...]]:
     """Return a row of texts per bearing: greatest force across, mean force across and along."""
     forces = analysis.total
-    mean = np.linalg.norm(forces.bearing_force[..., 1:].mean(axis=0), axis=-1)
+    sizes = np.array(
+        [
+            forces.bearing_radial.max(axis=0),
+            np.linalg.norm(forces.bearing_force[..., 1:].mean(axis=0), axis=-1),
+            np.abs(forces.bearing_axial).max(axis=0),
+        ]
+    )
+    sizes[sizes < ROUNDING * sizes.max()] = 0.0
     return [
-        (
-            name,
-            f"{forces.bearing_radial[:, k].max():.4g} N",
-            f"{mean[k]:.4g} N",
-            f"{np.abs(forces.bearing_axial[:, k]).max():.4g} N",
-        )
-        for k, name in enumerate(analysis.bearings)
+        (name, *(f"{size:.4g} N" for size in column))
+        for name, column in zip(analysis.bearings, sizes.T, strict=True)
     ]
+
+
+class Group(NamedTuple):
+    """Rows of one rule on the page.
+
+    Attributes:
+        title: of the rule.
+        shared: assumptions that fail for all of its rows.
+        rows: rows that have a value, each with its own remarks.
+        missing: places and notes of the rows without a value.
+    """
+
+    title: str
+    shared: tuple[str, ...]
+    rows: list[tuple[VerdictRow, list[str]]]
+    missing: list[tuple[str, str]]
+
+
+def verdict_groups(verdict: Verdict) -> list[Group]:
+    """Return the rows of a verdict by rule; what all rows of a rule say is said once."""
+    found = []
+    for title, members in groupby(verdict, key=lambda row: row.texts[0]):
+        rows = list(members)
+        valued = [row for row in rows if row.value is not None]
+        shared = [text for text in (valued[0].broken if valued else ()) if _in_all(text, valued)]
+        own = [
+            (row, [text for text in row.remarks if text.removeprefix("! ") not in shared])
+            for row in valued
+        ]
+        missing = [
+            (f"{row.where} {row.quantity}".strip(), row.note.removeprefix("not judged: "))
+            for row in rows
+            if row.value is None
+        ]
+        found.append(Group(title, tuple(shared), own, missing))
+    return found
+
+
+def _in_all(text: str, rows: list[VerdictRow]) -> bool:
+    return len(rows) > 1 and all(text in row.broken for row in rows)
 
 
 def best_forks(line: DriveLine, teeth: int | None = None) -> Phasing[DriveLine] | None:
