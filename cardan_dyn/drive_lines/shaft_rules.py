@@ -189,7 +189,8 @@ def _half_critical(case: Case, k: int, critical: float) -> Iterator[VerdictRow]:
     points = [point for point in case.points if point.speed is not None]
     distances = [abs((point.speed or 0.0) / critical - middle) for point in points]
     worst = int(np.argmin(distances))
-    bound = Limit(half, "1", f"{low.source} to {high.source}", "least")
+    both = high.source if low.source in high.source else f"{low.source}; {high.source}"
+    bound = Limit(half, "1", both, "least")
     row = VerdictRow(
         rule="bending_speed",
         where=where,
