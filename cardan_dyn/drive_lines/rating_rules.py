@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -91,6 +92,8 @@ def _static(case: Case) -> Iterator[VerdictRow]:
 def _uneven(torque: float, nominal: float) -> tuple[str, ...]:
     if abs(torque - nominal) <= _CONSTANT * nominal:
         return ()
+    if nominal == 0.0:
+        return ("the rule takes the torque of the input shaft: here inertia alone acts",)
     return (
         "the rule takes the torque of the input shaft: joints and inertia make it "
         f"{100.0 * (torque / nominal - 1.0):+.1f} % in this joint",
@@ -114,9 +117,11 @@ def _life(case: Case, k: int) -> Iterator[VerdictRow]:
             if point.steady:
                 row = _steady_life(case, k, kind, point)
                 # A duty cycle says better than one point what the joint has to live through.
-                counts = line.duty_cycle and not case.is_analysed
-                missing = "the duty cycle counts" if counts else "give life of the line"
-                yield judged(row, None if counts else limit, missing)
+                if line.duty_cycle:
+                    note = "; ".join(filter(None, [row.note, "the duty cycle is judged"]))
+                    yield judged(replace(row, note=note), None)
+                else:
+                    yield judged(row, limit, "give life of the line")
         duty = [point for point in points if not point.steady]
         if duty and any(point.speed for point in duty):
             yield judged(_duty_life(case, k, kind, duty), limit, "give life of the line")

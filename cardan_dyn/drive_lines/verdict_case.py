@@ -44,6 +44,8 @@ USED = frozenset(
     }
 )
 """Names of `analytic.limits.LIMITS` by which the verdict goes; others decide no row."""
+POSITIVE = frozenset({"mean_life_factor", "balance_grade_maker", "critical_constant"})
+"""Names of what rules divide by."""
 _FOR = {
     "vehicle": {
         "joint_angle",
@@ -210,11 +212,6 @@ class Case:
         sizes = np.array([np.abs(pick(item.total)).max(axis=0) for item in self.forces])
         return sizes.max(axis=0), [self.forces[i].point for i in sizes.argmax(axis=0)]
 
-    @property
-    def is_analysed(self) -> bool:
-        """Whether the forces are those of an analysis that the caller gave."""
-        return self._analysis is not None
-
 
 def _points(line: LineData, analysis: Analysis | None) -> tuple[OperatingPoint, ...]:
     """Return all operating points."""
@@ -248,8 +245,10 @@ def _checked(
         if name not in known:
             listed = choices(known, name, most=len(known))
             raise ArgumentError(f"{name!r} is no limit of the verdict; limits: {listed}")
-        if value is None or isinstance(value, Limit):
+        if value is None:
             result[name] = value
+        elif isinstance(value, Limit):
+            result[name] = _fitting(name, value, known[name])
         elif name == "critical_constant" and isinstance(value, str):
             if value not in CRITICAL_CONSTANTS:
                 raise ArgumentError(
@@ -264,7 +263,32 @@ def _checked(
                 f"limits[{name!r}] is {described(value)}, expected a finite number "
                 f"[{known[name].unit}], a Limit, or None to take it out"
             )
+    for name in POSITIVE & result.keys():
+        given = result[name]
+        if given is not None and given.value <= 0.0:
+            raise ArgumentError(f"limits[{name!r}] is {given.value:g}, expected more than 0")
+    ends = [{**LIMITS, **result}[f"half_critical_{end}"] for end in ("from", "to")]
+    if None not in ends and ends[0].value >= ends[1].value:  # type: ignore[union-attr]
+        raise ArgumentError(
+            f"half_critical_from = {ends[0].value:g} is not below "  # type: ignore[union-attr]
+            f"half_critical_to = {ends[1].value:g}"  # type: ignore[union-attr]
+        )
     return result
+
+
+def _fitting(name: str, given: Limit, known: Limit) -> Limit:
+    """Return a limit whose unit and bound are those of the rule.
+
+    Raises:
+        ArgumentError: they are others.
+    """
+    for field in ("unit", "bound"):
+        if getattr(given, field) != getattr(known, field):
+            raise ArgumentError(
+                f"limits[{name!r}] has the {field} {getattr(given, field)!r}, expected "
+                f"{getattr(known, field)!r}"
+            )
+    return given
 
 
 def _is_number(value: object) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from testkit.line_data import double_shaft
+from testkit.line_data import double_shaft, random_line
 
 from cardan_dyn.drive_lines import DriveLine, DutyPoint, Joint, VerdictRow
 
@@ -77,6 +77,21 @@ def test_later_joints_bear_more_torque() -> None:
     assert second.value == pytest.approx(100.0 / np.cos(np.radians(30.0)), rel=1e-9)
     assert second.rule_value == 100.0
     assert "+15.5 %" in second.broken[0]
+
+
+def test_without_torque_inertia_alone_acts() -> None:
+    idle = random_line(2, 1, mass=True).replace(speed=200.0, torque=0.0)
+    row = rows(idle, "static_ratings")[0]
+    assert row.value > 0.0 and row.rule_value == 0.0
+    assert "inertia alone" in row.broken[0]
+
+
+def test_a_duty_cycle_counts_instead_of_the_rated_point() -> None:
+    cycle = [DutyPoint(share=1.0, speed=100.0, torque=1.0)]
+    fields = {"speed": 200.0, "torque": 1e3, "life": HOUR, "duty_cycle": cycle}
+    case = line(5.0, Joint(rated_torque=100.0), **fields)
+    assert rows(case, "joint_life")[0].status == "stated"
+    assert rows(case, "duty_cycle")[0].status == "pass"
 
 
 def test_service_factor_and_sense_of_the_torque() -> None:

@@ -54,6 +54,10 @@ def test_limits_are_replaced_and_taken_out() -> None:
         ({"residual_angle": "3 deg"}, "finite number"),
         ({"residual_angle": True}, "finite number"),
         ({"critical_constant": "elbow"}, "did you mean 'elbe'"),
+        ({"critical_constant": 0.0}, "more than 0"),
+        ({"half_critical_from": 0.6}, "not below half_critical_to"),
+        ({"residual_angle": Limit(3.0, "deg", "us")}, "unit 'deg', expected 'rad'"),
+        ({"telescope_overlap": Limit(0.1, "m", "us")}, "bound 'most', expected 'least'"),
         ([1.0], "mapping"),
     ],
 )
