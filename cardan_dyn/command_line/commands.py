@@ -141,6 +141,91 @@ def view(
         _serve(shown, open_browser)
 
 
+@main.command()
+@click.argument("source", metavar="FILE_OR_NAME", required=False)
+@click.option("--speed-rpm", type=float, help="Speed of the input shaft; that of the file without.")
+@click.option("--torque-nm", type=float, help="Torque of the input shaft, likewise.")
+@click.option(
+    "--limit",
+    "limits",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Another value of a limit, in SI units and radians; may be repeated.",
+)
+@click.option("--optimise-phases", is_flag=True, help="Judge the line with its best forks.")
+@click.option("--teeth", type=click.IntRange(2), help="Forks can be turned by 360°/TEETH alone.")
+@click.option(
+    "--page",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write one HTML page with data, figures and verdict.",
+)
+@click.option("--scene/--no-scene", default=True, help="Put the turning scene on the page.")
+@click.option(
+    "--figures",
+    "directory",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Directory for the figures as SVG and PNG.",
+)
+@click.option("--view", "watch", is_flag=True, help="Watch the line turn, in a browser.")
+@click.option(
+    "--export",
+    "file",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write the turning scene as one HTML file.",
+)
+@click.option("--open/--no-open", "open_browser", default=True, help="Open a browser to --view.")
+@click.option("--json", "as_json", is_flag=True, help="Print the verdict as JSON.")
+@click.option("--check", is_flag=True, help="Exit with 1 if a limit is missed.")
+@click.option("--schema", is_flag=True, help="Print the JSON schema of the files, and end.")
+def driveline(
+    source: str | None,
+    speed_rpm: float | None,
+    torque_nm: float | None,
+    limits: tuple[str, ...],
+    optimise_phases: bool,
+    teeth: int | None,
+    page: Path | None,
+    scene: bool,
+    directory: Path | None,
+    watch: bool,
+    file: Path | None,
+    open_browser: bool,
+    as_json: bool,
+    check: bool,
+    schema: bool,
+) -> None:
+    """Analyse a drive line and hold it against the rules of practice.
+
+    FILE_OR_NAME is a TOML file (--schema lists its fields), or a line that comes with the package.
+    """
+    from .driveline_command import Wanted, report_on, run, schema_text
+
+    if schema:
+        click.echo(schema_text())
+        return
+    if source is None:
+        from ..drive_lines import examples
+
+        names = ", ".join(examples())
+        raise click.UsageError(f"FILE_OR_NAME is missing; lines of the package: {names}")
+    found = report_on(
+        source,
+        speed_rpm=speed_rpm,
+        torque_nm=torque_nm,
+        limits=limits,
+        optimise=optimise_phases,
+        teeth=teeth,
+    )
+    wanted = Wanted(page=page, scene=scene, directory=directory, file=file, as_json=as_json)
+    run(found, wanted)
+    if watch:
+        from ..report.drive_line_page import scene as turning
+
+        _serve(turning(found), open_browser)
+    if check and not found.verdict.passed:
+        raise SystemExit(1)
+
+
 def _export(shown: View, file: Path) -> None:
     """Write a scene as one HTML file."""
     try:

@@ -96,11 +96,13 @@ def scene_of(
     )
 
 
-def parsed_assignments(pairs: tuple[str, ...], option: str) -> dict[str, float]:
+def parsed_assignments(
+    pairs: tuple[str, ...], option: str, form: str = "JOINT=VALUE, as joint_angle=30"
+) -> dict[str, float]:
     """Return names and values from `NAME=VALUE`.
 
     Raises:
-        ArgumentError: a pair has another form; `option` is named in the message.
+        ArgumentError: a pair has another form; `option` and `form` are named in the message.
     """
     values: dict[str, float] = {}
     for pair in pairs:
@@ -110,5 +112,5 @@ def parsed_assignments(pairs: tuple[str, ...], option: str) -> dict[str, float]:
         except ValueError:
             separator = ""
         if not separator or not name:
-            raise ArgumentError(f"{option} {pair!r} is not JOINT=VALUE, as joint_angle=30")
+            raise ArgumentError(f"{option} {pair!r} is not {form}")
     return values

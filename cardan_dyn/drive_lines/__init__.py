@@ -3,6 +3,7 @@
 from . import arrangements
 from .analysis import Analysis
 from .drive_line import DriveLine
+from .examples import examples
 from .forces import LineForces
 from .geometry import Geometry
 from .layout import Layout
@@ -10,6 +11,8 @@ from .parts import Bearing, DutyPoint, Joint, Shaft, Spline, Tube
 from .phasing import Alternative, Phasing
 from .toml_schema import toml_schema
 from .variants import Variants
+from .verdict import Verdict
+from .verdict_rows import Inverse, VerdictRow
 
 __all__ = [
     "Alternative",
@@ -18,6 +21,7 @@ __all__ = [
     "DriveLine",
     "DutyPoint",
     "Geometry",
+    "Inverse",
     "Joint",
     "Layout",
     "LineForces",
@@ -26,6 +30,9 @@ __all__ = [
     "Spline",
     "Tube",
     "Variants",
+    "Verdict",
+    "VerdictRow",
     "arrangements",
+    "examples",
     "toml_schema",
 ]

@@ -19,9 +19,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from analytic.limits import Limit
+
     from ..scene.scene import Scene
     from .analysis import Analysis
     from .variants import Variants
+    from .verdict import Verdict
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -37,6 +40,11 @@ class DriveLine(PhasedLine):
         speed: of the input shaft [rad/s].
         torque: of the input shaft, positive if it drives the line in the sense of rotation [N·m].
         duty_cycle: shares of the time with their speeds and torques.
+        application: `vehicle`, `agricultural` or `industrial`, whose limits the verdict goes by;
+            limits that hold for one of them alone are not judged unless given.
+        service_factor: K, shock torque over torque; 1 unless given.
+        reversing: whether the torque changes its sense.
+        life: that is asked of the joints' bearings [s].
 
     Raises:
         ModelError: the field, its value and what is valid: see `Shaft` and the others; shafts that
@@ -48,7 +56,7 @@ class DriveLine(PhasedLine):
         """Read a line from a TOML file; `toml_schema` lists its fields.
 
         Args:
-            source: path of the file, or the text itself.
+            source: path of the file, the text itself, or the name of one of `examples()`.
 
         Raises:
             ModelError: the file cannot be read, or which of its fields is wrong, its value and what
@@ -201,6 +209,33 @@ class DriveLine(PhasedLine):
             workers=workers,
         )
         return analysed(self, self.mechanism, asked)
+
+    def verdict(
+        self,
+        limits: Mapping[str, Limit | float | str | None] | None = None,
+        analysis: Analysis | None = None,
+    ) -> Verdict:
+        """Return what the rules of practice say of the line, a row per rule and place.
+
+        Values are exact where closed forms or the analysis give them, with those of the rule
+        beside them; rows say which data they lack, and which assumptions of the rule do not hold.
+        The line is judged at its own speed and torque and at those of its duty cycle.
+
+        Args:
+            limits: names of `analytic.limits.LIMITS` to other values [SI units, radians] or
+                `Limit`s with their source, or to None to take a limit out; besides,
+                `torsional_distance` (least distance of speeds from torsional critical ones,
+                relative to these) and `critical_constant` (of bending speeds [rad m/s], or a name
+                of `analytic.limits.CRITICAL_CONSTANTS`).
+            analysis: one of this line, whose speed, torque and forces count instead of the line's
+                own; without it, forces are those of a steady turn without weight.
+
+        Raises:
+            ArgumentError: an unknown limit, or one that is no number; an analysis of another line.
+        """
+        from .verdict import verdict  # Imported here: as above.
+
+        return verdict(self, limits, analysis, lambda: self.analyse(speed=1.0, torque=1.0))
 
     def replace(self, **changes: Any) -> DriveLine:
         """Return a line that differs in some fields.

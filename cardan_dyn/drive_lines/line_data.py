@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import ModelError
-from .fields import parts, quantity, settle, text
+from ..errors import ModelError, choices
+from .fields import flag, parts, quantity, settle, text
 from .geometry import Geometry, called, geometry
 from .parts import Bearing, DutyPoint, Joint, Shaft
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _SHOWN = 6
 """Joints whose angles a text of a line shows."""
+APPLICATIONS = ("vehicle", "agricultural", "industrial")
 _SUM_TOLERANCE = 1e-9
 """By how much the shares of a duty cycle may miss 1: the one of `analytic.shaft_design`."""
 
@@ -35,6 +36,11 @@ class LineData:
         speed: of the input shaft [rad/s].
         torque: of the input shaft, positive if it drives the line in the sense of rotation [N·m].
         duty_cycle: shares of the time with their speeds and torques.
+        application: `vehicle`, `agricultural` or `industrial`, whose limits the verdict goes by;
+            limits that hold for one of them alone are not judged unless given.
+        service_factor: K, shock torque over torque; 1 unless given.
+        reversing: whether the torque changes its sense.
+        life: that is asked of the joints' bearings [s].
 
     Raises:
         ModelError: the field, its value and what is valid: see `Shaft` and the others; shafts that
@@ -47,9 +53,18 @@ class LineData:
     speed: float | None = quantity("speed", "speed of the input shaft", None)
     torque: float | None = quantity("torque", "torque of the input shaft", None)
     duty_cycle: tuple[DutyPoint, ...] = parts(DutyPoint, "shares of the time")
+    application: str = text("vehicle, agricultural or industrial, for the limits of the verdict")
+    service_factor: float | None = quantity("number", "shock torque over torque", None, above=0.0)
+    reversing: bool = flag("whether the torque changes its sense", default=False)
+    life: float | None = quantity("time", "life asked of the joints' bearings", None, above=0.0)
 
     def __post_init__(self) -> None:
         settle(self)
+        if self.application not in ("", *APPLICATIONS):
+            raise ModelError(
+                f"application of a DriveLine is {self.application!r}; applications: "
+                f"{choices(APPLICATIONS, self.application)}"
+            )
         count = len(self.shafts) - 1
         if count < 1:
             raise ModelError(

@@ -10,9 +10,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from ..errors import ModelError, choices
 from .fields import flag, part, parts, point, quantity, refuse, settle, text
 
 _QUARTER = math.pi / 2
+PRECISION_BEARINGS = ("plain", "needle")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,6 +27,7 @@ class Tube:
         density: [kg/m³], steel unless given.
         modulus: Young's modulus [Pa], steel unless given.
         shear_modulus: [Pa], steel unless given.
+        shear_limit: greatest shear stress that is allowed under torque [Pa].
     """
 
     outer_diameter: float = quantity("length", "outer diameter", above=0.0)
@@ -32,6 +35,7 @@ class Tube:
     density: float = quantity("density", "density of the material", 7850.0, above=0.0)
     modulus: float = quantity("modulus", "Young's modulus", 2.1e11, above=0.0)
     shear_modulus: float = quantity("modulus", "shear modulus", 8.08e10, above=0.0)
+    shear_limit: float | None = quantity("modulus", "greatest shear stress", None, above=0.0)
 
     def __post_init__(self) -> None:
         settle(self)
@@ -68,7 +72,11 @@ class Spline:
         distance: from the joint at the shaft's front [m]; the middle of the shaft unless given.
         friction: coefficient μ; about 0.11 for greased steel, 0.08 for coated splines.
         radius: mean radius r_m of the spline [m], which friction needs.
-        travel: length over which it can slip [m].
+        travel: length over which it can slip, L_a [m].
+        compressed: length of the shaft between its joints with the spline pushed in, L_z [m].
+        profile: length of the profiles that overlap with the spline pushed in [m].
+        shortest: least length of the shaft in operation [m]; that of the shaft unless given.
+        longest: greatest length of the shaft in operation [m]; likewise.
     """
 
     distance: float | None = quantity(
@@ -77,6 +85,10 @@ class Spline:
     friction: float = quantity("number", "coefficient of friction", 0.0, least=0.0)
     radius: float | None = quantity("length", "mean radius", None, above=0.0)
     travel: float | None = quantity("length", "length over which it can slip", None, above=0.0)
+    compressed: float | None = quantity("length", "length of the shaft pushed in", None, above=0.0)
+    profile: float | None = quantity("length", "overlap of the profiles pushed in", None, above=0.0)
+    shortest: float | None = quantity("length", "least length in operation", None, above=0.0)
+    longest: float | None = quantity("length", "greatest length in operation", None, above=0.0)
 
     def __post_init__(self) -> None:
         settle(self)
@@ -96,11 +108,18 @@ class Bearing:
         locating: whether it carries axial force too. Unless given, the bearing of an end shaft that
             is next to its joint does, and as many centre bearings as fix what lies between two
             splines.
+        stiffness: across the shaft, with its bracket [N/m]; rigid unless given. Critical speeds
+            count with it.
+        radial_limit: greatest force that it bears across the shaft [N].
+        axial_limit: greatest force that it bears along the shaft [N].
     """
 
     distance: float = quantity("length", "distance from the joint, along the shaft", above=0.0)
     name: str = text("name, which must differ from the others")
     locating: bool | None = flag("whether it carries axial force")
+    stiffness: float | None = quantity("rigidity", "stiffness across the shaft", None, above=0.0)
+    radial_limit: float | None = quantity("force", "greatest force across", None, above=0.0)
+    axial_limit: float | None = quantity("force", "greatest force along", None, above=0.0)
 
     def __post_init__(self) -> None:
         settle(self)
@@ -119,9 +138,16 @@ class Joint:
         rated_torque: T_D, with which its bearings live for 5000 h at n β = 300, n in 1/min and β
             in degrees [N·m].
         capacity: capacity factor L_C of its bearings, for torques in kN·m.
-        torque_limit: greatest torque that it stands without permanent deformation [N·m].
+        torque_limit: T_CS, greatest torque that it stands without permanent deformation [N·m].
+        pulsating_limit: T_DSch, greatest torque of one sense that it stands for ever [N·m].
+        reversing_limit: T_DW, greatest torque of changing sense that it stands for ever [N·m].
         largest_angle: greatest joint angle that it allows [rad].
         largest_speed: greatest speed that it allows [rad/s].
+        largest_n_beta: greatest product of speed and joint angle that it allows [rad²/s].
+        din_808: bearings of a precision joint, `plain` or `needle`; empty for any other joint.
+        table_torque: rated torque of a precision joint in its maker's table [N·m].
+        pin_radius: radius of its pins [m], for its efficiency.
+        pin_friction: coefficient of friction of its pin bearings.
     """
 
     name: str = text("name")
@@ -139,9 +165,27 @@ class Joint:
         "angle", "greatest joint angle", None, above=0.0, below=_QUARTER
     )
     largest_speed: float | None = quantity("speed", "greatest speed", None, above=0.0)
+    pulsating_limit: float | None = quantity(
+        "torque", "greatest pulsating torque for ever", None, above=0.0
+    )
+    reversing_limit: float | None = quantity(
+        "torque", "greatest reversing torque for ever", None, above=0.0
+    )
+    largest_n_beta: float | None = quantity(
+        "n_beta", "greatest product of speed and angle", None, above=0.0
+    )
+    din_808: str = text("bearings of a precision joint: plain or needle")
+    table_torque: float | None = quantity("torque", "rated torque of a table", None, above=0.0)
+    pin_radius: float | None = quantity("length", "radius of the pins", None, above=0.0)
+    pin_friction: float | None = quantity("number", "friction of the pin bearings", None, least=0.0)
 
     def __post_init__(self) -> None:
         settle(self)
+        if self.din_808 not in ("", *PRECISION_BEARINGS):
+            raise ModelError(
+                f"din_808 of a Joint is {self.din_808!r}; kinds: "
+                f"{choices(PRECISION_BEARINGS, self.din_808)}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,6 +8,7 @@ from typing import Any
 
 from ..checks import described
 from ..errors import ModelError, choices
+from .examples import example_path, examples
 from .fields import Entry, entries, items, number
 from .units import Unit, keys
 from .units import read as read_text
@@ -38,10 +39,12 @@ def _text(source: str | PathLike[str]) -> tuple[str, str]:
     if not isinstance(source, (str, PathLike)):
         raise ModelError(f"the source is {described(source)}, expected a path or TOML text")
     path = Path(source)
+    bundled = example_path(source) if isinstance(source, str) and not path.exists() else None
     try:
-        return path.read_text(encoding="utf-8-sig"), str(fspath(source))
+        return (bundled or path).read_text(encoding="utf-8-sig"), str(fspath(source))
     except (OSError, UnicodeDecodeError, ValueError) as error:
-        raise ModelError(f"{path} cannot be read: {error}") from error
+        bundle = "" if path.suffix else f"; lines of the package: {choices(examples(), str(path))}"
+        raise ModelError(f"{path} cannot be read: {error}{bundle}") from error
 
 
 def _dataclass(table: object, kind: Any, at: str) -> Any:

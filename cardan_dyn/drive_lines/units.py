@@ -96,6 +96,24 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
         Unit("mpa", 1e6, 1.0, ("MPa", "N/mm2")),
         Unit("pa", 1.0, 1.0, ("Pa", "N/m2")),
     ),
+    "force": (
+        Unit("n", 1.0, 1.0, ("N",)),
+        Unit("kn", 1e3, 1.0, ("kN",)),
+        Unit("lbf", _POUND_FORCE, 1.0, ("lbf",)),
+    ),
+    "rigidity": (
+        Unit("n_mm", 1e3, 1.0, ("N/mm",)),
+        Unit("kn_mm", 1e6, 1.0, ("kN/mm",)),
+        Unit("n_m", 1.0, 1.0, ("N/m",)),
+    ),
+    "n_beta": (
+        Unit("rpm_deg", _TURN_PER_MINUTE * (math.pi / 180.0), 1.0, ("rpmdeg", "°/min")),
+        Unit("rad2_s", 1.0, 1.0, ("rad2/s",)),
+    ),
+    "time": (
+        Unit("h", 3600.0, 1.0, ("h",)),
+        Unit("s", 1.0, 1.0, ("s",)),
+    ),
     "number": (),
 }
 """Dimension to its units, the one that files are written in first."""
@@ -110,6 +128,10 @@ SI = {
     "stiffness": "N·m/rad",
     "density": "kg/m³",
     "modulus": "Pa",
+    "force": "N",
+    "rigidity": "N/m",
+    "n_beta": "rad²/s",
+    "time": "s",
     "number": "1",
 }
 """Dimension to the unit of its Python attributes."""

@@ -7,6 +7,7 @@ where a figure is drawn. `figures.style` has what figures of the same look are m
 `figures.work_precision` draws the results of benchmarks.
 """
 
+from .arrangement import arrangement
 from .bending_planes import bending_planes
 from .closed_forms import bending_polar, compared, speed_ratio, thoma_bending, torque_ratio
 from .drive_lines import line_over_angle
@@ -18,6 +19,7 @@ from .positions import universal_joint_positions
 from .style import save
 
 __all__ = [
+    "arrangement",
     "bending_planes",
     "bending_polar",
     "compared",

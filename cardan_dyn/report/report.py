@@ -54,12 +54,12 @@ def write(comparisons: Comparisons, directory: Path) -> Path:
         OSError: the directory cannot be written.
     """
     require_matplotlib()
-    template = _template()
+    page_template = template("report.html")
     directory.mkdir(parents=True, exist_ok=True)
     beta = float(np.deg2rad(FIGURE_BETA_DEG))
     joint_turn = universal_joint_turn(load("universal_joint"), beta)
     shaft_turn = double_shaft_turn(load("double_shaft_z"), beta)
-    page = template.render(
+    page = page_template.render(
         version=__version__,
         betas=BETAS_DEG,
         rows=comparisons.rows(),
@@ -72,8 +72,8 @@ def write(comparisons: Comparisons, directory: Path) -> Path:
     return path
 
 
-def _template() -> Any:
-    """Return the template of the page.
+def template(name: str) -> Any:
+    """Return the template of a page.
 
     Raises:
         MissingExtraError: Jinja is not installed.
@@ -85,7 +85,7 @@ def _template() -> Any:
             'the report page needs Jinja: pip install "cardan-dyn[viz]"'
         ) from error
     environment = Environment(loader=PackageLoader("cardan_dyn.report"), autoescape=True)
-    return environment.get_template("report.html")
+    return environment.get_template(name)
 
 
 def _write_figures(joint_turn: Sweep, shaft_turn: Sweep, directory: Path) -> list[tuple[str, str]]:

@@ -133,6 +133,9 @@ def _only_visuals(robot: ElementTree.Element, source: SourceText) -> str | None:
     Mesh files are written as absolute paths.
     """
     count = 0
+    for joint in robot.findall("joint"):
+        # Not all types are known to the reader of visuals, which asks the model where links are.
+        joint.set("type", "floating")
     for link in robot.findall("link"):
         for collision in link.findall("collision"):
             link.remove(collision)

@@ -19,6 +19,7 @@ DIRECTORY = Path(__file__).parents[2] / "notebooks"
 NAMES = (
     "catalogue",
     "dresig_thuemmel",
+    "drive_line_design",
     "first_steps",
     "free_motion",
     "grossmann",

@@ -92,6 +92,20 @@ def test_every_bundled_description_has_shapes(name: str) -> None:
     assert shapes(cd.load(name))
 
 
+@pytest.mark.parametrize("kind", ["universal", "cylindrical", "spherical"])
+def test_joints_of_more_types_than_urdf_has(kind: str, capfd: pytest.CaptureFixture[str]) -> None:
+    mechanism = cd.load(
+        '<robot name="r"><link name="a"/><link name="b"><visual><geometry>'
+        '<sphere radius="2"/></geometry></visual></link>'
+        f'<joint name="j" type="{kind}"><parent link="a"/><child link="b"/>'
+        '<origin xyz="1 2 3"/><axis xyz="0 0 1"/></joint></robot>'
+    )
+    (shape,) = shapes(mechanism)
+    assert shape.link == "b"
+    np.testing.assert_allclose(shape.placement, np.eye(4), atol=1e-15)
+    assert capfd.readouterr().err == ""
+
+
 def test_mjcf_and_descriptions_without_a_text_have_none() -> None:
     model = """<mujoco model="m"><worldbody><body name="b"><joint name="j" axis="0 0 1"/>
       <geom type="sphere" size="1" mass="1"/></body></worldbody></mujoco>"""

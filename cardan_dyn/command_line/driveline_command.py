@@ -1,0 +1,213 @@
+"""What `cardan-dyn driveline` does with its options: a report on a line from a file and numbers."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import click
+import numpy as np
+
+from ..drive_lines import DriveLine, toml_schema
+from ..errors import ArgumentError
+from ..report.drive_line_page import (
+    LineReport,
+    best_forks,
+    joint_rows,
+    phasing_rows,
+    phasing_text,
+    save_figures,
+    scene,
+    shaft_rows,
+    write,
+)
+from .view_command import parsed_assignments
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+_RAD_PER_S = np.pi / 30.0
+_MARKS = {"pass": "green", "fail": "bold red", "stated": "default", "not judged": "yellow"}
+
+
+class Wanted(NamedTuple):
+    """What is written and printed.
+
+    Attributes:
+        page: path of the HTML page.
+        scene: whether the page has the turning scene in it.
+        directory: of the figures.
+        file: path of the turning scene.
+        as_json: print JSON instead of tables.
+    """
+
+    page: Path | None
+    scene: bool
+    directory: Path | None
+    file: Path | None
+    as_json: bool
+
+
+def schema_text() -> str:
+    """Return the JSON schema of files of drive lines."""
+    return json.dumps(toml_schema(), ensure_ascii=False, indent=1)
+
+
+def run(report: LineReport, wanted: Wanted) -> None:
+    """Print a report and write what is wanted.
+
+    Raises:
+        MissingExtraError: an extra is not installed.
+        ClickException: a file cannot be written.
+    """
+    from rich.console import Console
+
+    if wanted.as_json:
+        click.echo(as_json(report))
+    else:
+        print_report(report, Console())
+    at: Path | None = None
+    try:
+        if (at := wanted.directory) is not None:
+            save_figures(report, at)
+            click.echo(f"Figures: {at}", err=wanted.as_json)
+        if (at := wanted.page) is not None:
+            write(report, at, with_scene=wanted.scene)
+            click.echo(f"Page: {at}", err=wanted.as_json)
+        if (at := wanted.file) is not None:
+            scene(report).export(at)
+            click.echo(f"Scene: {at}", err=wanted.as_json)
+    except OSError as error:
+        raise click.ClickException(f"{at}: cannot be written ({error})") from error
+
+
+def report_on(
+    source: str,
+    *,
+    speed_rpm: float | None,
+    torque_nm: float | None,
+    limits: tuple[str, ...],
+    optimise: bool,
+    teeth: int | None,
+) -> LineReport:
+    """Return the report on a line.
+
+    Args:
+        source: path of a TOML file, or name of a line that comes with the package.
+        speed_rpm: of the input shaft [1/min]; that of the line, or of its duty cycle at its
+            greatest torque, unless given.
+        torque_nm: of the input shaft [N·m]; likewise.
+        limits: as NAME=VALUE; see `DriveLine.verdict`.
+        optimise: take the best forks.
+        teeth: on which forks can be turned; they are free unless given.
+
+    Raises:
+        ArgumentError: there is no speed or torque.
+        CardanError: as `DriveLine.from_toml`, `phasing`, `analyse` and `verdict` do.
+    """
+    given = parsed_assignments(limits, "--limit", "NAME=VALUE, as residual_angle=0.05")
+    line = DriveLine.from_toml(source)
+    changes = {
+        "speed": None if speed_rpm is None else speed_rpm * _RAD_PER_S,
+        "torque": torque_nm,
+    }
+    line = line.replace(**{name: value for name, value in changes.items() if value is not None})
+    phasing = best_forks(line, teeth)
+    if optimise and phasing is not None:
+        line = phasing.line
+    hardest = max(line.duty_cycle, key=lambda point: abs(point.torque), default=None)
+    speed = line.speed if hardest is None or line.speed is not None else hardest.speed
+    torque = line.torque if hardest is None or line.torque is not None else hardest.torque
+    for name, value in (("--speed-rpm", speed), ("--torque-nm", torque)):
+        if value is None:
+            raise ArgumentError(f"the line says no {name[2:].split('-')[0]}: give {name}")
+    analysis = line.analyse(speed=speed, torque=torque)
+    return LineReport(line, analysis, line.verdict(given), phasing)
+
+
+def print_report(report: LineReport, console: Console) -> None:
+    """Print joints, shafts, forks and the verdict."""
+    from rich import box
+    from rich.table import Table
+
+    def table(title: str, headings: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
+        shown = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+        for index, heading in enumerate(headings):
+            shown.add_column(heading, justify="right" if index else "left", overflow="fold")
+        for row in rows:
+            shown.add_row(*row)
+        console.print(shown)
+
+    line = report.line
+    shaft_headings = ("shaft", "length", "side", "plan", "fork offset", "tube", "bearings at")
+    table(f"{line.name}: shafts", shaft_headings, shaft_rows(line))
+    joint_headings = ("joint", "size", "side", "plan", "angle β", "plane offset", "fork phase")
+    table("joints", joint_headings, joint_rows(line))
+    console.print(phasing_text(report.phasing), highlight=False)
+    if report.phasing is not None and report.phasing.value < report.phasing.given_value:
+        table("forks", ("shaft", "given", "best"), phasing_rows(report.phasing))
+    console.print(_verdict_table(report))
+    console.print(f"Verdict: {report.verdict.summary}", highlight=False)
+    for row in report.verdict.failed:
+        place = row.where or "line"
+        console.print(
+            f"FAIL {place}: {row.quantity} {row.texts[3]}, limit {row.texts[5]} ({row.source})",
+            style="red",
+            markup=False,
+            highlight=False,
+        )
+
+
+def _verdict_table(report: LineReport) -> object:
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    shown = Table(title="verdict", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in ("where", "quantity"):
+        shown.add_column(heading, overflow="fold")
+    for heading in ("value", "by the rule", "limit", "margin"):
+        shown.add_column(heading, justify="right", overflow="fold")
+    shown.add_column("verdict")
+    title = ""
+    for row in report.verdict:
+        if row.status == "not judged" and row.value is None:
+            continue
+        if row.texts[0] != title:
+            title = row.texts[0]
+            shown.add_row(f"[bold]{escape(title)}[/]")
+        _, where, quantity, value, by_rule, limit, margin, status, *_ = map(escape, row.texts)
+        mark = f"[{_MARKS[row.status]}]{status}[/]"
+        shown.add_row(where, quantity, value, by_rule, limit, margin, mark)
+    return shown
+
+
+def as_json(report: LineReport) -> str:
+    """Return the verdict and the forks as JSON text, in SI units and radians."""
+    rows = [
+        {**dataclasses.asdict(row), "margin": row.margin, "inverses": row.inverses}
+        for row in report.verdict
+    ]
+    phasing = report.phasing
+    forks = None
+    if phasing is not None:
+        forks = {
+            "fork_offsets": phasing.fork_offsets.tolist(),
+            "residual_angle": phasing.value,
+            "given_residual_angle": phasing.given_value,
+            "proven": phasing.proven,
+        }
+    content = {
+        "line": report.line.name,
+        "passed": report.verdict.passed,
+        "rows": [{key: _finite(value) for key, value in row.items()} for row in rows],
+        "phasing": forks,
+    }
+    return json.dumps(content, ensure_ascii=False, indent=1)
+
+
+def _finite(value: object) -> object:
+    """Return a value that JSON has; infinite lives are texts."""
+    return str(value) if isinstance(value, float) and not np.isfinite(value) else value

@@ -1,0 +1,336 @@
+"""Angle rules: joint angles, uniformity and accelerations of a drive line, judged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from analytic import drive_acceleration, drive_line, single_joint, uniformity
+from analytic.limits import JOINT_SIZES, Limit
+
+from ..arrays import Array
+from .verdict_case import Case
+from .verdict_rows import Inverse, VerdictRow, judged, not_judged
+
+SQUARE = 1e-6
+"""Distance of fork phases from multiples of 90° up to which signs + and - hold [rad]."""
+_COARSE = 0.01
+"""Relative error from which on a rule of first order is said to be wrong."""
+_POSITIONS = 1440
+"""In half a turn, for the greatest sum of accelerations: its error is below 1e-5 of it."""
+_USUAL_LENGTH = (1.0, 2.0)
+"""Lengths that are near the 1.5 m of the makers' values of speed times angle [m]."""
+
+
+def angle_rules(case: Case) -> Iterator[VerdictRow]:
+    """Yield the rows about angles and accelerations."""
+    yield from _joint_angles(case)
+    yield from _slopes(case)
+    yield from _uniformity(case)
+    yield from _accelerations(case)
+    yield from _n_beta(case)
+
+
+def first_order(exact: float, rule: float) -> tuple[str, ...]:
+    """Return what a rule of first order misses, if that is much."""
+    if abs(rule - exact) <= _COARSE * abs(exact):
+        return ()
+    # Near zero a percentage says nothing.
+    if abs(exact) <= _COARSE * abs(rule):
+        return ("of first order in the squares of the angles: the rule is far off here",)
+    return (
+        "of first order in the squares of the angles: "
+        f"the rule is {100.0 * (rule / exact - 1.0):+.1f} % off here",
+    )
+
+
+def signs_hold(case: Case) -> tuple[str, ...]:
+    """Return that sums with signs do not hold, where forks are not at 0° or 90°."""
+    if case.line.count < 2 or _is_square(case):
+        return ()
+    return (
+        "sums with signs hold for planar lines with forks at 0 or 90 degrees: this line is "
+        "spatial or its forks stand otherwise; the rule's value is the sum of phase vectors",
+    )
+
+
+def _is_square(case: Case) -> bool:
+    phases = case.line.fork_phases[case.line.joint_angles > 0.0]
+    steps = np.diff(phases) / (np.pi / 2)
+    return bool(np.all(np.abs(steps - np.round(steps)) * np.pi / 2 <= SQUARE))
+
+
+def _joint_angles(case: Case) -> Iterator[VerdictRow]:
+    line = case.line
+    views = line.geometry.views
+    for k, (joint, beta) in enumerate(zip(line.joints, line.joint_angles, strict=True)):
+        row = VerdictRow(
+            rule="joint_angles",
+            where=line.joint_names[k],
+            quantity="joint angle",
+            value=float(beta),
+            unit="rad",
+            rule_value=float(np.hypot(*views[k])) if np.isfinite(views[k]).all() else None,
+        )
+        if joint.largest_angle is not None:
+            yield judged(row, Limit(joint.largest_angle, "rad", "largest_angle of the joint"))
+        else:
+            yield judged(row, None, "give largest_angle of the joint")
+        for name, what in (("joint_angle", "of road vehicles"), ("pto_angle", "continuous, PTO")):
+            limit = case.limit(name)
+            if limit is not None:
+                yield judged(replace(row, quantity=f"joint angle, {what}"), limit)
+    for k in range(line.count - 1):
+        row = VerdictRow(
+            rule="joint_angles",
+            where=line.shaft_names[k + 1],
+            quantity="difference of both joint angles",
+            value=float(abs(line.joint_angles[k + 1] - line.joint_angles[k])),
+            unit="rad",
+            broken=("of a shaft whose two joints compensate: here more joints do",)
+            if line.count > 2
+            else (),
+        )
+        yield judged(row, case.limit("angle_difference"), case.why_not("angle_difference"))
+
+
+def _slopes(case: Case) -> Iterator[VerdictRow]:
+    views = case.line.geometry.views
+    if not np.isfinite(views).all():
+        yield not_judged("slopes", "", "joint angles by their views", "a shaft leads not forward")
+        return
+    worst = np.abs(np.hypot(views[:, 0], views[:, 1]) - case.line.joint_angles).max()
+    yield VerdictRow(
+        rule="slopes",
+        where="",
+        quantity="error of joint angles from sums of squares of both views",
+        value=float(worst),
+        unit="rad",
+        source="exact joint angles are judged",
+    )
+
+
+def _uniformity(case: Case) -> Iterator[VerdictRow]:
+    line = case.line
+    betas, phases, count = line.joint_angles, line.fork_phases, line.count
+    exact = float(drive_line.residual_angle(betas, phases))
+    by_rule = float(drive_line.residual_angle_approximate(betas, phases))
+    broken = (*signs_hold(case), *first_order(exact, by_rule))
+    limit = case.limit("residual_angle")
+    rest = _allowed_last(case, limit) if limit is not None and count > 1 else ()
+    where = line.shaft_names[-1]
+    residual = VerdictRow(
+        rule="uniformity",
+        where=where,
+        quantity="residual angle",
+        value=exact,
+        unit="rad",
+        rule_value=by_rule,
+        broken=broken,
+        inverses=rest,
+        note=_lead(exact),
+    )
+    yield judged(residual, limit, case.why_not("residual_angle"))
+    non_uniformity = VerdictRow(
+        rule="uniformity",
+        where=where,
+        quantity="degree of non-uniformity U",
+        value=float(single_joint.non_uniformity(exact)),
+        rule_value=float(uniformity.added_non_uniformity(betas, phases)),
+        broken=broken[:1] if signs_hold(case) else (),
+        inverses=_allowed_by_u(case.limit("non_uniformity")),
+    )
+    yield judged(non_uniformity, case.limit("non_uniformity"), case.why_not("non_uniformity"))
+    for k in range(1, count):
+        beta = float(drive_line.residual_angle(betas[:k], phases[:k]))
+        yield VerdictRow(
+            rule="uniformity",
+            where=line.shaft_names[k],
+            quantity="residual angle",
+            value=beta,
+            unit="rad",
+            source="stated: it moves the shaft alone",
+            note=_lead(beta),
+        )
+
+
+def _lead(beta: float) -> str:
+    lead = np.degrees(float(single_joint.greatest_lead(beta)))
+    return f"angle error ±{lead:.3g}°"
+
+
+def _allowed_by_u(limit: Limit | None) -> tuple[Inverse, ...]:
+    if limit is None or limit.value < 0.0:
+        return ()
+    angle = float(uniformity.angle_of_non_uniformity(limit.value))
+    return (Inverse("allowed residual angle", angle, "rad"),)
+
+
+def _allowed_last(case: Case, limit: Limit) -> tuple[Inverse, ...]:
+    """Return the angles of the last joint between which the residual angle keeps its limit.
+
+    Exact: 1/cos² along the line adds as vectors of the joints' maps; found on a grid of the angle
+    and refined by bisection.
+    """
+    from scipy.optimize import brentq
+
+    line = case.line
+    betas, phases = line.joint_angles.copy(), line.fork_phases
+
+    def excess(last: float) -> float:
+        betas[-1] = last
+        return float(drive_line.residual_angle(betas, phases)) - limit.value
+
+    grid = np.linspace(0.0, np.radians(60.0), 241)
+    values = np.array([excess(beta) for beta in grid])
+    crossings = np.flatnonzero(np.diff(np.sign(values)))
+    found = [brentq(excess, grid[i], grid[i + 1], xtol=1e-12) for i in crossings]
+    name = line.joint_names[-1]
+    names = [f"allowed angle of {name}"] if len(found) == 1 else []
+    if len(found) == 2:
+        names = [f"least angle of {name}", f"greatest angle of {name}"]
+    return tuple(
+        Inverse(what, float(value), "rad") for what, value in zip(names, found, strict=False)
+    )
+
+
+def inertia_ratio(betas: Array, phases: Array) -> float:
+    """Return the greatest sum of the second derivatives of all intermediate shafts' rotations.
+
+    By the rotation of the shaft that turns evenly [1/rad], over half a turn.
+
+    Args:
+        betas: `(n,)` joint angles, from the shaft that turns evenly [rad].
+        phases: `(n,)` fork phases [rad].
+    """
+    turn = np.linspace(0.0, np.pi, _POSITIONS, endpoint=False)
+    total = np.zeros_like(turn)
+    for end in range(1, len(betas)):
+        total += drive_line.acceleration_ratio(betas[:end], phases[:end], turn)
+    return float(np.abs(total).max())
+
+
+def _accelerations(case: Case) -> Iterator[VerdictRow]:
+    line, fastest = case.line, case.fastest
+    if fastest is None or fastest.speed is None:
+        yield not_judged("accelerations", "", "torsional acceleration", "give speed")
+        return
+    betas, phases, speed = line.joint_angles, line.fork_phases, fastest.speed
+    residual = float(drive_line.residual_angle(betas, phases))
+    # Seen from the output, every joint has its other pin as the driving one.
+    back = betas[::-1], phases[::-1] + np.pi / 2
+    listed: list[tuple[str, str, float, Any]] = [
+        (
+            "torsional_acceleration",
+            "torsional acceleration of the output",
+            float(single_joint.greatest_acceleration(residual)),
+            drive_acceleration.torsional_angle(betas, phases),
+        )
+    ]
+    if line.count > 1:
+        listed += [
+            (
+                "inertia_acceleration",
+                "inertia acceleration in drive",
+                inertia_ratio(betas, phases),
+                drive_acceleration.inertia_drive_angle(betas, phases),
+            ),
+            (
+                "inertia_acceleration",
+                "inertia acceleration in coast",
+                inertia_ratio(*back),
+                drive_acceleration.inertia_coast_angle(betas, phases),
+            ),
+        ]
+    for name, quantity, ratio, theta in listed:
+        exact = ratio * speed**2
+        by_rule = float(drive_acceleration.angular_acceleration(theta, speed))
+        limit, greatest = case.limit(name), case.limit(f"{name}_greatest")
+        row = VerdictRow(
+            rule="accelerations",
+            where=line.shaft_names[-1] if name.startswith("t") else "",
+            quantity=quantity,
+            value=exact,
+            unit="rad/s^2",
+            rule_value=by_rule,
+            condition=fastest.name,
+            broken=(*signs_hold(case), *first_order(exact, by_rule)),
+            inverses=_allowed_speed(limit, ratio, speed),
+            note="" if greatest is None else _within(exact, greatest),
+        )
+        yield judged(row, limit, case.why_not(name))
+
+
+def _within(value: float, greatest: Limit) -> str:
+    return f"{'within' if value <= greatest.value else 'beyond'} {greatest.value:g} rad/s² at most"
+
+
+def _allowed_speed(limit: Limit | None, ratio: float, speed: float) -> tuple[Inverse, ...]:
+    if limit is None or limit.value <= 0.0 or ratio <= 0.0:
+        return ()
+    angles: tuple[Inverse, ...] = ()
+    if speed > 0.0:
+        angle = float(uniformity.allowed_angle(limit.value, speed))
+        angles = (Inverse("allowed equivalent angle", angle, "rad"),)
+    return (Inverse("allowed speed", float(np.sqrt(limit.value / ratio)), "rad/s"), *angles)
+
+
+@cache
+def _sizes() -> dict[str, Any]:
+    return {size.upper(): entry for size, entry in JOINT_SIZES.items()}
+
+
+def _n_beta(case: Case) -> Iterator[VerdictRow]:
+    line, fastest = case.line, case.fastest
+    for k, joint in enumerate(line.joints):
+        where = line.joint_names[k]
+        known = _sizes().get(joint.size.strip().upper())
+        if fastest is None or fastest.speed is None:
+            yield not_judged("n_beta", where, "speed", "give speed")
+            continue
+        beta, speed = float(line.joint_angles[k]), fastest.speed
+        bound = joint.largest_speed or (known.speed if known else None)
+        source = "largest_speed of the joint" if joint.largest_speed else f"Dana, size {joint.size}"
+        row = VerdictRow(
+            rule="n_beta",
+            where=where,
+            quantity="speed",
+            value=speed,
+            unit="rad/s",
+            condition=fastest.name,
+        )
+        missing = "give largest_speed of the joint, or its size"
+        yield judged(row, None if bound is None else Limit(bound, "rad/s", source), missing)
+        product = joint.largest_n_beta or (known.n_beta if known else None)
+        source = (
+            "largest_n_beta of the joint" if joint.largest_n_beta else f"Dana, size {joint.size}"
+        )
+        inverses: tuple[Inverse, ...] = ()
+        if product is not None and speed > 0.0:
+            inverses = (Inverse("allowed joint angle", product / speed, "rad"),)
+        row = VerdictRow(
+            rule="n_beta",
+            where=where,
+            quantity="speed times angle",
+            value=speed * beta,
+            unit="rad^2/s",
+            condition=fastest.name,
+            inverses=inverses,
+            broken=_far_from_usual(case, k) if product is not None else (),
+        )
+        missing = "give largest_n_beta of the joint, or its size"
+        yield judged(row, None if product is None else Limit(product, "rad^2/s", source), missing)
+
+
+def _far_from_usual(case: Case, k: int) -> tuple[str, ...]:
+    """Return that a shaft at a joint is much shorter or longer than those of the makers' values."""
+    lengths = case.line.geometry.lengths[1:-1]
+    near = [float(lengths[i]) for i in (k - 1, k) if 0 <= i < len(lengths)]
+    far = [length for length in near if not _USUAL_LENGTH[0] <= length <= _USUAL_LENGTH[1]]
+    if not far:
+        return ()
+    return (f"makers' values are those of shafts of some 1.5 m: this one has {max(far):.3g} m",)

@@ -1,0 +1,219 @@
+"""Force rules: fork couples, bearing forces and axial forces of a drive line, judged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from analytic import axial_force, fork_couples, line_forces
+from analytic.limits import Limit
+from analytic.support_forces import Spans
+
+from ..arrays import Array
+from .analysis import Analysis
+from .parts import Bearing, Shaft
+from .supports import supports
+from .verdict_case import Case
+from .verdict_rows import Inverse, VerdictRow, judged, not_judged
+
+_HALF_RIGHT = math.pi / 4
+_SMALL = 1e-9
+"""Forces of the rule that are nothing, relative to the torque over the shortest length."""
+
+
+def force_rules(case: Case) -> Iterator[VerdictRow]:
+    """Yield the rows about forces and moments."""
+    reason = case.no_forces
+    if reason:
+        yield not_judged("fork_couples", "", "bending moments", reason)
+        yield not_judged("bearing_forces", "", "bearing forces", reason)
+    else:
+        yield from _couples(case)
+        yield from _bearings(case)
+    yield from _axial(case)
+
+
+def _couples(case: Case) -> Iterator[VerdictRow]:
+    line, strongest = case.line, case.strongest
+    torque = abs((strongest.torque if strongest else None) or 0.0)
+    before, points_in = case.worst(lambda item: item.bending_in)
+    behind, points_out = case.worst(lambda item: item.bending_out)
+    for k, beta in enumerate(line.joint_angles):
+        rule = fork_couples.fork_couples(float(beta), torque)
+        for sides, points, by_rule, text in (
+            (before, points_in, rule.input_normal, "before"),
+            (behind, points_out, rule.output_in_plane, "behind"),
+        ):
+            broken = list(_with_mass(case))
+            if text == "behind" and beta > _HALF_RIGHT:
+                broken.append("up to 45°: the shaft behind is bent more between both positions")
+            if k > 0:
+                broken.append("torque of the input shaft: joints before this one vary it")
+            yield VerdictRow(
+                rule="fork_couples",
+                where=line.joint_names[k],
+                quantity=f"bending moment {text} the joint",
+                value=float(sides[k]),
+                unit="N m",
+                rule_value=float(by_rule),
+                condition=points[k].name,
+                source="none: bearings and shafts carry it",
+                broken=tuple(broken),
+            )
+
+
+def _with_mass(case: Case) -> tuple[str, ...]:
+    if case.unit is None or case.unit.inertial is None:
+        return ()
+    return ("massless crosses and shafts: the value is with inertia",)
+
+
+def _bearings(case: Case) -> Iterator[VerdictRow]:
+    line, unit = case.line, case.unit
+    if unit is None:
+        return
+    radial, points = case.worst(lambda item: item.bearing_radial)
+    axial, axial_points = case.worst(lambda item: item.bearing_axial)
+    by_rule, reason = _by_statics(case)
+    by_name = _by_name(case, unit)
+    broken = [*_with_mass(case), *([reason] if reason else [])]
+    if any(shaft.spline is not None and shaft.spline.friction for shaft in line.shafts):
+        broken.append("no axial force in the spline: its friction comes on top, see axial force")
+    if unit.indeterminate:
+        broken.append(
+            "statics leaves forces open; the least ones are shown: " + unit.indeterminate[0]
+        )
+    for index, name in enumerate(unit.bearings):
+        bearing = by_name.get(name)
+        row = VerdictRow(
+            rule="bearing_forces",
+            where=name,
+            quantity="force across the shaft",
+            value=float(radial[index]),
+            unit="N",
+            rule_value=by_rule.get(name),
+            condition=points[index].name,
+            broken=tuple(broken),
+        )
+        limit = bearing.radial_limit if bearing else None
+        if limit is not None and radial[index]:
+            torque = abs(points[index].torque or 0.0) * limit / float(radial[index])
+            row = _with_inverse(case, row, torque)
+        missing = "give radial_limit of the bearing" if bearing else "a bearing at the joint itself"
+        yield judged(row, None if limit is None else Limit(limit, "N", "radial_limit"), missing)
+        along = bearing.axial_limit if bearing else None
+        if along is not None or axial[index] > _SMALL * max(radial.max(), 1.0):
+            row = VerdictRow(
+                rule="bearing_forces",
+                where=name,
+                quantity="force along the shaft",
+                value=float(axial[index]),
+                unit="N",
+                condition=axial_points[index].name,
+                broken=tuple(broken[1:] if not reason else broken),
+            )
+            missing = "give axial_limit of the bearing" if bearing else "no bearing of its own"
+            yield judged(row, None if along is None else Limit(along, "N", "axial_limit"), missing)
+
+
+def _with_inverse(case: Case, row: VerdictRow, torque: float) -> VerdictRow:
+    """Return a row with the torque that its bearing allows, if forces are proportional to it."""
+    if case.unit is None or case.unit.inertial is not None or not torque:
+        return row
+    return replace(row, inverses=(Inverse("allowed torque", torque, "N m"),))
+
+
+def _by_name(case: Case, unit: Analysis) -> dict[str, Bearing]:
+    """Return the bearings of the line by the names of the analysis."""
+    held = supports(case.line).bearings
+    names = [item.name for item in held]
+    found = dict(zip(names, case.line.bearings, strict=True))
+    return {name: found[name] for name in unit.bearings if name in found}
+
+
+def _by_statics(case: Case) -> tuple[dict[str, float], str]:
+    """Return the rule's greatest bearing forces of a turn, and why there are none."""
+    line, strongest = case.line, case.strongest
+    spans = _spans(line.shafts)
+    inner = line.shafts[1:-1]
+    counts = [len(shaft.bearings) for shaft in inner]
+    if spans is None or line.count < 2 or counts != [1] * (line.count - 2) + [0]:
+        return {}, (
+            "two bearings on both end shafts and one centre bearing on each intermediate shaft "
+            "but the last: this line has others, no closed form"
+        )
+    if strongest is None or not strongest.torque:
+        return {}, ""
+    found = line_forces.line_support_forces(
+        line.geometry.directions,
+        np.linspace(0.0, np.pi, 180, endpoint=False),
+        strongest.torque,
+        line.geometry.lengths[1:-1],
+        np.array([shaft.bearings[0].distance for shaft in inner[:-1]]),
+        spans,
+        line.fork_offsets,
+    )
+    names = _names_of_rule(case)
+    centres = np.moveaxis(found.centres, -2, 0) if line.count > 2 else np.zeros((0, 1, 3))
+    listed: list[Array] = [found.A, found.B, *centres, found.E, found.F]
+    sizes = [float(np.linalg.norm(force, axis=-1).max()) for force in listed]
+    return dict(zip(names, sizes, strict=True)), ""
+
+
+def _names_of_rule(case: Case) -> list[str]:
+    """Return the bearings in the order A, B, centres, E, F."""
+    last = case.line.count
+    held = supports(case.line).bearings
+    ordered = sorted(
+        held, key=lambda item: (item.shaft, -item.distance if item.shaft == 0 else item.distance)
+    )
+    return [item.name for item in ordered if item.shaft <= last]
+
+
+def _spans(shafts: tuple[Shaft, ...]) -> Spans | None:
+    """Return the distances of the end shafts' bearings; None unless both have two."""
+    ends = [sorted(item.distance for item in shafts[end].bearings) for end in (0, -1)]
+    if [len(end) for end in ends] != [2, 2]:
+        return None
+    (b, far), (e, rear) = ends
+    return Spans(a=far - b, b=b, e=e, f=rear - e)
+
+
+def _axial(case: Case) -> Iterator[VerdictRow]:
+    line, strongest = case.line, case.strongest
+    for k, shaft in enumerate(line.shafts):
+        spline, where = shaft.spline, line.shaft_names[k]
+        if spline is None:
+            continue
+        if strongest is None or strongest.torque is None or spline.radius is None:
+            missing = "radius of the spline" if spline.radius is None else "torque"
+            reason = f"give {missing}"
+            yield not_judged("axial_force", where, "force of the sliding spline", reason)
+            continue
+        beta = float(line.joint_angles[k - 1])
+        # The torque in this shaft varies as the joints before it turn unevenly.
+        torque = abs(strongest.torque)
+        if case.forces:
+            torque = float(case.worst(lambda item: item.torsion_out)[0][k - 1])
+        yield VerdictRow(
+            rule="axial_force",
+            where=where,
+            quantity="force of the sliding spline",
+            value=torque * spline.friction / spline.radius,
+            unit="N",
+            rule_value=float(
+                axial_force.axial_force(strongest.torque, beta, spline.radius, spline.friction)
+            ),
+            condition=strongest.name,
+            source="none: locating bearings carry it",
+            note=f"μ = {spline.friction:g}; lubrication pressure times area comes on top",
+            broken=(
+                "mu T cos(beta) / r: the torque in the shaft is the one that varies over the "
+                "turn, between T cos(beta) and T / cos(beta)",
+            )
+            if beta > 0.0
+            else (),
+        )

@@ -1,0 +1,268 @@
+"""Rating rules: design torque, ratings and lives of the joints of a drive line, judged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from analytic import installation, joint_rating, precision_joint, shaft_design
+from analytic.limits import DIN_808_FACTORS, Limit
+
+from .parts import Joint
+from .verdict_case import Case, OperatingPoint
+from .verdict_rows import Inverse, VerdictRow, judged, not_judged
+
+HOUR = 3600.0
+_LEAST_ANGLE = math.radians(3.0)
+"""Angle that smaller ones count as, in the functions of `analytic`."""
+_CONSTANT = 0.01
+"""Relative variation of the torque over a turn from which on it is not constant."""
+
+
+def rating_rules(case: Case) -> Iterator[VerdictRow]:
+    """Yield the rows about torques and lives of joints."""
+    yield from _design_torque(case)
+    yield from _static(case)
+    for k in range(case.line.count):
+        yield from _life(case, k)
+        yield from _precision(case, k)
+        yield from _efficiency(case, k)
+
+
+def _design_torque(case: Case) -> Iterator[VerdictRow]:
+    strongest = case.strongest
+    if strongest is None or strongest.torque is None:
+        yield not_judged("design_torque", "", "shock torque T·K", "give torque")
+        return
+    given = case.line.service_factor is not None
+    power = "" if strongest.speed is None else f"{abs(strongest.torque) * strongest.speed:.4g} W"
+    yield VerdictRow(
+        rule="design_torque",
+        where="",
+        quantity="shock torque T·K",
+        value=abs(strongest.torque) * case.service_factor,
+        unit="N m",
+        condition=strongest.name,
+        source="none: ratings of joints are held against it",
+        note="; ".join(filter(None, [power, "" if given else "no service_factor: K = 1"])),
+    )
+
+
+def _static(case: Case) -> Iterator[VerdictRow]:
+    line = case.line
+    strongest = case.strongest
+    if strongest is None or strongest.torque is None:
+        yield not_judged("static_ratings", "", "torque", "give torque")
+        return
+    nominal = abs(strongest.torque)
+    if case.forces:
+        torque, points = case.worst(lambda item: item.torsion_in)
+        note = ""
+    else:
+        torque, points = np.full(line.count, nominal), [strongest] * line.count
+        note = f"torque of the input shaft: {case.no_forces}"
+    alternating = "reversing_limit" if line.reversing else "pulsating_limit"
+    named = {
+        "torque_limit": ("T_CS", "shock torque"),
+        "pulsating_limit": ("T_DSch", "shock torque, pulsating"),
+        "reversing_limit": ("T_DW", "shock torque, reversing"),
+    }
+    for k, joint in enumerate(line.joints):
+        for field in ("torque_limit", alternating):
+            symbol, quantity = named[field]
+            rating = getattr(joint, field)
+            row = VerdictRow(
+                rule="static_ratings",
+                where=line.joint_names[k],
+                quantity=quantity,
+                value=float(torque[k]) * case.service_factor,
+                unit="N m",
+                rule_value=nominal * case.service_factor,
+                condition=points[k].name,
+                note=note,
+                broken=_uneven(float(torque[k]), nominal),
+            )
+            limit = Limit(rating, "N m", f"{field} of the joint, {symbol}") if rating else None
+            yield judged(row, limit, f"give {field} of the joint ({symbol})")
+
+
+def _uneven(torque: float, nominal: float) -> tuple[str, ...]:
+    if abs(torque - nominal) <= _CONSTANT * nominal:
+        return ()
+    if nominal == 0.0:
+        return ("the rule takes the torque of the input shaft: here inertia alone acts",)
+    return (
+        "the rule takes the torque of the input shaft: joints and inertia make it "
+        f"{100.0 * (torque / nominal - 1.0):+.1f} % in this joint",
+    )
+
+
+def _life(case: Case, k: int) -> Iterator[VerdictRow]:
+    line, joint, where = case.line, case.line.joints[k], case.line.joint_names[k]
+    kinds = [kind for kind in ("rated_torque", "capacity") if getattr(joint, kind) is not None]
+    if not kinds:
+        reason = "give rated_torque or capacity of the joint"
+        yield not_judged("joint_life", where, "B10 life", reason)
+        return
+    points = [p for p in case.points if p.speed is not None and p.torque is not None]
+    if not points:
+        yield not_judged("joint_life", where, "B10 life", "give speed and torque")
+        return
+    limit = None if line.life is None else Limit(line.life, "s", "life of the line", "least")
+    for kind in kinds:
+        for point in points:
+            if point.steady:
+                row = _steady_life(case, k, kind, point)
+                # A duty cycle says better than one point what the joint has to live through.
+                if line.duty_cycle:
+                    note = "; ".join(filter(None, [row.note, "the duty cycle is judged"]))
+                    yield judged(replace(row, note=note), None)
+                else:
+                    yield judged(row, limit, "give life of the line")
+        duty = [point for point in points if not point.steady]
+        if duty and any(point.speed for point in duty):
+            yield judged(_duty_life(case, k, kind, duty), limit, "give life of the line")
+        elif duty:
+            yield not_judged("duty_cycle", where, "B10 life", "the duty cycle never turns")
+
+
+def _steady_life(case: Case, k: int, kind: str, point: OperatingPoint) -> VerdictRow:
+    beta = float(case.line.joint_angles[k])
+    return VerdictRow(
+        rule="joint_life",
+        where=case.line.joint_names[k],
+        quantity=f"B10 life by {kind}",
+        value=_life_at(case, case.line.joints[k], kind, beta, point) * HOUR,
+        unit="s",
+        condition=point.name,
+        inverses=_needed(case, kind, [point], beta),
+        note="its angle counts as 3°" if beta < _LEAST_ANGLE else "",
+    )
+
+
+def _duty_life(case: Case, k: int, kind: str, duty: list[OperatingPoint]) -> VerdictRow:
+    beta = float(case.line.joint_angles[k])
+    shares = [point.share for point in duty]
+    lives = [_life_at(case, case.line.joints[k], kind, beta, point) for point in duty]
+    hours = float(shaft_design.duty_cycle_life(shares, lives))
+    torques, speeds = [abs(p.torque or 0.0) for p in duty], [p.speed or 0.0 for p in duty]
+    equivalent = joint_rating.equivalent_duty(shares, torques, speeds, [beta] * len(duty))
+    factor = case.limit("mean_life_factor")
+    notes = [f"T_eq {float(equivalent.torque):.4g} N·m"]
+    notes += [] if factor is None else [f"mean life {hours * factor.value:.3g} h"]
+    notes += ["its angle counts as 3°"] if beta < _LEAST_ANGLE else []
+    return VerdictRow(
+        rule="duty_cycle",
+        where=case.line.joint_names[k],
+        quantity=f"B10 life by {kind}",
+        value=hours * HOUR,
+        unit="s",
+        condition="duty cycle",
+        inverses=_needed(case, kind, duty, beta),
+        note="; ".join(notes),
+    )
+
+
+def _life_at(case: Case, joint: Joint, kind: str, beta: float, point: OperatingPoint) -> float:
+    """Return the B10 life at a point [h]; infinite at rest or without torque."""
+    torque, speed = abs(point.torque or 0.0), point.speed or 0.0
+    if torque == 0.0 or speed == 0.0:
+        return math.inf
+    if kind == "rated_torque":
+        return float(shaft_design.joint_life(speed, beta, torque, joint.rated_torque or 0.0))
+    return float(
+        shaft_design.joint_life_from_capacity(
+            speed, beta, torque, joint.capacity or 0.0, case.service_factor
+        )
+    )
+
+
+def _needed(
+    case: Case, kind: str, points: list[OperatingPoint], beta: float
+) -> tuple[Inverse, ...]:
+    """Return the rating that gives the life that is asked for."""
+    life = case.line.life
+    loads = [p for p in points if p.torque and p.speed]
+    if life is None or not loads:
+        return ()
+    hours = life / HOUR
+    if kind == "rated_torque":
+        # Damage adds up, and goes with T_D to the power of -10/3.
+        parts = [
+            p.share
+            * float(
+                joint_rating.required_rated_torque(abs(p.torque or 0), p.speed or 0, beta, hours)
+            )
+            ** (10.0 / 3.0)
+            for p in loads
+        ]
+        return (Inverse("required T_D", sum(parts) ** 0.3, "N m"),)
+    needed = [
+        p.share
+        * float(
+            joint_rating.required_capacity(
+                abs(p.torque or 0), p.speed or 0, beta, hours, case.service_factor
+            )
+        )
+        for p in loads
+    ]
+    return (Inverse("required L_C", sum(needed), "1"),)
+
+
+def _precision(case: Case, k: int) -> Iterator[VerdictRow]:
+    joint, where = case.line.joints[k], case.line.joint_names[k]
+    if not joint.din_808:
+        return
+    name = f"din_808_{joint.din_808}_speed"
+    if case.fastest is not None:
+        row = VerdictRow(
+            rule="precision_joint",
+            where=where,
+            quantity="speed",
+            value=case.fastest.speed,
+            unit="rad/s",
+            condition=case.fastest.name,
+        )
+        yield judged(row, case.limit(name), case.why_not(name))
+    strongest, beta = case.strongest, float(case.line.joint_angles[k])
+    factors = DIN_808_FACTORS[joint.din_808]
+    if strongest is None or strongest.torque is None:
+        yield not_judged("precision_joint", where, "torque T·k", "give torque")
+        return
+    if math.degrees(beta) > max(factors):
+        reason = f"its angle exceeds the {max(factors):g}° of the table"
+        yield not_judged("precision_joint", where, "torque T·k", reason)
+        return
+    row = VerdictRow(
+        rule="precision_joint",
+        where=where,
+        quantity="torque T·k",
+        value=float(precision_joint.required_torque(strongest.torque, beta, factors)),
+        unit="N m",
+        condition=strongest.name,
+        note=f"k = {float(precision_joint.angle_factor(beta, factors)):.3g}",
+    )
+    rated = joint.table_torque
+    limit = None if rated is None else Limit(rated, "N m", "table_torque of the joint")
+    yield judged(row, limit, "give table_torque of the joint")
+
+
+def _efficiency(case: Case, k: int) -> Iterator[VerdictRow]:
+    joint, beta = case.line.joints[k], float(case.line.joint_angles[k])
+    if joint.pin_radius is None or joint.pin_friction is None or not joint.cross_span:
+        return
+    arm = joint.cross_span / 2.0
+    yield VerdictRow(
+        rule="efficiency",
+        where=case.line.joint_names[k],
+        quantity="efficiency",
+        value=float(installation.joint_efficiency(beta, joint.pin_friction, joint.pin_radius, arm)),
+        source="none",
+        broken=("for small angles: the loss is 2 % too small at 15°, 8 % at 30°",)
+        if beta > math.radians(15.0)
+        else (),
+        note="half the cross_span counts as the arm of the pin bearings",
+    )

@@ -1,0 +1,175 @@
+"""Verdict rows: what one rule says of one place of a drive line."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from analytic.limits import Limit
+from analytic.rules import RULES
+
+PASS, FAIL, STATED, NOT_JUDGED = "pass", "fail", "stated", "not judged"
+
+_ROUNDING = 1e-9
+"""Relative overrun of a limit that is still the limit itself: rounding, and that of its source."""
+_SHOWN = {
+    "rad": ("°", 180.0 / math.pi),
+    "rad/s": ("1/min", 30.0 / math.pi),
+    "rad^2/s": ("°/min", 5400.0 / math.pi**2),
+    "Pa": ("MPa", 1e-6),
+    "m": ("mm", 1e3),
+    "s": ("h", 1.0 / 3600.0),
+    "kg m": ("g·mm", 1e6),
+    "rad/s^2": ("rad/s²", 1.0),
+    "N m": ("N·m", 1.0),
+    "N m/rad": ("N·m/rad", 1.0),
+    "1": ("", 1.0),
+}
+
+
+class Inverse(NamedTuple):
+    """What an input of a rule would have to be to meet its limit exactly.
+
+    Attributes:
+        what: its name.
+        value: in SI units.
+        unit: of the value, as in `analytic.limits`.
+    """
+
+    what: str
+    value: float
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.what} {as_text(self.value, self.unit)}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class VerdictRow:
+    """What a rule says of a place of a line.
+
+    Attributes:
+        rule: key in `analytic.rules.RULES`.
+        where: name of the shaft, joint, bearing or spline; empty for the whole line.
+        quantity: what is judged.
+        value: exact, by the analysis or composed closed forms; None if it is not known.
+        unit: of all values, as in `analytic.limits`: SI and radians.
+        rule_value: what the rule of practice gives instead; None if it is the exact value.
+        limit: what the value is held against; None if it is stated alone.
+        condition: operating point at which the value was found.
+        status: `pass`, `fail`, `stated` (there is no limit) or `not judged`.
+        source: of the limit, or of the rule if there is none.
+        broken: assumptions of the rule that do not hold for this line, and what that means.
+        inverses: what inputs would meet the limit.
+        note: what is missing, or what the value stands for.
+    """
+
+    rule: str
+    where: str
+    quantity: str
+    value: float | None = None
+    unit: str = "1"
+    rule_value: float | None = None
+    limit: Limit | None = None
+    condition: str = ""
+    status: str = STATED
+    source: str = ""
+    broken: tuple[str, ...] = ()
+    inverses: tuple[Inverse, ...] = ()
+    note: str = ""
+
+    @property
+    def margin(self) -> float | None:
+        """Room to the limit relative to it, negative if it is missed; None without both."""
+        if self.value is None or self.limit is None:
+            return None
+        size = abs(self.limit.value) or 1.0
+        room = self.limit.value - self.value
+        return (-room if self.limit.bound == "least" else room) / size
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Inverses, the note and the broken assumptions, which begin with an exclamation mark."""
+        listed = [*map(str, self.inverses), self.note, *(f"! {text}" for text in self.broken)]
+        return tuple(filter(None, listed))
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """What tables show of it, in the units that engineers use."""
+        margin = self.margin
+        bound = "" if self.limit is None else {"least": "≥ "}.get(self.limit.bound, "≤ ")
+        return (
+            RULES[self.rule].title,
+            self.where,
+            self.quantity,
+            _text_or_none(self.value, self.unit),
+            _text_or_none(self.rule_value, self.unit),
+            bound + _text_or_none(None if self.limit is None else self.limit.value, self.unit),
+            "" if margin is None else f"{100.0 * margin:+.0f} %",
+            self.status,
+            self.condition,
+            self.source,
+            "; ".join(self.remarks),
+        )
+
+
+HEADINGS = (
+    "rule",
+    "where",
+    "quantity",
+    "value",
+    "by the rule",
+    "limit",
+    "margin",
+    "verdict",
+    "at",
+    "source of the limit",
+    "remarks",
+)
+"""Of `VerdictRow.texts`."""
+
+
+def judged(row: VerdictRow, limit: Limit | None, missing: str = "") -> VerdictRow:
+    """Return a row held against a limit.
+
+    Args:
+        row: with its value.
+        limit: None if there is none.
+        missing: what would give the limit, or why it does not count, without one.
+    """
+    if limit is None:
+        note = "; ".join(filter(None, [row.note, missing and f"not judged: {missing}"]))
+        status = NOT_JUDGED if missing else STATED
+        return replace(row, status=status, note=note, source=row.source or RULES[row.rule].source)
+    held = replace(row, limit=limit, source=limit.source)
+    margin = held.margin
+    if margin is None or math.isnan(margin):
+        return replace(held, status=NOT_JUDGED)
+    return replace(held, status=PASS if margin >= -_ROUNDING else FAIL)
+
+
+def not_judged(rule: str, where: str, quantity: str, reason: str) -> VerdictRow:
+    """Return the row of a rule for which data are missing."""
+    return VerdictRow(
+        rule=rule,
+        where=where,
+        quantity=quantity,
+        status=NOT_JUDGED,
+        source=RULES[rule].source,
+        note=f"not judged: {reason}",
+    )
+
+
+def as_text(value: float, unit: str) -> str:
+    """Return a value of SI units in the unit that engineers use."""
+    name, factor = _SHOWN.get(unit, (unit, 1.0))
+    shown = value * factor
+    digits = f"{shown:.4g}" if 1e-3 <= abs(shown) < 1e4 or not shown else f"{shown:.3g}"
+    if 1e4 <= abs(shown) < 1e7:
+        digits = f"{shown:.0f}"
+    return digits + (name if name == "°" else f" {name}" if name else "")
+
+
+def _text_or_none(value: float | None, unit: str) -> str:
+    return "" if value is None else as_text(value, unit)

@@ -1,0 +1,117 @@
+"""The command `driveline`: tables, files, other speeds and limits, messages and exit codes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+pytest.importorskip("matplotlib", reason="the command writes figures")
+pytest.importorskip("meshcat", reason="the command writes scenes")
+
+from testkit.line_data import random_line
+
+from cardan_dyn.command_line import commands as cli
+from cardan_dyn.drive_lines import DriveLine
+from cardan_dyn.viewer.viewing import View
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(cli.main, ["driveline", *arguments], catch_exceptions=False)
+
+
+@pytest.fixture
+def wide(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "160")
+
+
+@pytest.mark.usefixtures("wide")
+def test_prints_data_forks_and_verdict() -> None:
+    result = run("truck")
+    assert result.exit_code == 0
+    for text in (
+        "coupling_shaft",
+        "3.640°",
+        "residual angle from 1.414° to 0.029°",
+        "Fork couples",
+    ):
+        assert text in result.output
+    assert "FAIL coupling_shaft: difference of both joint angles" in result.output
+    assert run("truck", "--check").exit_code == 1
+    assert run("pto", "--check").exit_code == 0
+
+
+def test_writes_page_figures_and_scene(tmp_path: Path) -> None:
+    page, figures, scene = tmp_path / "a" / "b.html", tmp_path / "f", tmp_path / "s.html"
+    result = run(
+        "paper_machine",
+        *("--page", str(page), "--no-scene", "--figures", str(figures), "--export", str(scene)),
+    )
+    assert result.exit_code == 0
+    assert "Drive line paper_machine" in page.read_text("utf-8")
+    assert len(list(figures.iterdir())) == 4
+    assert "paper_machine" in scene.read_text("utf-8")
+
+
+def test_json_with_other_speed_limits_and_forks() -> None:
+    options = ("--speed-rpm", "3000", "--torque-nm", "50", "--limit", "residual_angle=0.0001")
+    plain = json.loads(run("truck", "--json", *options).output)
+    best = json.loads(run("truck", "--json", *options, "--optimise-phases").output)
+    teeth = json.loads(run("truck", "--json", *options, "--teeth", "4").output)
+
+    def residual(found: dict) -> dict:
+        return next(row for row in found["rows"] if row["where"] == "axle" and row["limit"])
+
+    assert residual(plain)["limit"]["value"] == 1e-4
+    assert residual(plain)["value"] == pytest.approx(plain["phasing"]["given_residual_angle"])
+    assert residual(best)["value"] == pytest.approx(plain["phasing"]["residual_angle"], rel=1e-9)
+    assert np.allclose(np.mod(teeth["phasing"]["fork_offsets"], np.pi / 2), 0.0)
+    speeds = [row["value"] for row in plain["rows"] if row["quantity"] == "speed"]
+    assert speeds == pytest.approx([100 * np.pi] * 3)
+
+
+def test_schema_holds_what_is_written() -> None:
+    schema = json.loads(run("--schema").output)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    assert "application" in json.dumps(schema)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("none.toml",), "none.toml cannot be read"),
+        (("truk",), "did you mean 'truck'"),
+        ((), "lines of the package: paper_machine"),
+        (("truck", "--limit", "residual=1"), "no limit of the verdict"),
+        (("truck", "--limit", "residual_angle"), "--limit 'residual_angle' is not NAME=VALUE"),
+        (("truck", "--page", "/dev/null/x.html"), "cannot be written"),
+        (("truck", "--teeth", "1"), "teeth"),
+    ],
+)
+def test_messages(arguments: tuple[str, ...], message: str) -> None:
+    result = run(*arguments)
+    assert result.exit_code != 0
+    assert message in " ".join(result.output.split())
+    assert "Traceback" not in result.output
+
+
+def test_a_line_without_speed_asks_for_it(tmp_path: Path) -> None:
+    path = tmp_path / "line.toml"
+    random_line(1, 1).to_toml(path)
+    assert "give --speed-rpm" in run(str(path)).output
+    result = run(str(path), "--speed-rpm", "100", "--torque-nm", "5")
+    assert result.exit_code == 0 and "one joint" in result.output
+    assert DriveLine.from_toml(path).speed is None
+
+
+def test_view_serves_the_turning_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    served: list[View] = []
+    monkeypatch.setattr(View, "serve", lambda self: served.append(self))
+    result = run("rolling_mill", "--view", "--no-open")
+    assert result.exit_code == 0 and "Scene: http" in result.output
+    assert len(served) == 1
+    served[0].close()

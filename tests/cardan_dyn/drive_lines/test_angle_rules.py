@@ -1,0 +1,131 @@
+"""Angle rules: published examples, closed forms of two joints, accelerations of the analysis."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.line_data import double_shaft, random_line
+
+from cardan_dyn.drive_lines import DriveLine, Joint, Shaft, VerdictRow
+from cardan_dyn.drive_lines.angle_rules import inertia_ratio
+
+RPM = np.pi / 30
+
+
+def rows(line: DriveLine, rule: str, **limits: float | None) -> list[VerdictRow]:
+    return [row for row in line.verdict(limits) if row.rule == rule]
+
+
+def planar(first: float, second: float, **fields: object) -> DriveLine:
+    """A Z arrangement in the plan view, of joint angles in degrees."""
+    slopes = np.radians([0.0, first, first - second])
+    return double_shaft((0.0, 0.0, 0.0), tuple(slopes)).replace(**fields)
+
+
+def test_example_of_the_catalogue() -> None:
+    residual = rows(planar(12.0, 10.0), "uniformity")[0]
+    assert np.degrees(residual.value) == pytest.approx(6.6673, abs=5e-5)
+    assert np.degrees(residual.rule_value) == pytest.approx(6.6332, abs=5e-5)
+    assert residual.status == "fail"
+    assert residual.margin == pytest.approx(1.0 - 6.6673 / 3.0, abs=1e-4)
+    assert residual.broken == ()  # 0.5 % off, and planar with forks in line
+    assert "Klein" in residual.source
+
+
+def test_allowed_angles_of_the_second_joint_are_those_of_the_product_formula() -> None:
+    residual = rows(planar(12.0, 10.0), "uniformity")[0]
+    ratio = np.cos(np.radians(3.0))
+    expected = np.arccos(np.cos(np.radians(12.0)) / np.array([ratio, 1.0 / ratio]))
+    found = [inverse.value for inverse in residual.inverses]
+    np.testing.assert_allclose(found, expected, rtol=1e-10)
+    assert [inverse.what for inverse in residual.inverses] == [
+        "least angle of joint_2",
+        "greatest angle of joint_2",
+    ]
+
+
+def test_non_uniformity_and_its_inverse() -> None:
+    second = rows(planar(3.0, 0.0), "uniformity")[1]
+    assert second.value == pytest.approx(0.0027428, abs=5e-8)
+    assert second.inverses[0].value == pytest.approx(np.radians(2.977), abs=1e-5)
+
+
+def test_spatial_lines_break_the_sum_with_signs() -> None:
+    spatial = rows(random_line(3, 2), "uniformity")[0]
+    assert any("sums with signs" in text for text in spatial.broken)
+    assert not any(
+        "sums with signs" in text for text in rows(planar(9.0, 9.0), "uniformity")[0].broken
+    )
+
+
+def test_accelerations_of_the_example_of_pss() -> None:
+    # 5, 4, 3, 2 degrees at 2500/min, the first shaft crossed: 749, 2026 and
+    # 209 rad/s^2.
+    slopes = np.radians(np.cumsum([0.0, 5.0, -4.0, 3.0, -2.0]))
+    shafts = [Shaft(slope_plan=slope, length=0.5) for slope in slopes]
+    shafts[1] = Shaft(slope_plan=slopes[1], length=0.5, fork_offset=np.pi / 2)
+    line = DriveLine(shafts=shafts, speed=2500 * RPM)
+    found = rows(line, "accelerations")
+    assert [round(row.rule_value) for row in found] == [749, 2026, 209]
+    assert [row.status for row in found] == ["fail", "fail", "pass"]
+    assert found[1].note == "beyond 2000 rad/s² at most"
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_exact_accelerations_are_those_of_the_analysis(count: int) -> None:
+    line = random_line(count, 5)
+    turn = line.analyse(speed=1.0, torque=1.0, positions=np.linspace(0, np.pi, 1440))
+    rate, second = turn.ratio, turn.acceleration
+    last, change = rate[:, -1:], second[:, -1:]
+    back = (second * last - rate * change) / last**3  # By the rotation of the output shaft.
+    torsional, drive, coast = (row.value for row in rows(line.replace(speed=1.0), "accelerations"))
+    assert torsional == pytest.approx(np.abs(second[:, -1]).max(), rel=1e-5)
+    assert drive == pytest.approx(np.abs(second[:, 1:-1].sum(axis=1)).max(), rel=1e-5)
+    assert coast == pytest.approx(np.abs(back[:, 1:-1].sum(axis=1)).max(), rel=1e-5)
+
+
+def test_one_intermediate_shaft_is_a_single_joint() -> None:
+    beta = np.radians(30.0)
+    turn = np.linspace(0, np.pi, 200_001)
+    ratio = np.cos(beta) / (1 - np.sin(beta) ** 2 * np.sin(turn) ** 2)
+    steepest = np.abs(np.gradient(ratio, turn)).max()
+    assert inertia_ratio(np.array([beta, 0.1]), np.zeros(2)) == pytest.approx(steepest, rel=1e-5)
+
+
+def test_allowed_speed_meets_the_limit() -> None:
+    line = planar(12.0, 10.0, speed=1000 * RPM)
+    row = rows(line, "accelerations")[0]
+    at_limit = rows(line.replace(speed=row.inverses[0].value), "accelerations")[0]
+    assert at_limit.value == pytest.approx(300.0, rel=1e-12)
+    assert at_limit.status == "pass"
+
+
+def test_joint_angles_of_a_vehicle_and_of_any_line() -> None:
+    line = planar(7.0, 5.0)
+    assert {row.status for row in rows(line, "joint_angles")} == {"not judged"}
+    of_vehicle = rows(line.replace(application="vehicle"), "joint_angles")
+    judged = {(row.where, row.quantity): row.status for row in of_vehicle}
+    assert judged["joint_1", "joint angle, of road vehicles"] == "fail"
+    assert judged["joint_2", "joint angle, of road vehicles"] == "pass"
+    assert judged["shaft_1", "difference of both joint angles"] == "fail"
+    given = rows(line, "joint_angles", joint_angle=np.radians(8.0))
+    assert [row.status for row in given if "road" in row.quantity] == ["pass", "pass"]
+
+
+def test_speed_and_angle_by_size() -> None:
+    # Dana: joint 2040 at 10 degrees may turn at 2000/min.
+    joints = [Joint(size="2040"), Joint(largest_n_beta=1.0, largest_speed=1.0)]
+    line = planar(10.0, 10.0, joints=joints, speed=2000 * RPM)
+    found = rows(line, "n_beta")
+    assert [row.status for row in found] == ["pass", "pass", "fail", "fail"]
+    assert found[1].margin == pytest.approx(0.0, abs=1e-12)
+    assert found[1].inverses[0].value == pytest.approx(np.radians(10.0))
+    assert "2040" in found[1].source
+    assert "1.5 m" in found[1].broken[0]  # It has 0.9 m.
+
+
+def test_slopes_are_compared_with_sums_of_squares() -> None:
+    line = double_shaft((0.0, 0.2, 0.0), (0.0, 0.2, 0.0))
+    (row,) = rows(line, "slopes")
+    exact = np.arctan(np.hypot(np.tan(0.2), np.tan(0.2)))
+    assert row.value == pytest.approx(abs(np.hypot(0.2, 0.2) - exact), rel=1e-9)

@@ -1,0 +1,98 @@
+"""Force rules: catalogue formulas of the planar double shaft, statics of spatial lines."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.line_data import NEAR, SPAN, double_shaft, random_line
+
+from analytic.support_forces import Spans, planar_support_forces
+from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Shaft, VerdictRow
+
+
+def rows(line: DriveLine, rule: str) -> list[VerdictRow]:
+    return [row for row in line.verdict() if row.rule == rule]
+
+
+def test_bearings_of_the_catalogue() -> None:
+    slopes = (0.0, float(np.radians(12.0)), 0.0)
+    line = double_shaft((0.0, 0.0, 0.0), slopes).replace(torque=400.0)
+    found = {row.where: row for row in rows(line, "bearing_forces") if "across" in row.quantity}
+    spans = Spans(a=SPAN[0], b=NEAR[0], e=NEAR[1], f=SPAN[1])
+    beta = np.radians(12.0)
+    positions = planar_support_forces(beta, beta, 400.0, 0.9, spans, "Z")
+    for name in "ABEF":
+        printed = max(float(getattr(position, name)) for position in positions)
+        assert found[name].value == pytest.approx(printed, rel=1e-6)
+        assert found[name].rule_value == pytest.approx(printed, rel=1e-6)
+        assert found[name].broken == ()
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_statics_agree_with_the_mechanism(count: int) -> None:
+    line = random_line(count, 7).replace(torque=250.0)
+    across = [row for row in rows(line, "bearing_forces") if "across" in row.quantity]
+    assert len(across) == count + 2
+    for row in across:
+        assert row.value == pytest.approx(row.rule_value, rel=3e-4)  # Positions are 1 degree apart.
+
+
+def test_limits_and_the_torque_they_allow() -> None:
+    line = double_shaft((0.0, 0.1, 0.0)).replace(torque=400.0)
+    bearings = [
+        Bearing(distance=0.06, radial_limit=100.0, axial_limit=1.0),
+        Bearing(distance=0.18),
+    ]
+    line = line.replace(shafts=[Shaft(bearings=bearings), *line.shafts[1:]])
+    row = next(row for row in rows(line, "bearing_forces") if row.where == "B")
+    assert row.status == "fail"
+    allowed = rows(line.replace(torque=row.inverses[0].value), "bearing_forces")
+    assert next(r for r in allowed if r.where == "B").value == pytest.approx(100.0, rel=1e-9)
+    assert next(r for r in allowed if r.where == "A").status == "not judged"
+
+
+def test_couples_before_and_behind_a_joint() -> None:
+    slopes = (0.0, float(np.radians(20.0)), 0.0)
+    line = double_shaft((0.0, 0.0, 0.0), slopes).replace(torque=100.0)
+    before, behind, *_ = rows(line, "fork_couples")
+    assert before.value == pytest.approx(100 * np.tan(np.radians(20.0)), rel=1e-6)
+    assert behind.value == pytest.approx(100 * np.sin(np.radians(20.0)), rel=1e-6)
+    steep = (0.0, float(np.radians(60.0)), 0.0)
+    behind = rows(double_shaft((0.0, 0.0, 0.0), steep).replace(torque=100.0), "fork_couples")[1]
+    assert behind.value > 1.05 * behind.rule_value
+    assert "45°" in behind.broken[0]
+
+
+def test_inertia_grows_with_the_square_of_the_speed() -> None:
+    line = random_line(2, 3, mass=True)
+    cycle = [
+        DutyPoint(share=0.5, speed=100.0, torque=10.0, name="slow"),
+        DutyPoint(share=0.5, speed=400.0, torque=10.0, name="fast"),
+    ]
+    found = rows(line.replace(duty_cycle=cycle), "bearing_forces")
+    direct = line.analyse(speed=400.0, torque=10.0)
+    expected = dict(zip(direct.bearings, direct.total.bearing_radial.max(axis=0), strict=True))
+    for row in found:
+        if "across" in row.quantity:
+            assert row.value == pytest.approx(expected[row.where], rel=1e-6)
+            assert row.condition == "fast"
+            assert "massless" in row.broken[0]
+
+
+def test_friction_of_a_sliding_spline() -> None:
+    slopes = (0.0, float(np.radians(25.0)), 0.0)
+    line = double_shaft((0.0, 0.0, 0.0), slopes, friction=0.1, radius=0.02).replace(torque=300.0)
+    (row,) = rows(line, "axial_force")
+    slipping = line.analyse(speed=1.0, slipping="out").total.spline_friction
+    assert row.value == pytest.approx(np.abs(slipping).max(), rel=1e-6)
+    assert row.rule_value == pytest.approx(300 * 0.1 / 0.02 * np.cos(np.radians(25.0)))
+
+
+def test_lines_without_closed_form_and_without_hold() -> None:
+    line = random_line(3, 4).replace(torque=1.0)
+    shafts = [Shaft(slope_side=line.shafts[0].slope_side), *line.shafts[1:]]
+    row = rows(line.replace(shafts=shafts), "bearing_forces")[0]
+    assert row.rule_value is None and "no closed form" in row.broken[-1]
+    loose = line.replace(shafts=[line.shafts[0], Shaft(length=0.5), *line.shafts[2:]])
+    (row,) = rows(loose, "bearing_forces")
+    assert row.status == "not judged" and "hold" in row.note

@@ -1,0 +1,128 @@
+"""Rating rules: published ratings, inverses put back, duty cycles and torques of later joints."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.line_data import double_shaft, random_line
+
+from cardan_dyn.drive_lines import DriveLine, DutyPoint, Joint, VerdictRow
+
+RPM = np.pi / 30
+HOUR = 3600.0
+
+
+def rows(line: DriveLine, rule: str) -> list[VerdictRow]:
+    return [row for row in line.verdict() if row.rule == rule]
+
+
+def line(angle: float, joint: Joint, **fields: object) -> DriveLine:
+    """Two joints in Z, of an angle in degrees."""
+    slopes = (0.0, float(np.radians(angle)), 0.0)
+    return double_shaft((0.0, 0.0, 0.0), slopes).replace(joints=[joint, Joint()], **fields)
+
+
+def test_life_at_the_makers_reference() -> None:
+    # AISCO rates at 5000 h, 100/min and 3 degrees.
+    case = line(3.0, Joint(rated_torque=800.0), speed=100 * RPM, torque=800.0)
+    row = rows(case, "joint_life")[0]
+    assert row.value / HOUR == pytest.approx(5000.0, rel=1e-9)
+    assert row.status == "not judged" and "life" in row.note
+    asked = rows(case.replace(life=5001 * HOUR), "joint_life")[0]
+    assert asked.status == "fail" and asked.limit.bound == "least"
+
+
+def test_kleins_case_needs_another_rating() -> None:
+    case = line(7.0, Joint(rated_torque=1.0), speed=1450 * RPM, torque=1000.0, life=2000 * HOUR)
+    needed = rows(case, "joint_life")[0].inverses[0]
+    assert needed.value == pytest.approx(2185.0, abs=0.5)
+    enough = case.replace(joints=[Joint(rated_torque=needed.value), Joint()])
+    assert rows(enough, "joint_life")[0].value == pytest.approx(2000 * HOUR, rel=1e-12)
+
+
+@pytest.mark.parametrize("field", ["rated_torque", "capacity"])
+def test_required_rating_of_a_duty_cycle(field: str) -> None:
+    cycle = [
+        DutyPoint(share=0.2, speed=2000 * RPM, torque=300.0),
+        DutyPoint(share=0.5, speed=900 * RPM, torque=-700.0, name="coast"),
+        DutyPoint(share=0.3, speed=0.0, torque=0.0, name="rest"),
+    ]
+    fields = {"duty_cycle": cycle, "life": 1234 * HOUR, "service_factor": 1.5}
+    (row,) = rows(line(8.0, Joint(**{field: 900.0}), **fields), "duty_cycle")
+    joint = Joint(**{field: row.inverses[0].value})
+    (enough,) = rows(line(8.0, joint, **fields), "duty_cycle")
+    assert enough.value == pytest.approx(1234 * HOUR, rel=1e-12)
+    assert enough.status == "pass"
+    # Damage by hand: n beta T^(10/3), in the units of the catalogues.
+    damage = 0.2 * 2000 * 8 * 300.0 ** (10 / 3) + 0.5 * 900 * 8 * 700.0 ** (10 / 3)
+    if field == "rated_torque":
+        assert row.value / HOUR == pytest.approx(1.5e6 * 900.0 ** (10 / 3) / damage, rel=1e-9)
+    else:
+        per_knm = damage * 1e-10 * 1.5
+        assert row.value / HOUR == pytest.approx(900.0 * 1e10 / per_knm, rel=1e-9)
+
+
+def test_a_cycle_at_rest_has_no_life() -> None:
+    cycle = [DutyPoint(share=1.0, speed=0.0, torque=10.0)]
+    (row,) = rows(line(8.0, Joint(rated_torque=1.0), duty_cycle=cycle), "duty_cycle")
+    assert row.status == "not judged" and "never turns" in row.note
+
+
+def test_later_joints_bear_more_torque() -> None:
+    # Behind a joint the torque varies between T cos beta and T / cos beta.
+    case = line(30.0, Joint(torque_limit=100.0), torque=100.0)
+    first, _, second, _ = rows(case, "static_ratings")
+    assert first.value == pytest.approx(100.0, rel=1e-9)
+    assert first.status == "pass"
+    assert second.value == pytest.approx(100.0 / np.cos(np.radians(30.0)), rel=1e-9)
+    assert second.rule_value == 100.0
+    assert "+15.5 %" in second.broken[0]
+
+
+def test_without_torque_inertia_alone_acts() -> None:
+    idle = random_line(2, 1, mass=True).replace(speed=200.0, torque=0.0)
+    row = rows(idle, "static_ratings")[0]
+    assert row.value > 0.0 and row.rule_value == 0.0
+    assert "inertia alone" in row.broken[0]
+
+
+def test_a_duty_cycle_counts_instead_of_the_rated_point() -> None:
+    cycle = [DutyPoint(share=1.0, speed=100.0, torque=1.0)]
+    fields = {"speed": 200.0, "torque": 1e3, "life": HOUR, "duty_cycle": cycle}
+    case = line(5.0, Joint(rated_torque=100.0), **fields)
+    assert rows(case, "joint_life")[0].status == "stated"
+    assert rows(case, "duty_cycle")[0].status == "pass"
+
+
+def test_service_factor_and_sense_of_the_torque() -> None:
+    joint = Joint(torque_limit=150.0, pulsating_limit=160.0, reversing_limit=140.0)
+    case = line(1.0, joint, torque=100.0, service_factor=1.5)
+    assert [row.status for row in rows(case, "static_ratings")[:2]] == ["pass", "pass"]
+    turned = rows(case.replace(reversing=True), "static_ratings")[1]
+    assert turned.status == "fail" and turned.limit.value == 140.0
+    (design,) = rows(case, "design_torque")
+    assert design.value == pytest.approx(150.0)
+
+
+def test_precision_joint_of_jw_winco() -> None:
+    # 27 N m at 30 degrees ask for 61 N m by the chart, 27 x 2.2 by the table.
+    case = line(30.0, Joint(din_808="plain", table_torque=60.0), torque=27.0, speed=230 * RPM)
+    speed, torque = rows(case, "precision_joint")
+    assert torque.value == pytest.approx(59.4) and torque.status == "pass"
+    assert speed.status == "pass"
+    fast = rows(case.replace(speed=1001 * RPM), "precision_joint")[0]
+    assert fast.status == "fail"
+
+
+def test_efficiency_of_rubbing_pins() -> None:
+    joint = Joint(pin_radius=0.01, pin_friction=0.1, cross_span=0.08)
+    (row,) = rows(line(10.0, joint), "efficiency")
+    assert row.value == pytest.approx(1 - 4 / np.pi * 0.1 * 0.25 * np.radians(10.0))
+
+
+def test_says_what_is_missing() -> None:
+    notes = {
+        row.rule: row.note for row in line(5.0, Joint()).verdict() if row.status == "not judged"
+    }
+    assert "torque" in notes["static_ratings"]
+    assert "rated_torque" in notes["joint_life"]

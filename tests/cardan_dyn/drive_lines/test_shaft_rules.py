@@ -1,0 +1,149 @@
+"""Shaft rules: published critical speeds and lengths, eigenvalues, sections by integration."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.line_data import double_shaft, random_line
+
+from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Shaft, Spline, Tube, VerdictRow
+
+RPM = np.pi / 30
+INCH = 0.0254
+
+
+def rows(line: DriveLine, rule: str, **limits: float | str | None) -> list[VerdictRow]:
+    return [row for row in line.verdict(limits) if row.rule == rule]
+
+
+def line(length: float = 1.2, angle: float = 5.0, **shaft: object) -> DriveLine:
+    """Two joints in Z; the intermediate shaft has a tube."""
+    tube = Tube(outer_diameter=3.5 * INCH, wall=0.12 * INCH, shear_limit=60e6)
+    slopes = np.radians([0.0, angle, 0.0])
+    given = double_shaft((0.0, 0.0, 0.0), tuple(slopes), length=length)
+    middle = Shaft(**{"slope_plan": slopes[1], "length": length, "tube": tube, **shaft})
+    return given.replace(shafts=[given.shafts[0], middle, given.shafts[2]])
+
+
+def test_example_of_pss_by_the_constant_of_ae_7() -> None:
+    case = line(60 * INCH, spline=Spline()).replace(speed=0.5 * 6251 * RPM)
+    share, distance = rows(case, "bending_speed", critical_constant="ae_7")
+    assert share.value == pytest.approx(0.5, rel=1e-4)
+    assert "AE-7" in share.note
+    assert distance.status == "fail"  # In the middle of the zone of the second order.
+    straight = line(60 * INCH, angle=2.0).replace(speed=0.5 * 6251 * RPM)
+    assert rows(straight, "bending_speed")[1].status == "not judged"
+
+
+def test_greatest_length_meets_the_limit() -> None:
+    case = line().replace(speed=3000 * RPM)
+    length = rows(case, "bending_speed")[0].inverses[0].value
+    longest = rows(line(length).replace(speed=3000 * RPM), "bending_speed")[0]
+    assert longest.value == pytest.approx(0.75, rel=1e-12)
+
+
+def test_beam_of_its_own_material() -> None:
+    # First eigenvalue of a supported beam, pi^2 sqrt(E I / (rho A)) / L^2.
+    tube = Tube(outer_diameter=0.09, wall=0.003, modulus=7e10, density=2700.0)
+    second = np.pi / 64 * (0.09**4 - 0.084**4)
+    area = np.pi / 4 * (0.09**2 - 0.084**2)
+    critical = np.pi**2 * np.sqrt(7e10 * second / (2700.0 * area)) / 1.2**2
+    case = line(tube=tube).replace(speed=critical / 4)
+    assert rows(case, "bending_speed")[0].value == pytest.approx(0.25, rel=1e-9)
+    assert "another material" in rows(case, "bending_speed", critical_constant="elbe")[0].broken[0]
+
+
+@pytest.mark.parametrize(
+    ("application", "limit"),
+    [("", 0.75), ("agricultural", 0.75), ("industrial", 0.65), ("vehicle", 0.70)],
+)
+def test_share_by_application(application: str, limit: float) -> None:
+    case = line().replace(speed=1.0, application=application)
+    assert rows(case, "bending_speed")[0].limit.value == limit
+
+
+def test_centre_bearing_shortens_and_softens() -> None:
+    tube = Tube(outer_diameter=0.08, wall=0.003)
+    given = random_line(3, 1)
+    length = given.geometry.lengths[1]
+
+    def share(**bearing: float) -> VerdictRow:
+        shaft = Shaft(
+            length=length, tube=tube, bearings=[Bearing(distance=0.8 * length, **bearing)]
+        )
+        shafts = [given.shafts[0], shaft, *given.shafts[2:]]
+        return rows(given.replace(shafts=shafts, speed=10.0), "bending_speed")[0]
+
+    whole = rows(line(length, tube=tube).replace(speed=10.0), "bending_speed")[0]
+    rigid = share()
+    assert rigid.value == pytest.approx(0.64 * whole.value, rel=1e-9)
+    assert "25 %" in rigid.broken[0]
+    soft = share(stiffness=1e5)
+    assert soft.value > 1.5 * rigid.value
+    assert "elastic" in soft.broken[0]
+
+
+def test_stress_is_that_of_the_section() -> None:
+    outer, inner, torque = 3.5 * INCH, 3.26 * INCH, 1500.0
+    radii = np.linspace(inner / 2, outer / 2, 20_001)
+    polar = np.trapezoid(2 * np.pi * radii**3, radii)
+    case = line(angle=1e-6).replace(torque=torque, service_factor=1.2)
+    row = next(row for row in rows(case, "tube") if row.where == "shaft_1")
+    assert row.value == pytest.approx(1.2 * torque * outer / 2 / polar, rel=1e-6)
+    at_limit = rows(case.replace(torque=row.inverses[0].value / 1.2), "tube")[0]
+    assert at_limit.value == pytest.approx(60e6, rel=1e-6)
+
+
+def massive(line: DriveLine, first: float, second: float) -> DriveLine:
+    """The line with inertias of its end shafts."""
+    shafts = list(line.shafts)
+    for end, inertia in ((0, first), (2, second)):
+        shafts[end] = Shaft(mass=5.0, inertia=inertia, centre=0.1, bearings=shafts[end].bearings)
+    return line.replace(shafts=shafts)
+
+
+def test_torsional_speeds_are_eigenvalues() -> None:
+    case = massive(line(torsional_stiffness=4e4), 0.5, 0.2).replace(speed=90.0)
+    stiffness = 4e4 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    natural = np.sqrt(np.linalg.eigvals(stiffness / np.array([[0.5], [0.2]])).real.max())
+    row, zone = rows(case, "torsional_speed")
+    assert [inverse.value for inverse in row.inverses] == pytest.approx(
+        [natural / 2, natural / 4, natural], rel=1e-9
+    )
+    assert row.status == "not judged"
+    assert zone.status == "stated"
+    limited = rows(case, "torsional_speed", torsional_distance=0.2)[0]
+    assert limited.status == ("pass" if limited.value >= 0.2 else "fail")
+    inside = rows(case.replace(speed=natural), "torsional_speed")
+    assert inside[1].status == "fail"
+    assert inside[0].value == pytest.approx(0.0, abs=1e-9)
+
+
+def test_telescope_of_a_pto() -> None:
+    spline = Spline(compressed=1.0, profile=0.5, travel=0.4, shortest=1.02, longest=1.36)
+    case = line(1.2, spline=spline).replace(application="agricultural")
+    left, longest, overlap = rows(case, "lengths")
+    assert left.value == pytest.approx(0.02) and left.status == "fail"
+    assert longest.status == "pass" and longest.inverses[0].value == pytest.approx(1.0 + 0.4 / 3)
+    assert overlap.value == pytest.approx(0.14) and overlap.status == "fail"
+    industrial = rows(case.replace(application="industrial"), "lengths")
+    assert {row.status for row in industrial} == {"pass"}
+
+
+def test_unbalance_in_the_units_of_the_standard() -> None:
+    # G16, 20 kg, 3000/min: 1018.6 g mm by 9549 G m / n.
+    case = line(mass=20.0).replace(speed=3000 * RPM)
+    (row,) = rows(case, "balancing")
+    assert row.value * 1e6 == pytest.approx(1018.6, abs=0.1)
+    assert "needed" in row.note
+
+
+def test_worst_of_all_speeds_counts() -> None:
+    critical = 0.25 / rows(line().replace(speed=1.0), "bending_speed")[0].value * 4
+    cycle = [
+        DutyPoint(share=0.5, speed=0.5 * critical, torque=1.0, name="half"),
+        DutyPoint(share=0.5, speed=0.7 * critical, torque=1.0, name="fast"),
+    ]
+    share, distance = rows(line().replace(duty_cycle=cycle), "bending_speed")
+    assert (share.condition, share.status) == ("fast", "pass")
+    assert (distance.condition, distance.status) == ("half", "fail")

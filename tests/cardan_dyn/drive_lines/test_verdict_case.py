@@ -1,0 +1,94 @@
+"""Verdict case: operating points, limits that replace others, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.line_data import double_shaft, random_line
+
+from analytic.limits import LIMITS, Limit
+from cardan_dyn.drive_lines import DriveLine, DutyPoint
+from cardan_dyn.drive_lines.verdict_case import USED, Case
+from cardan_dyn.errors import ArgumentError
+
+
+def case(line: DriveLine, **limits: object) -> Case:
+    return Case(line, limits, None, lambda: line.analyse(speed=1.0, torque=1.0))
+
+
+def line(**fields: object) -> DriveLine:
+    return double_shaft((0.0, 0.1, 0.0)).replace(**fields)
+
+
+def test_points_are_those_of_the_line_and_of_its_duty_cycle() -> None:
+    cycle = [DutyPoint(share=1.0, speed=-300.0, torque=-900.0)]
+    found = case(line(speed=100.0, torque=50.0, duty_cycle=cycle))
+    assert [(p.name, p.speed, p.torque, p.steady) for p in found.points] == [
+        ("rated", 100.0, 50.0, True),
+        ("duty 1", 300.0, -900.0, False),
+    ]
+    assert found.fastest == found.strongest == found.points[1]
+    assert case(line()).fastest is None and case(line()).strongest is None
+    only = case(line(duty_cycle=cycle))
+    assert [p.name for p in only.points] == ["duty 1"]
+
+
+def test_limits_are_replaced_and_taken_out() -> None:
+    own = Limit(0.1, "rad", "the customer")
+    found = case(line(), residual_angle=own, non_uniformity=0.5, half_critical_to=None)
+    assert found.limit("residual_angle") is own
+    assert found.limit("non_uniformity").value == 0.5
+    assert found.limit("non_uniformity").source == "the caller"
+    assert found.limit("half_critical_to") is None
+    assert found.limit("half_critical_from") is LIMITS["half_critical_from"]
+    assert "take" in found.why_not("half_critical_to")
+    assert found.limit("joint_angle") is None and "vehicle" in found.why_not("joint_angle")
+
+
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ({"residual_angel": 1.0}, "did you mean 'residual_angle'"),
+        ({"adhesion": 1.0}, "no limit of the verdict"),
+        ({"residual_angle": np.nan}, "finite number"),
+        ({"residual_angle": "3 deg"}, "finite number"),
+        ({"residual_angle": True}, "finite number"),
+        ({"critical_constant": "elbow"}, "did you mean 'elbe'"),
+        ({"critical_constant": 0.0}, "more than 0"),
+        ({"half_critical_from": 0.6}, "not below half_critical_to"),
+        ({"residual_angle": Limit(3.0, "deg", "us")}, "unit 'deg', expected 'rad'"),
+        ({"telescope_overlap": Limit(0.1, "m", "us")}, "bound 'most', expected 'least'"),
+        ([1.0], "mapping"),
+    ],
+)
+def test_wrong_limits_are_refused(limits: object, message: str) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        line().verdict(limits)
+
+
+def test_every_limit_that_is_used_exists() -> None:
+    assert set(LIMITS) >= USED
+
+
+def test_an_analysis_says_speed_torque_and_forces() -> None:
+    given = line(speed=1.0, torque=1.0)
+    analysis = given.analyse(speed=200.0, torque=70.0)
+    found = Case(given, None, analysis, lambda: pytest.fail("it is analysed again"))
+    assert (found.points[0].speed, found.points[0].torque) == (200.0, pytest.approx(70.0))
+    np.testing.assert_allclose(found.forces[0].total.bearing_radial, analysis.total.bearing_radial)
+
+
+def test_other_analyses_are_refused() -> None:
+    three = random_line(3, 1).analyse(speed=1.0, torque=1.0)
+    given = line(speed=1.0, torque=1.0)
+    many = given.analyse(variants=given.variants(fork_offsets=np.zeros((2, 1))))
+    for analysis, message in ((three, "another line"), (many, "many designs"), (7, "is 7")):
+        with pytest.raises(ArgumentError, match=message):
+            given.verdict(analysis=analysis)
+
+
+def test_forces_without_torque_say_what_is_missing() -> None:
+    assert case(line()).no_forces == "give torque"
+    assert case(random_line(2, 1, mass=True).replace(torque=1.0)).no_forces == (
+        "give speed and torque"
+    )

@@ -1,0 +1,83 @@
+"""Verdict rows: margins of both senses, rounding at a limit, texts in the units of engineers."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from analytic.limits import Limit
+from cardan_dyn.drive_lines import Inverse, VerdictRow
+from cardan_dyn.drive_lines.verdict_rows import HEADINGS, as_text, judged, not_judged
+
+MOST, LEAST = Limit(2.0, "m", "someone"), Limit(2.0, "m", "someone", "least")
+
+
+def row(value: float | None) -> VerdictRow:
+    return VerdictRow(rule="lengths", where="tube", quantity="length", value=value, unit="m")
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "margin", "status"),
+    [
+        (1.0, MOST, 0.5, "pass"),
+        (3.0, MOST, -0.5, "fail"),
+        (2.0 * (1 + 1e-12), MOST, 0.0, "pass"),
+        (3.0, LEAST, 0.5, "pass"),
+        (1.0, LEAST, -0.5, "fail"),
+        (math.inf, LEAST, math.inf, "pass"),
+        (math.nan, MOST, math.nan, "not judged"),
+    ],
+)
+def test_judged(value: float, limit: Limit, margin: float, status: str) -> None:
+    found = judged(row(value), limit)
+    assert found.margin == pytest.approx(margin, abs=1e-9, nan_ok=True)
+    assert found.status == status
+    assert found.source == "someone"
+
+
+def test_without_limit_or_value() -> None:
+    assert judged(row(1.0), None).status == "stated"
+    missing = judged(row(1.0), None, "give it")
+    assert (missing.status, missing.note) == ("not judged", "not judged: give it")
+    assert judged(row(None), MOST).status == "not judged"
+    assert not_judged("lengths", "", "length", "why").margin is None
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (math.pi / 60, "rad", "3°"),
+        (100 * math.pi, "rad/s", "3000 1/min"),
+        (math.radians(27000) * math.pi / 30, "rad^2/s", "27000 °/min"),
+        (7.2e6, "s", "2000 h"),
+        (0.0254, "m", "25.4 mm"),
+        (6e7, "Pa", "60 MPa"),
+        (1.0186e-3, "kg m", "1019 g·mm"),
+        (0.5, "1", "0.5"),
+        (12345.0, "N", "12345 N"),
+        (0.0, "N", "0 N"),
+    ],
+)
+def test_units_of_engineers(value: float, unit: str, text: str) -> None:
+    assert as_text(value, unit) == text
+
+
+def test_texts_hold_inverses_notes_and_broken_assumptions() -> None:
+    full = judged(
+        VerdictRow(
+            rule="lengths",
+            where="tube",
+            quantity="length",
+            value=1.5,
+            unit="m",
+            inverses=(Inverse("best", 1.0, "m"),),
+            note="a note",
+            broken=("straight: it is bent",),
+        ),
+        MOST,
+    )
+    texts = dict(zip(HEADINGS, full.texts, strict=True))
+    assert texts["limit"] == "≤ 2000 mm"
+    assert texts["margin"] == "+25 %"
+    assert texts["remarks"] == "best 1000 mm; a note; ! straight: it is bent"
