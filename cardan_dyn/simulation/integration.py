@@ -130,6 +130,7 @@ class Integration:
         rtol: float,
         atol: Array,
         step: float | None = None,
+        longest: float = np.inf,
     ) -> None:
         """Start an integration at time 0.
 
@@ -141,6 +142,7 @@ class Integration:
             rtol: relative tolerance of a step.
             atol: absolute tolerances, like `y`.
             step: length of all steps [s]; chosen by the error if None.
+            longest: step that is allowed then [s].
         """
         self.equations, self.method = equations, method
         self.segments: list[Segment] = []
@@ -148,7 +150,7 @@ class Integration:
         self.stiff_from: float | None = None
         self._stiff_steps = 0
         self._duration, self._step = duration, step
-        self._tolerances: dict[str, Any] = {"rtol": rtol, "atol": atol}
+        self._tolerances: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": longest}
         self._scale = np.asarray(atol) / rtol
         self._solver: Any = None
         # Equations work in one set of memory; of threads that share a trajectory, one reads it.

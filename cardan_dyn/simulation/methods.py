@@ -119,7 +119,13 @@ def by_response(setup: Setup) -> Trajectory:
     y = np.array([position, setup.v[coordinate.rate]])
     atol = setup.atol * np.array([1.0, abs(y[1]) or 1.0])
     integration = Integration(
-        equation, y, setup.duration, rtol=setup.rtol, atol=atol, step=setup.step
+        equation,
+        y,
+        setup.duration,
+        rtol=setup.rtol,
+        atol=atol,
+        step=setup.step,
+        longest=setup.longest_step,
     )
 
     def run() -> Run:
@@ -153,6 +159,7 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
         rtol=setup.rtol,
         atol=setup.atol * unit,
         step=setup.step,
+        longest=setup.longest_step,
     )
     name = integration.method
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from testkit.scenes import universal
-from testkit.simulated import GRAVITY, pendulum
+from testkit.simulated import ABOUT_PIN, GRAVITY, pendulum
 
 import cardan_dyn as cd
 from cardan_dyn.simulation.forces import Named
@@ -114,3 +114,20 @@ def test_steps_from_rest_are_as_fine_as_the_motion_is_slow() -> None:
     slow = scene.simulate(4000.0, position=1.0, method="DOP853", rtol=1e-9)
     assert slow.energy_residual < 1e-6
     assert np.ptp(slow.position) > 0.1
+
+
+@pytest.mark.parametrize("method", ["response", "DOP853", "Radau"])
+@pytest.mark.parametrize("acts", ["load", "actuator"])
+def test_a_pulse_at_rest_is_not_leapt_over(method: str, acts: str) -> None:
+    """Without a limit, steps from rest grow tenfold each, far beyond the pulse."""
+
+    def pulse(time: float) -> float:
+        return math.sin(math.pi * (time - 5.0) / 0.1) ** 2 if 5.0 < time < 5.1 else 0.0
+
+    scene = cd.Scene(pendulum(), drive="pin")
+    loads = {"pin": pulse}
+    if acts == "actuator":
+        scene, loads = scene.replace(elements=[cd.Actuator("pin", pulse)]), {}
+    pushed = scene.simulate(8.0, loads=loads, method=method, rtol=1e-8)
+    assert pushed.speed[-1] == pytest.approx(0.05 / ABOUT_PIN, rel=1e-6)
+    assert pushed.position[-1] == pytest.approx((8.0 - 5.05) * 0.05 / ABOUT_PIN, rel=1e-6)
