@@ -62,6 +62,9 @@ class ClosedDirections:
             SingularConfigurationError: efforts push along a direction that moves no mass.
         """
         model, data, free = self._model, self._data, self._free
+        if not all(np.all(np.isfinite(values)) for values in (x, v, efforts)):
+            # A step that was too long: the integration takes a shorter one.
+            return np.full(model.nv, np.nan)
         inertia = np.triu(pinocchio.crba(model, data, x))
         inertia += np.triu(inertia, 1).T
         resisting = pinocchio.nonLinearEffects(model, data, x, v)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..arrays import Array
+from ..errors import CardanError
 
 _STIFF = 6.1
 """Step times the greatest rate of decay at which the steps of DOP853 are as long as its stability
@@ -213,7 +214,13 @@ class Integration:
         if self._solver is None:
             self._start_solver(0.0, self.points[0].y)
         solver, equations = self._solver, self.equations
-        message = solver.step()
+        try:
+            message = solver.step()
+        except CardanError:
+            raise
+        except (ValueError, ArithmeticError) as error:
+            # SciPy's linear algebra refuses what is not finite.
+            return f"loads or speeds lead beyond the greatest numbers ({error})"
         if solver.status == "failed":
             return str(message)
         is_stiff = self.method == "DOP853" and self._step is None and self._is_stiff()

@@ -131,3 +131,11 @@ def test_a_pulse_at_rest_is_not_leapt_over(method: str, acts: str) -> None:
     pushed = scene.simulate(8.0, loads=loads, method=method, rtol=1e-8)
     assert pushed.speed[-1] == pytest.approx(0.05 / ABOUT_PIN, rel=1e-6)
     assert pushed.position[-1] == pytest.approx((8.0 - 5.05) * 0.05 / ABOUT_PIN, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", [None, "response", "DOP853", "Radau"])
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_efforts_beyond_all_numbers_end_it(method: str | None) -> None:
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing")
+    with pytest.raises(cd.SimulationError, match="ended at 0 s"):
+        scene.simulate(1.0, loads={"crank_bearing": lambda time: 1e200}, method=method)
