@@ -12,7 +12,7 @@ from ..arrays import Array
 from ..errors import ModelError
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import constraint_models
-from ..simulation.overclosed import Overclosed
+from ..simulation.closed_directions import ClosedDirections
 
 _ZERO = 1e-9
 """Singular value of the closure equations, as a fraction of the greatest, that counts as zero."""
@@ -93,7 +93,7 @@ class OpenedJoint:
             row[[moved[index] for index in coupling.predecessor_columns]] += coupling.ratio
             row[[moved[index] for index in coupling.successor_columns]] -= 1.0
         constraints = constraint_models(model, loops)
-        self._closure = Overclosed(model, constraints, couplings, none, rank=model.nv)
+        self._closure = ClosedDirections(model, constraints, couplings, none, rank=model.nv)
         self._free = np.delete(np.arange(model.nv), [moved[index] for index in fixed])
         self._scale = np.ones(model.nv)
         self._scale[

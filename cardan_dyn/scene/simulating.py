@@ -47,6 +47,8 @@ class SceneSimulations(SceneResponses):
                 position, speed and acceleration; three functions; or times and positions.
             loads: joints and links to what acts there instead of in the scene: a value, or a
                 function of `(time)` or `(time, position, speed)`, the latter two by joint names.
+                What acts for less than 1/200 of the duration may be overlooked; a `step` that is
+                shorter sees it.
             rtol: relative tolerance of each step.
             atol: absolute tolerance [rad, fractions of the characteristic length, and of the
                 greatest speed at the start]; like `rtol` if None.

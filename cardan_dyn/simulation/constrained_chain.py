@@ -17,6 +17,7 @@ from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import constraint_models
 from .chains import Chain
+from .closed_directions import ClosedDirections
 from .overclosed import overclosed_or_none
 from .turning_model import in_lengths, turning_model
 
@@ -33,18 +34,14 @@ _WEIGHTLESS = 1e-11
 """Inertia along a direction, as a fraction of that along the coordinates themselves, that counts as
 none, so that the inertia matrix has no inverse."""
 _LENT = 1e-4
-"""Inertia lent to every joint of a mechanism with weightless parts, as a fraction of the greatest;
-proximal iterations take its effect off again."""
-_LENT_ROUNDS = 12
-"""Greatest number of these iterations; each gains some digits."""
+"""Inertia lent to every joint of a chain with weightless parts where its loops are closed, as a
+fraction of the greatest; accelerations are those without it."""
 _MOST_STEPS = 4
 """Greatest number of Newton steps that close loops which have drifted open."""
 _CLOSED = 4e-16
 """Closure error at which they end, see `ConstrainedChain.closure_error`."""
 _NEAR = 1e-8
 """Error of which one Newton step, or one proximal iteration, leaves rounding."""
-_SETTLED = 1e-15
-"""Change of accelerations, as a fraction of them, at which these iterations end."""
 
 
 class ConstrainedChain:
@@ -114,7 +111,9 @@ class ConstrainedChain:
         self._mu = self._regularisation(state)
         self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
         made_of = self.model, self._constraints, self._couplings.rows, self.prescribed
-        self._overclosed = overclosed_or_none(*made_of, state, self._closed_positions)
+        self._directions = overclosed_or_none(*made_of, state, self._closed_positions)
+        if self._directions is None and self._lent:
+            self._directions = ClosedDirections(*made_of, rank=self.model.nv)
 
     def _closed_positions(self, x: Array) -> Array:
         """Return a closed configuration of the model near one that is a little open."""
@@ -194,30 +193,15 @@ class ConstrainedChain:
             given[self.prescribed] = inertia * prescribed * self._of_rates[self.prescribed]
         if self._slides:
             x, v = x * self._of_positions, v * self._of_rates
-        if self._overclosed is not None:
+        if self._directions is not None:
             told = self._nothing[self.prescribed] if prescribed is None else prescribed
-            a = self._overclosed.accelerations(x, v, given, told * self._of_rates[self.prescribed])
+            a = self._directions.accelerations(x, v, given, told * self._of_rates[self.prescribed])
             return a / self._of_rates
         a = self._constrained(x, v, given)
-        if self._lent or len(self._couplings):
+        if len(self._couplings):
             self._decompose()
-            a = self._corrected(a)
+            a = self._coupled(a)
         return np.asarray(a / self._of_rates) if self._slides else a
-
-    def _corrected(self, a: Array) -> Array:
-        """Return accelerations that obey couplings too, and without the inertia that was lent."""
-        first = a = self._coupled(a.copy())
-        if not self._lent:
-            return a
-        lent = np.full(self.model.nv, self._lent)
-        lent[self.prescribed] = 0.0
-        for _ in range(_LENT_ROUNDS):
-            next_a = first + self._coupled(self._solved(np.zeros(self._rows), lent * a))
-            change = float(np.max(np.abs(next_a - a), initial=0.0))
-            a = next_a
-            if change <= _SETTLED * float(np.max(np.abs(a), initial=0.0)):
-                break
-        return a
 
     def _decompose(self) -> None:
         """Decompose the closure equations of the state that was prepared."""

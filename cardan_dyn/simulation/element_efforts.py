@@ -16,7 +16,7 @@ from ..arrays import Array
 from ..elements.bushing import GREATEST_ANGLE, Bushing, too_far
 from ..elements.element import Element
 from ..elements.element_forces import ElementForces
-from ..elements.joint_elements import JointElement, JointSpring
+from ..elements.joint_elements import Actuator, JointElement, JointSpring
 from ..elements.point_spring import PointSpring
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import se3
@@ -55,6 +55,7 @@ class ElementEfforts:
 
     Attributes:
         is_conservative: whether all elements are springs without damping.
+        has_functions: whether actuators follow functions of time.
     """
 
     def __init__(self, mechanism: Mechanism, elements: Sequence[Element]) -> None:
@@ -95,6 +96,9 @@ class ElementEfforts:
             for index, item in enumerate(elements)
             if isinstance(item, Bushing)
         ]
+        self.has_functions = any(
+            isinstance(item, Actuator) and callable(item.effort) for item in elements
+        )
         self.is_conservative = all(_is_spring(item) for item in elements)
 
     def _end(self, link: str, point: Array) -> _End:

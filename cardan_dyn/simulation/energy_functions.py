@@ -84,6 +84,8 @@ def energy_functions(solver: ProblemSolver, forces: Forces | None = None) -> Ene
         tail = float(np.max(functions.tail() * greatest / np.where(sizes > 0.0, sizes, 1.0)))
         if tail < tolerance:
             is_none = greatest <= tolerance * energies.sizes
+            if is_none[0]:
+                raise NotSuitableError("nothing that the drive moves has mass")
             coefficients = np.where(is_none[:, None], 0.0, functions.coefficients)
             inertia, force = (
                 Fourier(coefficients[[index]], functions.frequency) for index in range(2)

@@ -59,7 +59,7 @@ class EnergyIntegral:
         self._work = functions.force.integral()
         self._start, self._speed = position, speed
         inertia = float(functions.inertia.at(position)[0])
-        self._energy = 0.5 * inertia * speed**2
+        self._energy = 0.5 * inertia * speed * speed
         """Kinetic energy at the start; potential energy counts from there."""
         force = float(functions.force.at(position)[0])
         self.swings = False

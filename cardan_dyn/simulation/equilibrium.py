@@ -17,6 +17,7 @@ from ..results.collect import sweep_of
 from ..results.prescribed import Prescribed
 from ..results.sweep import Sweep
 from .energy_functions import without_elements
+from .small_motions import SmallMotions, small_motions
 from .start_state import drive_positions
 
 _STEP = 1e-3
@@ -34,8 +35,13 @@ _AT_REST = 1e-9
 short: the step of another `_SHORTEST` would change it by less."""
 _UNFELT = 1e-12
 """Effort that counts as none, as a fraction of the greatest wrench in a joint."""
-_ROUNDING = 1e-9
-"""Stiffness, as a fraction of the greatest, that counts as zero: an indifferent equilibrium."""
+_NOISE = 1e-11
+"""Stiffness, per greatest wrench in a joint, that counts as zero: differences of efforts that are
+rounded like these wrenches leave a hundredth of it."""
+_ROUNDING = 1e-12
+"""Stiffness, as a fraction of the greatest, that counts as zero likewise."""
+_NONE = 1e-300
+"""Stiffness that counts as zero where nothing acts at all [N·m/rad]."""
 
 
 class Equilibrium(Prescribed):
@@ -46,19 +52,21 @@ class Equilibrium(Prescribed):
         stiffness: `(d, d)` what a drive has to exert per displacement of a drive, at rest [N·m/rad,
             N/m and so on].
         inertia: `(d, d)` what a drive has to exert per acceleration of a drive, from rest.
-        stability: `stable`, `unstable` or `indifferent`.
+        stability: `stable`, `unstable` or `indifferent`, of small motions without damping; unstable
+            as well where they flutter under loads that turn with their links.
         frequencies: angular frequencies `(k,)` of small undamped motions, ascending [rad/s], of the
-            directions in which it is stable.
+            directions that swing.
         sweep: the scene at rest there: wrenches, holding efforts, residuals.
     """
 
-    def __init__(
-        self, solver: ProblemSolver, position: Array, stiffness: Array, inertia: Array, sweep: Sweep
-    ) -> None:
-        self._problem = solver.problem
+    def __init__(self, statics: _Statics, position: Array, stiffness: Array) -> None:
+        self._problem = statics.problem
         self.position = read_only(position)
-        self.stiffness, self.inertia = read_only(stiffness), read_only(inertia)
-        self.sweep = sweep
+        self.stiffness, self.inertia = read_only(stiffness), read_only(statics.inertia(position))
+        self.sweep = statics.sweep(position[None, :])
+        self._scale = read_only(statics.scale)
+        greatest = float(np.max(np.abs(stiffness * self._scale[:, None] * self._scale)))
+        self._noise = max(_NOISE * statics.wrench, _ROUNDING * greatest, _NONE)
         self._freeze()
 
     def __repr__(self) -> str:
@@ -68,31 +76,20 @@ class Equilibrium(Prescribed):
         return f"<Equilibrium of {self.mechanism.name!r}: {self.stability} at {places}>"
 
     @cached_property
-    def _squares(self) -> Array:
-        """Squares of the angular frequencies `(d,)`, ascending; stiffnesses without inertia."""
-        stiffness = 0.5 * (self.stiffness + self.stiffness.T)
-        inertia = 0.5 * (self.inertia + self.inertia.T)
-        try:
-            root = np.linalg.cholesky(inertia)
-        except np.linalg.LinAlgError:
-            return np.linalg.eigvalsh(stiffness)
-        scaled = np.linalg.solve(root, np.linalg.solve(root, stiffness).T)
-        return np.linalg.eigvalsh(0.5 * (scaled + scaled.T))
+    def _small(self) -> SmallMotions:
+        """What becomes of small displacements, with lengths in units of the characteristic one."""
+        units = self._scale[:, None] * self._scale
+        return small_motions(self.stiffness * units, self.inertia * units, self._noise)
 
     @property
     def stability(self) -> str:
-        """Whether the drives come back after small displacements."""
-        squares = self._squares
-        least = float(np.min(squares)) / (float(np.max(np.abs(squares))) or 1.0)
-        if least > _ROUNDING:
-            return "stable"
-        return "unstable" if least < -_ROUNDING else "indifferent"
+        """Whether the drives come back after small displacements, without damping."""
+        return self._small.stability
 
     @property
     def frequencies(self) -> Array:
         """Angular frequencies of small motions; see the class."""
-        squares = self._squares
-        return read_only(np.sqrt(squares[squares > 0.0]))
+        return read_only(self._small.frequencies)
 
 
 def equilibrium(
@@ -115,7 +112,7 @@ def equilibrium(
             position=x,
             effort=effort,
         )
-    return Equilibrium(solver, x, stiffness, statics.inertia(x), statics.sweep(x[None, :]))
+    return Equilibrium(statics, x, stiffness)
 
 
 def _newton_step(stiffness: Array, effort: Array, scale: Array) -> Array:
@@ -166,6 +163,7 @@ class _Statics:
     """Efforts of the drives at rest.
 
     Attributes:
+        problem: of the scene.
         scale: `(d,)` units of the drives: 1 rad, or the characteristic length.
         greatest: greatest effort seen [N·m].
         wrench: greatest moment, or force by the characteristic length, seen in a joint [N·m].
@@ -173,6 +171,7 @@ class _Statics:
 
     def __init__(self, solver: ProblemSolver, acting: Acting) -> None:
         self._solver, self._acting = solver, acting
+        self.problem = solver.problem
         mechanism, drives = solver.problem.mechanism, solver.problem.drives
         self.scale = np.array(
             [

@@ -18,11 +18,17 @@ Reading = Callable[[float], tuple[Named, Named]]
 
 _INNER = 4
 """Places within a step at which events are looked at: two zeros of one between them are missed."""
+_BEGUN = 1e-12
+"""Value of an event at the start, as a fraction of its greatest in the first step, that counts as
+zero: rounding alone decides on which side of zero it begins."""
 
 
 @dataclass(frozen=True, eq=False)
 class Event:
     """A condition that is located where its function passes through zero.
+
+    Zero at the start does not count. Each step of the method is looked at in five places: what
+    passes through zero and back between two of them is missed; `simulate(step=)` narrows them.
 
     Attributes:
         function: of time, or of time, positions and speeds by joint names.
@@ -110,6 +116,12 @@ def watched(events: Any) -> list[Watched]:
     return result
 
 
+def places(start: float, end: float) -> list[float]:
+    """Return the times of a step at which events are looked at, its ends among them [s]."""
+    times: list[float] = np.linspace(start, end, _INNER + 2).tolist()
+    return times
+
+
 class EventSearch:
     """Locates events, step after step.
 
@@ -127,6 +139,7 @@ class EventSearch:
         self._events = events
         self.happened: list[Happened] = []
         self._values = [event.value(0.0, reading) for event in events]
+        self._is_first = True
 
     def step(self, start: float, end: float, reading: Reading) -> float | None:
         """Look for events within a step; return when a terminal one ends it, else None.
@@ -136,15 +149,18 @@ class EventSearch:
             end: of the step [s].
             reading: of the states within it.
         """
-        times = np.linspace(start, end, _INNER + 2).tolist()
+        times = places(start, end)
         found: list[tuple[float, Watched]] = []
         for index, event in enumerate(self._events):
             values = [self._values[index]]
             values += [event.value(time, reading) for time in times[1:]]
             self._values[index] = values[-1]
+            if self._is_first and abs(values[0]) <= _BEGUN * max(map(abs, values)):
+                values[0] = 0.0
             for k, (before, after) in enumerate(pairwise(values)):
                 if _passes(before, after, event.direction):
                     found.append((self._root(event, times[k], times[k + 1], reading), event))
+        self._is_first = False
         for time, event in sorted(found, key=lambda item: item[0]):
             self.happened.append(Happened(event.name, time))
             if event.terminal:

@@ -113,6 +113,7 @@ class Forces:
         is_constant: whether nothing depends on time or speed.
         is_nothing: whether nothing acts at all.
         does_no_work: whether nothing acts but springs.
+        has_functions: whether users' functions say what acts.
         names: reads states by name.
         joint_loads: coordinates to constant efforts.
         link_loads: links to constant wrenches.
@@ -154,6 +155,7 @@ class Forces:
         self.joint_loads = joint_loads
         self._elements = ElementEfforts(mechanism, elements)
         self.is_constant = not functions and self._elements.is_conservative
+        self.has_functions = bool(functions) or self._elements.has_functions
         self.is_nothing = not (functions or joint_loads or link_loads or elements)
         self.does_no_work = not (functions or joint_loads or link_loads)
         self.does_no_work &= self._elements.is_conservative

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..arrays import Array
+from ..errors import CardanError
 
 _STIFF = 6.1
 """Step times the greatest rate of decay at which the steps of DOP853 are as long as its stability
@@ -130,6 +131,7 @@ class Integration:
         rtol: float,
         atol: Array,
         step: float | None = None,
+        longest: float = np.inf,
     ) -> None:
         """Start an integration at time 0.
 
@@ -141,6 +143,7 @@ class Integration:
             rtol: relative tolerance of a step.
             atol: absolute tolerances, like `y`.
             step: length of all steps [s]; chosen by the error if None.
+            longest: step that is allowed then [s].
         """
         self.equations, self.method = equations, method
         self.segments: list[Segment] = []
@@ -148,7 +151,7 @@ class Integration:
         self.stiff_from: float | None = None
         self._stiff_steps = 0
         self._duration, self._step = duration, step
-        self._tolerances: dict[str, Any] = {"rtol": rtol, "atol": atol}
+        self._tolerances: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": longest}
         self._scale = np.asarray(atol) / rtol
         self._solver: Any = None
         # Equations work in one set of memory; of threads that share a trajectory, one reads it.
@@ -211,7 +214,13 @@ class Integration:
         if self._solver is None:
             self._start_solver(0.0, self.points[0].y)
         solver, equations = self._solver, self.equations
-        message = solver.step()
+        try:
+            message = solver.step()
+        except CardanError:
+            raise
+        except (ValueError, ArithmeticError) as error:
+            # SciPy's linear algebra refuses what is not finite.
+            return f"loads or speeds lead beyond the greatest numbers ({error})"
         if solver.status == "failed":
             return str(message)
         is_stiff = self.method == "DOP853" and self._step is None and self._is_stiff()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from ..errors import CardanError, SimulationError
 from .constrained_model import ConstrainedModel
 from .energy_functions import energy_functions
 from .energy_integral import EnergyIntegral
-from .events import EventSearch, Happened
+from .events import EventSearch, Happened, places
 from .forces import Named
 from .integration import Integration
 from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
@@ -25,6 +26,10 @@ _SAMPLES_PER_PERIOD = 64
 """Times per turn or swing that a quadrature returns."""
 _MOST_SAMPLES = 20_000
 """Greatest number of these times; `Trajectory.at` gives others."""
+_SEARCHED_PER_PERIOD = 16
+"""Steps per turn or swing that are searched for events, each in several places."""
+_STEPS_AT_ONCE = 256
+"""Steps of a quadrature that are searched for events together, which bounds the memory."""
 
 
 def by_quadrature(setup: Setup) -> Trajectory:
@@ -39,26 +44,63 @@ def by_quadrature(setup: Setup) -> Trajectory:
     if np.isfinite(integral.period):
         count += int(_SAMPLES_PER_PERIOD * setup.duration / integral.period)
     times = np.linspace(0.0, setup.duration, min(count, _MOST_SAMPLES))
-    run = OneCoordinateRun(solver, times, integral.at)
+    run = OneCoordinateRun(solver, times, integral.at, integral.period)
     happened: list[Happened] = []
-    reason = ""
+    ended, reason = setup.duration, ""
     if setup.events:
-
-        def reading(time: float) -> tuple[Named, Named]:
-            rows = run.rows(np.array([time]))
-            return forces_names(setup, rows.x[0] + 2.0 * np.pi * rows.turns[0], rows.v[0])
-
-        search = EventSearch(setup.events, reading)
-        for start, end in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
-            stopped = search.step(start, end, reading)
-            if stopped is not None:
-                run.times = np.append(times[times < stopped], stopped)
-                reason = f"event {search.happened[-1].name!r}"
-                break
-        happened = search.happened
-    setup.progress.show(float(run.times[-1]))
-    setup.progress.close()
+        ended, reason, happened = _searched(setup, run)
+    if ended < setup.duration:
+        run.times = np.append(times[times < ended], ended)
+    try:
+        setup.progress.show(ended)
+    except KeyboardInterrupt:
+        pass  # All was computed.
+    finally:
+        setup.progress.close()
     return _trajectory(setup, run, "quadrature", reason, happened)
+
+
+def _searched(setup: Setup, run: Run) -> tuple[float, str, list[Happened]]:
+    """Return when events or an interruption ended a run, the reason, and the events before.
+
+    Args:
+        setup: the simulation.
+        run: its motion.
+    """
+    count = _SAMPLES_PER_PERIOD
+    if np.isfinite(run.period):
+        count = max(count, int(_SEARCHED_PER_PERIOD * setup.duration / run.period))
+    known: dict[float, tuple[Named, Named]] = {}
+
+    def read(times: Array) -> None:
+        rows = run.rows(times)
+        states = rows.x + 2.0 * np.pi * rows.turns, rows.v
+        known.update(
+            (time, forces_names(setup, *state))
+            for time, *state in zip(times.tolist(), *states, strict=True)
+        )
+
+    def reading(time: float) -> tuple[Named, Named]:
+        if time not in known:
+            read(np.array([time]))
+        return known[time]
+
+    search, reached = EventSearch(setup.events, reading), 0.0
+    try:
+        for first in range(0, count, _STEPS_AT_ONCE):
+            indices = np.arange(first, min(first + _STEPS_AT_ONCE, count) + 1)
+            grid = (setup.duration * (indices / count)).tolist()
+            known.clear()
+            read(np.unique([time for pair in pairwise(grid) for time in places(*pair)]))
+            for start, end in pairwise(grid):
+                stopped = search.step(start, end, reading)
+                if stopped is not None:
+                    return stopped, f"event {search.happened[-1].name!r}", search.happened
+                reached = end
+            setup.progress.show(reached)
+    except KeyboardInterrupt:
+        return reached, "interrupted", search.happened
+    return setup.duration, "", search.happened
 
 
 def forces_names(setup: Setup, x: Array, v: Array) -> tuple[Named, Named]:
@@ -77,7 +119,13 @@ def by_response(setup: Setup) -> Trajectory:
     y = np.array([position, setup.v[coordinate.rate]])
     atol = setup.atol * np.array([1.0, abs(y[1]) or 1.0])
     integration = Integration(
-        equation, y, setup.duration, rtol=setup.rtol, atol=atol, step=setup.step
+        equation,
+        y,
+        setup.duration,
+        rtol=setup.rtol,
+        atol=atol,
+        step=setup.step,
+        longest=setup.longest_step,
     )
 
     def run() -> Run:
@@ -111,6 +159,7 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
         rtol=setup.rtol,
         atol=setup.atol * unit,
         step=setup.step,
+        longest=setup.longest_step,
     )
     name = integration.method
 

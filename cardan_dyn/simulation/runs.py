@@ -51,6 +51,11 @@ class Run(Protocol):
         """Times of its own steps `(N,)` [s]."""
         ...
 
+    @property
+    def period(self) -> float:
+        """Time after which speeds, and the work done since time 0, come back [s]; inf if never."""
+        ...
+
     def rows(self, times: Array) -> Rows:
         """Return the states at times within the run."""
         ...
@@ -70,6 +75,7 @@ class ConstrainedRun:
     def __init__(self, solver: ProblemSolver, integration: Integration) -> None:
         self._solver, self._integration = solver, integration
         self.times = np.array([point.time for point in integration.points])
+        self.period = np.inf
 
     def rows(self, times: Array) -> Rows:
         """See `Run.rows`."""
@@ -103,15 +109,23 @@ class ConstrainedRun:
 class OneCoordinateRun:
     """States that follow from the motion of the only drive; see `Run`."""
 
-    def __init__(self, solver: ProblemSolver, times: Array, law: Callable[[Array], Law]) -> None:
+    def __init__(
+        self,
+        solver: ProblemSolver,
+        times: Array,
+        law: Callable[[Array], Law],
+        period: float = np.inf,
+    ) -> None:
         """Make the run.
 
         Args:
             solver: of the scene.
             times: see `Run.times`.
             law: the drive's motion at times `(N,)`.
+            period: see `Run.period`.
         """
         self._solver, self.times, self._law = solver, times, law
+        self.period = period
 
     def rows(self, times: Array) -> Rows:
         """See `Run.rows`."""

@@ -68,7 +68,7 @@ class ScalarEquation:
             (inertia, slope, force), x, ratios = self._at(position, float(self.turns[0]))
             v = ratios * speed
             force += ratios @ self._forces.efforts(self._model, self._data, time, x, v)
-        push = force - 0.5 * slope * speed**2
+        push = force - 0.5 * slope * speed * speed
         return np.array([speed, push / inertia])
 
     def restored(self, time: float, y: Array) -> Array:

@@ -23,6 +23,10 @@ from .system import Motion
 _FINEST = 2.5e-14
 """Least relative tolerance: below, steps cannot be judged in rounding arithmetic."""
 
+_FEWEST_STEPS = 200
+"""Steps that a simulation takes at least where functions of users act: at rest, errors would allow
+steps that leap over a pulse."""
+
 
 class Asked(NamedTuple):
     """What a simulation is asked for, unchecked; see `Scene.simulate`."""
@@ -75,6 +79,12 @@ class Setup(NamedTuple):
     def has_elements(self) -> bool:
         """Whether force elements act."""
         return bool(self.solver.problem.elements)
+
+    @property
+    def longest_step(self) -> float:
+        """Longest step [s] that overlooks nothing of what users' functions do; inf without any."""
+        has_functions = self.forces.has_functions or bool(self.motions)
+        return self.duration / _FEWEST_STEPS if has_functions else np.inf
 
     @property
     def traits(self) -> Traits:

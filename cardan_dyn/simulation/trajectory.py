@@ -28,6 +28,9 @@ _GREATEST_ERROR = 1e-6
 """Effort residual above which accelerations and wrenches are refused. Away from singular
 configurations it is rounding times the condition number."""
 
+_STEPS_PER_PERIOD = 64
+"""Steps over which the power of a motion that repeats is integrated by Gauss's rule."""
+
 
 class Course(NamedTuple):
     """How a simulation went.
@@ -248,7 +251,11 @@ class Trajectory(Tabled):
 
         That is loads, actuators and prescribed drives, less what dampers and friction took.
         """
-        return read_only(gained(self._power, self._run.times, self.t, self._is_idle))
+        steps, times, period = self._run.times, self.t, self._run.period
+        if steps[-1] > period:
+            # No work is left of a whole period, and one is resolved however many there are.
+            steps, times = np.linspace(0.0, period, _STEPS_PER_PERIOD + 1), times % period
+        return read_only(gained(self._power, steps, times, self._is_idle))
 
     @property
     def _is_idle(self) -> bool:

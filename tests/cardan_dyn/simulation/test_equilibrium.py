@@ -12,10 +12,12 @@ from testkit.simulated import (
     ABOUT_PIN,
     GRAVITY,
     WEIGHT,
+    link,
     parallelogram_law,
     parallelograms,
     pendulum,
 )
+from testkit.simulated import joint as pin
 
 import cardan_dyn as cd
 
@@ -121,3 +123,31 @@ def test_none_is_told_apart_from_one(joint: cd.Mechanism) -> None:
         loaded.equilibrium(0.3, gravity=9.81)
     with pytest.raises(cd.ArgumentError, match="position"):
         loaded.equilibrium([0.3, 1.0])
+
+
+@pytest.mark.parametrize("angle", [0.1, 0.5, 1.0])
+def test_balanced_shafts_under_their_weight_are_indifferent(
+    joint: cd.Mechanism, angle: float
+) -> None:
+    held = {"joint_angle": angle}
+    found = cd.Scene(joint, drive="bearing_in", held=held, gravity=GRAVITY).equilibrium(0.7)
+    assert found.stability == "indifferent"
+    assert found.frequencies.size == 0
+
+
+@pytest.mark.parametrize(("push", "stability"), [(1.5, "stable"), (2.5, "unstable")])
+def test_a_force_that_turns_with_its_link(push: float, stability: str) -> None:
+    """Ziegler's column in relative angles: masses of 1 kg at the ends of links of 1 m."""
+    bodies = link("a", (1.0, 0.0), 1.0, 1e-9) + link("b", (1.0, 0.0), 1.0, 1e-9)
+    joints = pin("p", "base", "a") + pin("q", "a", "b", (1.0, 0.0))
+    column = cd.load(f'<robot name="column"><link name="base"/>{bodies}{joints}</robot>')
+    springs = [cd.JointSpring("p", 1.0), cd.JointSpring("q", 1.0)]
+    load = {"b": cd.Wrench(force=(-push, 0.0, 0.0))}
+    scene = cd.Scene(column, drive=["p", "q"], elements=springs, loads=load)
+    found = scene.equilibrium()
+    assert found.stability == stability
+    # Absolute angles: M = [[2, 1], [1, 1]], K = [[2 - P, P - 1], [-1, 1]].
+    mass, stiffness = np.array([[2, 1], [1, 1]]), np.array([[2 - push, push - 1], [-1, 1]])
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(mass, stiffness)))
+    expected = np.sqrt(squares) if stability == "stable" else []
+    np.testing.assert_allclose(found.frequencies, expected, rtol=1e-7)

@@ -65,6 +65,12 @@ def test_what_begins_at_zero_has_not_happened() -> None:
     np.testing.assert_allclose([item.time for item in happened], [math.pi])
 
 
+@pytest.mark.parametrize("offset", [1e-16, -1e-16])
+def test_what_begins_at_zero_but_for_rounding_has_not_happened(offset: float) -> None:
+    happened, _ = found(lambda t, x, v: x["a"] + offset, 4.0)
+    np.testing.assert_allclose([item.time for item in happened], [math.pi])
+
+
 def test_a_zero_at_the_end_of_a_step_counts_once() -> None:
     happened, _ = found(lambda t: t - 0.5, 1.0, 2)
     assert [item.time for item in happened] == [0.5]

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from testkit.scenes import universal
+from testkit.simulated import ABOUT_PIN, GRAVITY, pendulum
 
 import cardan_dyn as cd
+from cardan_dyn.simulation.forces import Named
 from cardan_dyn.simulation.methods import by_quadrature, by_response, in_all_coordinates
 from cardan_dyn.simulation.setup import Asked, setup_of
 
@@ -62,9 +66,76 @@ def test_an_interruption_returns_what_was_computed(scene: cd.Scene) -> None:
         assert 0.3 < found.t[-1] < 1.0
 
 
+def test_an_interrupted_search_for_events_returns_what_was_searched(scene: cd.Scene) -> None:
+    def interrupt(time: float) -> float:
+        if time > 0.5:
+            raise KeyboardInterrupt
+        return time - 0.2
+
+    found = by_quadrature(setup_of(scene._solver, Asked(1.0, 0.0, 8.0, events=interrupt)))
+    assert found.reason == "interrupted"
+    assert 0.4 < found.t[-1] <= 0.5
+    assert [event.time for event in found.events] == [pytest.approx(0.2, abs=1e-14)]
+
+
+def test_a_quadrature_of_few_times_misses_nothing_between_them(
+    scene: cd.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As of a run of so many turns that not all of them are among its times."""
+    monkeypatch.setattr("cardan_dyn.simulation.methods._MOST_SAMPLES", 2)
+
+    def half_turn(time: float, position: Named, speed: Named) -> float:
+        return math.sin(position["bearing_in"])
+
+    asked = Asked(7.3, 0.1, 8.0, loads={"pin_in": 0.5}, events=half_turn)
+    found = by_quadrature(setup_of(scene._solver, asked))
+    assert len(found) == 2
+    assert len(found.events) == math.floor(found.position[-1] / math.pi) > 16
+    several = found.at([7.3, 0.4, 6.1])
+    gained = several.kinetic_energy - found.kinetic_energy[0]
+    np.testing.assert_allclose(several.work, gained, atol=1e-12 * found.kinetic_energy[0])
+    assert np.all(np.abs(gained) > 1e-6 * found.kinetic_energy[0])
+
+
+def test_a_swing_from_rest_turns_back_after_the_start() -> None:
+    scene = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY)
+    turns = [event.time for event in scene.simulate(2.0, position=1.0, events=of_speed).events]
+    swing = scene.simulate(2.0, position=1.0, rtol=1e-13, method="DOP853", events=of_speed)
+    np.testing.assert_allclose(turns, [event.time for event in swing.events], atol=1e-11)
+
+
+def of_speed(time: float, position: Named, speed: Named) -> float:
+    return speed["pin"]
+
+
 def test_steps_from_rest_are_as_fine_as_the_motion_is_slow() -> None:
     """The tolerance of speeds follows from the first acceleration, not from 1 rad/s."""
     scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=(0.0, -1e-6, 0.0))
     slow = scene.simulate(4000.0, position=1.0, method="DOP853", rtol=1e-9)
     assert slow.energy_residual < 1e-6
     assert np.ptp(slow.position) > 0.1
+
+
+@pytest.mark.parametrize("method", ["response", "DOP853", "Radau"])
+@pytest.mark.parametrize("acts", ["load", "actuator"])
+def test_a_pulse_at_rest_is_not_leapt_over(method: str, acts: str) -> None:
+    """Without a limit, steps from rest grow tenfold each, far beyond the pulse."""
+
+    def pulse(time: float) -> float:
+        return math.sin(math.pi * (time - 5.0) / 0.1) ** 2 if 5.0 < time < 5.1 else 0.0
+
+    scene = cd.Scene(pendulum(), drive="pin")
+    loads = {"pin": pulse}
+    if acts == "actuator":
+        scene, loads = scene.replace(elements=[cd.Actuator("pin", pulse)]), {}
+    pushed = scene.simulate(8.0, loads=loads, method=method, rtol=1e-8)
+    assert pushed.speed[-1] == pytest.approx(0.05 / ABOUT_PIN, rel=1e-6)
+    assert pushed.position[-1] == pytest.approx((8.0 - 5.05) * 0.05 / ABOUT_PIN, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", [None, "response", "DOP853", "Radau"])
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_efforts_beyond_all_numbers_end_it(method: str | None) -> None:
+    scene = cd.Scene(cd.load("four_bar"), drive="crank_bearing")
+    with pytest.raises(cd.SimulationError, match="ended at 0 s"):
+        scene.simulate(1.0, loads={"crank_bearing": lambda time: 1e200}, method=method)

@@ -43,7 +43,7 @@ def test_no_free_drive_needs_an_effort(maker: Maker) -> None:
     """Inverse dynamics of what comes out; the rank is that of the hinges' screws."""
     hinges = maker()
     scene, turn, model = moving(hinges)
-    found = model.chains[0]._overclosed
+    found = model.chains[0]._directions
     assert found is not None and found._rank == rank(hinges)
     a = model.accelerations(turn.motion._x[0], turn.motion.v[0])
     drive = a[scene.mechanism.coordinates.named["h0"].rate]
@@ -70,7 +70,7 @@ def test_accelerations_are_smooth_where_loops_are_open(maker: Maker) -> None:
 def test_what_is_redundant_everywhere_is_left_to_pinocchio(maker: Maker) -> None:
     """Axes that are parallel on the same bodies, or meet there, do so wherever those are."""
     *_, model = moving(maker())
-    assert model.chains[0]._overclosed is None
+    assert model.chains[0]._directions is None
 
 
 def test_what_is_prescribed_moves_as_it_is_told() -> None:

@@ -1,0 +1,186 @@
+"""Closed directions: accelerations of a chain along the directions that its closed loops leave.
+
+Where closure equations are redundant or links have no mass, neither the equations nor the inertia
+matrix have an inverse; along these directions inertia has one, unless they move no mass at all.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio
+
+from ..arrays import Array
+from ..errors import SingularConfigurationError
+
+_ZERO = 1e-10
+"""Singular value of the closure equations, as a fraction of their greatest, that counts as zero."""
+_MASSLESS = 1e-14
+"""Inertia along a direction, as a fraction of the greatest, that counts as none."""
+_DEPENDENT = 1e-12
+"""Inertia of a motion in several directions, as a fraction of theirs, that counts as none."""
+_UNFELT = 1e-9
+"""Effort along a direction without inertia, as a fraction of its terms, that counts as none."""
+
+
+class ClosedDirections:
+    """Accelerations of a chain by the directions that its closed loops leave.
+
+    Not for several threads at once: it has one set of Pinocchio's data.
+    """
+
+    def __init__(
+        self, model: Any, constraints: Any, couplings: Array, prescribed: Array, rank: int
+    ) -> None:
+        """Make it.
+
+        Args:
+            model: `pin.Model` of the chain; its armature is left out.
+            constraints: Pinocchio's constraints that close its loops.
+            couplings: rows `(k, nv)` of its couplings.
+            prescribed: velocity coordinates `(p,)` that are driven or held.
+            rank: of the closure equations where loops are closed, along free coordinates.
+        """
+        self._model = model.copy()
+        self._model.armature = np.zeros(model.nv)
+        self._data = self._model.createData()
+        self._constraints, self._couplings = list(constraints), couplings
+        self._prescribed, self._rank = prescribed, rank
+        self._free = np.delete(np.arange(model.nv), prescribed)
+
+    def accelerations(self, x: Array, v: Array, efforts: Array, prescribed: Array) -> Array:
+        """Return the accelerations `(nv,)` that efforts cause.
+
+        Args:
+            x: configuration, closed up to a small drift.
+            v: velocities `(nv,)`.
+            efforts: along all coordinates `(nv,)`.
+            prescribed: accelerations of the prescribed coordinates `(p,)`.
+
+        Raises:
+            SingularConfigurationError: efforts push along a direction that moves no mass.
+        """
+        model, data, free = self._model, self._data, self._free
+        if not all(np.all(np.isfinite(values)) for values in (x, v, efforts)):
+            # A step that was too long: the integration takes a shorter one.
+            return np.full(model.nv, np.nan)
+        inertia = np.triu(pinocchio.crba(model, data, x))
+        inertia += np.triu(inertia, 1).T
+        resisting = pinocchio.nonLinearEffects(model, data, x, v)
+        a = np.zeros(model.nv)
+        a[self._prescribed] = prescribed
+        rows = self.jacobian(x)
+        gains = -self._drift(x, v) - rows @ a
+        left, values, right = np.linalg.svd(rows[:, free])
+        rank = min(self._rank, _rank(values))
+        a[free] = right[:rank].T @ ((left[:, :rank].T @ gains) / values[:rank])
+        ways = _graded(right[rank:].T, np.sqrt(np.abs(np.diag(inertia)[free])))
+        missing = (efforts - resisting - inertia @ a)[free]
+        own = ways.T @ inertia[np.ix_(free, free)] @ ways
+        a[free] += ways @ _accelerated(own, ways.T @ missing, np.abs(ways.T) @ np.abs(missing))
+        return a
+
+    def rank(self, x: Array) -> int:
+        """Return the rank of the closure equations along free coordinates at a configuration."""
+        values = np.linalg.svd(self.jacobian(x)[:, self._free], compute_uv=False)
+        return _rank(values)
+
+    def jacobian(self, x: Array) -> Array:
+        """Return the rows `(6 L + k, nv)` of loops and couplings at a configuration."""
+        model, data = self._model, self._data
+        pinocchio.computeJointJacobians(model, data, x)
+        rows = np.empty((6 * len(self._constraints) + len(self._couplings), model.nv))
+        rows[6 * len(self._constraints) :] = self._couplings
+        for index, item in enumerate(self._constraints):
+            between = self._world_rows(item.joint1_id) - self._world_rows(item.joint2_id)
+            frame = data.oMi[item.joint1_id] * item.joint1_placement
+            rows[6 * index : 6 * index + 6] = frame.toActionMatrixInverse() @ between
+        return rows
+
+    def _world_rows(self, joint: int) -> Array:
+        """Return the twist `(6, nv)` of a body per unit rate, in the world."""
+        model, data = self._model, self._data
+        if not joint:
+            return np.zeros((6, model.nv))
+        frame = pinocchio.ReferenceFrame.WORLD
+        return np.asarray(pinocchio.getJointJacobian(model, data, joint, frame))
+
+    def _drift(self, x: Array, v: Array) -> Array:
+        """Return how fast the rows' products with constant rates change, `(6 L + k,)`."""
+        model, data = self._model, self._data
+        pinocchio.forwardKinematics(model, data, x, v, np.zeros(model.nv))
+        result = np.zeros(6 * len(self._constraints) + len(self._couplings))
+        for index, item in enumerate(self._constraints):
+            first = _moving(data, item.joint1_id, item.joint1_placement)
+            second = _moving(data, item.joint2_id, item.joint2_placement)
+            between = first[0].actInv(second[0])
+            rate = between.act(second[1])
+            # The second body's rate is seen in axes that move with the first.
+            change = first[2] - between.act(second[2]) + first[1].cross(rate)
+            result[6 * index : 6 * index + 6] = change.vector
+        return result
+
+
+def _moving(data: Any, joint: int, placement: pinocchio.SE3) -> tuple[Any, Any, Any]:
+    """Return placement, velocity and acceleration of a frame on a body, the latter in its axes."""
+    return (
+        data.oMi[joint] * placement,
+        placement.actInv(data.v[joint]),
+        placement.actInv(data.a[joint]),
+    )
+
+
+def _rank(values: Array) -> int:
+    """Return how many singular values are not zero."""
+    return int(np.count_nonzero(values > _ZERO * np.max(values, initial=0.0)))
+
+
+def _graded(ways: Array, weights: Array) -> Array:
+    """Return directions `(n, d)` of the same space, each of which moves one coordinate by itself.
+
+    Coordinates with much inertia come first: so what moves little mass is not mixed with what moves
+    much, of which rounding would hide it.
+
+    Args:
+        ways: orthonormal directions `(n, d)`.
+        weights: of the coordinates `(n,)`.
+    """
+    weights = weights + 1e-8 * (np.max(weights, initial=0.0) or 1.0)
+    left, chosen = ways.copy(), []
+    for _ in range(ways.shape[1]):
+        index = int(np.argmax(np.linalg.norm(left, axis=1) * weights))
+        chosen.append(index)
+        row = left[index] / np.linalg.norm(left[index])
+        left -= np.outer(left @ row, row)
+    return np.asarray(np.linalg.solve(ways[chosen].T, ways.T).T) if chosen else ways
+
+
+def _accelerated(inertia: Array, efforts: Array, terms: Array) -> Array:
+    """Return the accelerations `(d,)` along directions; none along those that nothing pushes.
+
+    Args:
+        inertia: `(d, d)`.
+        efforts: `(d,)`.
+        terms: sizes of what the efforts are sums of `(d,)`.
+
+    Raises:
+        SingularConfigurationError: efforts push along a direction that moves no mass.
+    """
+    own = np.diag(inertia)
+    heavy = own > _MASSLESS * np.max(own, initial=0.0)
+    root = np.sqrt(np.where(heavy, own, 1.0))
+    values, axes = np.linalg.eigh(
+        np.where(np.outer(heavy, heavy), inertia, 0.0) / root[:, None] / root
+    )
+    scaled, sizes = axes.T @ (efforts / root), np.abs(axes.T) @ (terms / root)
+    moves = values > _DEPENDENT
+    pushed = ~moves & (np.abs(scaled) > _UNFELT * sizes)
+    if np.any(pushed):
+        raise SingularConfigurationError(
+            "efforts push along a direction in which nothing that moves has mass, or less than "
+            f"{_MASSLESS:g} of the greatest, so that its acceleration has no limit; give the links "
+            "that move there an inertia, or hold or prescribe a joint that they move"
+        )
+    scaled = np.where(moves, scaled / np.where(moves, values, 1.0), 0.0)
+    return np.asarray(axes @ scaled / root)
