@@ -139,7 +139,7 @@ class _Arrays:
 
 def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
     """Return the scene, with all joint angles held and what varies from design to design."""
-    found = line.geometry
+    found, stand = line.geometry, zero(line.geometry, line.fork_offsets)
     names, turns = [], []
     held_by = supports(line)
     listed = [(item.shaft, f"support_{item.name}") for item in held_by.bearings]
@@ -149,7 +149,10 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
         axis = found.directions[index]
         left = leftwards(axis)
         names.append(name)
-        turns.append(np.stack([axis, left, np.cross(axis, left)]) @ found.frames[index])
+        # What turns on its place alone stands there as its pins do, and bearings straight.
+        turned = stand.rotations[index] if name in ("bearing_in", "bearing_out") else 0.0
+        place = found.frames[index] @ _about_x(turned)
+        turns.append(np.stack([axis, left, np.cross(axis, left)]) @ place)
     with_spline = [k for k, shaft in enumerate(line.shafts) if shaft.spline]
     slips = tuple(f"slip_{k}" for k in with_spline)
     levers = tuple(
@@ -166,7 +169,6 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
         loads={"bearing_out": -1.0, **dict.fromkeys(slips, 0.0)},
         outputs=list(outputs),
     )
-    stand = zero(found, line.fork_offsets)
     return _Setup(scene, stand, tuple(names), np.array(turns), slips, levers)
 
 
@@ -280,6 +282,12 @@ def _in_spline(wrench: JointWrench, lever: float) -> tuple[Array, Array]:
     # The slip has the front piece as its child, and its origin at the joint before the spline.
     moved = np.cross([lever, 0.0, 0.0], wrench.force)
     return -wrench.force, -(wrench.moment - moved)
+
+
+def _about_x(angle: float) -> Array:
+    """Return the rotation `(3, 3)` about x."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]])
 
 
 def _about_y(angle: float) -> Array:

@@ -1,5 +1,7 @@
 """Analyses against closed forms, statics of free shafts, virtual work and rebuilt lines."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from testkit.line_data import NEAR, SPAN, Array, along_points, double_shaft, random_line
@@ -152,6 +154,32 @@ def test_a_centre_bearing_by_its_formula() -> None:
     exact = (l1 * across - np.cross(m1 - m2, e2)) / c
     found = in_space(line, result.static.bearing_force, [0, 0, 1, 3, 3])[:, 2]
     assert min(worst(found, exact), worst(found, -exact)) < 1e-11
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_end_shafts_without_bearings_are_held_at_their_joints(count: int) -> None:
+    line = random_line(count, seed=count)
+    ends = [line.shafts[i] for i in (0, -1)]
+    bare = [dataclasses.replace(end, bearings=()) for end in ends]
+    line = line.replace(shafts=[bare[0], *line.shafts[1:-1], bare[1]])
+    forces = line.analyse(speed=0, torque=-300, torque_at="output", positions=TURN).static
+    shafts = [*range(count - 1), count] if count > 1 else [0, 1]
+    found = in_space(line, forces.bearing_force, shafts)
+    # The bearings hold a massless line together, so their forces on it are in balance.
+    assert np.max(np.abs(found.sum(axis=1))) < 1e-9
+    if count == 1:
+        assert np.max(np.abs(found)) < 1e-9  # A single joint passes on no force.
+        return
+    assert np.max(np.abs(found[:, -1])) > 50.0
+    # About the last joint, the forces balance the couples of the input and the output shaft.
+    places = [np.zeros(3)]
+    for k in shafts[1:-1]:
+        axis = line.geometry.directions[k]
+        places.append(line.geometry.centres[k - 1] + line.shafts[k].bearings[0].distance * axis)
+    arms = np.array([*places, line.geometry.centres[-1]]) - line.geometry.centres[-1]
+    moments = pins(line).moments(-300.0)
+    turning = np.cross(arms, found).sum(axis=1)
+    assert worst(turning, moments[-1] - moments[0]) < 1e-11
 
 
 @pytest.mark.parametrize("count", [1, 3, 5])
