@@ -33,6 +33,8 @@ class AnalysisData:
         static: forces without inertia and weight: from the torque, and the friction of splines.
         inertial: forces of inertia and weight alone; None if there are none.
         slip: `(…, s)` by how much each spline is drawn out against the data [m].
+        mean_lead: `(n + 1,)`, or `(D, n + 1)` of designs: mean of each shaft's rotation minus that
+            of the input shaft, over a turn of this [rad].
         indeterminate: what statics leaves open; forces there are the ones of least norm.
         loop_residual: worst closure error; see `Sweep`.
         balance_residual: worst imbalance of a body; see `Sweep`. NaN where nothing acts.
@@ -53,6 +55,7 @@ class AnalysisData:
     static: LineForces
     inertial: LineForces | None
     slip: Array
+    mean_lead: Array
     indeterminate: tuple[str, ...]
     loop_residual: float
     balance_residual: float
@@ -70,12 +73,12 @@ class AnalysisData:
 
     @property
     def angle_error(self) -> Array:
-        """Lead of each shaft over the input shaft, without its mean over positions `(…, n + 1)`.
+        """Lead of each shaft over the input shaft, without its mean over a turn `(…, n + 1)` [rad].
 
-        [rad]. It is the angle error if the positions cover whole turns evenly.
+        Whatever positions there are.
         """
-        lead = self.rotation - self.rotation[..., :1]
-        return lead - lead.mean(axis=-2, keepdims=True)
+        mean = self.mean_lead if len(self.shape) == 1 else self.mean_lead[:, None]
+        return self.rotation - self.rotation[..., :1] - mean
 
     def __len__(self) -> int:
         return self.shape[0]

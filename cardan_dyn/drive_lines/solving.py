@@ -23,9 +23,10 @@ from .analysis import Analysis
 from .forces import LineForces
 from .geometry import leftwards
 from .line_data import LineData
+from .line_motion import LineMotion, line_motion
 from .supports import hangs_by_rear, spline_distance, supports
 from .tasks import Task
-from .zero import Zero, lead, zero
+from .zero import Zero, zero
 
 _BLOCK = 10_000
 """Samples times joints whose closed positions are kept at a time, some 10 kilobytes for each."""
@@ -53,12 +54,9 @@ class _Setup(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """Results of a block of samples, in the order of `Analysis`."""
+    """Results of a block of samples."""
 
-    rotation: Array
-    ratio: Array
-    acceleration: Array
-    slip: Array
+    motion: LineMotion
     static: LineForces
     inertial: LineForces | None
     residuals: tuple[float, ...]
@@ -84,13 +82,15 @@ def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
     residuals = []
     for chosen, block, held in _blocks(line, task):
         part = _solved(setup, line, block, held)
-        motion = (part.rotation, part.ratio, part.acceleration, part.slip)
-        arrays.put("motion", chosen, motion)
+        arrays.put("motion", chosen, part.motion[:4])
+        if task.variants is not None:
+            arrays.put("mean", chosen, part.motion[4:])
         arrays.put("static", chosen, part.static)
         arrays.put("inertial", chosen, part.inertial or ())
         residuals.append(part.residuals)
     rotation, ratio, acceleration, slip = arrays.of["motion"]
     inertial = arrays.of["inertial"]
+    mean_lead = arrays.of["mean"][0] if "mean" in arrays.of else read_only(part.motion.mean_lead)
     loop, balance, power = np.max(residuals, axis=0).tolist()
     return Analysis(
         name=line.name,
@@ -107,6 +107,7 @@ def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
         static=LineForces(*arrays.of["static"]),
         inertial=LineForces(*inertial) if inertial else None,
         slip=slip,
+        mean_lead=mean_lead,
         indeterminate=supports(line).indeterminate,
         loop_residual=loop,
         balance_residual=balance,
@@ -229,12 +230,12 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
     if moving is not unit and _has_mass(scene.mechanism):
         inertial = _of(setup, line, moving)
         sweeps.append(moving)
-    motion = _motion(setup, moving, task)
+    motion = line_motion(moving, setup.zero, setup.slips, task.speed, task.acceleration)
     residuals = tuple(
         float(np.max([getattr(item, name) for item in sweeps]))
         for name in ("loop_residual", "balance_residual", "power_residual")
     )
-    return _Part(*motion, static, inertial, residuals)
+    return _Part(motion, static, inertial, residuals)
 
 
 def _has_mass(mechanism: Mechanism) -> bool:
@@ -294,37 +295,3 @@ def _about_y(angle: float) -> Array:
     """Return the rotation `(3, 3)` about y."""
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
-
-
-def _motion(setup: _Setup, sweep: Sweep, task: Task) -> tuple[Array, Array, Array, Array]:
-    """Return rotation, ratio and acceleration of every shaft `(…, n + 1)`, and slips `(…, s)`.
-
-    With the crosses' turns a and b about the driving and the driven pin, the next shaft is ahead
-    by the lead of `zero`, and its speed is that of this shaft times cos a cos b plus a' sin b: the
-    driven pin is normal to the next shaft, the driving pin has the component sin b along it.
-    """
-    motion = sweep.motion
-    rotations = [np.broadcast_to(motion.position("bearing_in"), sweep.shape)]
-    ratios = [np.ones(sweep.shape)]
-    accelerations = [np.full(sweep.shape, task.acceleration)]
-    for k, (zero_in, zero_out) in enumerate(zip(*setup.zero[:2], strict=True), 1):
-        a = motion.position(f"pin_{k}_in") + zero_in
-        b = motion.position(f"pin_{k}_out") + zero_out
-        along, across = np.cos(a) * np.cos(b), np.sin(b)
-        rotations.append(rotations[-1] + lead(a, b))
-        ratio = ratios[-1] * along + motion.ratio(f"pin_{k}_in") * across
-        rate_a, rate_b = motion.velocity(f"pin_{k}_in"), motion.velocity(f"pin_{k}_out")
-        change = -rate_a * np.sin(a) * np.cos(b) - rate_b * np.cos(a) * np.sin(b)
-        accelerations.append(
-            accelerations[-1] * along
-            + task.speed * ratios[-1] * change
-            + motion.acceleration(f"pin_{k}_in") * across
-            + rate_a * rate_b * np.cos(b)
-        )
-        ratios.append(ratio)
-    slips = [motion.position(name) for name in setup.slips]
-    slip = np.stack(slips, axis=-1) if slips else np.zeros((*sweep.shape, 0))
-    rotation, ratio, acceleration = (
-        np.stack(item, axis=-1) for item in (rotations, ratios, accelerations)
-    )
-    return rotation, ratio, acceleration, slip
