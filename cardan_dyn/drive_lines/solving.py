@@ -20,8 +20,8 @@ from ..results.sweep import Sweep
 from ..results.wrench import JointWrench
 from ..scene.scene import Scene
 from .analysis import Analysis
+from .bearing_axes import bearing_axes
 from .forces import LineForces
-from .geometry import leftwards
 from .line_data import LineData
 from .line_motion import LineMotion, line_motion
 from .supports import hangs_by_rear, spline_distance, supports
@@ -39,7 +39,7 @@ class _Setup(NamedTuple):
         scene: with a unit torque at the output.
         zero: how the pins stand at zero.
         bearings: joints whose forces are those of the bearings.
-        turns: `(m, 3, 3)` rotations from the axes of each bearing's place to along, left, up.
+        places: shaft of each bearing, and how far its place is turned about it in the data [rad].
         slips: joints of the splines.
         levers: distances from where each slip has its origin to its spline [m]; NaN where that is
             the spline, and the slip's child is the rear piece.
@@ -48,7 +48,7 @@ class _Setup(NamedTuple):
     scene: Scene
     zero: Zero
     bearings: tuple[str, ...]
-    turns: Array
+    places: tuple[tuple[int, float], ...]
     slips: tuple[str, ...]
     levers: tuple[float, ...]
 
@@ -140,20 +140,17 @@ class _Arrays:
 
 def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
     """Return the scene, with all joint angles held and what varies from design to design."""
-    found, stand = line.geometry, zero(line.geometry, line.fork_offsets)
-    names, turns = [], []
-    held_by = supports(line)
+    stand, held_by = zero(line.geometry, line.fork_offsets), supports(line)
     listed = [(item.shaft, f"support_{item.name}") for item in held_by.bearings]
     ends = ((0, "bearing_in"), (line.count, "bearing_out"))
     listed += [end for end in ends if not line.shafts[end[0]].bearings]
-    for index, name in sorted(listed, key=lambda item: item[0]):
-        axis = found.directions[index]
-        left = leftwards(axis)
-        names.append(name)
-        # What turns on its place alone stands there as its pins do, and bearings straight.
-        turned = stand.rotations[index] if name in ("bearing_in", "bearing_out") else 0.0
-        place = found.frames[index] @ _about_x(turned)
-        turns.append(np.stack([axis, left, np.cross(axis, left)]) @ place)
+    listed.sort(key=lambda item: item[0])
+    # What turns on its place alone stands there as its pins do, and bearings straight.
+    places = [
+        (index, float(stand.rotations[index]) if name in ("bearing_in", "bearing_out") else 0.0)
+        for index, name in listed
+    ]
+    names = [name for _, name in listed]
     with_spline = [k for k, shaft in enumerate(line.shafts) if shaft.spline]
     slips = tuple(f"slip_{k}" for k in with_spline)
     levers = tuple(
@@ -170,7 +167,7 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
         loads={"bearing_out": -1.0, **dict.fromkeys(slips, 0.0)},
         outputs=list(outputs),
     )
-    return _Setup(scene, stand, tuple(names), np.array(turns), slips, levers)
+    return _Setup(scene, stand, tuple(names), tuple(places), slips, levers)
 
 
 def _blocks(line: LineData, task: Task) -> Iterator[tuple[slice, Task, Mapping[str, Array]]]:
@@ -201,6 +198,9 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
     positions = np.broadcast_to(task.positions, (count, len(task.positions)))
     closed = scene.assemble(positions if is_grid else task.positions, held=held)
 
+    axes = bearing_axes(line.geometry, held, setup.places)
+    turns = list(np.swapaxes(axes, 0, 1) if is_grid else axes[0])
+
     def sweep(loads: Mapping[str, float] | None = None, moving: bool = False) -> Sweep:
         return scene.sweep(
             closed,
@@ -215,7 +215,7 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
     sweeps = [unit]
     ratio = unit.motion.ratio("bearing_out")
     torque = np.broadcast_to(task.torque, ratio.shape)
-    static = _of(setup, line, unit).times(torque if task.at_output else torque / ratio)
+    static = _of(setup, line, turns, unit).times(torque if task.at_output else torque / ratio)
     for index, name in enumerate(setup.slips if task.slipping else ()):
         spline = line.shafts[int(name.removeprefix("slip_"))].spline
         if spline is None or not spline.friction or spline.radius is None:
@@ -223,12 +223,12 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
         friction = spline.friction / spline.radius * np.abs(static.spline_torque[..., index])
         pushed = sweep({name: 1.0, "bearing_out": 0.0})
         sweeps.append(pushed)
-        static = static.plus(_of(setup, line, pushed).times(-task.slipping * friction))
+        static = static.plus(_of(setup, line, turns, pushed).times(-task.slipping * friction))
     is_moving = task.speed != 0.0 or task.acceleration != 0.0
     moving = sweep({"bearing_out": 0.0}, moving=True) if is_moving or task.gravity.any() else unit
     inertial = None
     if moving is not unit and _has_mass(scene.mechanism):
-        inertial = _of(setup, line, moving)
+        inertial = _of(setup, line, turns, moving)
         sweeps.append(moving)
     motion = line_motion(moving, setup.zero, setup.slips, task.speed, task.acceleration)
     residuals = tuple(
@@ -242,8 +242,8 @@ def _has_mass(mechanism: Mechanism) -> bool:
     return any(link.mass > 0.0 for link in mechanism.description.links)
 
 
-def _of(setup: _Setup, line: LineData, sweep: Sweep) -> LineForces:
-    """Return the forces of a sweep."""
+def _of(setup: _Setup, line: LineData, turns: Sequence[Array], sweep: Sweep) -> LineForces:
+    """Return the forces of a sweep; `turns` are the rotations to the axes of each bearing."""
     joints = range(1, line.count + 1)
     # The joint's axes at zero are turned about the driving pin against those of the shaft.
     moments_in = [
@@ -252,18 +252,18 @@ def _of(setup: _Setup, line: LineData, sweep: Sweep) -> LineForces:
     ]
     moments_out = [sweep[f"pin_{k}_out"].moment for k in joints]
     forces = [
-        sweep.wrench(name, "parent").force @ turn.T
-        for name, turn in zip(setup.bearings, setup.turns, strict=True)
+        sweep.wrench(name, "parent").force @ np.swapaxes(turn, -1, -2)
+        for name, turn in zip(setup.bearings, turns, strict=True)
     ]
     slips = [
-        _in_spline(sweep[name], lever)
+        _in_spline(sweep[name], lever, sweep.motion.position(name))
         for name, lever in zip(setup.slips, setup.levers, strict=True)
     ]
     empty = np.zeros((*sweep.shape, 0, 3))
     return LineForces(
         moment_in=np.stack(moments_in, axis=-2),
         moment_out=np.stack(moments_out, axis=-2),
-        bearing_force=np.stack(forces, axis=-2) if forces else empty,
+        bearing_force=np.stack(forces, axis=-2),
         spline_force=np.stack([force for force, _ in slips], axis=-2) if slips else empty,
         spline_moment=np.stack([moment for _, moment in slips], axis=-2) if slips else empty,
         holding_moment=np.stack(
@@ -276,19 +276,14 @@ def _of(setup: _Setup, line: LineData, sweep: Sweep) -> LineForces:
     )
 
 
-def _in_spline(wrench: JointWrench, lever: float) -> tuple[Array, Array]:
+def _in_spline(wrench: JointWrench, lever: float, drawn_out: Array) -> tuple[Array, Array]:
     """Return force and moment `(…, 3)` of the front on the rear piece at the spline."""
-    if np.isnan(lever):
-        return wrench.force, wrench.moment
-    # The slip has the front piece as its child, and its origin at the joint before the spline.
-    moved = np.cross([lever, 0.0, 0.0], wrench.force)
-    return -wrench.force, -(wrench.moment - moved)
-
-
-def _about_x(angle: float) -> Array:
-    """Return the rotation `(3, 3)` about x."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]])
+    sign, arm = 1.0, drawn_out
+    if not np.isnan(lever):
+        # The slip has the front piece as its child, and its origin at the joint before the spline.
+        sign, arm = -1.0, np.broadcast_to(-lever, drawn_out.shape)
+    moved = np.cross(arm[..., None] * [1.0, 0.0, 0.0], wrench.force)
+    return sign * wrench.force, sign * (wrench.moment + moved)
 
 
 def _about_y(angle: float) -> Array:
