@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from ..errors import AssemblyError
 from ..frozen import FrozenDict, read_only
 from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
@@ -22,6 +23,7 @@ from ..scene.scene import Scene
 from .analysis import Analysis
 from .bearing_axes import bearing_axes
 from .forces import LineForces
+from .geometry import MEETING
 from .line_data import LineData
 from .line_motion import LineMotion, line_motion
 from .supports import hangs_by_rear, spline_distance, supports
@@ -197,7 +199,6 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
     is_grid = task.variants is not None
     positions = np.broadcast_to(task.positions, (count, len(task.positions)))
     closed = scene.assemble(positions if is_grid else task.positions, held=held)
-
     axes = bearing_axes(line.geometry, held, setup.places)
     turns = list(np.swapaxes(axes, 0, 1) if is_grid else axes[0])
 
@@ -212,6 +213,7 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
         )
 
     unit = sweep()
+    _check_place(setup, unit, held)
     sweeps = [unit]
     ratio = unit.motion.ratio("bearing_out")
     torque = np.broadcast_to(task.torque, ratio.shape)
@@ -236,6 +238,34 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
         for name in ("loop_residual", "balance_residual", "power_residual")
     )
     return _Part(motion, static, inertial, residuals)
+
+
+def _check_place(setup: _Setup, sweep: Sweep, held: Mapping[str, Array]) -> None:
+    """Refuse designs whose shafts are not where they are designed to be.
+
+    Where bearings and splines nearly leave shafts free to tilt, loops can close in a second place,
+    and the way from the data to a design can lead there. Misalignments have no place to compare.
+
+    Raises:
+        AssemblyError: a spline is drawn out by another length than that of the design.
+    """
+    none = np.zeros(1)
+    tubes = {name: name.replace("tube", "shaft", 1) for name in held if name.startswith("tube_")}
+    follow = all(np.array_equal(held[tube], held.get(shaft, none)) for tube, shaft in tubes.items())
+    if not follow or any(name.startswith(("offset_", "support_")) for name in held):
+        return
+    for name in setup.slips:
+        designed = held.get(f"shaft_length_{name.removeprefix('slip_')}", none)
+        found = sweep.motion.position(name)
+        if np.max(np.abs(found - designed)) > MEETING:
+            worst = np.unravel_index(np.argmax(np.abs(found - designed)), found.shape)
+            at = f" of design {worst[0]}" if found.ndim > 1 else ""
+            planned = float(np.broadcast_to(designed, found.shape)[worst])
+            raise AssemblyError(
+                f"{name} is drawn out by {found[worst]:.6g} m{at} instead of {planned:.6g} m: the "
+                "bearings leave the shafts a second place, into which they came on the way from "
+                "the data; give this design as a line of its own, or support the line better"
+            )
 
 
 def _has_mass(mechanism: Mechanism) -> bool:

@@ -8,6 +8,7 @@ from testkit.line_data import NEAR, SPAN, Array, along_points, double_shaft, ran
 from testkit.shaft_line import ShaftLine, dot
 
 from analytic import drive_line, shaft_design, support_forces
+from cardan_dyn import AssemblyError
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, Spline
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
@@ -350,9 +351,66 @@ def test_variants_are_lines_of_their_own() -> None:
         exact = other.analyse(speed=90, torque=250, positions=TURN)
         assert worst(result.ratio[d], exact.ratio) < 1e-11
         assert worst(result.acceleration[d], exact.acceleration) < 1e-10
-        for name in ("bearing_radial", "bearing_axial", "bending_in", "bending_out"):
+        for name in ("bearing_force", "moment_in", "moment_out", "holding_moment"):
             found = getattr(result.static, name)[d]
             assert worst(found, getattr(exact.static, name)) < 1e-10, name
+
+
+@pytest.mark.parametrize(
+    ("spline", "bearing", "longer"),
+    [(0.3, 0.5, 0.1), (0.6, 0.5, -0.05), (0.6, 0.5, 0.1)],
+    ids=["bearing behind the spline", "pushed in", "drawn out"],
+)
+def test_longer_shafts_with_a_spline(spline: float, bearing: float, longer: float) -> None:
+    def line(length: float, moved: float) -> DriveLine:
+        ends = random_line(3, seed=3).shafts
+        support = Bearing(distance=bearing + moved, locating=True if spline < bearing else None)
+        middle = Shaft(
+            length=length, slope_side=0.1, bearings=[support], spline=Spline(distance=spline)
+        )
+        rear = Shaft(length=0.7, slope_side=-0.2, spline=Spline() if support.locating else None)
+        return DriveLine(shafts=[ends[0], middle, rear, ends[3]])
+
+    nominal = line(0.8, 0.0)
+    designs = nominal.variants(lengths=[0.8 + longer, 0.7])
+    result = nominal.analyse(speed=90, torque=250, positions=TURN, variants=designs)
+    # A bearing behind the spline keeps its distance from the rear joint.
+    other = line(0.8 + longer, longer if spline < bearing else 0.0)
+    exact = other.analyse(speed=90, torque=250, positions=TURN)
+    assert result.slip[0, :, 0] == pytest.approx(longer, abs=1e-12)
+    assert worst(result.ratio[0], exact.ratio) < 1e-12
+    for name in ("bearing_force", "spline_force", "spline_moment"):
+        assert worst(getattr(result.static, name)[0], getattr(exact.static, name)) < 1e-10, name
+
+
+def test_a_second_place_of_the_shafts_is_refused() -> None:
+    # Between the data and this design, the bearings leave the shafts free to tilt.
+    slopes = [(-0.13, 0.03), (0.2, 0.1), (0.05, -0.1), (-0.2, 0.1), (0.0, 0.2), (-0.3, 0.0)]
+    places = {1: (0.374, 0.367), 2: (0.785, 0.127), 3: (0.501, 0.339), 4: (0.71, None)}
+    shafts = [
+        Shaft(
+            slope_side=side,
+            slope_plan=plan,
+            length=places.get(k, (None, None))[0],
+            spline=Spline() if k == 1 else None,
+            bearings=[Bearing(distance=places[k][1])] if k in (1, 2, 3) else [],
+        )
+        for k, (side, plan) in enumerate(slopes)
+    ]
+    line = DriveLine(shafts=shafts)
+    good = [0.3, 0.2, 0.3, 0.2, 0.4], [1.0, 0.5, -0.5, 1.0, -1.0]
+    result = line.analyse(
+        speed=0,
+        torque=1,
+        positions=TURN,
+        variants=line.variants(angles=good[0], planes=good[1]),
+    )
+    phases = np.concatenate([[-1.0], np.pi / 2 - np.array(good[1][1:])]).cumsum()
+    exact = drive_line.speed_ratio(good[0], phases, TURN)
+    assert result.ratio[0, :, -1] == pytest.approx(exact, rel=1e-11)
+    steep = line.variants(angles=[0.27, 0.38, 0.6, 0.57, 0.29], planes=[-3.8, 1.4, 3.4, 2.6, 3.1])
+    with pytest.raises(AssemblyError, match=r"slip_1 .* of design 0 instead of 0 m: the bearings"):
+        line.analyse(speed=0, torque=1, positions=[0.0, 1.0], variants=steep)
 
 
 def test_blocks_make_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:

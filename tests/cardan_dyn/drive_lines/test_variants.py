@@ -70,3 +70,14 @@ def test_wrong_arguments(arguments: dict[str, object], message: str) -> None:
 def test_unknown_joints() -> None:
     with pytest.raises(ModelError, match=r"'offset_x_1' is no adjustable .* mean 'offset_[yz]_1'"):
         variants(LINE, misalignments={"offset_x_1": 0.1})
+
+
+def test_lengths_leave_room_for_bearings_and_splines() -> None:
+    with pytest.raises(
+        ArgumentError, match=r"0\.1 for shaft_1, expected at least .* bearing C1 is"
+    ):
+        variants(THREE, lengths=[[1.2, 1.0], [0.1, 1.0]])
+    with pytest.raises(
+        ArgumentError, match=r"0\.44 for shaft_1, .* 0\.45 m, up to where its spline"
+    ):
+        variants(LINE, lengths=[0.44])
