@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 from ..arrays import Array
+from ..frozen import read_only
 from .forces import LineForces
+
+_ARRAYS = ("position", "rotation", "ratio", "acceleration", "slip", "mean_lead")
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +65,18 @@ class AnalysisData:
     balance_residual: float
     power_residual: float
 
+    def __post_init__(self) -> None:
+        arrays = [getattr(self, name) for name in _ARRAYS]
+        for array in (*arrays, *self.static, *(self.inertial or ()), *self.designs.values()):
+            read_only(array)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Through the constructor, which closes the arrays of a copy to writing as well.
+        return _restored, (
+            type(self),
+            {item.name: getattr(self, item.name) for item in fields(self)},
+        )
+
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape of the samples."""
@@ -88,3 +104,8 @@ class AnalysisData:
             f"<Analysis of {self.name!r}: {' × '.join(map(str, self.shape))} samples, "
             f"{len(self.joints)} joints, {len(self.bearings)} bearings>"
         )
+
+
+def _restored(kind: type[AnalysisData], values: dict[str, Any]) -> AnalysisData:
+    """Return a copy; `__reduce__` needs a function without keyword arguments."""
+    return kind(**values)

@@ -212,7 +212,10 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
             workers=task.workers,
         )
 
-    unit = sweep()
+    is_moving = task.speed != 0.0 or task.acceleration != 0.0
+    is_heavy = _has_mass(scene.mechanism)
+    # Without mass, forces in motion are those at rest.
+    unit = sweep(moving=is_moving and not is_heavy)
     _check_place(setup, unit, held)
     sweeps = [unit]
     ratio = unit.motion.ratio("bearing_out")
@@ -226,10 +229,9 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
         pushed = sweep({name: 1.0, "bearing_out": 0.0})
         sweeps.append(pushed)
         static = static.plus(_of(setup, line, turns, pushed).times(-task.slipping * friction))
-    is_moving = task.speed != 0.0 or task.acceleration != 0.0
-    moving = sweep({"bearing_out": 0.0}, moving=True) if is_moving or task.gravity.any() else unit
-    inertial = None
-    if moving is not unit and _has_mass(scene.mechanism):
+    moving, inertial = unit, None
+    if is_heavy and (is_moving or task.gravity.any()):
+        moving = sweep({"bearing_out": 0.0}, moving=True)
         inertial = _of(setup, line, turns, moving)
         sweeps.append(moving)
     motion = line_motion(moving, setup.zero, setup.slips, task.speed, task.acceleration)

@@ -106,6 +106,8 @@ def _check_lengths(line: LineData, values: Array) -> None:
 def _columns(name: str, values: ArrayLike, count: int) -> Array:
     """Return values as `(D, count)`."""
     array = numbers(name, values)
+    if not count:
+        raise ArgumentError(f"{name} is given, but a line of one joint has no intermediate shafts")
     if array.ndim < 2:
         array = array.reshape(1, -1)
     if array.ndim != 2 or array.shape[1] not in (1, count):

@@ -67,6 +67,13 @@ def test_wrong_arguments(arguments: dict[str, object], message: str) -> None:
         variants(LINE, **arguments)
 
 
+def test_a_single_joint_has_no_intermediate_shafts() -> None:
+    single = random_line(1, seed=0)
+    for name in ("lengths", "fork_offsets"):
+        with pytest.raises(ArgumentError, match=f"{name} is given, but a line of one joint has no"):
+            variants(single, **{name: [1.0]})
+
+
 def test_unknown_joints() -> None:
     with pytest.raises(ModelError, match=r"'offset_x_1' is no adjustable .* mean 'offset_[yz]_1'"):
         variants(LINE, misalignments={"offset_x_1": 0.1})
