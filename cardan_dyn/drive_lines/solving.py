@@ -26,7 +26,7 @@ from .forces import LineForces
 from .geometry import MEETING
 from .line_data import LineData
 from .line_motion import LineMotion, line_motion
-from .supports import hangs_by_rear, spline_distance, supports
+from .supports import Supports, hangs_by_rear, spline_distance, supports
 from .tasks import Task
 from .zero import Zero, zero
 
@@ -42,6 +42,8 @@ class _Setup(NamedTuple):
         zero: how the pins stand at zero.
         bearings: joints whose forces are those of the bearings.
         places: shaft of each bearing, and how far its place is turned about it in the data [rad].
+        tilting: of end shafts that misaligned bearings tilt, the first bearing, which keeps the
+            sleeve from turning, another one, and their distance along the flow [m].
         slips: joints of the splines.
         levers: distances from where each slip has its origin to its spline [m]; NaN where that is
             the spline, and the slip's child is the rear piece.
@@ -51,6 +53,7 @@ class _Setup(NamedTuple):
     zero: Zero
     bearings: tuple[str, ...]
     places: tuple[tuple[int, float], ...]
+    tilting: tuple[tuple[int, int, float], ...]
     slips: tuple[str, ...]
     levers: tuple[float, ...]
 
@@ -153,6 +156,9 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
         for index, name in listed
     ]
     names = [name for _, name in listed]
+    varied = {} if task.variants is None else dict.fromkeys(task.variants.held, 0.0)
+    is_misaligned = any(name.startswith("support_") for name in varied)
+    tilting = _sleeves(held_by, names, (0, line.count)) if is_misaligned else ()
     with_spline = [k for k, shaft in enumerate(line.shafts) if shaft.spline]
     slips = tuple(f"slip_{k}" for k in with_spline)
     levers = tuple(
@@ -160,7 +166,6 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
     )
     pins = [f"pin_{k}_{side}" for k in range(1, line.count + 1) for side in ("in", "out")]
     angles = {f"joint_angle_{k}": 0.0 for k in range(1, line.count + 1)}
-    varied = {} if task.variants is None else dict.fromkeys(task.variants.held, 0.0)
     outputs = dict.fromkeys([*pins, *names, *slips, *angles, "bearing_in", "bearing_out"])
     scene = scene_of(
         line,
@@ -169,7 +174,23 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
         loads={"bearing_out": -1.0, **dict.fromkeys(slips, 0.0)},
         outputs=list(outputs),
     )
-    return _Setup(scene, stand, tuple(names), tuple(places), slips, levers)
+    return _Setup(scene, stand, tuple(names), tuple(places), tilting, slips, levers)
+
+
+def _sleeves(
+    held_by: Supports, names: Sequence[str], ends: tuple[int, int]
+) -> tuple[tuple[int, int, float], ...]:
+    """Return the first two bearings on the sleeves of end shafts; see `_Setup.tilting`."""
+    found = []
+    for shaft in ends:
+        # In the order in which the closed chain takes them.
+        on_shaft = [item for item in held_by.bearings if item.shaft == shaft]
+        on_shaft.sort(key=lambda item: not item.locating)
+        if len(on_shaft) > 1:
+            first, second = (names.index(f"support_{item.name}") for item in on_shaft[:2])
+            apart = on_shaft[1].distance - on_shaft[0].distance
+            found.append((first, second, apart if shaft else -apart))
+    return tuple(found)
 
 
 def _blocks(line: LineData, task: Task) -> Iterator[tuple[slice, Task, Mapping[str, Array]]]:
@@ -283,10 +304,11 @@ def _of(setup: _Setup, line: LineData, turns: Sequence[Array], sweep: Sweep) -> 
         for k, turn in zip(joints, setup.zero.driving, strict=True)
     ]
     moments_out = [sweep[f"pin_{k}_out"].moment for k in joints]
-    forces = [
-        sweep.wrench(name, "parent").force @ np.swapaxes(turn, -1, -2)
-        for name, turn in zip(setup.bearings, turns, strict=True)
-    ]
+    forces = [sweep.wrench(name, "parent").force for name in setup.bearings]
+    for first, second, distance in setup.tilting:
+        pair = _pair_of_sleeve(sweep, setup.bearings[first], distance)
+        forces[first], forces[second] = forces[first] + pair, forces[second] - pair
+    forces = [force @ np.swapaxes(turn, -1, -2) for force, turn in zip(forces, turns, strict=True)]
     slips = [
         _in_spline(sweep[name], lever, sweep.motion.position(name))
         for name, lever in zip(setup.slips, setup.levers, strict=True)
@@ -306,6 +328,26 @@ def _of(setup: _Setup, line: LineData, turns: Sequence[Array], sweep: Sweep) -> 
             np.asarray(sweep.loads.get("bearing_out", 0.0)), sweep.shape
         ).astype(float),
     )
+
+
+def _pair_of_sleeve(sweep: Sweep, first: str, distance: float) -> Array:
+    """Return what the first bearing of a tilted end shaft lacks in force `(…, 3)`.
+
+    Its sleeve hands the outer torque to a universal joint, which takes moments normal to its own
+    axes alone. Across the tilted shaft these are a couple that no outer torque exerts.
+    """
+    turn_1, turn_2 = (sweep.motion.position(f"{first}.turn_{i}") for i in (1, 2))
+    axis = np.stack(
+        [
+            np.cos(turn_1) * np.cos(turn_2),
+            np.sin(turn_2),
+            -np.sin(turn_1) * np.cos(turn_2),
+        ],
+        axis=-1,
+    )
+    pair = np.cross(axis, sweep.wrench(first, "parent").moment) / distance
+    # A cage passes on no force along its housing; a pair along the shaft exerts no moment.
+    return np.asarray(pair - (pair[..., :1] / axis[..., :1]) * axis)
 
 
 def _in_spline(wrench: JointWrench, lever: float, drawn_out: Array) -> tuple[Array, Array]:

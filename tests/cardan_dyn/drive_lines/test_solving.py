@@ -9,7 +9,7 @@ from testkit.shaft_line import ShaftLine, dot
 
 from analytic import drive_line, shaft_design, support_forces
 from cardan_dyn import AssemblyError
-from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, Spline
+from cardan_dyn.drive_lines import Bearing, DriveLine, Joint, Shaft, Spline, Tube
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
 SPANS = support_forces.Spans(a=SPAN[0], b=NEAR[0], e=NEAR[1], f=SPAN[1])
@@ -243,6 +243,51 @@ def test_inertia_of_a_middle_shaft_goes_into_its_torque() -> None:
     assert result.static.torsion_out[:, 0] == pytest.approx(result.static.torsion_in[:, 1])
 
 
+def test_acceleration_of_the_input_shaft() -> None:
+    middle = Shaft(length=0.8, slope_side=0.3, mass=10, inertia=0.5, centre=0.4, spline=Spline())
+    line = DriveLine(shafts=[Shaft(mass=5, inertia=0.2), middle, Shaft(slope_side=-0.1)])
+    result = line.analyse(speed=30, acceleration=400.0, torque=0, positions=TURN)
+    joints = line.joint_angles[:1], line.fork_phases[:1]
+    ratio = drive_line.speed_ratio(*joints, TURN)
+    behind = 400.0 * ratio + 30.0**2 * drive_line.acceleration_ratio(*joints, TURN)
+    assert result.acceleration[:, 0] == pytest.approx(400.0, rel=1e-13)
+    assert worst(result.acceleration[:, 1], behind) < 1e-12
+    # What the drive does beside: it accelerates both shafts.
+    assert worst(result.total.drive_torque, 0.2 * 400.0 + 0.5 * behind * ratio) < 1e-11
+
+
+def test_weight_of_both_pieces_of_a_shaft_with_a_spline() -> None:
+    tube = Tube(outer_diameter=0.1, wall=0.004)
+    # On a straight level line, the shaft is a beam on two ends, which carry half of it each.
+    middle = Shaft(length=0.8, tube=tube, spline=Spline(distance=0.2))
+    line = DriveLine(shafts=[Shaft(), middle, Shaft()])
+    forces = line.analyse(speed=0, torque=0, positions=TURN, gravity=(0, 0, -9.81)).total
+    half = 0.8 * tube.area * tube.density * 9.81 / 2.0
+    assert forces.bearing_force[..., 2] == pytest.approx(np.full((36, 2), half), rel=1e-10)
+    # The moment at the spline, from what is before it: half of all at 0.2 m, a quarter at 0.1 m.
+    exact = half * 0.2 - half * 0.5 * 0.1
+    assert forces.spline_bending[:, 0] == pytest.approx(exact, rel=1e-10)
+
+
+def test_a_cross_turns_about_the_normal_of_its_pins() -> None:
+    # At the turning points of a steep joint its spin about the normal n has the rate 0 or sin β,
+    # so that the power of the drive is the change of the kinetic energy of the cross alone.
+    line = DriveLine(
+        shafts=[Shaft(), Shaft(slope_plan=0.7)], joints=[Joint(cross_mass=6.0, cross_span=0.2)]
+    )
+    fine = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)
+    torque = line.analyse(speed=20.0, torque=0, positions=fine).total.drive_torque
+    one = ShaftLine.turn(line.geometry.directions, np.array([0.0, 1.0, 0.0]), fine)
+    axes = np.stack([one.driving[0], one.driven[0], one.normals[0]], axis=1)
+    orders = 1j * np.fft.fftfreq(256, 1 / 256)[:, None, None]
+    rates = np.fft.ifft(orders * np.fft.fft(axes, axis=0), axis=0).real * 20.0
+    spin = 0.5 * np.cross(axes, rates).sum(axis=1)
+    about = np.einsum("nij,nj->ni", axes, spin)
+    energy = 0.5 * (about**2 @ (6.0 * 0.2**2 / np.array([24.0, 24.0, 12.0])))
+    change = np.fft.ifft(orders[:, 0, 0] * np.fft.fft(energy)).real
+    assert worst(torque, change) < 1e-10
+
+
 def test_a_flywheel_behind_one_joint() -> None:
     # Thoma 1920: M_t = Θ ω² d²φ₂/dφ₁².
     line = DriveLine(shafts=[Shaft(), Shaft(slope_plan=0.5, mass=900, inertia=40.0)])
@@ -443,6 +488,34 @@ def test_misaligned_bearings_move_the_joint_angles() -> None:
     rise = 0.9 * np.array([np.cos(0.2), np.sin(0.2)]) + up
     beta = np.arctan2(rise[1], rise[0])
     assert moved.ratio[1, :, 1].max() == pytest.approx(1 / np.cos(beta), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "side"), [("E", "y"), ("E", "z"), ("F", "y"), ("F", "z"), ("A", "y"), ("B", "z")]
+)
+def test_tilted_end_shafts_are_in_balance(name: str, side: str) -> None:
+    line = double_shaft((0.1, 0.25, -0.1), (0.2, -0.1, 0.05), fork_offset=0.3)
+    designs = line.variants(misalignments={f"support_{name}_{side}": [0.02]})
+    result = line.analyse(speed=0, torque=100, positions=TURN, torque_at="output", variants=designs)
+    forces = in_space(line, result.static.bearing_force[0], [0, 0, 2, 2])
+    found = dict(zip(result.bearings, np.moveaxis(forces, 1, 0), strict=True))
+    is_output = name in "EF"
+    near, far = "EF" if is_output else "BA"
+    index, sign = (1, 1.0) if is_output else (0, -1.0)
+    axis = line.geometry.directions[2 * index]
+    left = np.array([-axis[1], axis[0], 0.0]) / np.hypot(*axis[:2])
+    moved = 0.02 * (left if side == "y" else np.cross(axis, left))
+    # From the near to the far bearing, which slides along the nominal axis.
+    span = (-moved if name == near else moved) + sign * axis * np.sqrt(SPAN[index] ** 2 - 4e-4)
+    tilted = sign * span / SPAN[index]
+    moment = result.static.moment_out[0, :, 1] if is_output else -result.static.moment_in[0, :, 0]
+    # About the joint centre, bearings balance the bending moment that the joint exerts.
+    bending = np.linalg.norm(moment[:, 1:], axis=1)
+    arms = [sign * NEAR[index] * tilted, sign * (NEAR[index] + SPAN[index]) * tilted]
+    couple = np.cross(arms[0], found[near]) + np.cross(arms[1], found[far])
+    assert np.linalg.norm(couple, axis=1) == pytest.approx(bending, rel=1e-10)
+    assert np.abs(couple @ tilted).max() < 1e-9
+    assert np.abs(found[far] @ axis).max() < 1e-9
 
 
 def test_a_single_joint_passes_on_no_force() -> None:
