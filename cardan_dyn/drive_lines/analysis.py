@@ -35,6 +35,8 @@ class Analysis(AnalysisData):
         static: forces without inertia and weight: from the torque, and the friction of splines.
         inertial: forces of inertia and weight alone; None if there are none.
         slip: `(…, s)` by how much each spline is drawn out against the data [m].
+        mean_lead: `(n + 1,)`, or `(D, n + 1)` of designs: mean of each shaft's rotation minus that
+            of the input shaft, over a turn of this [rad].
         indeterminate: what statics leaves open; forces there are the ones of least norm.
         loop_residual: worst closure error; see `Sweep`.
         balance_residual: worst imbalance of a body; see `Sweep`. NaN where nothing acts.

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 from ..arrays import Array
+from ..frozen import read_only
 from .forces import LineForces
+
+_ARRAYS = ("position", "rotation", "ratio", "acceleration", "slip", "mean_lead")
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +37,8 @@ class AnalysisData:
         static: forces without inertia and weight: from the torque, and the friction of splines.
         inertial: forces of inertia and weight alone; None if there are none.
         slip: `(…, s)` by how much each spline is drawn out against the data [m].
+        mean_lead: `(n + 1,)`, or `(D, n + 1)` of designs: mean of each shaft's rotation minus that
+            of the input shaft, over a turn of this [rad].
         indeterminate: what statics leaves open; forces there are the ones of least norm.
         loop_residual: worst closure error; see `Sweep`.
         balance_residual: worst imbalance of a body; see `Sweep`. NaN where nothing acts.
@@ -53,10 +59,23 @@ class AnalysisData:
     static: LineForces
     inertial: LineForces | None
     slip: Array
+    mean_lead: Array
     indeterminate: tuple[str, ...]
     loop_residual: float
     balance_residual: float
     power_residual: float
+
+    def __post_init__(self) -> None:
+        arrays = [getattr(self, name) for name in _ARRAYS]
+        for array in (*arrays, *self.static, *(self.inertial or ()), *self.designs.values()):
+            read_only(array)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Through the constructor, which closes the arrays of a copy to writing as well.
+        return _restored, (
+            type(self),
+            {item.name: getattr(self, item.name) for item in fields(self)},
+        )
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -70,12 +89,12 @@ class AnalysisData:
 
     @property
     def angle_error(self) -> Array:
-        """Lead of each shaft over the input shaft, without its mean over positions `(…, n + 1)`.
+        """Lead of each shaft over the input shaft, without its mean over a turn `(…, n + 1)` [rad].
 
-        [rad]. It is the angle error if the positions cover whole turns evenly.
+        Whatever positions there are.
         """
-        lead = self.rotation - self.rotation[..., :1]
-        return lead - lead.mean(axis=-2, keepdims=True)
+        mean = self.mean_lead if len(self.shape) == 1 else self.mean_lead[:, None]
+        return self.rotation - self.rotation[..., :1] - mean
 
     def __len__(self) -> int:
         return self.shape[0]
@@ -85,3 +104,8 @@ class AnalysisData:
             f"<Analysis of {self.name!r}: {' × '.join(map(str, self.shape))} samples, "
             f"{len(self.joints)} joints, {len(self.bearings)} bearings>"
         )
+
+
+def _restored(kind: type[AnalysisData], values: dict[str, Any]) -> AnalysisData:
+    """Return a copy; `__reduce__` needs a function without keyword arguments."""
+    return kind(**values)

@@ -21,9 +21,9 @@ hang from that cross. So no chain of links is longer than it has to be.
 Adjustable joints, zero where the data are: `joint_angle_k` adds to the joint angle in its bending
 plane, `joint_plane_k` turns the bending plane, and all behind it, about the shaft before it;
 `fork_offset_k` turns the rear fork of shaft k; `shaft_length_k` moves what lies behind shaft k
-along it, and a shaft without a spline follows with `tube_length_k`; `offset_y_k` and `offset_z_k`
-move what lies behind shaft k across it, to the left and upwards; `support_A_y` and `support_A_z` do
-so with a bearing.
+along it, and the bearings behind its spline; a shaft without a spline follows with `tube_length_k`;
+`offset_y_k` and `offset_z_k` move what lies behind shaft k across it, to the left and upwards in
+the data; `support_A_y` and `support_A_z` do so with a bearing.
 """
 
 from __future__ import annotations
@@ -191,8 +191,10 @@ class _Writer(Robot):
 
     def bearing_place(self, item: Support) -> str:
         """Write the place of a bearing, and return its link, whose origin is the bearing."""
-        name, frame = f"support_{item.name}_{{}}", f"frame_{item.shaft}"
-        place = self.moved(name, item.shaft, frame, _along(item))
+        name, frame, at = f"support_{item.name}_{{}}", f"frame_{item.shaft}", _along(item)
+        if item.behind:
+            frame, at = f"end_{item.shaft}", at - float(self.line.geometry.lengths[item.shaft])
+        place = self.moved(name, item.shaft, frame, at)
         if item.locating:
             return place
         cage = f"cage_{item.name}"

@@ -140,7 +140,8 @@ class DriveLine(PhasedLine):
             planes: plane offsets `(D, n)` [rad]; see `Geometry`.
             fork_offsets: `(D, n - 1)` of the intermediate shafts [rad].
             lengths: `(D, n - 1)` of the intermediate shafts [m]. Bearings stay at their distances
-                from the joints at the fronts of their shafts.
+                from the joints at the fronts of their shafts, those behind a spline from the
+                joints at the rears. Splines are drawn out, tubes without one longer; masses stay.
             misalignments: names of adjustable joints, see `closed_chain`, to positions `(D,)` [rad
                 or m]: `offset_y_k` and `offset_z_k` move what lies behind shaft k across it,
                 `support_A_y` and `support_A_z` a bearing.

@@ -175,6 +175,8 @@ def _settled(value: object, entry: Entry, at: str) -> object:
     if entry.kind == "text":
         if not isinstance(value, str):
             raise ModelError(f"{at} is {described(value)}, expected a text")
+        if not value.isprintable():
+            raise ModelError(f"{at} is {value!r}, expected a text of one line that can be printed")
         return str(value)
     if entry.kind == "flag":
         if not isinstance(value, (bool, np.bool_)):

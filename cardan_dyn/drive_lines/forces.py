@@ -22,9 +22,11 @@ class LineForces(NamedTuple):
         moment_out: `(…, n, 3)` moment of the cross on the shaft behind it [N·m], in axes that turn
             with that shaft: x along it, z along the driven pin.
         bearing_force: `(…, m, 3)` force of each bearing on its shaft [N]: along the shaft, to the
-            left, and upwards across it. The bearing feels the opposite.
-        spline_force: `(…, s, 3)` force of the front piece on the rear piece at the middle of each
-            spline [N], in axes that turn with the shaft; x is its friction.
+            left, and upwards across it, as the shaft lies by slopes, joint angles and planes;
+            misalignments do not turn these axes. The bearing feels the opposite.
+        spline_force: `(…, s, 3)` force of the front piece on the rear piece at each spline [N], in
+            axes that turn with the shaft; x is its friction. In
+            all designs a spline is at the distance from the front joint that the data say.
         spline_moment: `(…, s, 3)` moment likewise [N·m]; x is the torque through it.
         holding_moment: `(…, n)` moment that keeps each joint angle, positive if it acts on what
             lies behind the joint in the sense in which its angle grows [N·m].

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -85,8 +86,8 @@ class LineData:
             )
         self._check_shafts()
         _check_names([bearing.name for bearing in self.bearings if bearing.name], "bearings")
-        _check_names([joint.name for joint in self.joints if joint.name], "joints")
-        _check_names([shaft.name for shaft in self.shafts if shaft.name], "shafts")
+        _check_names(self.joint_names, "joints")
+        _check_names(self.shaft_names, "shafts")
 
     def _check_shafts(self) -> None:
         """Refuse what the place of a shaft in the line does not allow."""
@@ -173,7 +174,10 @@ class LineData:
         return tuple(joint.name or f"joint_{k}" for k, joint in enumerate(self.joints, 1))
 
 
-def _check_names(names: list[str], what: str) -> None:
+def _check_names(names: Sequence[str], what: str) -> None:
     repeated = sorted({name for name in names if names.count(name) > 1})
     if repeated:
-        raise ModelError(f"{what} of a DriveLine: the name {repeated[0]!r} occurs twice")
+        raise ModelError(
+            f"{what} of a DriveLine: the name {repeated[0]!r} occurs twice, counting those that "
+            f"{what} without a name have; give different names"
+        )

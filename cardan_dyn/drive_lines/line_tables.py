@@ -102,7 +102,7 @@ def _motion(analysis: AnalysisData, samples: tuple[str, ...]) -> dict[str, Varia
     of_shafts = (*samples, "shaft")
     listed = {
         "rotation": (analysis.rotation, "rad", "rotation about the axis"),
-        "angle_error": (analysis.angle_error, "rad", "lead over the input shaft, without its mean"),
+        "angle_error": (analysis.angle_error, "rad", "lead over the input, without its mean"),
         "ratio": (analysis.ratio, "1", "speed over that of the input shaft"),
         "acceleration": (analysis.acceleration, "rad/s²", "angular acceleration about the axis"),
     }

@@ -111,7 +111,24 @@ def _names(line: LineData) -> list[str]:
                     "the plain one of another; name both"
                 )
         names += of_shaft
+    _check_links(names)
     return names
+
+
+def _check_links(names: Sequence[str]) -> None:
+    """Refuse names that make names of other joints: a bearing is moved by NAME_y and NAME_z."""
+    for name in names:
+        for taken in (f"{name}_y", f"{name}_z", f"{name}_y_place", f"{name}_z_place"):
+            if taken in names:
+                raise ModelError(
+                    f"bearings of a DriveLine: the name {taken!r} is that of an adjustable joint "
+                    f"or link of the bearing {name!r}; give another name"
+                )
+        if name in ("bearing_in", "bearing_out"):
+            raise ModelError(
+                f"bearings of a DriveLine: the name {name!r} is that of the bearing of an end "
+                "shaft without bearings of its own; give another name"
+            )
 
 
 def _across(line: LineData) -> list[str]:

@@ -64,7 +64,7 @@ def task(
         raise ArgumentError(f"variants is {described(variants)}, expected what variants() returns")
     if variants is not None and variants.shafts != line.shafts:
         raise ArgumentError("variants are those of another line; make them of this one")
-    if torque_at not in ("input", "output"):
+    if not isinstance(torque_at, str) or torque_at not in ("input", "output"):
         raise ArgumentError(f"torque_at is {described(torque_at)}, expected 'input' or 'output'")
     if slipping is not None and (not isinstance(slipping, str) or slipping not in _SLIPPING):
         raise ArgumentError(f"slipping is {described(slipping)}, expected 'in', 'out' or None")

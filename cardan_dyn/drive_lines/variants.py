@@ -13,7 +13,7 @@ from ..errors import ArgumentError, ModelError, choices
 from ..frozen import FrozenDict
 from .line_data import LineData
 from .parts import Shaft
-from .supports import supports
+from .supports import spline_distance, supports
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -64,8 +64,7 @@ def variants(
         given |= _differences("fork_offset", values, line.fork_offsets)
     if lengths is not None:
         values = _columns("lengths", lengths, line.count - 1)
-        if not np.all(values > 0.0):
-            raise ArgumentError(f"lengths has {np.min(values):.6g}, expected more than 0 m")
+        _check_lengths(line, values)
         changes = _differences("shaft_length", values, found.lengths[1:-1])
         rigid = [k for k, shaft in enumerate(line.shafts[1:-1], 1) if shaft.spline is None]
         given |= changes | {f"tube_length_{k}": changes[f"shaft_length_{k}"] for k in rigid}
@@ -82,9 +81,33 @@ def variants(
     return Variants(count, arrays, line.shafts)
 
 
+def _check_lengths(line: LineData, values: Array) -> None:
+    """Refuse lengths `(D, n - 1)` on which bearings and splines of the data have no room."""
+    if not np.all(values > 0.0):
+        raise ArgumentError(f"lengths has {np.min(values):.6g}, expected more than 0 m")
+    for k, shaft in enumerate(line.shafts[1:-1], 1):
+        least, what = (
+            (0.0, "") if shaft.spline is None else (spline_distance(line, k), "its spline")
+        )
+        for item in supports(line).bearings if shaft.bearings else ():
+            # A bearing behind the spline keeps its distance from the rear joint.
+            length = float(line.geometry.lengths[k])
+            room = length - item.distance if item.behind else item.distance
+            if item.shaft == k and room > least:
+                least, what = room, f"its bearing {item.name}"
+        shortest = float(np.min(values[:, k - 1], initial=np.inf))
+        if shortest < least:
+            raise ArgumentError(
+                f"lengths has {shortest:.6g} for {line.shaft_names[k]}, expected at least "
+                f"{least:.6g} m, up to where {what} is"
+            )
+
+
 def _columns(name: str, values: ArrayLike, count: int) -> Array:
     """Return values as `(D, count)`."""
     array = numbers(name, values)
+    if not count:
+        raise ArgumentError(f"{name} is given, but a line of one joint has no intermediate shafts")
     if array.ndim < 2:
         array = array.reshape(1, -1)
     if array.ndim != 2 or array.shape[1] not in (1, count):

@@ -1,3 +1,4 @@
+import copy
 import pickle
 
 import numpy as np
@@ -66,3 +67,8 @@ def test_results_can_be_pickled() -> None:
     other = pickle.loads(pickle.dumps(found))
     assert np.array_equal(other.total.moment_out, found.total.moment_out)
     assert other.bearings == found.bearings
+    for copied in (other, copy.deepcopy(found)):
+        assert isinstance(copied, Analysis)
+        for array in (copied.rotation, copied.mean_lead, copied.static.bearing_force):
+            with pytest.raises(ValueError, match="read-only"):
+                array[0] = 0.0

@@ -108,3 +108,18 @@ def test_texts_of_lines_are_short() -> None:
     assert text == (
         "<DriveLine 'long': 9 joints at 5.73°, 5.73°, 5.73°, 5.73°, 5.73°, 5.73°, …; 4 bearings>"
     )
+
+
+def test_names_differ_from_those_of_parts_without_a_name() -> None:
+    with pytest.raises(ModelError, match="shafts of a DriveLine: the name 'output' occurs twice"):
+        DriveLine(shafts=[Shaft(name="output"), Shaft()])
+    with pytest.raises(ModelError, match="joints of a DriveLine: the name 'joint_2' occurs twice"):
+        DriveLine(
+            shafts=[Shaft(), Shaft(length=1.0), Shaft()], joints=[Joint(name="joint_2"), Joint()]
+        )
+
+
+@pytest.mark.parametrize("name", ["a\nb", "\x00"])
+def test_names_can_be_printed(name: str) -> None:
+    with pytest.raises(ModelError, match="expected a text of one line that can be printed"):
+        Shaft(name=name)

@@ -1,12 +1,15 @@
 """Analyses against closed forms, statics of free shafts, virtual work and rebuilt lines."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from testkit.line_data import NEAR, SPAN, Array, along_points, double_shaft, random_line
 from testkit.shaft_line import ShaftLine, dot
 
 from analytic import drive_line, shaft_design, support_forces
-from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, Spline
+from cardan_dyn import AssemblyError
+from cardan_dyn.drive_lines import Bearing, DriveLine, Joint, Shaft, Spline, Tube
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
 SPANS = support_forces.Spans(a=SPAN[0], b=NEAR[0], e=NEAR[1], f=SPAN[1])
@@ -154,6 +157,32 @@ def test_a_centre_bearing_by_its_formula() -> None:
     assert min(worst(found, exact), worst(found, -exact)) < 1e-11
 
 
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_end_shafts_without_bearings_are_held_at_their_joints(count: int) -> None:
+    line = random_line(count, seed=count)
+    ends = [line.shafts[i] for i in (0, -1)]
+    bare = [dataclasses.replace(end, bearings=()) for end in ends]
+    line = line.replace(shafts=[bare[0], *line.shafts[1:-1], bare[1]])
+    forces = line.analyse(speed=0, torque=-300, torque_at="output", positions=TURN).static
+    shafts = [*range(count - 1), count] if count > 1 else [0, 1]
+    found = in_space(line, forces.bearing_force, shafts)
+    # The bearings hold a massless line together, so their forces on it are in balance.
+    assert np.max(np.abs(found.sum(axis=1))) < 1e-9
+    if count == 1:
+        assert np.max(np.abs(found)) < 1e-9  # A single joint passes on no force.
+        return
+    assert np.max(np.abs(found[:, -1])) > 50.0
+    # About the last joint, the forces balance the couples of the input and the output shaft.
+    places = [np.zeros(3)]
+    for k in shafts[1:-1]:
+        axis = line.geometry.directions[k]
+        places.append(line.geometry.centres[k - 1] + line.shafts[k].bearings[0].distance * axis)
+    arms = np.array([*places, line.geometry.centres[-1]]) - line.geometry.centres[-1]
+    moments = pins(line).moments(-300.0)
+    turning = np.cross(arms, found).sum(axis=1)
+    assert worst(turning, moments[-1] - moments[0]) < 1e-11
+
+
 @pytest.mark.parametrize("count", [1, 3, 5])
 def test_torsion_and_bending_by_pins(count: int) -> None:
     line = random_line(count, seed=count)
@@ -212,6 +241,51 @@ def test_inertia_of_a_middle_shaft_goes_into_its_torque() -> None:
     gained = total.torsion_out[:, 0] - total.torsion_in[:, 1]
     assert worst(gained, 0.5 * result.acceleration[:, 1]) < 1e-11
     assert result.static.torsion_out[:, 0] == pytest.approx(result.static.torsion_in[:, 1])
+
+
+def test_acceleration_of_the_input_shaft() -> None:
+    middle = Shaft(length=0.8, slope_side=0.3, mass=10, inertia=0.5, centre=0.4, spline=Spline())
+    line = DriveLine(shafts=[Shaft(mass=5, inertia=0.2), middle, Shaft(slope_side=-0.1)])
+    result = line.analyse(speed=30, acceleration=400.0, torque=0, positions=TURN)
+    joints = line.joint_angles[:1], line.fork_phases[:1]
+    ratio = drive_line.speed_ratio(*joints, TURN)
+    behind = 400.0 * ratio + 30.0**2 * drive_line.acceleration_ratio(*joints, TURN)
+    assert result.acceleration[:, 0] == pytest.approx(400.0, rel=1e-13)
+    assert worst(result.acceleration[:, 1], behind) < 1e-12
+    # What the drive does beside: it accelerates both shafts.
+    assert worst(result.total.drive_torque, 0.2 * 400.0 + 0.5 * behind * ratio) < 1e-11
+
+
+def test_weight_of_both_pieces_of_a_shaft_with_a_spline() -> None:
+    tube = Tube(outer_diameter=0.1, wall=0.004)
+    # On a straight level line, the shaft is a beam on two ends, which carry half of it each.
+    middle = Shaft(length=0.8, tube=tube, spline=Spline(distance=0.2))
+    line = DriveLine(shafts=[Shaft(), middle, Shaft()])
+    forces = line.analyse(speed=0, torque=0, positions=TURN, gravity=(0, 0, -9.81)).total
+    half = 0.8 * tube.area * tube.density * 9.81 / 2.0
+    assert forces.bearing_force[..., 2] == pytest.approx(np.full((36, 2), half), rel=1e-10)
+    # The moment at the spline, from what is before it: half of all at 0.2 m, a quarter at 0.1 m.
+    exact = half * 0.2 - half * 0.5 * 0.1
+    assert forces.spline_bending[:, 0] == pytest.approx(exact, rel=1e-10)
+
+
+def test_a_cross_turns_about_the_normal_of_its_pins() -> None:
+    # At the turning points of a steep joint its spin about the normal n has the rate 0 or sin β,
+    # so that the power of the drive is the change of the kinetic energy of the cross alone.
+    line = DriveLine(
+        shafts=[Shaft(), Shaft(slope_plan=0.7)], joints=[Joint(cross_mass=6.0, cross_span=0.2)]
+    )
+    fine = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)
+    torque = line.analyse(speed=20.0, torque=0, positions=fine).total.drive_torque
+    one = ShaftLine.turn(line.geometry.directions, np.array([0.0, 1.0, 0.0]), fine)
+    axes = np.stack([one.driving[0], one.driven[0], one.normals[0]], axis=1)
+    orders = 1j * np.fft.fftfreq(256, 1 / 256)[:, None, None]
+    rates = np.fft.ifft(orders * np.fft.fft(axes, axis=0), axis=0).real * 20.0
+    spin = 0.5 * np.cross(axes, rates).sum(axis=1)
+    about = np.einsum("nij,nj->ni", axes, spin)
+    energy = 0.5 * (about**2 @ (6.0 * 0.2**2 / np.array([24.0, 24.0, 12.0])))
+    change = np.fft.ifft(orders[:, 0, 0] * np.fft.fft(energy)).real
+    assert worst(torque, change) < 1e-10
 
 
 def test_a_flywheel_behind_one_joint() -> None:
@@ -322,9 +396,66 @@ def test_variants_are_lines_of_their_own() -> None:
         exact = other.analyse(speed=90, torque=250, positions=TURN)
         assert worst(result.ratio[d], exact.ratio) < 1e-11
         assert worst(result.acceleration[d], exact.acceleration) < 1e-10
-        for name in ("bearing_radial", "bearing_axial", "bending_in", "bending_out"):
+        for name in ("bearing_force", "moment_in", "moment_out", "holding_moment"):
             found = getattr(result.static, name)[d]
             assert worst(found, getattr(exact.static, name)) < 1e-10, name
+
+
+@pytest.mark.parametrize(
+    ("spline", "bearing", "longer"),
+    [(0.3, 0.5, 0.1), (0.6, 0.5, -0.05), (0.6, 0.5, 0.1)],
+    ids=["bearing behind the spline", "pushed in", "drawn out"],
+)
+def test_longer_shafts_with_a_spline(spline: float, bearing: float, longer: float) -> None:
+    def line(length: float, moved: float) -> DriveLine:
+        ends = random_line(3, seed=3).shafts
+        support = Bearing(distance=bearing + moved, locating=True if spline < bearing else None)
+        middle = Shaft(
+            length=length, slope_side=0.1, bearings=[support], spline=Spline(distance=spline)
+        )
+        rear = Shaft(length=0.7, slope_side=-0.2, spline=Spline() if support.locating else None)
+        return DriveLine(shafts=[ends[0], middle, rear, ends[3]])
+
+    nominal = line(0.8, 0.0)
+    designs = nominal.variants(lengths=[0.8 + longer, 0.7])
+    result = nominal.analyse(speed=90, torque=250, positions=TURN, variants=designs)
+    # A bearing behind the spline keeps its distance from the rear joint.
+    other = line(0.8 + longer, longer if spline < bearing else 0.0)
+    exact = other.analyse(speed=90, torque=250, positions=TURN)
+    assert result.slip[0, :, 0] == pytest.approx(longer, abs=1e-12)
+    assert worst(result.ratio[0], exact.ratio) < 1e-12
+    for name in ("bearing_force", "spline_force", "spline_moment"):
+        assert worst(getattr(result.static, name)[0], getattr(exact.static, name)) < 1e-10, name
+
+
+def test_a_second_place_of_the_shafts_is_refused() -> None:
+    # Between the data and this design, the bearings leave the shafts free to tilt.
+    slopes = [(-0.13, 0.03), (0.2, 0.1), (0.05, -0.1), (-0.2, 0.1), (0.0, 0.2), (-0.3, 0.0)]
+    places = {1: (0.374, 0.367), 2: (0.785, 0.127), 3: (0.501, 0.339), 4: (0.71, None)}
+    shafts = [
+        Shaft(
+            slope_side=side,
+            slope_plan=plan,
+            length=places.get(k, (None, None))[0],
+            spline=Spline() if k == 1 else None,
+            bearings=[Bearing(distance=places[k][1])] if k in (1, 2, 3) else [],
+        )
+        for k, (side, plan) in enumerate(slopes)
+    ]
+    line = DriveLine(shafts=shafts)
+    good = [0.3, 0.2, 0.3, 0.2, 0.4], [1.0, 0.5, -0.5, 1.0, -1.0]
+    result = line.analyse(
+        speed=0,
+        torque=1,
+        positions=TURN,
+        variants=line.variants(angles=good[0], planes=good[1]),
+    )
+    phases = np.concatenate([[-1.0], np.pi / 2 - np.array(good[1][1:])]).cumsum()
+    exact = drive_line.speed_ratio(good[0], phases, TURN)
+    assert result.ratio[0, :, -1] == pytest.approx(exact, rel=1e-11)
+    steep = line.variants(angles=[0.27, 0.38, 0.6, 0.57, 0.29], planes=[-3.8, 1.4, 3.4, 2.6, 3.1])
+    with pytest.raises(AssemblyError, match=r"slip_1 .* of design 0 instead of 0 m: the bearings"):
+        line.analyse(speed=0, torque=1, positions=[0.0, 1.0], variants=steep)
 
 
 def test_blocks_make_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -357,6 +488,34 @@ def test_misaligned_bearings_move_the_joint_angles() -> None:
     rise = 0.9 * np.array([np.cos(0.2), np.sin(0.2)]) + up
     beta = np.arctan2(rise[1], rise[0])
     assert moved.ratio[1, :, 1].max() == pytest.approx(1 / np.cos(beta), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "side"), [("E", "y"), ("E", "z"), ("F", "y"), ("F", "z"), ("A", "y"), ("B", "z")]
+)
+def test_tilted_end_shafts_are_in_balance(name: str, side: str) -> None:
+    line = double_shaft((0.1, 0.25, -0.1), (0.2, -0.1, 0.05), fork_offset=0.3)
+    designs = line.variants(misalignments={f"support_{name}_{side}": [0.02]})
+    result = line.analyse(speed=0, torque=100, positions=TURN, torque_at="output", variants=designs)
+    forces = in_space(line, result.static.bearing_force[0], [0, 0, 2, 2])
+    found = dict(zip(result.bearings, np.moveaxis(forces, 1, 0), strict=True))
+    is_output = name in "EF"
+    near, far = "EF" if is_output else "BA"
+    index, sign = (1, 1.0) if is_output else (0, -1.0)
+    axis = line.geometry.directions[2 * index]
+    left = np.array([-axis[1], axis[0], 0.0]) / np.hypot(*axis[:2])
+    moved = 0.02 * (left if side == "y" else np.cross(axis, left))
+    # From the near to the far bearing, which slides along the nominal axis.
+    span = (-moved if name == near else moved) + sign * axis * np.sqrt(SPAN[index] ** 2 - 4e-4)
+    tilted = sign * span / SPAN[index]
+    moment = result.static.moment_out[0, :, 1] if is_output else -result.static.moment_in[0, :, 0]
+    # About the joint centre, bearings balance the bending moment that the joint exerts.
+    bending = np.linalg.norm(moment[:, 1:], axis=1)
+    arms = [sign * NEAR[index] * tilted, sign * (NEAR[index] + SPAN[index]) * tilted]
+    couple = np.cross(arms[0], found[near]) + np.cross(arms[1], found[far])
+    assert np.linalg.norm(couple, axis=1) == pytest.approx(bending, rel=1e-10)
+    assert np.abs(couple @ tilted).max() < 1e-9
+    assert np.abs(found[far] @ axis).max() < 1e-9
 
 
 def test_a_single_joint_passes_on_no_force() -> None:

@@ -105,3 +105,17 @@ def test_said_to_be_locating_or_not() -> None:
     far = [Bearing(distance=0.1, locating=False), Bearing(distance=0.3)]
     found = supports(line(shaft(spline=0.5), ends=(far, ENDS)))
     assert [item.name for item in found.bearings if item.locating] == ["A", "E"]
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        (("A", "A_y"), "the name 'A_y' is that of an adjustable joint or link of the bearing 'A'"),
+        (("bearing_out", ""), "the name 'bearing_out' is that of the bearing of an end shaft"),
+    ],
+)
+def test_names_that_others_have(names: tuple[str, str], message: str) -> None:
+    bearings = [Bearing(distance=x, name=name) for x, name in zip((0.1, 0.2), names, strict=True)]
+    line = DriveLine(shafts=[Shaft(bearings=bearings), Shaft(slope_side=0.1)])
+    with pytest.raises(ModelError, match=message):
+        line.to_urdf()

@@ -27,6 +27,10 @@ def test_what_is_not_given_comes_from_the_line() -> None:
         ({"positions": []}, r"positions has shape \(0,\)"),
         ({"positions": np.ones((2, 2))}, r"positions has shape \(2, 2\)"),
         ({"torque_at": "middle"}, "torque_at is 'middle', expected 'input' or 'output'"),
+        (
+            {"torque_at": np.zeros(3)},
+            "torque_at is an array of type float64, expected 'input' or 'output'",
+        ),
         ({"slipping": "sideways"}, "slipping is 'sideways', expected 'in', 'out' or None"),
         ({"slipping": 1}, "slipping is 1"),
         ({"gravity": 9.81}, r"gravity has shape \(\), expected \(3,\)"),

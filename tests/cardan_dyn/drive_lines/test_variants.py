@@ -67,6 +67,24 @@ def test_wrong_arguments(arguments: dict[str, object], message: str) -> None:
         variants(LINE, **arguments)
 
 
+def test_a_single_joint_has_no_intermediate_shafts() -> None:
+    single = random_line(1, seed=0)
+    for name in ("lengths", "fork_offsets"):
+        with pytest.raises(ArgumentError, match=f"{name} is given, but a line of one joint has no"):
+            variants(single, **{name: [1.0]})
+
+
 def test_unknown_joints() -> None:
     with pytest.raises(ModelError, match=r"'offset_x_1' is no adjustable .* mean 'offset_[yz]_1'"):
         variants(LINE, misalignments={"offset_x_1": 0.1})
+
+
+def test_lengths_leave_room_for_bearings_and_splines() -> None:
+    with pytest.raises(
+        ArgumentError, match=r"0\.1 for shaft_1, expected at least .* bearing C1 is"
+    ):
+        variants(THREE, lengths=[[1.2, 1.0], [0.1, 1.0]])
+    with pytest.raises(
+        ArgumentError, match=r"0\.44 for shaft_1, .* 0\.45 m, up to where its spline"
+    ):
+        variants(LINE, lengths=[0.44])
