@@ -30,8 +30,9 @@ from .supports import Supports, hangs_by_rear, spline_distance, supports
 from .tasks import Task
 from .zero import Zero, zero
 
-_BLOCK = 10_000
-"""Samples times joints whose closed positions are kept at a time, some 10 kilobytes for each."""
+_BLOCK, _BLOCK_OF_ONE = 10_000, 50_000
+"""Samples times joints that are closed at a time: of designs, some 10 kilobytes for each; of one
+line, some 5, where each block would follow the line's motion anew."""
 
 
 class _Setup(NamedTuple):
@@ -198,7 +199,8 @@ def _blocks(line: LineData, task: Task) -> Iterator[tuple[slice, Task, Mapping[s
 
     Of variants, the slice is one of designs, and the task has all positions.
     """
-    most = max(1, _BLOCK // line.count)
+    size = _BLOCK_OF_ONE if task.variants is None else _BLOCK
+    most = max(1, size // line.count)
     if task.variants is None:
         for start in range(0, len(task.positions), most):
             chosen = slice(start, start + most)
