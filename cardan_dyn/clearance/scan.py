@@ -19,6 +19,7 @@ from analytic.impact import reversal as estimated
 from ..arrays import Array
 from ..checks import described, mapping, numbers
 from ..errors import AccuracyError, ArgumentError, IndeterminateError, ModelError, choices
+from ..frozen import read_only
 from .force_course import ForceCourse, Swing
 from .joint_scan import JointScan, Reversal
 from .opened_joint import Mobility, OpenedJoint
@@ -95,7 +96,7 @@ def scan(
     *,
     play: float | Mapping[str, float],
     stiffness: float | Mapping[str, float],
-    joints: Collection[str] | None = None,
+    joints: str | Collection[str] | None = None,
     damping_ratio: float = 0.0,
     start: Start = "release",
     rotor: float | None = None,
@@ -143,7 +144,7 @@ def scan(
     ]
     found = _reversals(scene, pins, impact)
     scanned = {
-        name: JointScan(name, sweep.position, force, *both, abs(speed) / period)
+        name: JointScan(name, sweep.position, read_only(force), *both, abs(speed) / period)
         for (name, force), both in zip(forces.items(), found, strict=True)
     }
     return Scan(scanned, speed, left_out)
@@ -193,7 +194,7 @@ def _of(label: str, given: Any, name: str) -> float:
     return value
 
 
-def _pins(scene: Scene, asked: Collection[str] | None) -> tuple[list[str], dict[str, str]]:
+def _pins(scene: Scene, asked: str | Collection[str] | None) -> tuple[list[str], dict[str, str]]:
     """Return the joints that turn about one axis, and why others are left out.
 
     Raises:
@@ -201,6 +202,7 @@ def _pins(scene: Scene, asked: Collection[str] | None) -> tuple[list[str], dict[
     """
     pins, left_out = [], {}
     names = scene.mechanism.joints if asked is None else asked
+    names = [names] if isinstance(names, str) else names
     for name in names:
         parts = scene.mechanism.joint(name).parts
         if len(parts) == 1 and parts[0].kind == "revolute" and name in scene.outputs:

@@ -56,12 +56,12 @@ class Run(Protocol):
         """Time after which speeds, and the work done since time 0, come back [s]; inf if never."""
         ...
 
-    def rows(self, times: Array) -> Rows:
-        """Return the states at times within the run."""
+    def drives_alone(self, times: Array) -> OfDrives | None:
+        """Return the motion of the drives at times, None if all coordinates are needed for it."""
         ...
 
-    def of_drives(self, times: Array, rows: Callable[[], Rows]) -> OfDrives:
-        """Return the motion of the drives at times; `rows` returns the states there."""
+    def rows(self, times: Array, drives: OfDrives | None = None) -> Rows:
+        """Return the states at times within the run; `drives` is what `drives_alone` returned."""
         ...
 
     def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
@@ -77,7 +77,10 @@ class ConstrainedRun:
         self.times = np.array([point.time for point in integration.points])
         self.period = np.inf
 
-    def rows(self, times: Array) -> Rows:
+    def drives_alone(self, times: Array) -> None:
+        """See `Run.drives_alone`."""
+
+    def rows(self, times: Array, drives: OfDrives | None = None) -> Rows:
         """See `Run.rows`."""
         if times is self.times:
             points = self._integration.points
@@ -86,16 +89,6 @@ class ConstrainedRun:
         size = self._solver.problem.mechanism.coordinates.size
         y, turns, rates = _columns(points)
         return Rows(y[:, :size], turns, y[:, size:], rates[:, size:])
-
-    def of_drives(self, times: Array, rows: Callable[[], Rows]) -> OfDrives:
-        """See `Run.of_drives`."""
-        problem, found = self._solver.problem, rows()
-        coordinates = problem.mechanism.coordinates
-        columns, rates = (
-            of(problem.drives) for of in (coordinates.columns_of, coordinates.rates_of)
-        )
-        x = found.x[:, columns] + 2.0 * np.pi * found.turns[:, columns]
-        return OfDrives(x, found.v[:, rates], found.a[:, rates])
 
     def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
         """See `Run.assembled`."""
@@ -127,17 +120,15 @@ class OneCoordinateRun:
         self._solver, self.times, self._law = solver, times, law
         self.period = period
 
-    def rows(self, times: Array) -> Rows:
-        """See `Run.rows`."""
-        law = self._law(times)
-        position, speed, acceleration = (values[:, None] for values in law)
-        targets = Targets.of_positions(position)
-        motion = motion_at(self._solver, targets, speed, acceleration)
-        return Rows(motion._x, motion._turns, motion.v, motion.a)
-
-    def of_drives(self, times: Array, rows: Callable[[], Rows]) -> OfDrives:
-        """See `Run.of_drives`; for the drive alone, no loop has to be closed."""
+    def drives_alone(self, times: Array) -> OfDrives:
+        """See `Run.drives_alone`; no loop has to be closed for it."""
         return OfDrives(*(values[:, None] for values in self._law(times)))
+
+    def rows(self, times: Array, drives: OfDrives | None = None) -> Rows:
+        """See `Run.rows`."""
+        drives = drives or self.drives_alone(times)
+        motion = motion_at(self._solver, Targets.of_positions(drives.x), drives.v, drives.a)
+        return Rows(motion._x, motion._turns, motion.v, motion.a)
 
     def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
         """See `Run.assembled`."""

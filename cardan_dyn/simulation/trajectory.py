@@ -126,11 +126,20 @@ class Trajectory(Tabled):
 
     @cached_property
     def _rows(self) -> Rows:
-        return self._run.rows(self._run.times if self.t is self._run.times else self.t)
+        return self._run.rows(self.t, self._drives_alone)
+
+    @cached_property
+    def _drives_alone(self) -> OfDrives | None:
+        return self._run.drives_alone(self.t)
 
     @cached_property
     def _of_drives(self) -> OfDrives:
-        return self._run.of_drives(self.t, lambda: self._rows)
+        if self._drives_alone is not None:
+            return self._drives_alone
+        coordinates, rows = self.mechanism.coordinates, self._rows
+        columns, rates = coordinates.columns_of(self.drives), coordinates.rates_of(self.drives)
+        x = rows.x[:, columns] + 2.0 * np.pi * rows.turns[:, columns]
+        return OfDrives(x, rows.v[:, rates], rows.a[:, rates])
 
     @property
     def position(self) -> Array:

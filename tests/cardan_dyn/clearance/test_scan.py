@@ -90,6 +90,13 @@ def test_play_and_stiffness_by_name_and_rotors(drive: cd.Scene, found: Scan) -> 
     assert masses[1] == pytest.approx(held, rel=1e-5)
 
 
+def test_one_name_is_one_joint_and_forces_cannot_be_changed(drive: cd.Scene) -> None:
+    one = scan(drive, 300.0, joints="coupler_pin", **CONTACT)
+    assert list(one) == ["coupler_pin"]
+    with pytest.raises(ValueError, match="read-only"):
+        one["coupler_pin"].force[0] = 0.0
+
+
 def test_tables(found: Scan) -> None:
     frame = found.to_dataframe()
     assert len(frame) == sum(len(found[name].reversals) for name in found)

@@ -103,3 +103,21 @@ def test_what_is_wrong_with_accelerations_is_found(bars: cd.Scene) -> None:
     spoiled.__dict__["_rows"] = rows._replace(a=rows.a * 1.001)
     with pytest.raises(cd.AccuracyError, match="leave such times out with at"):
         _ = spoiled.sweep
+
+
+def test_the_law_of_a_drive_is_asked_once(joint: cd.Mechanism) -> None:
+    """Positions, wrenches and energies of one trajectory are of one evaluation."""
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
+    turned = scene.simulate(1.0, speed=5.0).at(np.linspace(0.0, 1.0, 9))
+    run, asked = turned._run, []
+    law = run._law  # type: ignore[attr-defined]
+
+    def counted(times: np.ndarray) -> object:
+        asked.append(len(times))
+        return law(times)
+
+    run._law = counted  # type: ignore[attr-defined]
+    assert len(turned.position) == 9
+    assert turned.balance_residual < 1e-13
+    assert len(turned.kinetic_energy) == 9
+    assert asked == [9]
