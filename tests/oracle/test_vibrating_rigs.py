@@ -96,20 +96,19 @@ def test_unstable_region_of_an_elastic_middle_shaft() -> None:
 
 def test_springs_on_both_sides_have_a_combined_region() -> None:
     """About (ω₁ + ω₂)/2 = √2.5, as wide as β² makes it, between positive discriminants."""
-    middle, widths = np.sqrt(2.5), []
+    widths = []
     for beta in (BETA, BETA / 2.0):
-
-        def measure(ratio: float, beta: float = float(beta)) -> float:
-            system = SpringsOnBothSides(beta, middle * ratio)
-            return periodic(system, np.zeros(4)).discriminant
-
-        assert measure(1.0) < 0.0
-        away = 0.015 * float(beta / BETA) ** 2
-        ends = edge(measure, 1.0 - away, 1.0, 1e-5), edge(measure, 1.0, 1.0 + away, 1e-5)
-        widths.append(ends[1] - ends[0])
-    inside = periodic(SpringsOnBothSides(BETA, middle), np.zeros(4))
-    assert np.max(np.abs(inside.multipliers)) > 1.01
-    assert np.all(np.abs(inside.multipliers.imag) > 0.1)
+        ratio = 1.0 + 0.01 * np.array([-1.0, 0.0, 1.0]) * float(beta / BETA) ** 2
+        measured = [
+            periodic(SpringsOnBothSides(float(beta), speed), np.zeros(4))
+            for speed in np.sqrt(2.5) * ratio
+        ]
+        outside, inside, other = (motion.discriminant for motion in measured)
+        assert inside < 0.0 < min(outside, other)
+        widths.append(np.ptp(np.roots(np.polyfit(ratio - 1.0, [outside, inside, other], 2))))
+        multipliers = measured[1].multipliers
+        assert np.max(np.abs(multipliers)) > 1.0 + 0.015 * (beta / BETA) ** 2
+        assert np.all(np.abs(multipliers.imag) > 0.1)
     assert widths[0] / widths[1] == pytest.approx(4.0, rel=0.03)
 
 
