@@ -1,4 +1,4 @@
-"""Figures: wrenches over angle and time, polar diagrams, orders, positions, closed forms, lines.
+"""Figures: wrenches over angle and time, polar diagrams, orders, closed forms, lines, vibration.
 
 Needs the extra `viz` (matplotlib). Every function that draws returns a `matplotlib.figure.Figure`,
 all in one look: units on every axis, line styles and markers that differ besides the colours, so
@@ -10,6 +10,7 @@ where a figure is drawn. `figures.style` has what figures of the same look are m
 from .arrangement import arrangement
 from .bending_planes import bending_planes
 from .closed_forms import bending_polar, compared, speed_ratio, thoma_bending, torque_ratio
+from .critical_speeds import campbell, critical_speed_map, orders_over_speed, stability_chart
 from .drive_lines import line_over_angle
 from .orders import order_amplitudes, order_spectrum
 from .over_angle import over_angle, ratio_and_angle_error
@@ -17,24 +18,32 @@ from .over_time import energy_over_time, over_time
 from .polar import force_polar, forces_in_place, moment_polar
 from .positions import universal_joint_positions
 from .style import save
+from .vibration import orbits, over_revolution, run_up
 
 __all__ = [
     "arrangement",
     "bending_planes",
     "bending_polar",
+    "campbell",
     "compared",
+    "critical_speed_map",
     "energy_over_time",
     "force_polar",
     "forces_in_place",
     "line_over_angle",
     "moment_polar",
+    "orbits",
     "order_amplitudes",
     "order_spectrum",
+    "orders_over_speed",
     "over_angle",
+    "over_revolution",
     "over_time",
     "ratio_and_angle_error",
+    "run_up",
     "save",
     "speed_ratio",
+    "stability_chart",
     "thoma_bending",
     "torque_ratio",
     "universal_joint_positions",
