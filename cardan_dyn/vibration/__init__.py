@@ -1,0 +1,27 @@
+"""Vibration: periodic motions about a drive at constant speed, and what becomes of small ones.
+
+A scene names as drives the coordinate that turns at constant speed, and after it the free ones;
+springs and dampers are among its elements. `scene.simulate(motion={driven: speed})` moves the same
+scene over time.
+"""
+
+from .campbell import Campbell, campbell
+from .floquet import Floquet, floquet
+from .forced_response import ForcedResponse, forced_response
+from .linearisation import Linearisation, linearise
+from .periodic_motion import PeriodicMotion, periodic_motion
+from .regions import Region
+
+__all__ = [
+    "Campbell",
+    "Floquet",
+    "ForcedResponse",
+    "Linearisation",
+    "PeriodicMotion",
+    "Region",
+    "campbell",
+    "floquet",
+    "forced_response",
+    "linearise",
+    "periodic_motion",
+]

@@ -1,0 +1,331 @@
+"""Motion search: periodic motions of a rotating scene at many speeds, and those that coexist.
+
+Models of small ranges come first; speeds whose motions leave them are solved in larger ones. Near
+forced resonances, where a motion is large, the whole range is searched from many guesses along the
+modes that resonate.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import AccuracyError, CardanError
+from .averaged import modes
+from .harmonic_balance import Found, course_of, jacobian, resolved
+from .model_build import ModelBuild
+from .periodic_grid import amplitudes, resampled
+from .reduced_model import Course, ReducedModel
+from .rotating_scene import RotatingScene
+
+_FIRST = 0.05
+"""Half width of the first ranges, in units of the coordinates."""
+_GROWTH = 3.0
+_MOST_RANGES = 12
+_WINDOW = 0.12
+"""Relative distance from a forced resonance within which other motions are searched."""
+_MOST_ORDER = 12
+_LARGE = 5e-3
+"""Amplitude, in units of the coordinates, from which on a motion is large enough for others."""
+_SPREAD = 8.0
+"""How many times larger than a motion others are searched."""
+_SHARES = (0.03, 0.1, 0.2, 0.35, 0.5, 0.7, 0.9)
+_PHASES = (0.0, 0.25, 0.5, 0.75)
+"""Guesses: amplitudes as shares of the range, phases as shares of a turn."""
+_SAME = 1e-6
+"""Difference of two motions, as a fraction of their range, at which they are the same."""
+
+
+class Motions(NamedTuple):
+    """Periodic motions of one model.
+
+    Attributes:
+        model: on the nodes of the motions.
+        index: `(S,)` of the speed among those that were asked for.
+        course: S motions.
+        sign: `(S,)` of the determinant of their Jacobians.
+    """
+
+    model: ReducedModel
+    index: Array
+    course: Course
+    sign: Array
+
+    def part(self, chosen: Array) -> Motions:
+        """Return some of them, by a mask or indices."""
+        course = Course(*(item[chosen] for item in self.course))
+        return Motions(self.model, self.index[chosen], course, self.sign[chosen])
+
+
+class MotionSearch:
+    """Finds periodic motions of one rotating scene; models that were built are kept.
+
+    Attributes:
+        rotating: the scene.
+        within: farthest that a free coordinate may be from its mean, in its unit.
+        missed: index of speeds without a motion to the reason, of the last search.
+    """
+
+    def __init__(self, rotating: RotatingScene, within: float = 1.0) -> None:
+        self.rotating, self.within = rotating, within
+        self.build = ModelBuild(rotating)
+        self.missed: dict[int, str] = {}
+        self._models: list[ReducedModel] = []
+        self._divisor: int | None = None
+
+    @property
+    def period(self) -> float:
+        """Of the equation in the drive's position [rad]; known after a search."""
+        return self.rotating.period / (self._divisor or 1)
+
+    def primary(self, speeds: Array) -> list[Motions]:
+        """Return one motion for each speed, the smallest that was found.
+
+        Speeds without any are in `missed`.
+
+        Args:
+            speeds: `(S,)` [rad/s].
+
+        Raises:
+            CardanError: see `ModelBuild.model`.
+        """
+        self.missed = {}
+        units = self.rotating.units
+        centre, share = self.rotating.start[1:].copy(), _FIRST
+        left, found = np.arange(len(speeds)), []
+        reason = ""
+        for _ in range(_MOST_RANGES):
+            try:
+                model = self._model(centre, share * units)
+            except CardanError as error:
+                if not self._models:
+                    raise
+                reason = f"; larger motions cannot be computed: {error}"
+                break
+            there, motions, means = self._at(model, speeds, left)
+            found += motions
+            left = left[~there]
+            if not left.size:
+                return found
+            moved = np.median(means, axis=0)
+            if not found and np.any(np.abs(moved - centre) > 0.5 * share * units):
+                # What acts all the time moves the middle, not the range.
+                centre = np.clip(moved, centre - 3.0 * share * units, centre + 3.0 * share * units)
+                continue
+            if share >= self.within:
+                break
+            share = min(_GROWTH * share, self.within)
+        for index in left.tolist():
+            self.missed[index] = (
+                f"no periodic motion was found at a speed of {speeds[index]:.12g} rad/s within "
+                f"{self.within:g} rad (or characteristic lengths) of its mean{reason}"
+            )
+        return found
+
+    def _model(self, centre: Array, half: Array) -> ReducedModel:
+        """Return a model of given ranges, or a known one that has them."""
+        for model in self._models:
+            if np.array_equal(model.half, half) and np.all(
+                np.abs(model.centre - centre) <= 1e-9 * half
+            ):
+                return model
+        model = self.build.model(centre, half, self._divisor)
+        self._divisor = model.divisor
+        self._models.append(model)
+        return model
+
+    def _largest(self, centre: Array, share: float) -> ReducedModel:
+        """Return the model of given ranges, or of the largest ones within that can be computed."""
+        while True:
+            try:
+                return self._model(centre, share * self.rotating.units)
+            except CardanError:
+                if share < 2.0 * _FIRST:
+                    raise
+                share *= 0.6
+
+    def _at(
+        self, model: ReducedModel, speeds: Array, left: Array
+    ) -> tuple[Array, list[Motions], Array]:
+        """Return which speeds have motions in a model, these, and means `(K, n)` of others."""
+        guess = np.tile(model.centre, (len(left), model.count, 1))
+        there, motions, means = np.zeros(len(left), dtype=bool), [], []
+        for fine, index, found in resolved(model, speeds[left], guess):
+            there[index] = found.converged
+            means.append(np.mean(found.course.q[~found.converged], axis=1))
+            if np.any(found.converged):
+                every = Motions(fine, left[index], found.course, found.sign)
+                motions.append(every.part(found.converged))
+        return there, motions, np.concatenate(means)
+
+    def others(self, motions: Motions) -> list[Motions]:
+        """Return further motions at the same speeds, near forced resonances.
+
+        Args:
+            motions: one for each speed, from `primary`.
+        """
+        middle = np.mean(motions.course.q, axis=1)
+        size = np.max(np.abs(motions.course.q - middle[:, None]) / self.rotating.units, axis=(1, 2))
+        resonances = self._resonances(motions)
+        near = [index for index in range(len(size)) if size[index] > _LARGE and resonances[index]]
+        if not near:
+            return []
+        share = min(self.within, _SPREAD * float(np.max(size[near])))
+        centre = np.mean(middle[near], axis=0)
+        model = self._largest(centre, share)
+        guesses, indices = [], []
+        for index in near:
+            for order, shape in resonances[index]:
+                guesses += list(self._guesses(model, order, shape, middle[index]))
+            indices += [index] * (len(guesses) - len(indices))
+        speeds = motions.course.speed[indices]
+        known: dict[int, list[Array]] = {index: [motions.course.q[index]] for index in near}
+        different = []
+        for fine, chosen, found in resolved(model, speeds, np.array(guesses)):
+            different += self._different(motions, fine, found, np.array(indices)[chosen], known)
+        return different
+
+    def _guesses(self, model: ReducedModel, order: int, shape: Array, middle: Array) -> Array:
+        """Return guesses `(G, N, n)` that swing in a mode at an order of the period."""
+        phase = order * 2.0 * np.pi / model.period * model.positions
+        scaled = shape / np.max(np.abs(shape) / model.half)
+        return np.array(
+            [
+                middle + share * (np.exp(1j * (phase + 2.0 * np.pi * turn))[:, None] * scaled).real
+                for share, turn in product(_SHARES, _PHASES)
+            ]
+        )
+
+    def _resonances(self, motions: Motions) -> list[list[tuple[int, Array]]]:
+        """Return for each motion the orders and mode shapes that are near a forced resonance."""
+        equation = motions.model.equation(motions.course)
+        found = modes(
+            *(
+                np.mean(item, axis=1)
+                for item in (equation.mass, equation.damping, equation.stiffness)
+            )
+        )
+        base = np.abs(motions.course.speed) * 2.0 * np.pi / motions.model.period
+        ratio = found.frequency / base[:, None]
+        orders = np.rint(ratio)
+        near = (orders >= 1) & (orders <= _MOST_ORDER)
+        near &= np.abs(ratio - orders) <= _WINDOW * np.maximum(orders, 1.0)
+        return [
+            [
+                (int(orders[index, mode]), found.shape[index, :, mode])
+                for mode in np.nonzero(near[index])[0]
+            ]
+            for index in range(len(ratio))
+        ]
+
+    def _different(
+        self,
+        motions: Motions,
+        model: ReducedModel,
+        found: Found,
+        indices: Array,
+        known: dict[int, list[Array]],
+    ) -> list[Motions]:
+        """Return found motions that differ from each other and from known ones, which they join."""
+        kept = []
+        for item in np.nonzero(found.converged)[0].tolist():
+            q, others = found.course.q[item], known[int(indices[item])]
+            if all(_gap(q, other, model.half) > _SAME for other in others):
+                others.append(q)
+                kept.append(item)
+        if not kept:
+            return []
+        index = motions.index[indices]
+        return [Motions(model, index, found.course, found.sign).part(np.array(kept))]
+
+    def corrected(self, motions: Motions) -> tuple[Motions, Array]:
+        """Return motions after Newton steps on efforts that sweeps compute, and what is left.
+
+        Returns:
+            the motions, and residuals `(S,)` at the nodes and between them: greatest effort along
+            a free coordinate, as a fraction of the greatest sum of its terms.
+
+        Raises:
+            AccuracyError: the interpolated equation and the sweeps disagree.
+        """
+        model, course = motions.model, motions.course
+        size, count, free = course.q.shape
+        equation = model.equation(course)
+        matrix = jacobian(equation, course.speed, model.period)
+        efforts = self.exact(model, course)
+        best, course_best = np.max(np.abs(efforts) / equation.scale[:, None], axis=(1, 2)), course
+        for _ in range(3):
+            step = np.linalg.solve(matrix, -efforts.reshape(size, -1, 1))[..., 0]
+            course = course_of(
+                course.q + step.reshape(size, count, free), course.speed, model.period
+            )
+            efforts = self.exact(model, course)
+            left = np.max(np.abs(efforts) / equation.scale[:, None], axis=(1, 2))
+            better = left < best
+            course_best = Course(
+                *(
+                    np.where(better.reshape(-1, *[1] * (new.ndim - 1)), new, old)
+                    for new, old in zip(course, course_best, strict=True)
+                )
+            )
+            if not np.any(left < 0.5 * best):
+                break
+            best = np.minimum(best, left)
+        between = self.exact(model, course_best, 0.5)
+        residual = np.max(np.abs(between) / equation.scale[:, None], axis=(1, 2))
+        residual = np.maximum(residual, best)
+        worst = float(np.max(residual))
+        if worst > 1e-7:
+            raise AccuracyError(
+                f"the efforts of {', '.join(self.rotating.free)} do not vanish along the periodic "
+                f"motion: {worst:.1e} of their terms are left",
+                residual=worst,
+                tolerance=1e-7,
+            )
+        return motions._replace(course=course_best), residual
+
+    def exact(self, model: ReducedModel, course: Course, shift: float = 0.0) -> Array:
+        """Return efforts `(S, N, n)` that sweeps compute along motions.
+
+        Args:
+            model: on their nodes.
+            course: S motions.
+            shift: of all nodes, as a fraction of their distance.
+        """
+        size, count, free = course.q.shape
+        waves = np.exp(2j * np.pi * np.fft.fftfreq(count, 1.0 / count) * shift / count)
+        q, rate, bend = (
+            np.fft.ifft(np.fft.fft(item, axis=1) * waves[:, None], axis=1).real if shift else item
+            for item in course[:3]
+        )
+        moved = Course(q, rate, bend, course.speed)
+        drive = model.positions + shift * model.period / count
+        position = np.concatenate(
+            [np.broadcast_to(drive[:, None], (size, count, 1)), moved.q], axis=2
+        )
+        none = np.zeros((size, count, 1))
+        found = self.build.efforts(
+            *(
+                item.reshape(-1, 1 + free)
+                for item in (
+                    position,
+                    moved.velocities,
+                    np.concatenate([none, moved.accelerations], axis=2),
+                )
+            )
+        )
+        return found.reshape(size, count, free)
+
+
+def _gap(first: Array, second: Array, half: Array) -> float:
+    """Return the greatest difference of two motions `(N, n)`, which may differ in their nodes."""
+    count = max(len(first), len(second))
+    return float(np.max(np.abs(resampled(first, count) - resampled(second, count)) / half))
+
+
+def swing(motions: Motions) -> Array:
+    """Return complex amplitudes `(S, K, n)` of the orders of a period."""
+    return amplitudes(motions.course.q, 1)
