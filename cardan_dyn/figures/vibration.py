@@ -148,3 +148,29 @@ def run_up(
     axes.set_title(title)
     legend(figure, 3)
     return figure
+
+
+def multipliers(speed: ArrayLike, sizes: ArrayLike, *, title: str = "") -> Figure:
+    """Draw the sizes of Floquet multipliers over the speed of rotation; above 1, motions grow.
+
+    Args:
+        speed: of rotation `(S,)` [rad/s].
+        sizes: `(S, m)`.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: shapes that do not match.
+    """
+    at, every = abscissa("speed", speed), np.asarray(sizes, dtype=float)
+    if every.ndim != 2 or len(every) != len(at):
+        raise ArgumentError(f"sizes have shape {every.shape}, expected (S, m) with S = {len(at)}")
+    figure, axes = axes_grid()
+    for index in range(every.shape[1]):
+        style = curve_style(index, len(at))
+        axes.plot(at * PER_MINUTE, every[:, index], **style, label=f"multiplier {index + 1}")
+    axes.axhline(1.0, color="0.55", linewidth=0.9, linestyle=":")
+    axes.set_xlabel("speed [1/min]")
+    axes.set_ylabel("size of multipliers")
+    axes.set_title(title)
+    legend(figure, 4)
+    return figure

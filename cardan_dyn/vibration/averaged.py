@@ -44,7 +44,9 @@ def modes(mass: Array, damping: Array, stiffness: Array) -> Modes:
     """Return the modes of M ẍ + D ẋ + K x = 0.
 
     Args:
-        mass, damping, stiffness: `(S, n, n)`.
+        mass: M `(S, n, n)`.
+        damping: D, likewise.
+        stiffness: K, likewise.
     """
     size, free, _ = mass.shape
     matrix = np.zeros((size, 2 * free, 2 * free))

@@ -91,9 +91,9 @@ class Campbell(Result):
 
     def plot(self, orders: Any = (1, 2, 4)) -> Figure:
         """Draw natural frequencies over speed, with the lines of orders."""
-        from ..figures.vibration import campbell
+        from ..figures.critical_speeds import campbell
 
-        return campbell(self.speed, self.frequency, self.whirl, orders)
+        return campbell(self.speed, self.frequency, orders=orders, whirl=self.whirl)
 
     def __repr__(self) -> str:
         return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds>"
@@ -105,7 +105,9 @@ def campbell(
     """Return natural frequencies and modes over speed.
 
     Args:
-        scene, drive, within: see `periodic_motion`.
+        scene: its other drives are free.
+        drive: see `periodic_motion`.
+        within: see `periodic_motion`.
         speed: of the drive `(S,)` [rad/s].
 
     Raises:

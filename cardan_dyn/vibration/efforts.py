@@ -70,7 +70,9 @@ class FreeEfforts:
         """Return the efforts `(N, n)` of given motions.
 
         Args:
-            positions, speeds, accelerations: of drive and free coordinates `(N, 1 + n)`.
+            positions: of drive and free coordinates `(N, 1 + n)`.
+            speeds: likewise.
+            accelerations: likewise.
 
         Raises:
             CardanError: as `Scene.sweep`.

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ..figures.style import Figure
     from ..scene.scene import Scene
 
+_DRAWN = {"flutter": "combination"}
 _STORED = ("multipliers", "trace", "determinant", "liouville", "kind", "coexisting")
 
 
@@ -113,12 +114,19 @@ class Floquet(Result):
 
     def plot(self) -> Figure:
         """Draw multipliers over speed, or a chart of the growth over speed and design."""
-        from ..figures.vibration import instability_chart, multipliers
-
         if self.kind.ndim == 1:
-            return multipliers(self.speed, self.multipliers)
-        ((name, values),) = self.held.items()
-        return instability_chart(self.speed, values, np.maximum(self.growth, 0.0), name)
+            from ..figures.vibration import multipliers
+
+            return multipliers(self.speed, np.abs(self.multipliers))
+        from ..figures.critical_speeds import KINDS, stability_chart
+
+        (angle,) = self.held.values()
+        # What has no motion is left open; flutter counts as two modes together.
+        numbers_of = {name: number for number, name in enumerate(KINDS)}
+        kinds = np.vectorize(lambda kind: numbers_of.get(_DRAWN.get(str(kind), str(kind)), 0))(
+            self.kind
+        )
+        return stability_chart(self.speed, angle, kinds.T)
 
     def __repr__(self) -> str:
         count = int(np.sum(~self.is_stable))
@@ -162,7 +170,7 @@ def floquet(
     designs = _designs(held)
     count = max((len(values) for values in designs.values()), default=1)
 
-    def work(share: range) -> list[tuple[Stability, list[Region], float]]:
+    def work(share: range) -> list[_Done]:
         found = []
         for design in share:
             rotating = first
@@ -173,6 +181,21 @@ def floquet(
         return found
 
     done = [item for part in in_order(work, shares_of(count, workers)) for item in part]
+    return _collected(first.scene, speeds, designs, done, edges)
+
+
+_Done = tuple[Stability, list[Region], float]
+"""Stability, regions and period of a design."""
+
+
+def _collected(
+    scene: Scene, speeds: Array, designs: dict[str, Array], done: list[_Done], edges: bool
+) -> Floquet:
+    """Return what was found of all designs.
+
+    Raises:
+        ArgumentError: they differ in period.
+    """
     period = max(item[2] for item in done)
     if any(item[2] != period for item in done):
         raise ArgumentError(
@@ -183,7 +206,7 @@ def floquet(
     if not designs:
         stacked = {name: values[0] for name, values in stacked.items()}
     return Floquet(
-        scene=first.scene,
+        scene=scene,
         speed=speeds,
         held=designs,
         period=period,
@@ -193,9 +216,7 @@ def floquet(
     )
 
 
-def _of_design(
-    search: MotionSearch, speeds: Array, edges: bool
-) -> tuple[Stability, list[Region], float]:
+def _of_design(search: MotionSearch, speeds: Array, edges: bool) -> _Done:
     """Return stability, regions and period of one design."""
     found = stability(search, speeds, others=True)
     period = search.period

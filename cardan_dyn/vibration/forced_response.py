@@ -12,6 +12,7 @@ from ..arrays import Array
 from ..checks import names
 from ..errors import ArgumentError, choices
 from ..results.sweep_data import FRAMES
+from .correction import corrected
 from .harmonic_balance import jacobian
 from .linearisation import resting
 from .motion_search import Motions, MotionSearch
@@ -101,8 +102,8 @@ class ForcedResponse(Result):
         """Return forward and backward circles `(S,)` of which an ellipse consists, by their radii.
 
         Args:
-            first, second: free coordinates normal to each other; from the first to the second is
-                forward.
+            first: a free coordinate.
+            second: one normal to it; from the first to the second is forward.
             order: cycles per revolution of the drive.
 
         Raises:
@@ -142,13 +143,15 @@ class ForcedResponse(Result):
 
     def plot(self, orders: Any = (1, 2, 4)) -> Figure:
         """Draw amplitudes of the free coordinates over speed, a line for each order."""
-        from ..figures.vibration import order_amplitudes
+        from ..figures.critical_speeds import orders_over_speed
 
         chosen = [order for order in orders if np.any(np.abs(self.order - order) < 1e-9)]
         lines = {
-            (name, order): np.abs(self.of(name, order)) for name in self.free for order in chosen
+            f"{name}, {order:g}×": np.abs(self.of(name, order))
+            for name in self.free
+            for order in chosen
         }
-        return order_amplitudes(self.speed, lines)
+        return orders_over_speed(self.speed, lines, unit="rad or m")
 
     def __repr__(self) -> str:
         return (
@@ -169,7 +172,9 @@ def forced_response(
     """Return amplitudes and phases by orders, of every free coordinate and joint wrench.
 
     Args:
-        scene, drive, within: see `periodic_motion`; about the smallest motion at each speed.
+        scene: its other drives are free.
+        drive: see `periodic_motion`.
+        within: see `periodic_motion`.
         speed: of the drive `(S,)` [rad/s].
         joints: whose wrenches are wanted; the scene's outputs if None, none for an empty list.
         frame: axes of the wrenches, `parent`, `joint` or `world`.
@@ -208,9 +213,9 @@ def response_of(
     errors = np.full((3, size), np.nan)
     wrench = np.full((size, waves, len(joints), 6), np.nan + 0j)
     for motions in found:
-        corrected, residual = search.corrected(motions)
-        linear, averaged = _linear(corrected)
-        q, index = corrected.course.q, corrected.index
+        mended, residual = corrected(search.build.efforts, motions)
+        linear, averaged = _linear(mended)
+        q, index = mended.course.q, mended.index
         for name, values in (("amplitude", q), ("linear", linear), ("averaged", averaged)):
             kinds[name][index] = 0.0
             spectrum = amplitudes(values, 1)
@@ -223,7 +228,7 @@ def response_of(
             np.max(np.abs(averaged - q), axis=(1, 2)) / scale,
         )
         if joints:
-            wrench[index] = _wrenches(search, corrected, joints, frame, count)[:, :waves]
+            wrench[index] = _wrenches(search, mended, joints, frame, count)[:, :waves]
     return ForcedResponse(
         scene=rotating.scene,
         speed=speeds,

@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError
 from .averaged import Modes, modes
+from .correction import corrected
 from .monodromy import first_order, monodromy
 from .motion_search import Motions, MotionSearch
 from .periodic_grid import amplitudes
@@ -152,7 +153,9 @@ def linearise(
     Where several motions coexist, about the smallest.
 
     Args:
-        scene, drive, within: see `periodic_motion`.
+        scene: its other drives are free.
+        drive: see `periodic_motion`.
+        within: see `periodic_motion`.
         speed: of the drive, a number [rad/s].
 
     Raises:
@@ -164,7 +167,7 @@ def linearise(
     search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
     found = search.primary(speeds)
     refuse_missed(search, speeds)
-    motions, _ = search.corrected(found[0])
+    motions, _ = corrected(search.build.efforts, found[0])
     model, course = motions.model, motions.course
     equation = model.equation(course)
     return Linearisation(

@@ -47,7 +47,8 @@ class ModelBuild:
         """Return the model within ranges of the free coordinates.
 
         Args:
-            centre, half: middle and half width of the ranges `(n,)`.
+            centre: middle of the ranges `(n,)`.
+            half: their half width `(n,)`.
             divisor: how many periods of the terms are in that of the mechanism, 1 or 2; found
                 if None.
 
@@ -232,7 +233,8 @@ class ModelBuild:
         """Return a model of given size with its error; see `model`.
 
         Args:
-            centre, half: of the ranges.
+            centre: of the ranges.
+            half: of the ranges.
             size: number of nodes.
             degrees: of the polynomials.
             divisor: number of periods.

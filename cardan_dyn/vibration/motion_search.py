@@ -7,17 +7,17 @@ modes that resonate.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import AccuracyError, CardanError
+from ..errors import CardanError
 from .averaged import modes
-from .harmonic_balance import Found, course_of, jacobian, resolved
+from .harmonic_balance import Found, resolved
 from .model_build import ModelBuild
-from .periodic_grid import amplitudes, resampled
+from .periodic_grid import resampled
 from .reduced_model import Course, ReducedModel
 from .rotating_scene import RotatingScene
 
@@ -39,7 +39,8 @@ _SAME = 1e-6
 """Difference of two motions, as a fraction of their range, at which they are the same."""
 
 
-class Motions(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Motions:
     """Periodic motions of one model.
 
     Attributes:
@@ -176,7 +177,8 @@ class MotionSearch:
         share = min(self.within, _SPREAD * float(np.max(size[near])))
         centre = np.mean(middle[near], axis=0)
         model = self._largest(centre, share)
-        guesses, indices = [], []
+        guesses: list[Array] = []
+        indices: list[int] = []
         for index in near:
             for order, shape in resonances[index]:
                 guesses += list(self._guesses(model, order, shape, middle[index]))
@@ -241,91 +243,8 @@ class MotionSearch:
         index = motions.index[indices]
         return [Motions(model, index, found.course, found.sign).part(np.array(kept))]
 
-    def corrected(self, motions: Motions) -> tuple[Motions, Array]:
-        """Return motions after Newton steps on efforts that sweeps compute, and what is left.
-
-        Returns:
-            the motions, and residuals `(S,)` at the nodes and between them: greatest effort along
-            a free coordinate, as a fraction of the greatest sum of its terms.
-
-        Raises:
-            AccuracyError: the interpolated equation and the sweeps disagree.
-        """
-        model, course = motions.model, motions.course
-        size, count, free = course.q.shape
-        equation = model.equation(course)
-        matrix = jacobian(equation, course.speed, model.period)
-        efforts = self.exact(model, course)
-        best, course_best = np.max(np.abs(efforts) / equation.scale[:, None], axis=(1, 2)), course
-        for _ in range(3):
-            step = np.linalg.solve(matrix, -efforts.reshape(size, -1, 1))[..., 0]
-            course = course_of(
-                course.q + step.reshape(size, count, free), course.speed, model.period
-            )
-            efforts = self.exact(model, course)
-            left = np.max(np.abs(efforts) / equation.scale[:, None], axis=(1, 2))
-            better = left < best
-            course_best = Course(
-                *(
-                    np.where(better.reshape(-1, *[1] * (new.ndim - 1)), new, old)
-                    for new, old in zip(course, course_best, strict=True)
-                )
-            )
-            if not np.any(left < 0.5 * best):
-                break
-            best = np.minimum(best, left)
-        between = self.exact(model, course_best, 0.5)
-        residual = np.max(np.abs(between) / equation.scale[:, None], axis=(1, 2))
-        residual = np.maximum(residual, best)
-        worst = float(np.max(residual))
-        if worst > 1e-7:
-            raise AccuracyError(
-                f"the efforts of {', '.join(self.rotating.free)} do not vanish along the periodic "
-                f"motion: {worst:.1e} of their terms are left",
-                residual=worst,
-                tolerance=1e-7,
-            )
-        return motions._replace(course=course_best), residual
-
-    def exact(self, model: ReducedModel, course: Course, shift: float = 0.0) -> Array:
-        """Return efforts `(S, N, n)` that sweeps compute along motions.
-
-        Args:
-            model: on their nodes.
-            course: S motions.
-            shift: of all nodes, as a fraction of their distance.
-        """
-        size, count, free = course.q.shape
-        waves = np.exp(2j * np.pi * np.fft.fftfreq(count, 1.0 / count) * shift / count)
-        q, rate, bend = (
-            np.fft.ifft(np.fft.fft(item, axis=1) * waves[:, None], axis=1).real if shift else item
-            for item in course[:3]
-        )
-        moved = Course(q, rate, bend, course.speed)
-        drive = model.positions + shift * model.period / count
-        position = np.concatenate(
-            [np.broadcast_to(drive[:, None], (size, count, 1)), moved.q], axis=2
-        )
-        none = np.zeros((size, count, 1))
-        found = self.build.efforts(
-            *(
-                item.reshape(-1, 1 + free)
-                for item in (
-                    position,
-                    moved.velocities,
-                    np.concatenate([none, moved.accelerations], axis=2),
-                )
-            )
-        )
-        return found.reshape(size, count, free)
-
 
 def _gap(first: Array, second: Array, half: Array) -> float:
     """Return the greatest difference of two motions `(N, n)`, which may differ in their nodes."""
     count = max(len(first), len(second))
     return float(np.max(np.abs(resampled(first, count) - resampled(second, count)) / half))
-
-
-def swing(motions: Motions) -> Array:
-    """Return complex amplitudes `(S, K, n)` of the orders of a period."""
-    return amplitudes(motions.course.q, 1)

@@ -1,4 +1,4 @@
-"""Periodic grid: functions of period L at an odd number of equidistant nodes, and their Fourier sums.
+"""Periodic grid: functions of period L at an odd number of equidistant nodes; Fourier sums.
 
 With an odd number, derivatives lose no wave: the highest order of an even number has none.
 """

@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import numbers
 from ..errors import ArgumentError, VibrationError
+from .correction import corrected
 from .motion_search import Motions, MotionSearch
 from .periodic_grid import amplitudes
 from .result import Result, frame_of
@@ -237,11 +238,11 @@ def _collected(
     rows: list[tuple[int, int, float, Array, float, float]] = []
     divisor = 1
     for motions, rank in every:
-        corrected, residual = search.corrected(motions)
+        mended, residual = corrected(search.build.efforts, motions)
         divisor = motions.model.divisor
-        waves = amplitudes(corrected.course.q, 1)
+        waves = amplitudes(mended.course.q, 1)
         middle = waves[:, :1].real
-        sizes = np.max(np.abs(corrected.course.q - middle) / search.rotating.units, axis=(1, 2))
+        sizes = np.max(np.abs(mended.course.q - middle) / search.rotating.units, axis=(1, 2))
         rows += [
             (int(motions.index[item]), rank, float(sizes[item]), *rest)
             for item, rest in enumerate(zip(waves, residual.tolist(), motions.sign, strict=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -60,7 +61,7 @@ def regions(search: MotionSearch, speeds: Array, known: Stability, period: float
     edges = _edges(search, speeds, unstable, changes)
     found = []
     bounds = [0, *(changes + 1).tolist(), len(speeds)]
-    for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+    for first, last in pairwise(bounds):
         if not unstable[first]:
             continue
         peak = first + int(np.argmax(growth[first:last]))

@@ -34,7 +34,7 @@ class Result:
         """Write all arrays, numbers and names to a file that `numpy.load` reads.
 
         Args:
-            path: of the file, by custom `.npz`.
+            path: of the file, whose name commonly ends with `.npz`.
 
         Raises:
             ArgumentError: no path.
@@ -42,7 +42,7 @@ class Result:
         """
         if not isinstance(path, (str, os.PathLike)):
             raise ArgumentError(f"path is {described(path)}, expected a path")
-        stored = {}
+        stored: dict[str, Any] = {}
         for field in fields(self):  # type: ignore[arg-type]
             value = getattr(self, field.name)
             if isinstance(value, (np.ndarray, float, int, str)):

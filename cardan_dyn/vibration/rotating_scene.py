@@ -14,6 +14,7 @@ from ..elements.element import Element
 from ..elements.joint_elements import Actuator, JointFriction, JointSpring
 from ..elements.point_spring import PointSpring
 from ..errors import ArgumentError, CardanError, MobilityError, ModelError, choices
+from ..forces.link_loads import Wrench
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
@@ -73,8 +74,9 @@ def rotating_scene(scene: Scene, drive: str | None = None) -> RotatingScene:
         drive: name of that which turns at constant speed; the first one if None.
 
     Raises:
-        ArgumentError: no such drive, nothing that is free, nothing periodic, dry friction, an
-            actuator that follows a function of time, or loads of several values.
+        ArgumentError: no such drive, nothing periodic, dry friction, an actuator that follows a
+            function of time, or loads of several values.
+        MobilityError: nothing is free.
         ModelError: no body has mass.
     """
     drive = scene.drives[0] if drive is None else text("drive", drive)
@@ -92,7 +94,7 @@ def rotating_scene(scene: Scene, drive: str | None = None) -> RotatingScene:
     for name, load in scene.loads.items():
         sizes = (
             (np.size(load.force), np.size(load.moment))
-            if hasattr(load, "force")
+            if isinstance(load, Wrench)
             else (3 * np.size(load), 3)
         )
         if sizes != (3, 3):

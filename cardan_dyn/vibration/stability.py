@@ -11,10 +11,8 @@ from .averaged import modes
 from .monodromy import first_order, monodromy
 from .motion_search import MotionSearch
 
-STABLE, FLIP, FOLD, COMBINATION, FLUTTER, NONE = (
-    *("stable", "instability", "fold", "combination"),
-    *("flutter", "no motion"),
-)
+STABLE, FLIP, FOLD, COMBINATION = "stable", "instability", "fold", "combination"
+FLUTTER, NONE = "flutter", "no motion"
 _UNSTABLE = 1e-6
 """Excess of a multiplier's size over 1 that is none of rounding: at a collision the latter parts
 multipliers by its root, some 1e-7. In a region that is entered at speed Ω₀, it is reached where
@@ -59,11 +57,13 @@ def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> S
     """
     size, order = len(speeds), 2 * len(search.rotating.free)
     result = Stability(
-        np.full((size, order), np.nan + 0j),
-        *(np.full(size, np.nan) for _ in range(3)),
-        np.full(size, NONE, dtype="<U12"),
-        np.zeros(size, dtype=int),
-        0.0,
+        multipliers=np.full((size, order), np.nan + 0j),
+        trace=np.full(size, np.nan),
+        determinant=np.full(size, np.nan),
+        liouville=np.full(size, np.nan),
+        kind=np.full(size, NONE, dtype="<U12"),
+        coexisting=np.zeros(size, dtype=int),
+        change=0.0,
     )
     change = 0.0
     for motions in search.primary(speeds):
@@ -73,7 +73,7 @@ def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> S
         period = motions.model.period
         found, changed = monodromy(matrix, period)
         change = max(change, changed)
-        values = np.linalg.eigvals(found)
+        values = np.linalg.eigvals(found).astype(complex)
         rank = np.argsort(-np.abs(values), axis=1, kind="stable")
         values = np.take_along_axis(values, rank, axis=1)
         result.multipliers[index] = values
