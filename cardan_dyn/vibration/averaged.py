@@ -8,6 +8,9 @@ import numpy as np
 
 from ..arrays import Array
 
+_UNDAMPED = 1e-12
+"""Damping ratio that counts as rounding."""
+
 
 class Modes(NamedTuple):
     """Modes of S linear equations of n coordinates, by ascending frequency.
@@ -36,8 +39,9 @@ class Modes(NamedTuple):
     @property
     def amplification(self) -> Array:
         """Amplification factor Q = 1/(2ζ) `(S, n)`; infinite without damping."""
-        with np.errstate(divide="ignore"):
-            return np.abs(self.value) / np.maximum(-2.0 * self.value.real, 0.0)
+        size = np.abs(self.value)
+        is_damped = -self.value.real > _UNDAMPED * size
+        return np.where(is_damped, size / np.where(is_damped, -2.0 * self.value.real, 1.0), np.inf)
 
 
 def modes(mass: Array, damping: Array, stiffness: Array) -> Modes:

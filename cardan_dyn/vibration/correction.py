@@ -7,13 +7,16 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Array
-from ..errors import AccuracyError
+from ..errors import AccuracyError, VibrationError
 from .efforts import FreeEfforts
 from .harmonic_balance import course_of, jacobian
 from .motion_search import Motions
 from .reduced_model import Course, ReducedModel
 
 _STEPS = 3
+_MOST_CONDITION = 1e12
+"""Condition number of the equation's Jacobian from which on its motion may be anywhere: that of
+stiff scenes with many orders is about 1e7."""
 _WORST = 1e-7
 """Effort, as a fraction of its terms, that may be left along a motion: interpolation leaves about
 1e-12, and orders beyond the nodes what their number allows."""
@@ -31,12 +34,14 @@ def corrected(efforts: FreeEfforts, motions: Motions) -> tuple[Motions, Array]:
         free coordinate, as a fraction of the greatest sum of the sizes of its terms.
 
     Raises:
+        VibrationError: a motion is not isolated.
         AccuracyError: the interpolated equation and the sweeps disagree.
     """
     model, course = motions.model, motions.course
     size, count, free = course.q.shape
     equation = model.equation(course)
     matrix = jacobian(equation, course.speed, model.period)
+    _refuse_singular(matrix, course.speed)
     scale = np.where(equation.scale > 0.0, equation.scale, 1.0)[:, None]
     left = along(efforts, model, course)
     best, least = course, np.max(np.abs(left) / scale, axis=(1, 2))
@@ -66,6 +71,24 @@ def corrected(efforts: FreeEfforts, motions: Motions) -> tuple[Motions, Array]:
             tolerance=_WORST,
         )
     return replace(motions, course=best), residual
+
+
+def _refuse_singular(matrix: Array, speed: Array) -> None:
+    """Refuse motions at which the Jacobian `(S, K, K)` of the equation is singular.
+
+    Raises:
+        VibrationError: there is one.
+    """
+    with np.errstate(all="ignore"):
+        conditions = np.linalg.cond(matrix, 1)
+    for condition, at in zip(conditions.tolist(), speed.tolist(), strict=True):
+        if not condition < _MOST_CONDITION:
+            raise VibrationError(
+                f"the motion at {at:.12g} rad/s is not isolated: its equation is singular. Either "
+                "two motions just meet there, or nothing holds a free coordinate, which then has "
+                "no mean: give it a spring",
+                speed=at,
+            )
 
 
 def along(efforts: FreeEfforts, model: ReducedModel, course: Course, shift: float = 0.0) -> Array:

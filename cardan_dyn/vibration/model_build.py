@@ -18,14 +18,15 @@ _WORST_ERROR = 1e-9
 """Error of the terms with which no model is returned."""
 _GOOD_ERROR = 1e-10
 """Error from which on rounding may be what is left, so that higher degrees bring nothing."""
-_DEGREES = (1, 2, 3, 4, 6, 8, 11, 15, 20, 26, 34, 44, 56, 72, 92)
+_LINE_DEGREES = (20, 44, 92)
+"""Degrees that are tried along a line, whose Chebyshev coefficients tell which one is enough."""
 _MOST_FACTOR = 2.0
 """By how much the degrees of several coordinates together may exceed those of each alone."""
 _MOST_POLYNOMIALS = 300
 """More polynomials would take minutes to be sampled."""
 _PROBES = 5
 """Points of the range at which waves along the drive's position are looked at, its middle first."""
-_CHECKS = 40
+_CHECKS = 24
 """Positions between the nodes at which a model is compared with its scene."""
 _WAVES = 127
 """Nodes over the mechanism's period with which the search begins."""
@@ -185,28 +186,28 @@ class ModelBuild:
             factor *= 1.25
         return best, least
 
-    def _along(self, drive: Array, centre: Array, half: Array, index: int) -> tuple[int, float]:
+    def _along(
+        self, drive: Array, centre: Array, half: Array, index: int
+    ) -> tuple[int, float]:
         """Return degree and error of the terms in one free coordinate, the others elsewhere."""
-        best, least = 1, np.inf
         inside = generic(len(drive), self._free)
         inside[:, index] = 0.0
-        own = np.eye(self._free)[index]
-        checks = generic(_CHECKS, 1)
-        exact = self._on_lines(drive, centre + half * inside, half * own, checks)
-        kinds = self._kinds(exact)
-        for degree in _DEGREES:
-            basis = polynomials((degree,))
-            terms = self._on_lines(drive, centre + half * inside, half * own, basis.nodes)
-            values = terms.reshape(len(drive), len(basis.nodes), -1)
-            found = (basis.values(checks) @ basis.coefficients(values)).reshape(exact.shape)
-            error = float(np.max(np.abs(found - exact) / kinds))
-            if error < 0.5 * least:
-                best, least = degree, error
-            elif least < _GOOD_ERROR:
+        way = half * np.eye(self._free)[index]
+        degree, least = 1, np.inf
+        for size in _LINE_DEGREES:
+            basis = polynomials((size,))
+            terms = self._on_lines(drive, centre + half * inside, way, basis.nodes)
+            values = (terms / self._kinds(terms)).reshape(len(drive), len(basis.nodes), -1)
+            sizes = np.max(np.abs(basis.coefficients(values)), axis=(0, 2))
+            rounding = float(np.max(sizes[-(size // 4) :]))
+            if rounding > 0.1 * least and least < _GOOD_ERROR:
                 break
-            if least <= _ERROR:
+            least = rounding
+            above = np.nonzero(sizes > max(0.3 * _ERROR, 2.0 * rounding))[0]
+            degree = max(1, int(np.max(above, initial=0)))
+            if rounding <= 0.3 * _ERROR:
                 break
-        return best, least
+        return degree, least
 
     def _on_lines(self, drive: Array, middle: Array, way: Array, places: Array) -> Array:
         """Return terms `(K P, F)` at drive positions `(K,)`, at places `(P, 1)` on lines."""

@@ -24,6 +24,8 @@ from .rotating_scene import RotatingScene
 _FIRST = 0.05
 """Half width of the first ranges, in units of the coordinates."""
 _GROWTH = 3.0
+_OFF_CENTRE = 0.1
+"""Distance between the middles of two ranges, in half widths, at which one serves for both."""
 _MOST_RANGES = 12
 _WINDOW = 0.12
 """Relative distance from a forced resonance within which other motions are searched."""
@@ -95,7 +97,7 @@ class MotionSearch:
         """
         self.missed = {}
         units = self.rotating.units
-        centre, share = self.rotating.start[1:].copy(), _FIRST
+        centre, share = self.rotating.start[1:].copy(), min(_FIRST, self.within)
         left, found = np.arange(len(speeds)), []
         reason = ""
         for _ in range(_MOST_RANGES):
@@ -130,7 +132,7 @@ class MotionSearch:
         """Return a model of given ranges, or a known one that has them."""
         for model in self._models:
             if np.array_equal(model.half, half) and np.all(
-                np.abs(model.centre - centre) <= 1e-9 * half
+                np.abs(model.centre - centre) <= _OFF_CENTRE * half
             ):
                 return model
         model = self.build.model(centre, half, self._divisor)
@@ -174,7 +176,9 @@ class MotionSearch:
         near = [index for index in range(len(size)) if size[index] > _LARGE and resonances[index]]
         if not near:
             return []
-        share = min(self.within, _SPREAD * float(np.max(size[near])))
+        share, wanted = min(_FIRST, self.within), _SPREAD * float(np.max(size[near]))
+        while share < min(wanted, self.within):
+            share = min(_GROWTH * share, self.within)
         centre = np.mean(middle[near], axis=0)
         model = self._largest(centre, share)
         guesses: list[Array] = []
