@@ -121,7 +121,8 @@ def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
     """Return the modes that a search finds at speeds `(S,)`; see `campbell`."""
     free = len(search.rotating.free)
     shape = (len(speeds), free)
-    value, shapes = np.full(shape, np.nan + 0j), np.full((*shape, free), np.nan + 0j)
+    missing = complex(np.nan, np.nan)
+    value, shapes = np.full(shape, missing), np.full((*shape, free), missing)
     whirl = np.full(shape, np.nan)
     senses: dict[float, WhirlSense] = {}
     for motions in search.primary(speeds):

@@ -11,7 +11,6 @@ from ..arrays import Array
 from ..checks import flag
 from ..errors import ArgumentError, VibrationError
 from .campbell import Campbell, campbell_of
-from .forced_response import ForcedResponse, response_of
 from .linearisation import resting
 from .motion_search import MotionSearch
 from .periodic_grid import amplitudes
@@ -103,8 +102,9 @@ class CriticalSpeeds(Result):
             for name in CriticalSpeed._fields
         }
 
-    def __getstate__(self) -> dict[str, Any]:
-        return dict(self.__dict__)
+    def stored(self) -> dict[str, Any]:
+        """Return what `save` writes."""
+        return {**super().stored(), **{f"table.{name}": of for name, of in self.table.items()}}
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each critical speed."""
@@ -228,19 +228,24 @@ def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
 
 def _crossings(found: Campbell, order: float, mode: int) -> list[float]:
     """Return the speeds at which an order meets a mode's frequency, between those of the modes."""
-    gap = order * np.abs(found.speed) - found.frequency[:, mode]
+    # Speeds without a motion lie at undamped resonances: their neighbours tell where.
+    is_there = np.isfinite(found.frequency[:, mode])
+    speed = found.speed[is_there]
+    gap = order * np.abs(speed) - found.frequency[is_there, mode]
     places = np.nonzero(gap[1:] * gap[:-1] <= 0.0)[0]
     shares = gap[places] / (gap[places] - gap[places + 1])
-    return (found.speed[places] + shares * np.diff(found.speed)[places]).tolist()
+    return (speed[places] + shares * np.diff(speed)[places]).tolist()
 
 
 def _resonance(
     search: MotionSearch, found: Campbell, order: float, mode: int, crossing: float
 ) -> CriticalSpeed:
     """Return the critical speed near a crossing."""
-    row = int(np.argmin(np.abs(found.speed - crossing)))
-    near = np.column_stack([found.frequency[:, mode], found.decay[:, mode]])
-    frequency, decay = (float(np.interp(crossing, found.speed, column)) for column in near.T)
+    is_there = np.isfinite(found.frequency[:, mode])
+    near = np.column_stack([found.frequency[:, mode], found.decay[:, mode]])[is_there]
+    row = int(np.argmin(np.where(is_there, np.abs(found.speed - crossing), np.inf)))
+    known = found.speed[is_there]
+    frequency, decay = (float(np.interp(crossing, known, column)) for column in near.T)
     ratio = -decay / np.hypot(frequency, decay)
     speed, severity, half = crossing, np.inf, 0.0
     if ratio > _LEAST_DAMPING:
@@ -279,24 +284,30 @@ def _peak(
     for _ in range(_ROUNDS):
         places = np.linspace(middle - width, middle + width, _PLACES)
         places = places[places * sense > 0.0]
-        try:
-            response = response_of(search, places, (), "parent")
-        except VibrationError:
+        sizes = _shares(search, places, order, shapes, mode)
+        if not np.any(np.isfinite(sizes)):
             return middle, np.inf
-        sizes = _shares(response, order, shapes, mode)
+        sizes = np.nan_to_num(sizes)
         top = int(np.argmax(sizes))
         best = float(places[top]), float(sizes[top])
         middle, width = best[0], 2.5 * width / (_PLACES - 1)
     return best
 
 
-def _shares(response: ForcedResponse, order: float, shapes: Array, mode: int) -> Array:
-    """Return the greatest amplitude `(S,)` of a coordinate that a mode has in an order."""
-    wave = np.nonzero(np.abs(response.order - order) < 1e-9)[0]
-    if not wave.size:
-        return np.zeros(len(response.speed))
-    shares = response.amplitude[:, wave[0]] @ np.linalg.pinv(shapes).T
-    return np.nan_to_num(np.abs(shares[:, mode]) * np.max(np.abs(shapes[:, mode])))
+def _shares(search: MotionSearch, speeds: Array, order: float, shapes: Array, mode: int) -> Array:
+    """Return the greatest amplitude `(S,)` of a coordinate that a mode has in an order.
+
+    NaN where there is no motion. Arguments as of `_peak`.
+    """
+    sizes = np.full(len(speeds), np.nan)
+    for motions in search.primary(speeds):
+        waves = amplitudes(motions.course.q, 1)
+        wave = order * motions.model.period / (2.0 * np.pi)
+        sizes[motions.index] = 0.0
+        if abs(wave - round(wave)) < 1e-9 and round(wave) < waves.shape[1]:
+            shares = waves[:, round(wave)] @ np.linalg.pinv(shapes).T
+            sizes[motions.index] = np.abs(shares[:, mode]) * np.max(np.abs(shapes[:, mode]))
+    return sizes
 
 
 def _unstable(region: Region) -> CriticalSpeed:

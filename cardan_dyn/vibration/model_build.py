@@ -179,16 +179,15 @@ class ModelBuild:
             if size_of(degrees) > _MOST_POLYNOMIALS:
                 break
             error = self._error(drive, centre, half, degrees)
+            is_rounding = error > 0.5 * least and least < _GOOD_ERROR
             if error < least:
                 best, least = degrees, error
-            if error <= _ERROR or (error > 0.5 * least and least < _GOOD_ERROR):
+            if error <= _ERROR or is_rounding:
                 break
             factor *= 1.25
         return best, least
 
-    def _along(
-        self, drive: Array, centre: Array, half: Array, index: int
-    ) -> tuple[int, float]:
+    def _along(self, drive: Array, centre: Array, half: Array, index: int) -> tuple[int, float]:
         """Return degree and error of the terms in one free coordinate, the others elsewhere."""
         inside = generic(len(drive), self._free)
         inside[:, index] = 0.0

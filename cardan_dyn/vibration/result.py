@@ -30,6 +30,19 @@ class Result:
         self.__dict__.update(state)
         Result.__post_init__(self)
 
+    def stored(self) -> dict[str, Any]:
+        """Return what `save` writes."""
+        stored: dict[str, Any] = {}
+        for field in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, field.name)
+            if isinstance(value, (np.ndarray, float, int, str)):
+                stored[field.name] = np.asarray(value)
+            elif isinstance(value, tuple) and all(isinstance(item, (str, int)) for item in value):
+                stored[field.name] = np.array(value)
+            elif isinstance(value, Mapping):
+                stored |= {f"{field.name}.{key}": np.asarray(item) for key, item in value.items()}
+        return stored
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write all arrays, numbers and names to a file that `numpy.load` reads.
 
@@ -42,18 +55,9 @@ class Result:
         """
         if not isinstance(path, (str, os.PathLike)):
             raise ArgumentError(f"path is {described(path)}, expected a path")
-        stored: dict[str, Any] = {}
-        for field in fields(self):  # type: ignore[arg-type]
-            value = getattr(self, field.name)
-            if isinstance(value, (np.ndarray, float, int, str)):
-                stored[field.name] = np.asarray(value)
-            elif isinstance(value, tuple) and all(isinstance(item, (str, int)) for item in value):
-                stored[field.name] = np.array(value)
-            elif isinstance(value, Mapping):
-                stored |= {f"{field.name}.{key}": np.asarray(item) for key, item in value.items()}
         try:
             with Path(path).open("wb") as file:
-                np.savez_compressed(file, **stored)
+                np.savez_compressed(file, **self.stored())
         except OSError as error:
             raise CardanError(f"{path}: cannot be written ({error})") from error
 

@@ -44,6 +44,13 @@ def test_coordinates_and_coefficients_over_a_revolution() -> None:
     assert stiffness.get_ylabel() == "stiffness"
 
 
+def test_multipliers_over_speed() -> None:
+    sizes = np.column_stack([SPEED, 1.0 / SPEED])
+    (axes,) = vibration.multipliers(SPEED, sizes, title="growth").axes
+    assert axes.lines[1].get_ydata() == pytest.approx(1.0 / SPEED)
+    assert axes.get_title() == "growth"
+
+
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
@@ -51,6 +58,7 @@ def test_coordinates_and_coefficients_over_a_revolution() -> None:
         (lambda: figures.run_up(SPEED, [1.0], unit="m"), "'values' has shape"),
         (lambda: figures.over_revolution(SPEED, SPEED, ("a",)), "values have shape"),
         (lambda: vibration.coefficients(SPEED, {"mass": SPEED}, ("a",)), "mass has shape"),
+        (lambda: vibration.multipliers(SPEED, SPEED), "sizes have shape"),
     ],
 )
 def test_shapes_that_do_not_match(draw: object, message: str) -> None:

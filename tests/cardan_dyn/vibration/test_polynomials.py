@@ -48,5 +48,7 @@ def test_a_smooth_function_converges_geometrically() -> None:
 def test_sizes() -> None:
     assert size_of((5,)) == 6
     assert size_of((3, 3)) == 10
-    assert size_of((4, 2)) == len({(i, j) for i in range(5) for j in range(3) if i / 4 + j / 2 <= 1})
+    assert size_of((4, 2)) == len(
+        {(i, j) for i in range(5) for j in range(3) if i / 4 + j / 2 <= 1}
+    )
     assert polynomials((5,)) is polynomials((5,))

@@ -46,10 +46,7 @@ def test_efforts_are_mass_times_what_is_missing(model: ReducedModel, course: Cou
 def test_derivatives_against_complex_steps(model: ReducedModel, course: Course) -> None:
     """Of r = M (q̈ - f) where r vanishes: -M ∂f; the accelerations follow the equation here."""
     bend = np.array(
-        [
-            SYSTEM(phi, course.q[0, k], course.rate[0, k])
-            for k, phi in enumerate(model.positions)
-        ]
+        [SYSTEM(phi, course.q[0, k], course.rate[0, k]) for k, phi in enumerate(model.positions)]
     )[None]
     equation = model.equation(course._replace(bend=bend))
     assert np.max(np.abs(equation.efforts)) < 1e-12
