@@ -9,10 +9,11 @@ import click
 
 from .._version import __version__
 from ..errors import CardanError
+from .showing import export, serve
+from .vibration_options import vibration
 
 if TYPE_CHECKING:
     from ..validation.result import Row
-    from ..viewer.viewing import View
 
 
 class _Commands(click.Group):
@@ -136,9 +137,9 @@ def view(
     )
     shown = scene_of(source, motion, joints, frozenset(hide), duration, strict)
     if file is not None:
-        _export(shown, file)
+        export(shown, file)
     else:
-        _serve(shown, open_browser)
+        serve(shown, open_browser)
 
 
 @main.command()
@@ -221,121 +222,12 @@ def driveline(
     if watch:
         from ..report.drive_line_page import scene as turning
 
-        _serve(turning(found), open_browser)
+        serve(turning(found), open_browser)
     if check and not found.verdict.passed:
         raise SystemExit(1)
 
 
-@main.command()
-@click.argument("source", metavar="NAME_OR_FILE")
-@click.option("--drive", metavar="JOINT", help="Joint that turns at constant speed.")
-@click.option(
-    "--free",
-    multiple=True,
-    metavar="JOINT",
-    help="Free coordinate; those with springs in the description without. May be repeated.",
-)
-@click.option(
-    "--held",
-    multiple=True,
-    metavar="JOINT=VALUE",
-    help="Joint that is held, in degrees (slides: metres); may be repeated.",
-)
-@click.option(
-    "--load",
-    "loads",
-    multiple=True,
-    metavar="JOINT=VALUE",
-    help="Effort on a joint [N·m, slides: N]; may be repeated.",
-)
-@click.option(
-    "--speed-rpm", type=float, nargs=2, help="Range of speeds; by the natural frequencies without."
-)
-@click.option(
-    "--order", "orders", type=float, multiple=True, help="Order to look at; may be repeated."
-)
-@click.option(
-    "--figures",
-    "directory",
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Directory for the figures as SVG and PNG.",
-)
-@click.option(
-    "--chart",
-    metavar="JOINT=DEGREES",
-    help="With --figures: a chart of stability up to this angle of a held joint.",
-)
-@click.option("--mode", type=click.IntRange(1), help="Watch this mode, larger than life.")
-@click.option(
-    "--export",
-    "file",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="With --mode: write it as one HTML file instead.",
-)
-@click.option("--open/--no-open", "open_browser", default=True, help="Open a browser to --mode.")
-@click.option("--json", "as_json", is_flag=True, help="Print the critical speeds as JSON.")
-@click.option(
-    "--strict/--no-strict",
-    default=True,
-    help="Refuse inertias that no body has, and misspelled words.",
-)
-def vibration(
-    source: str,
-    drive: str | None,
-    free: tuple[str, ...],
-    held: tuple[str, ...],
-    loads: tuple[str, ...],
-    speed_rpm: tuple[float, float] | None,
-    orders: tuple[float, ...],
-    directory: Path | None,
-    chart: str | None,
-    mode: int | None,
-    file: Path | None,
-    open_browser: bool,
-    as_json: bool,
-    strict: bool,
-) -> None:
-    """Find the critical speeds of a mechanism on springs, resonances and instabilities.
-
-    NAME_OR_FILE is a bundled description or a file that states springs of joints, as
-    elastic_thoma_rig does.
-    """
-    from .vibration_command import Drawn, RigOptions, chart_of, found_speeds, mode_view, rig_scene
-    from .vibration_command import run as show
-
-    if chart is not None and directory is None:
-        raise click.UsageError("--chart needs --figures")
-    if file is not None and mode is None:
-        raise click.UsageError("--export needs --mode")
-    scene = rig_scene(source, RigOptions(drive, free, held, loads), strict)
-    wanted = Drawn(directory, chart_of(scene, chart), as_json)
-    found = found_speeds(scene, speed_rpm, orders)
-    show(scene, found, wanted)
-    if mode is not None:
-        shown = mode_view(scene, mode, found.low)
-        if file is not None:
-            _export(shown, file)
-        else:
-            _serve(shown, open_browser)
-
-
-def _export(shown: View, file: Path) -> None:
-    """Write a scene as one HTML file."""
-    try:
-        click.echo(f"Scene: {shown.export(file)}")
-    except OSError as error:
-        raise click.ClickException(f"{file}: cannot be written ({error})") from error
-
-
-def _serve(shown: View, open_browser: bool) -> None:
-    """Serve a scene until Ctrl-C."""
-    click.echo(f"Scene: {shown.url} (Ctrl-C ends it)")
-    if open_browser and not shown.open():
-        click.echo("No browser has opened it here: open the address, or --export a file.", err=True)
-    try:
-        shown.serve()
-    except KeyboardInterrupt:
-        shown.close()
+main.add_command(vibration)
 
 
 def _print_table(rows: list[Row]) -> None:
