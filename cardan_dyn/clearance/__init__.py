@@ -7,24 +7,34 @@ from ..elements.contact_laws import (
     LankaraniNikravesh,
     LinearContact,
 )
+from .comparison import Compared, Comparison, compare
+from .contact_simulation import ContactSimulation, JointContact, PinImpact
 from .joint_scan import JointScan, Reversal
 from .scan import Scan, scan
+from .simulate import simulate
 from .two_mass_motion import Energies, Impact, TwoMassMotion, TwoMassState
 from .two_masses import two_masses
 
 __all__ = [
+    "Compared",
+    "Comparison",
     "ContactLaw",
+    "ContactSimulation",
     "Energies",
     "HuntCrossley",
     "Impact",
     "ImpactFunction",
+    "JointContact",
     "JointScan",
     "LankaraniNikravesh",
     "LinearContact",
+    "PinImpact",
     "Reversal",
     "Scan",
     "TwoMassMotion",
     "TwoMassState",
+    "compare",
     "scan",
+    "simulate",
     "two_masses",
 ]

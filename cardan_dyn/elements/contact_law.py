@@ -39,6 +39,11 @@ class ContactLaw(Record):
         """Exponent n of the spring part k δⁿ."""
         return 1.0
 
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Depths at which a derivative of the force jumps, in ascending order [m]."""
+        return ()
+
     def force(self, depth: Numbers, rate: Numbers, touch_speed: Numbers = 0.0) -> Array:
         """Return the force that presses the sides apart [N].
 

@@ -270,6 +270,11 @@ class ImpactFunction(ContactLaw):
         """Exponent n of the spring part k δⁿ."""
         return self.exponent
 
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """The depth at which the damping is full."""
+        return (self.full_depth,)
+
     def force(self, depth: Numbers, rate: Numbers, touch_speed: Numbers = 0.0) -> Array:
         """Return k δⁿ + STEP(δ) δ̇, see `ContactLaw.force`; it is not clipped."""
         if isinstance(depth, float) and isinstance(rate, float):  # What integrators ask for.
