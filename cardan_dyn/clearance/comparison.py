@@ -115,7 +115,7 @@ def compare(scan: Scan, simulation: ContactSimulation) -> Comparison:
         ArgumentError: they have no joint in common, their speeds differ, or the simulation is too
             short.
     """
-    joints = [name for name in simulation if name in scan]
+    joints = [name for name in simulation if name in list(scan)]
     if not joints:
         raise ArgumentError("no joint of the simulation was scanned")
     if abs(scan.speed - simulation.speed) > 1e-12 * abs(scan.speed):

@@ -25,6 +25,9 @@ _INNER = 8
 _LOW = 0.3
 """Least of three values, as a fraction of the excess of the others, up to which it is looked for
 negative ones beside it."""
+_LEFT = np.concatenate([np.linspace(1.0, 0.0, _INNER, endpoint=False), np.logspace(-1.0, -6.0, 16)])
+"""Parts of the way out of a wall, on which it may press once more, that are left where it is
+looked at."""
 _AT_WALL = 1e-9
 """Depth, as a fraction of the play, up to which a pin that the wall no longer presses is back in
 the play: errors of what locates it."""
@@ -195,8 +198,9 @@ class _Pin:
             kinks = (self._crossing(kink, times, place) for kink in self._contact.law.kinks)
             return min(first_fall(pressure, times), *kinks, np.inf)
         back = first_fall(lambda time: place(time).depth, times)
-        # The step may be that of a flight through the play.
-        inside = np.linspace(times[0], min(back, times[-1]), len(times)).tolist()
+        # Some laws press once more just before the pin is back, whose flight the step may be.
+        way = min(back, times[-1]) - times[0]
+        inside = [times[0] + way * (1.0 - left) for left in _LEFT.tolist()]
         return min(back, first_fall(lambda time: -pressure(time), inside))
 
     @staticmethod
