@@ -25,7 +25,7 @@ from .arguments import (
     start_of,
     stiffness_of,
 )
-from .force_source import ForceSource
+from .force_source import ForceSource, PinForces
 from .impact_model import Contact
 from .impacts import Pin, reversals
 from .joint_scan import JointScan
@@ -165,10 +165,9 @@ def scan(
     period = period_of(source.solver)
     fixed, rotors = drive_of(source.problem, rotor)
     wanted, left_out = pins_of(source.problem, joints)
-    contacts = {}
-    for name in wanted:
-        law = stiffness_of(stiffness, name)
-        contacts[name] = Contact(law, play_of(play, name), *kind)
+    contacts = {
+        name: Contact(stiffness_of(stiffness, name), play_of(play, name), *kind) for name in wanted
+    }
     found = source.forces(speed, period, wanted, left_out if joints is None else None)
     sense = float(np.sign(speed))
     pins = [
@@ -180,8 +179,15 @@ def scan(
         )
         for name, course in found.courses.items()
     ]
+    return Scan(_scanned(source, pins, found, speed, period), speed, left_out)
+
+
+def _scanned(
+    source: ForceSource, pins: list[Pin], found: PinForces, speed: float, period: float
+) -> dict[str, JointScan]:
+    """Return what is said of each pin."""
     position = read_only(found.position)
-    scanned = {
+    return {
         pin.name: JointScan(
             pin.name,
             position,
@@ -192,4 +198,3 @@ def scan(
         )
         for pin, kept in zip(pins, reversals(source, pins, speed), strict=True)
     }
-    return Scan(scanned, speed, left_out)
