@@ -210,6 +210,12 @@ class JointScan:
         return sum(item.strikes for item in self.reversals)
 
     @property
+    def impacts_per_turn(self) -> float:
+        """Impacts in a turn of the drive; a period may have several turns."""
+        period = len(self.position) * float(self.position[1] - self.position[0])
+        return 2.0 * math.pi * self.impacts / period
+
+    @property
     def impact_power(self) -> float:
         """Kinetic energy of all reversals that strike, per time [W]."""
         return self.periods * sum(item.energy for item in self.reversals if item.strikes)
