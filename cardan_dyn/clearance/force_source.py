@@ -8,6 +8,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..arrays import Array
+from ..checks import described
 from ..errors import AccuracyError, ArgumentError, IndeterminateError
 from ..response.operating_points import solved_motion
 from ..response.response import Response
@@ -49,6 +50,10 @@ class ForceSource:
     """
 
     def __init__(self, given: Scene | Response) -> None:
+        from ..scene.scene import Scene  # Known to who has one.
+
+        if not isinstance(given, (Scene, Response)):
+            raise ArgumentError(f"scene is {described(given)}; expected a scene or its response")
         self._given = given
         self.solver = given._solver
         self.problem = self.solver.problem

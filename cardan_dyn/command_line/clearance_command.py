@@ -28,7 +28,7 @@ _RAD_PER_S = np.pi / 30.0
 """One revolution per minute [rad/s]."""
 _LESS = -0.1
 """Change of a parameter of which the table tells what it would buy."""
-_NAME = 15
+_NAME = 7
 """Least width of names in the table [characters]."""
 _BOUGHT = ("speed", "play", "mass", "stiffness")
 
@@ -168,15 +168,16 @@ def print_scan(scanned: Scan, console: Console) -> None:
     shown = Table(
         title=f"Impacts at {scanned.speed:.6g} rad/s ({rpm:.6g} 1/min)",
         title_justify="left",
-        caption="less …: change of the peak with 10 % less of it [%]",
+        caption="less …: change of the peak with 10 % less speed, play, mass, stiffness [%]",
         caption_justify="left",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
+        padding=(0, 1, 0, 0),
     )
     shown.add_column("joint", overflow="fold", min_width=_NAME)
-    headings = ("rigid\nN", "peak\nN", "τ\n–", "speed\nm/s", "impacts\n1/turn", "power\nW")
-    for heading in (*headings, *(f"less\n{name}" for name in _BOUGHT)):
-        shown.add_column(heading, justify="right", no_wrap=True)
+    headings = ("rigid\nN", "peak\nN", "τ\n–", "speed\nm/s", "hits\n1/turn", "power\nW")
+    for heading in (*headings, *(f"less\n{name[:5]}" for name in _BOUGHT)):
+        shown.add_column(heading, justify="right", overflow="fold")
     for name in scanned.ranking:
         shown.add_row(*map(escape, _cells(scanned[name])))
     console.print(shown)

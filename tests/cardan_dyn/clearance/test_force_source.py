@@ -112,3 +112,5 @@ def test_of_elements_no_power_of_the_speed_is_told() -> None:
 def test_a_response_that_ends_is_refused(drive: cd.Scene) -> None:
     with pytest.raises(ArgumentError, match="holds from 0 to 1 alone"):
         scan(drive.response(interval=(0.0, 1.0)), 300.0, **CONTACT)
+    with pytest.raises(ArgumentError, match="scene is of type Sweep; expected a scene"):
+        scan(drive.sweep([0.0]), 300.0, **CONTACT)
