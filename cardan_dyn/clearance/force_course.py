@@ -12,6 +12,9 @@ from ..simulation.fourier import Fourier
 _NEWTON_STEPS = 20
 _STAYS = 1e-12
 """Change of a position, as a fraction of a period, at which a minimum is found."""
+_FLAT = 1e-4
+"""Slope per radian, as a fraction of the greatest force, up to which a force that vanishes only
+touches zero: it comes back the way it went, and a ramp is not what it follows."""
 
 
 class Swing(NamedTuple):
@@ -49,7 +52,7 @@ class ForceCourse:
         """
         self._forces, self._period = forces, period
         series = Fourier.of(forces.T, period)
-        self.tail = float(np.max(series.tail()))
+        self.tail = _tail(series)
         self._local = _with_derivatives(series)
         self._inertial: Fourier | None = None
         if inertial is not None:
@@ -63,18 +66,18 @@ class ForceCourse:
         """
         sizes = np.linalg.norm(self._forces, axis=1)
         is_least = (sizes < np.roll(sizes, 1)) & (sizes <= np.roll(sizes, -1))
-        step = self._period / len(sizes)
+        step, greatest = self._period / len(sizes), float(np.max(sizes))
         found = []
         for index in np.nonzero(is_least)[0].tolist():
             position = self._least_near(index * step, step)
             force, rate, curvature = self._local.at(position).reshape(3, 3)
-            slope = float(np.linalg.norm(rate))
-            if slope == 0.0:
+            slope, least = float(np.linalg.norm(rate)), float(np.linalg.norm(force))
+            if slope == 0.0 or max(slope, least) <= _FLAT * greatest:
                 continue
             found.append(
                 Swing(
                     position=position % self._period,
-                    least=float(np.linalg.norm(force)),
+                    least=least,
                     slope=slope,
                     direction=sense * rate / slope,
                     way=self._way_to_greatest(sizes, index, sense) * step,
@@ -110,6 +113,17 @@ class ForceCourse:
         turned = np.roll(sizes[:: int(sense)], -index if sense > 0 else index + 1)
         rises = np.nonzero(turned[1:] < turned[:-1])[0]
         return int(rises[0]) if rises.size else len(sizes)
+
+
+def _tail(series: Fourier) -> float:
+    """Return the greatest of the last quarter of coefficients, as a fraction of all.
+
+    Of all functions together: one that is rounding has no end.
+    """
+    sizes = np.max(np.abs(series.coefficients), axis=0)
+    greatest = float(np.max(sizes))
+    last = sizes[(3 * len(sizes)) // 4 :]
+    return float(np.max(last, initial=0.0)) / greatest if greatest > 0.0 else 0.0
 
 
 def _with_derivatives(series: Fourier) -> Fourier:

@@ -22,6 +22,9 @@ _SAMPLES, _MOST_SAMPLES = 720, 11_520
 """Positions over a period; doubled until the forces' series ends."""
 _TAIL = 1e-6
 """Last harmonics of a force, as a fraction of its greatest, at which the series ends."""
+_ROUNDING = 1e-9
+"""Greatest force of a joint, as a fraction of that of all joints, that is rounding and counts as
+none: it would swing round hundreds of times."""
 _PLACED: WeakKeyDictionary[Response, dict[int, Sweep]] = WeakKeyDictionary()
 """Responses to sweeps of them, by their numbers of positions, which know where joints are: that is
 no part of a response, and the same at every speed."""
@@ -98,10 +101,13 @@ class ForceSource:
             turn = self._given.sweep(positions, speed)
             unique = [name for name in wanted if self._is_unique(turn, name, left_out)]
             forces = {name: self._across(turn, name) for name in unique}
-            courses = {name: ForceCourse(force, period) for name, force in forces.items()}
             sizes = {name: float(np.max(np.abs(force))) for name, force in forces.items()}
-            least = _TAIL * max(sizes.values(), default=0.0)
-            rough = [name for name in unique if courses[name].tail * sizes[name] > least]
+            greatest = max(sizes.values(), default=0.0)
+            for name, size in sizes.items():
+                if size <= _ROUNDING * greatest:
+                    forces[name] = np.zeros_like(forces[name])
+            courses = {name: ForceCourse(force, period) for name, force in forces.items()}
+            rough = [name for name in unique if courses[name].tail * sizes[name] > _TAIL * greatest]
             if not rough:
                 break
             if count >= _MOST_SAMPLES:

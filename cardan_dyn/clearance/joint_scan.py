@@ -117,6 +117,9 @@ class Reversal:
             return f"the force turns through ({number}): usually no impact, no estimate"
         if math.isnan(self.peak):
             return f"no peak: the force only follows the ramp (τ = {self.tau:.2f})"
+        if self.flown > 1.0:
+            number = f"{self.flown:.2f} of it"
+            return f"impact far below the estimate: the flight outlasts the force's rise ({number})"
         return f"impact; {self.doubts[0]}" if self.doubts else "impact"
 
     @property
@@ -130,7 +133,11 @@ class Reversal:
             doubts.append("no peak: the force only follows the ramp (undamped, τ below 1.8386)")
         elif self.tau < _LEAST_TAU:
             doubts.append(f"τ = {self.tau:.2f} is small")
-        if self.flown > _FLOWN:
+        if self.flown > 1.0:
+            doubts.append(
+                f"the flight outlasts the force's rise ({self.flown:.2f} of it): far too high"
+            )
+        elif self.flown > _FLOWN:
             doubts.append(f"the ramp bends over the flight ({self.flown:.2f} of the way): too high")
         if abs(self.mass_change) > _MASS_CHANGE:
             doubts.append(f"the reduced mass changes by {100 * self.mass_change:.0f} %")

@@ -57,6 +57,9 @@ def test_a_force_that_stays_has_none() -> None:
 def test_the_tail_tells_of_corners() -> None:
     assert course(np.sin(PHI), np.cos(PHI)).tail < 1e-14
     assert course(np.abs(np.sin(PHI)), 0.0 * PHI).tail > 1e-6
+    # A component that is mere rounding beside the others is no corner.
+    noise = 1e-13 * np.random.default_rng(1).standard_normal(len(PHI))
+    assert course(np.sin(PHI), noise).tail < 1e-12
 
 
 def test_the_slope_grows_with_the_cube_of_the_speed_where_inertia_acts() -> None:
@@ -95,3 +98,8 @@ def test_the_growth_of_an_ellipse_beside_a_constant_force() -> None:
     step = 1e-3
     expected = np.log(slope(np.exp(step)) / slope(np.exp(-step))) / (2.0 * step)
     assert item.growth == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_force_that_touches_zero_and_comes_back_has_no_swing() -> None:
+    assert course(1.0 - np.cos(PHI - 0.2), 0.0 * PHI).swings(1.0) == []
+    assert len(course(0.999 - np.cos(PHI - 0.2), 0.0 * PHI).swings(1.0)) == 2

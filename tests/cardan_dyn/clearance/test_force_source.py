@@ -114,3 +114,21 @@ def test_a_response_that_ends_is_refused(drive: cd.Scene) -> None:
         scan(drive.response(interval=(0.0, 1.0)), 300.0, **CONTACT)
     with pytest.raises(ArgumentError, match="scene is of type Sweep; expected a scene"):
         scan(drive.sweep([0.0]), 300.0, **CONTACT)
+
+
+def test_rounding_is_no_force() -> None:
+    """A double shaft with equal angles: its inner pins are loaded along their axes alone."""
+    held = {"joint_angle_1": np.deg2rad(30.0), "joint_angle_2": np.deg2rad(30.0)}
+    shaft = cd.Scene(
+        cd.load("double_shaft_z"), drive="bearing_in", held=held, loads={"bearing_out": -100.0}
+    )
+    found = scan(shaft, 150.0, **CONTACT)
+    axis = shaft.mechanism.joint("pin_2_in").parts[0].axis
+    across = np.cross(shaft.sweep(np.linspace(0.0, 6.0, 50), 150.0)["pin_2_in"].force, axis)
+    assert 0.0 < np.max(np.abs(across)) < 1e-8
+    pin = found["pin_2_in"]
+    assert pin.verdict == "no force, and so no impact"
+    assert not pin.force.any() and pin.reversals == ()
+    assert all(len(item.reversals) <= 8 for item in found.values())
+    again = scan(shaft.response(), 150.0, **CONTACT)
+    assert [again[name].impacts for name in found] == [item.impacts for item in found.values()]

@@ -47,6 +47,7 @@ def joint_scan(*reversals: Reversal) -> JointScan:
         ({"peak": float("nan")}, "no peak"),
         ({"tau": 2.0}, "τ = 2.00 is small"),
         ({"flown": 0.6}, "the ramp bends"),
+        ({"flown": 1.6}, "the flight outlasts the force's rise (1.60 of it)"),
         ({"mass_change": -0.2}, "changes by -20 %"),
         ({"deviation": 0.5}, "29° beside"),
     ],
@@ -101,6 +102,7 @@ def test_verdicts_where_the_theory_does_not_apply() -> None:
         (joint_scan(replace(GOOD, peak=float("nan"), tau=1.5)), "no peak: the force only follows"),
         (replace(joint_scan(), force=np.zeros((4, 3))), "no force"),
         (joint_scan(through, replace(GOOD, flown=0.5)), "impact; the ramp bends"),
+        (joint_scan(replace(GOOD, flown=1.5)), "impact far below the estimate: the flight"),
     ):
         assert scanned.verdict.startswith(said)
         assert said in scanned.summary or scanned.impacts
