@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from analytic.clearance import contact_time
+
 from ..arrays import Array
 from ..errors import ArgumentError
 from .force_course import Swing
@@ -78,14 +80,18 @@ def reversals(source: ForceSource, pins: list[Pin], speed: float) -> list[tuple[
 
 
 def _cases(source: ForceSource, pins: list[Pin], speed: float) -> list[_Case]:
-    """Return all swings with what moves there."""
+    """Return the swings that may be reversals, with what moves there."""
     every = [(pin, swing) for pin in pins for swing in pin.swings]
     states = source.closed([swing.position for _, swing in every])
     cases = []
     for (pin, swing), x in zip(every, states, strict=True):
         mobility = pin.opened.mobility(x)
         mass = mobility.reduced_mass(swing.direction)
-        cases.append(_Case(pin, swing, mobility, mass, swing.slope * abs(speed)))
+        slope = swing.slope * abs(speed)
+        # No flight is longer than that from rest, so that the others are no reversals in any case.
+        longest = float(contact_time(mass, 0.5 * float(np.asarray(pin.contact.play)), slope))
+        if swing.least < _STAYS_CLOSED * slope * longest:
+            cases.append(_Case(pin, swing, mobility, mass, slope))
     return cases
 
 
@@ -108,7 +114,8 @@ def _estimated(cases: list[_Case]) -> list[Estimates]:
                 stiffness=np.array([case.pin.contact.stiffness for case in some]),
                 play=np.array([case.pin.contact.play for case in some]),
             )
-        masses, slopes = (np.array([getattr(case, key) for case in some]) for key in _MOVED)
+        masses = np.array([case.mass for case in some])
+        slopes = np.array([case.slope for case in some])
         try:
             values = estimates(masses, slopes, contact)
         except ArgumentError as error:
@@ -116,9 +123,6 @@ def _estimated(cases: list[_Case]) -> list[Estimates]:
         for place, index in enumerate(group):
             found[index] = Estimates(*(value[place] for value in values))
     return [found[index] for index in range(len(cases))]
-
-
-_MOVED = ("mass", "slope")
 
 
 def _reversal(

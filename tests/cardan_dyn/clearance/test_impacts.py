@@ -60,3 +60,15 @@ def test_swings_far_from_zero_are_counted_and_dropped() -> None:
     sizes = np.linalg.norm(found.force, axis=1)
     least = (sizes < np.roll(sizes, 1)) & (sizes <= np.roll(sizes, -1))
     assert np.count_nonzero(least) == 2 and np.min(sizes) > 100.0
+
+
+def test_swings_far_from_zero_ask_for_no_stiffness() -> None:
+    """Their ramp would make a peak that no such contact carries."""
+    scene = cd.Scene(
+        cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": -1000.0}
+    )
+    weak = PinGeometry(1e-6, 0.01)
+    found = scan(scene, 100.0, joints="piston_pin", play=1e-4, stiffness=weak)["piston_pin"]
+    assert found.turning == 2
+    with pytest.raises(ArgumentError, match="joint 'crank_bearing': the peak exceeds"):
+        scan(scene, 100.0, joints="crank_bearing", play=1e-4, stiffness=weak)
