@@ -9,7 +9,10 @@ from ..elements.contact_laws import (
 )
 from .comparison import Compared, Comparison, compare
 from .contact_simulation import ContactSimulation, JointContact, PinImpact
+from .impact_model import ImpactModel
+from .influence import Influence, influence
 from .joint_scan import JointScan, Reversal
+from .pin_geometry import PinGeometry
 from .scan import Scan, scan
 from .simulate import simulate
 from .two_mass_motion import Energies, Impact, TwoMassMotion, TwoMassState
@@ -24,16 +27,20 @@ __all__ = [
     "HuntCrossley",
     "Impact",
     "ImpactFunction",
+    "ImpactModel",
+    "Influence",
     "JointContact",
     "JointScan",
     "LankaraniNikravesh",
     "LinearContact",
+    "PinGeometry",
     "PinImpact",
     "Reversal",
     "Scan",
     "TwoMassMotion",
     "TwoMassState",
     "compare",
+    "influence",
     "scan",
     "simulate",
     "two_masses",

@@ -9,9 +9,10 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ArgumentError
+from .arguments import period_of, pins_of, single, speed_of
+from .force_source import across, what_is_open
 from .opened_joint import OpenedJoint
 from .opened_scene import Opened, Play
-from .scan import _across, _number, _open, _period, _pins
 
 if TYPE_CHECKING:
     from ..mechanism.mechanism import Mechanism
@@ -49,14 +50,14 @@ class RigidStart:
             ArgumentError: the speed is zero, there are several drives, or no joints.
             ModelError: a joint has no pin.
         """
-        self._scene, self.speed = scene, _number("speed", speed)
-        self._period = _period(scene, self.speed)
-        self.joints, _ = _pins(scene, [joints] if isinstance(joints, str) else list(joints))
+        self._scene, self.speed = scene, speed_of(speed)
+        self._period = period_of(scene._solver)
+        self.joints, _ = pins_of(scene._problem, joints)
         if not self.joints:
             raise ArgumentError("joints is empty; name those that have play")
         if len(set(self.joints)) < len(self.joints):
             raise ArgumentError("joints names a joint twice")
-        self.position = self._steady() if position is None else _number("position", position)
+        self.position = self._steady() if position is None else single("position", position)
 
     def _steady(self) -> float:
         """Position of the drive at which all forces are far from a reversal [rad]."""
@@ -64,8 +65,8 @@ class RigidStart:
         sweep = self._scene.sweep(positions, self.speed)
         least = np.ones(_SEARCHED)
         for name in self.joints:
-            if not _open(sweep, name):
-                sizes = np.linalg.norm(_across(sweep, name), axis=1)
+            if not what_is_open(sweep, name):
+                sizes = np.linalg.norm(across(sweep, name), axis=1)
                 least = np.minimum(least, sizes / (np.max(sizes) or 1.0))
         return float(positions[np.argmax(least)])
 
@@ -76,7 +77,7 @@ class RigidStart:
         fixed = coordinates.rates_of([*scene.drives, *scene.held])
         sweep = scene.sweep(np.array([self.position]), self.speed)
         mobility = OpenedJoint(scene.mechanism, name, fixed, {}).mobility(sweep.motion._x[0])
-        force = _across(sweep, name)[0]
+        force = across(sweep, name)[0]
         direction = force if np.any(force) else mobility.axes[0]
         return mobility.reduced_mass(direction)
 
@@ -111,9 +112,9 @@ class RigidStart:
         for item in plays:
             slides = [f"{item.joint}.slide_1", f"{item.joint}.slide_2"]
             result.update(dict.fromkeys(opened.joint(item.joint).coordinates[:-1], (0.0, 0.0)))
-            if item.reach is not None or _open(sweep, item.joint):
+            if item.reach is not None or what_is_open(sweep, item.joint):
                 continue
-            force = _across(sweep, item.joint)
+            force = across(sweep, item.joint)
             places = self._offsets(sweep, opened, item, force)
             rates = (places[2] - places[0]) * (self.speed / (2.0 * _STEP))
             moving = zip(places[1].tolist(), rates.tolist(), strict=True)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..checks import described, mapping, numbers
+from ..checks import described, mapping
 from ..elements.contact_laws import ContactLaw, LinearContact
 from ..errors import ArgumentError, choices
+from .arguments import damping_ratio_of, of_joint, positive, single
 from .contact_simulation import ContactSimulation
 from .opened_scene import Play, opened
 from .rigid_start import RigidStart
@@ -66,10 +67,10 @@ def simulate(
         CardanError: as `Scene.simulate`.
     """
     begun = RigidStart(scene, speed, joints, position)
-    contact = _Contact(law, stiffness, _ratio(damping_ratio), play, friction, pin_radius)
+    contact = _Contact(law, stiffness, damping_ratio_of(damping_ratio), play, friction, pin_radius)
     plays = contact.plays(begun, _reach(bearings, begun.joints))
-    found = opened(scene, plays, _number("rotor", rotor or 0.0, least=0.0))
-    duration = 2.0 * np.pi * _number("turns", turns, positive=True) / abs(begun.speed)
+    found = opened(scene, plays, _not_negative("rotor", rotor or 0.0))
+    duration = 2.0 * np.pi * positive("turns", turns) / abs(begun.speed)
     start = begun.state(found, plays, is_free=rotor is not None)
     limits: dict[str, Any] = {"rtol": rtol, "most_touches": most_impacts, "progress": progress}
     trajectory = found.scene.simulate(duration, **start, **limits)
@@ -103,10 +104,10 @@ class _Contact(NamedTuple):
         return [
             Play(
                 name,
-                _each("play", self.play, name, positive=True),
+                positive(*of_joint("play", self.play, name)),
                 self._law(name, begun),
-                _each("friction", self.friction, name),
-                _each("pin_radius", self.pin_radius, name),
+                _not_negative(*of_joint("friction", self.friction, name)),
+                _not_negative(*of_joint("pin_radius", self.pin_radius, name)),
                 reach.get(name),
             )
             for name in begun.joints
@@ -123,25 +124,18 @@ class _Contact(NamedTuple):
         if self.given is not None:
             if self.ratio:
                 raise ArgumentError("damping_ratio belongs to stiffness=; a law has its own")
-            law = _of("law", self.given, name)
+            label, law = of_joint("law", self.given, name)
             if not isinstance(law, ContactLaw):
                 raise ArgumentError(
-                    f"law of joint {name!r} is {described(law)}, expected a contact law such as "
+                    f"{label} is {described(law)}, expected a contact law such as "
                     "LinearContact(1e8, damping=1e3)"
                 )
             return law
-        stiffness = _each("stiffness", self.stiffness, name, positive=True)
+        stiffness = positive(*of_joint("stiffness", self.stiffness, name))
         if not self.ratio:
             return LinearContact(stiffness)
         mass = begun.reduced_mass(name)
         return LinearContact(stiffness, 2.0 * self.ratio * float(np.sqrt(stiffness * mass)))
-
-
-def _ratio(value: Any) -> float:
-    ratio = _number("damping_ratio", value, least=0.0)
-    if ratio >= 1.0:
-        raise ArgumentError(f"damping_ratio is {ratio:g}; it lies from 0 to below 1")
-    return ratio
 
 
 def _reach(bearings: Any, joints: Collection[str]) -> dict[str, float]:
@@ -156,41 +150,16 @@ def _reach(bearings: Any, joints: Collection[str]) -> dict[str, float]:
             raise ArgumentError(
                 f"bearings names joint {name!r}, which has no play; joints: {choices(joints)}"
             )
-    return {
-        name: _number(f"bearings[{name!r}]", value, positive=True) for name, value in given.items()
-    }
+    return {name: positive(f"bearings[{name!r}]", value) for name, value in given.items()}
 
 
-def _each(label: str, given: Any, name: str, *, positive: bool = False) -> float:
-    value = _of(label, given, name)
-    shown = f"{label}[{name!r}]" if isinstance(given, Mapping) else label
-    return _number(shown, value, least=0.0, positive=positive)
-
-
-def _of(label: str, given: Any, name: str) -> Any:
-    """Return the value of a joint.
+def _not_negative(label: str, value: Any) -> float:
+    """Return an argument that is not negative.
 
     Raises:
-        ArgumentError: a mapping has none.
+        ArgumentError: it is.
     """
-    if not isinstance(given, Mapping):
-        return given
-    if name not in given:
-        raise ArgumentError(f"{label} has no value for joint {name!r}; it has {choices(given)}")
-    return given[name]
-
-
-def _number(label: str, value: Any, *, least: float = -np.inf, positive: bool = False) -> float:
-    """Return a number in its range.
-
-    Raises:
-        ArgumentError: it is none, not finite, or out of it.
-    """
-    number = numbers(label, value)
-    if number.ndim:
-        raise ArgumentError(f"{label} is {described(value)}, expected a number")
-    if positive and not number > 0.0:
-        raise ArgumentError(f"{label} is {float(number):g}, expected a positive number")
-    if number < least:
-        raise ArgumentError(f"{label} is {float(number):g}, expected no negative number")
-    return float(number)
+    number = single(label, value)
+    if number < 0.0:
+        raise ArgumentError(f"{label} is {number:g}, expected no negative number")
+    return number

@@ -1,4 +1,4 @@
-"""Figures: wrenches over angle and time, polar diagrams, orders, positions, closed forms, lines.
+"""Figures: wrenches over angle and time, polar diagrams, orders, closed forms, lines, impacts.
 
 Needs the extra `viz` (matplotlib). Every function that draws returns a `matplotlib.figure.Figure`,
 all in one look: units on every axis, line styles and markers that differ besides the colours, so
@@ -11,9 +11,13 @@ from .arrangement import arrangement
 from .bending_planes import bending_planes
 from .closed_forms import bending_polar, compared, speed_ratio, thoma_bending, torque_ratio
 from .drive_lines import line_over_angle
+from .force_reversals import force_reversals
+from .impact_ranking import impact_ranking
 from .orders import order_amplitudes, order_spectrum
 from .over_angle import over_angle, ratio_and_angle_error
 from .over_time import energy_over_time, over_time
+from .peak_factor import peak_factor
+from .peak_influence import peak_influence
 from .polar import force_polar, forces_in_place, moment_polar
 from .positions import universal_joint_positions
 from .style import save
@@ -25,13 +29,17 @@ __all__ = [
     "compared",
     "energy_over_time",
     "force_polar",
+    "force_reversals",
     "forces_in_place",
+    "impact_ranking",
     "line_over_angle",
     "moment_polar",
     "order_amplitudes",
     "order_spectrum",
     "over_angle",
     "over_time",
+    "peak_factor",
+    "peak_influence",
     "ratio_and_angle_error",
     "save",
     "speed_ratio",
