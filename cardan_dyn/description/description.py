@@ -61,7 +61,7 @@ def _agree(first: object, second: object, tolerance: float) -> bool:
             and len(first) == len(second)
             and all(_agree(a, b, tolerance) for a, b in zip(first, second, strict=True))
         )
-    if isinstance(first, (float, np.ndarray)):
+    if isinstance(first, (float, np.ndarray)) and second is not None:
         a, b = np.asarray(first), np.asarray(second)
         if np.array_equal(a, b):
             return True
