@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +13,11 @@ from ..description.description import Record
 from ..errors import ArgumentError
 
 if TYPE_CHECKING:
+    from typing import TypeAlias
+
     from numpy.typing import ArrayLike
+
+    Numbers: TypeAlias = float | ArrayLike  # Floats apart, of which Python's arithmetic is faster.
 
 
 class ContactLaw(Record):
@@ -34,7 +39,7 @@ class ContactLaw(Record):
         """Exponent n of the spring part k δⁿ."""
         return 1.0
 
-    def force(self, depth: ArrayLike, rate: ArrayLike, touch_speed: ArrayLike = 0.0) -> Array:
+    def force(self, depth: Numbers, rate: Numbers, touch_speed: Numbers = 0.0) -> Array:
         """Return the force that presses the sides apart [N].
 
         It is smooth and not clipped: below zero where the law would pull, so that the zero at
@@ -79,6 +84,10 @@ class ContactLaw(Record):
         """Return the force of the spring part, continued oddly."""
         depth = np.asarray(depth, dtype=float)
         return self.stiffness * np.sign(depth) * np.abs(depth) ** self.order
+
+    def _spring_of(self, depth: float) -> float:
+        """Return the force of the spring part at one depth, in Python's arithmetic."""
+        return math.copysign(self.stiffness * abs(depth) ** self.order, depth)
 
     def _set(self, **values: object) -> None:
         """Set fields; only constructors call it."""

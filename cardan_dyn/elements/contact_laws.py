@@ -20,6 +20,8 @@ from .restitutions import loss_of_restitution, restitution_of_damping_ratio, res
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from .contact_law import Numbers
+
 __all__ = [
     "ContactLaw",
     "HuntCrossley",
@@ -71,7 +73,7 @@ class LinearContact(ContactLaw):
         critical = 2.0 * np.sqrt(stiffness * positive("LinearContact: mass", mass))
         return cls(stiffness, number("LinearContact: ratio", ratio, 0.0) * critical)
 
-    def force(self, depth: ArrayLike, rate: ArrayLike, touch_speed: ArrayLike = 0.0) -> Array:
+    def force(self, depth: Numbers, rate: Numbers, touch_speed: Numbers = 0.0) -> Array:
         """Return c δ + d δ̇, see `ContactLaw.force`."""
         return self.stiffness * np.asarray(depth, dtype=float) + self.damping * np.asarray(
             rate, dtype=float
@@ -115,14 +117,23 @@ class _PowerLaw(ContactLaw):
         """Loss h of the restitution that was asked for."""
         raise NotImplementedError
 
-    def force(self, depth: ArrayLike, rate: ArrayLike, touch_speed: ArrayLike = 0.0) -> Array:
+    def force(self, depth: Numbers, rate: Numbers, touch_speed: Numbers = 0.0) -> Array:
         """Return k δⁿ (1 + h δ̇ / v₀), see `ContactLaw.force`."""
+        if isinstance(depth, float) and isinstance(rate, float) and isinstance(touch_speed, float):
+            # What integrators ask for, a tenth of the time.
+            return np.asarray(self._spring_of(depth) * (1.0 + self._damping_of(touch_speed) * rate))
         rate = np.asarray(rate, dtype=float)
         if self.factor is not None:
             return self._spring(depth) * (1.0 + self.factor * rate)
         speed = np.asarray(touch_speed, dtype=float)
         factor = np.where(speed > 0.0, self._loss, 0.0) / np.where(speed > 0.0, speed, 1.0)
         return self._spring(depth) * (1.0 + factor * rate)
+
+    def _damping_of(self, touch_speed: float) -> float:
+        """Return h / v₀ of one touch."""
+        if self.factor is not None:
+            return self.factor
+        return self._loss / touch_speed if touch_speed > 0.0 else 0.0
 
     def _restitution(self, touch_speed: float, mass: float) -> float:
         return restitution_of_loss(float(self.loss(touch_speed)))
@@ -259,37 +270,58 @@ class ImpactFunction(ContactLaw):
         """Exponent n of the spring part k δⁿ."""
         return self.exponent
 
-    def force(self, depth: ArrayLike, rate: ArrayLike, touch_speed: ArrayLike = 0.0) -> Array:
+    def force(self, depth: Numbers, rate: Numbers, touch_speed: Numbers = 0.0) -> Array:
         """Return k δⁿ + STEP(δ) δ̇, see `ContactLaw.force`; it is not clipped."""
+        if isinstance(depth, float) and isinstance(rate, float):  # What integrators ask for.
+            part = min(max(depth / self.full_depth, 0.0), 1.0)
+            drag = self.damping * part * part * (3.0 - 2.0 * part) * rate
+            return np.asarray(self._spring_of(depth) + drag)
         u = np.clip(np.asarray(depth, dtype=float) / self.full_depth, 0.0, 1.0)
         damping = self.damping * u * u * (3.0 - 2.0 * u)
         return self._spring(depth) + damping * np.asarray(rate, dtype=float)
 
     def _restitution(self, touch_speed: float, mass: float) -> float:
-        # In units of the depth without damping and of the speed before; the force may vanish and
-        # come back on the way out, where the damping has fallen below the spring again.
+        # In units of the depth without damping and of the speed before.
         power = self.exponent + 1.0
         unit = (0.5 * mass * touch_speed**2 * power / self.stiffness) ** (1.0 / power)
         per_mass = unit / (mass * touch_speed**2)
 
-        def pressure(y: Array) -> float:
-            return per_mass * float(self.force(unit * y[0], touch_speed * y[1]))
+        def pressure(_: float, y: Array) -> float:
+            return per_mass * float(self.force(float(unit * y[0]), float(touch_speed * y[1])))
 
         def rate(_: float, y: Array) -> Array:
-            return np.array([y[1], -max(pressure(y), 0.0)])
+            return np.array([y[1], -pressure(0.0, y)])
 
-        full, lifted, deep = self.full_depth / unit, False, False
-        y, time = np.array([0.0, 1.0]), 0.0
+        full, is_deep, time, y = self.full_depth / unit, False, 0.0, np.array([0.0, 1.0])
         while True:
-            # Positive until the law changes: its force vanishes or comes back, its damping is full.
-            lift, dive = -1.0 if lifted else 1.0, 1.0 if deep else -1.0
+            sign = 1.0 if is_deep else -1.0  # The damping has a bend at its full depth.
             watches = (
                 lambda _, y: float(y[0]),
-                lambda _, y, lift=lift: lift * pressure(y),
-                lambda _, y, dive=dive: dive * (float(y[0]) - full),
+                pressure,
+                lambda _, y, sign=sign: sign * (float(y[0]) - full),
             )
             found = advance(rate, time, y, np.inf, watches, rtol=_RTOL, atol=np.full(2, _ATOL))
             time, y = found.time, found.state
-            if found.event == 0:
+            if found.event == 2:
+                is_deep = not is_deep
+                continue
+            back = self._back(unit * y[0], touch_speed * y[1]) / unit if found.event == 1 else 0.0
+            if back == 0.0:
                 return -float(y[1])
-            lifted, deep = lifted != (found.event == 1), deep != (found.event == 2)
+            y, is_deep = np.array([back, y[1]]), False
+
+    def _back(self, depth: float, rate: float) -> float:
+        """Return the depth at which a force that has vanished comes back on the way out, or 0."""
+        from scipy.optimize import brentq  # Only simulations need it.
+
+        n, full = self.exponent, self.full_depth
+        if n >= 2.0:
+            return 0.0
+        # STEP is below 3 u² and falls faster than uⁿ up to the second of these parts.
+        spring = self.stiffness * full**n / (3.0 * self.damping * abs(rate))
+        low = full * min(spring ** (1.0 / (2.0 - n)), 1.0)
+        high = min(depth, full * min(3.0 * (2.0 - n) / (6.0 - 2.0 * n), 1.0))
+        if low >= high or self.force(low, rate) <= 0.0 or self.force(high, rate) >= 0.0:
+            return 0.0
+        root = brentq(lambda x: float(self.force(x, rate)), low, high, xtol=1e-300)
+        return float(root)

@@ -62,7 +62,7 @@ def advance(
     *,
     rtol: float,
     atol: Array,
-    first_step: float | None = None,
+    longest: float = np.inf,
 ) -> Passage:
     """Integrate by DOP853 until a function falls to zero.
 
@@ -76,7 +76,7 @@ def advance(
         watches: functions, positive as long as the equations hold.
         rtol: relative tolerance of a step.
         atol: absolute tolerances, like the state.
-        first_step: to try [s]; chosen if None.
+        longest: step that is allowed [s].
 
     Raises:
         SimulationError: no step is short enough, or there are too many.
@@ -86,7 +86,7 @@ def advance(
     steps: list[Step] = []
     if time >= end:
         return Passage(time, state, None, steps)
-    solver = DOP853(rate, time, state, end, rtol=rtol, atol=atol, first_step=first_step)
+    solver = DOP853(rate, time, state, end, rtol=rtol, atol=atol, max_step=longest)
     while solver.status == "running":
         before = np.array(solver.y)
         message = solver.step()

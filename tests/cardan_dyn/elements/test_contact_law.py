@@ -20,7 +20,7 @@ def test_numbers_are_plain_floats() -> None:
 @pytest.mark.parametrize("bad", [np.nan, np.inf, "1", None, [1.0], 1.0 + 0.0j])
 def test_what_is_no_number_is_refused(bad: object) -> None:
     for check in (lambda: number("d", bad, 0.0), lambda: positive("c", bad)):
-        with pytest.raises(ArgumentError, match="^[cd] "):
+        with pytest.raises(ArgumentError, match=r"^[cd] "):
             check()
 
 
