@@ -194,9 +194,14 @@ class LinearTouch(Phase):
         self.loss += self._law.damping * float(np.sum(half * _WEIGHTS * rate * rate))
 
     def _force(self, tau: float) -> float:
-        return float(self._law.force(*self._states(tau)))
+        # At the start without the rounding of the swing, which would part what begins to press.
+        state = self._states(tau) if tau > 0.0 else (self.begun.depth, self.begun.rate)
+        return float(self._law.force(*state))
 
     def _force_rate(self, tau: float) -> float:
+        if tau == 0.0:
+            bend = (self._push.value - self._force(0.0)) / self._mass
+            return self._law.stiffness * self.begun.rate + self._law.damping * bend
         return self._push.slope - self._mass * float(self._swing.at(3, tau))
 
     def _extremes(self, length: float) -> Iterator[tuple[float, bool]]:

@@ -25,9 +25,9 @@ Start = Literal["release", "rest"] | tuple[float, float]
 
 _LEAD = 100.0
 """Natural times before the reversal from which a contact that is not linear unloads: its steady
-unloading, of which two terms are known, is then met to some 1e-8."""
+unloading, of which two terms are known, is then met to 1e-9."""
 _STEP = 1e-4
-"""Relative step of a difference of times, whose square is far below these 1e-8."""
+"""Relative step of a central difference, whose error is its square."""
 _LEAST_STEPS = 1000
 """Steps over the motion under a force that is a function of time, lest one be stepped over."""
 _MOST_PHASES = 8
@@ -142,7 +142,7 @@ class _Model:
             is_contact, is_resumed = how in ("returned", "crossed", "resumed"), how == "resumed"
             is_impact = is_contact and not is_resumed and begun.touch_speed > 0.0
             if is_impact and met == most:
-                return phases, f"it met {most} impacts"
+                return phases, f"it met {most} impact{'s' if most > 1 else ''}"
             met += is_impact
 
     def _next(self, phase: Phase, how: str) -> Begun:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +19,10 @@ Watch = Callable[[float, Array], float]
 _PLACES = 5
 """Parts of a step at whose ends functions are looked at: what falls and rises within one is
 missed."""
+_INSTANT = 16.0 * np.finfo(float).eps
+"""Duration as a fraction of the time that cannot be divided into places."""
+_HALVINGS = 40
+"""Of a place, at which a function that starts at zero is looked at before it has fallen there."""
 _MOST_STEPS = 1_000_000
 """Of one passage: some minutes."""
 
@@ -66,7 +71,7 @@ def advance(
 ) -> Passage:
     """Integrate by DOP853 until a function falls to zero.
 
-    A function may start at zero; if it is then not positive at once, it has fallen at the start.
+    A function may start at zero, or below by rounding: it has fallen there unless it rises.
 
     Args:
         rate: time derivative of the state.
@@ -84,8 +89,9 @@ def advance(
     from scipy.integrate import DOP853  # Only simulations need it.
 
     steps: list[Step] = []
-    if time >= end:
-        return Passage(time, state, None, steps)
+    if not end - time > _INSTANT * abs(time):
+        return Passage(end, state, None, steps)
+    search = _Search(rate, watches, [watch(time, state) for watch in watches])
     solver = DOP853(rate, time, state, end, rtol=rtol, atol=atol, max_step=longest)
     while solver.status == "running":
         before = np.array(solver.y)
@@ -98,18 +104,43 @@ def advance(
                 time=float(solver.t),
             )
         step = Step(float(solver.t_old), float(solver.t), before, solver.dense_output())
-        times = np.linspace(step.start, step.end, _PLACES + 1)
-        for low, high in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
-            last = high == step.end
-            there = np.array(solver.y) if last else step.dense(high)
-            after = [watch(high, there) for watch in watches]
-            fallen = [k for k, value in enumerate(after) if value <= 0.0]
-            if fallen:
-                found = min((_fall(rate, step, watches[k], low, high), k) for k in fallen)
-                steps.append(step._replace(end=found[0]))
-                return Passage(found[0], on_step(rate, step, found[0]), found[1], steps)
+        found = search.within(step, np.array(solver.y))
+        if found is not None:
+            steps.append(step._replace(end=found[0]))
+            return Passage(found[0], on_step(rate, step, found[0]), found[1], steps)
         steps.append(step)
     return Passage(float(solver.t), np.array(solver.y), None, steps)
+
+
+class _Search:
+    """Looks for the first function that falls to zero, step after step."""
+
+    def __init__(self, rate: Rate, watches: Sequence[Watch], begun: list[float]) -> None:
+        """Begin with the values of the functions at the start."""
+        self._rate, self._watches, self._begun = rate, watches, begun
+        self._has_risen = [value > 0.0 for value in begun]
+
+    def within(self, step: Step, last: Array) -> tuple[float, int] | None:
+        """Return when and which function falls within a step, None if none does.
+
+        Args:
+            step: the step.
+            last: state at its end.
+        """
+        times = np.linspace(step.start, step.end, _PLACES + 1).tolist()
+        for low, high in pairwise(times):
+            there = last if high == step.end else step.dense(high)
+            fallen = []
+            for k, watch in enumerate(self._watches):
+                value = watch(high, there)
+                if value <= 0.0 and (self._has_risen[k] or value < self._begun[k]):
+                    fallen.append(k)
+                self._has_risen[k] |= value > 0.0
+            if fallen:
+                return min(
+                    (_fall(self._rate, step, self._watches[k], low, high), k) for k in fallen
+                )
+        return None
 
 
 def on_step(rate: Rate, step: Step, time: float) -> Array:
@@ -133,7 +164,12 @@ def _fall(rate: Rate, step: Step, watch: Watch, low: float, high: float) -> floa
         return watch(time, on_step(rate, step, time))
 
     if value(low) <= 0.0:
-        return low
+        # It may have risen for less than a place.
+        nearer = (low + (high - low) * 0.5**k for k in range(1, _HALVINGS))
+        risen = next((time for time in nearer if value(time) > 0.0), None)
+        if risen is None:
+            return low
+        low = risen
     if value(high) > 0.0:  # Its interpolant alone has fallen, by rounding.
         return high
     return float(brentq(value, low, high, xtol=1e-300, rtol=4.0 * np.finfo(float).eps))

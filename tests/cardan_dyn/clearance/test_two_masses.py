@@ -160,6 +160,26 @@ def test_both_ways_of_solving_agree() -> None:
         np.testing.assert_allclose(found.at(times).gap, exact.at(times).gap, atol=1e-10 * 1e-4)
 
 
+@pytest.mark.parametrize("ratio", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize(
+    ("ramp", "start", "begin"),
+    [(360e3, (0.0, 0.03), 0.0), (-360e3, (1e-4, 0.0), -2e-3), (6e5, (1e-4, 0.3), -4e-3)],
+)
+def test_a_ramp_is_a_force_like_others(
+    ratio: float, ramp: float, start: tuple[float, float], begin: float
+) -> None:
+    law = LinearContact.of_ratio(1e7, ratio, 3.6)
+    common: dict[str, Any] = {"play": 1e-4, "mass": 3.6, "start": start, "begin": begin}
+    exact = two_masses(law, ramp=ramp, end=0.006, **common)
+    found = two_masses(law, force=lambda time: ramp * time, end=0.006, **common)
+    assert len(exact.impacts) == len(found.impacts) > 0
+    times = np.linspace(begin, 0.006, 200)
+    scale = np.max(np.abs(exact.gap))
+    np.testing.assert_allclose(found.at(times).gap, exact.at(times).gap, atol=1e-10 * scale)
+    peaks = [[impact.peak for impact in motion.impacts] for motion in (found, exact)]
+    np.testing.assert_allclose(*peaks, rtol=1e-10)
+
+
 def test_a_steady_unloading_of_another_law() -> None:
     """Where it begins does not matter: further before the reversal gives the same."""
     law = HuntCrossley.of_factor(3e9, 1.5, factor=2.0)
@@ -168,8 +188,8 @@ def test_a_steady_unloading_of_another_law() -> None:
     pressed = two_masses(
         law, play=1e-4, mass=3.6, force=lambda time: 360e3 * time, begin=begin, end=0.005
     )
-    assert motion.peak == pytest.approx(pressed.peak, rel=1e-5)
-    assert motion.impacts[0].speed == pytest.approx(pressed.impacts[0].speed, rel=1e-5)
+    assert motion.peak == pytest.approx(pressed.peak, rel=1e-7)
+    assert motion.impacts[0].speed == pytest.approx(pressed.impacts[0].speed, rel=1e-7)
     assert motion.times[0] < -0.01
 
 
@@ -249,14 +269,14 @@ def test_a_vanishing_play_gives_the_elastic_joint() -> None:
     elastic = forced * np.sin(speed * times)
     elastic += (forced - amplitude) * np.cos(omega * (times - begin))
     errors = []
-    for play in (1e-7, 1e-8, 1e-9):
+    for play in (1e-7, 1e-8):
         motion = two_masses(
             LinearContact(c), play=play, mass=mass, begin=begin, end=end,
             force=lambda time: amplitude * np.sin(speed * time),
         )  # fmt: skip
         errors.append(float(np.max(np.abs(motion.at(times).force - elastic))) / amplitude)
     assert errors[0] < 2e-3
-    assert [errors[0] / errors[1], errors[1] / errors[2]] == pytest.approx([10.0, 10.0], rel=0.2)
+    assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.05)
 
 
 def test_undamped_impacts_are_chaotic_after_the_first() -> None:
@@ -265,7 +285,7 @@ def test_undamped_impacts_are_chaotic_after_the_first() -> None:
     def impacts(shift: float) -> list[float]:
         motion = two_masses(
             LinearContact(1e8), play=1e-3, mass=3.6, end=1.0, start=(1e-3 * shift, 0.0),
-            force=lambda time: 900.0 * np.sin(400.0 * time), most_impacts=35,
+            force=lambda time: 900.0 * np.sin(400.0 * time), most_impacts=26,
         )  # fmt: skip
         assert motion.energy_residual < 1e-11
         return [impact.peak for impact in motion.impacts]
@@ -284,6 +304,10 @@ def test_as_many_impacts_as_are_allowed() -> None:
     )  # fmt: skip
     assert (len(motion.impacts), motion.ended) == (7, "it met 7 impacts")
     assert motion.times[-1] < 0.2
+    one = two_masses(
+        SPRING, **{**EXAMPLE, "ramp": 0.0, "end": 1.0}, start=(0.0, 0.1), most_impacts=1
+    )
+    assert (len(one.impacts), one.ended) == (1, "it met 1 impact")
 
 
 GIVEN = {"law": SPRING, **EXAMPLE}

@@ -43,6 +43,28 @@ def test_what_falls_at_once_ends_at_the_start() -> None:
     assert found.state.tolist() == [0.0, -1.0]
 
 
+def test_what_starts_below_zero_by_rounding_may_rise_first() -> None:
+    found = advance(
+        swing, 0.0, np.array([0.0, 1.0]), 10.0, [lambda _, y: float(y[0]) - 1e-13], **TIGHT
+    )
+    assert found.event == 0
+    assert found.time == pytest.approx(np.pi, rel=1e-12)
+
+
+def test_what_rises_for_less_than_a_place_is_found() -> None:
+    """Positive for 1e-9 s, where the first step is far longer."""
+    found = advance(
+        lambda _, y: np.array([1.0]),
+        0.0,
+        np.zeros(1),
+        1.0,
+        [lambda t, y: float(y[0]) * (1e-9 - float(y[0]))],
+        rtol=1e-9,
+        atol=np.ones(1),
+    )
+    assert found.time == pytest.approx(1e-9, rel=1e-12)
+
+
 def test_states_within_steps() -> None:
     found = advance(swing, 0.0, np.array([0.0, 1.0]), 6.0, [], **TIGHT)
     for step in found.steps[:5]:
