@@ -68,7 +68,7 @@ def play_of(given: Any, name: str) -> float:
     Raises:
         ArgumentError: it is missing, or no positive number.
     """
-    return positive(*_of_joint("play", given, name))
+    return positive(*of_joint("play", given, name))
 
 
 def stiffness_of(given: Any, name: str) -> float | PinGeometry:
@@ -77,11 +77,11 @@ def stiffness_of(given: Any, name: str) -> float | PinGeometry:
     Raises:
         ArgumentError: it is missing, or neither a positive number nor the geometry of a pin.
     """
-    label, value = _of_joint("stiffness", given, name)
+    label, value = of_joint("stiffness", given, name)
     return value if isinstance(value, PinGeometry) else positive(label, value)
 
 
-def _of_joint(label: str, given: Any, name: str) -> tuple[str, Any]:
+def of_joint(label: str, given: Any, name: str) -> tuple[str, Any]:
     """Return what is given for a joint, and how messages call it.
 
     Raises:

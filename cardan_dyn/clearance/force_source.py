@@ -130,7 +130,7 @@ class ForceSource:
         Raises:
             IndeterminateError: it does not, and is refused.
         """
-        reason = _open(turn, name)
+        reason = what_is_open(turn, name)
         if reason and left_out is None:
             raise IndeterminateError(f"joint {name!r}: {reason}")
         if reason and left_out is not None:
@@ -139,11 +139,7 @@ class ForceSource:
 
     def _across(self, turn: Sweep, name: str) -> Array:
         """Return the force across a pin `(N, 3)` in the world."""
-        axis = turn.mechanism.joint(name).parts[0].axis
-        force = np.asarray(turn[name].force)
-        force = force - np.outer(force @ axis, axis)
-        rotation = self._where_joints_are(turn).rotation(name)
-        return np.asarray((rotation @ force[:, :, None])[:, :, 0])
+        return across(turn, name, self._where_joints_are(turn))
 
     def _where_joints_are(self, turn: Sweep) -> Sweep:
         """Return a sweep over the same positions that need not solve its motion again."""
@@ -152,7 +148,7 @@ class ForceSource:
         return _PLACED.setdefault(self._given, {}).setdefault(len(turn), turn)
 
 
-def _open(sweep: Sweep, name: str) -> str:
+def what_is_open(sweep: Sweep, name: str) -> str:
     """Return which force across the pin is statically indeterminate, empty if none."""
     axis = sweep.mechanism.joint(name).parts[0].axis
     across = np.abs(axis) < 1.0 - 1e-9
@@ -164,3 +160,18 @@ def _open(sweep: Sweep, name: str) -> str:
         f"its force {names} is statically indeterminate; give compliances= to the scene, or free "
         "the mechanism of what holds it twice"
     )
+
+
+def across(sweep: Sweep, name: str, placed: Sweep | None = None) -> Array:
+    """Return the force across a pin `(N, 3)` in the world.
+
+    Args:
+        sweep: with the wrench.
+        name: of the joint.
+        placed: sweep over the same positions which knows where joints are; the same if None.
+    """
+    axis = sweep.mechanism.joint(name).parts[0].axis
+    force = np.asarray(sweep[name].force)
+    force = force - np.outer(force @ axis, axis)
+    rotation = (sweep if placed is None else placed).rotation(name)
+    return np.asarray((rotation @ force[:, :, None])[:, :, 0])

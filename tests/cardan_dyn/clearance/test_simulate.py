@@ -1,0 +1,209 @@
+"""Whole mechanisms with play, against equations written by hand."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+from testkit.loose_slider_crank import LooseSliderCrank
+
+import cardan_dyn as cd
+from cardan_dyn import clearance
+
+SPEED, PLAY, STIFFNESS, DAMPING = 300.0, 2e-4, 1e8, 5e3
+
+
+def scene() -> cd.Scene:
+    return cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
+
+
+@pytest.fixture(scope="module")
+def loose() -> clearance.ContactSimulation:
+    law = cd.LinearContact(STIFFNESS, DAMPING)
+    return clearance.simulate(scene(), SPEED, joints="crank_pin", play=PLAY, law=law, turns=1.2)
+
+
+@pytest.mark.parametrize(
+    ("speed", "play", "stiffness", "damping", "position"),
+    [(300.0, 2e-4, 1e8, 5e3, None), (40.0, 1e-3, 1e7, 0.0, 1.1)],
+)
+def test_slider_crank_moves_as_by_equations_written_by_hand(
+    speed: float, play: float, stiffness: float, damping: float, position: float | None
+) -> None:
+    law = cd.LinearContact(stiffness, damping)
+    found = clearance.simulate(
+        scene(), speed, joints="crank_pin", play=play, law=law, turns=0.7, position=position,
+        rtol=1e-11,
+    )  # fmt: skip
+    # Bounces without damping are chaotic: the first three impacts are compared.
+    struck = found["crank_pin"].struck
+    times = np.linspace(0.0, found.t[-1] if damping else struck[3].start, 400)
+    begun = found.trajectory.at([0.0])
+    angle = begun.motion.position("crank_bearing")[0]
+    motion = begun.motion
+    turn, rate = (of("crank_pin")[0, 2] for of in (motion.position, motion.velocity))
+    guide = motion.position("piston_guide")[0], motion.velocity("piston_guide")[0]
+    hand = LooseSliderCrank.bundled(speed, play, stiffness, damping)
+    start = np.array([0.195 + guide[0], angle + turn, guide[1], speed + rate])
+    expected = hand.forces(angle, start, times)
+    force = found.at(times)["crank_pin"].force
+    np.testing.assert_allclose(force, expected, atol=1e-6 * np.max(expected))
+    if not damping:
+        # It bounces: forces of zero are among those that agree.
+        assert np.count_nonzero(expected == 0.0) > 20
+
+
+def test_what_presses_is_the_force_of_the_other_joints(loose: clearance.ContactSimulation) -> None:
+    """The wall's force on the rod and that of the piston pin accelerate the rod."""
+    at = loose.evenly(50)
+    sweep = at.trajectory.sweep
+    assert np.max(sweep.balance_residual) < 1e-9
+    assert at.trajectory.effort_residual < 1e-9
+    np.testing.assert_allclose(
+        np.linalg.norm(at["crank_pin"].vector, axis=1), at["crank_pin"].force, rtol=1e-12
+    )
+
+
+def test_energy_is_accounted_for(loose: clearance.ContactSimulation) -> None:
+    assert 0.0 < loose.energy_residual < 1e-6
+
+
+def test_impacts_hold_the_greatest_force() -> None:
+    law = cd.LinearContact(1e7, 20.0)
+    found = clearance.simulate(scene(), 40.0, joints="crank_pin", play=1e-3, law=law, position=1.1)
+    course = found.evenly(20_001)["crank_pin"]
+    assert course.peak == pytest.approx(np.max(course.force), rel=1e-3)
+    assert course.peak >= np.max(course.force[course.t > course.struck[0].start])
+    for impact in course.struck:
+        inside = (course.t > impact.start) & (course.t < impact.end)
+        assert np.all(course.force[inside] >= 0.0)
+        assert np.max(course.force[inside], initial=0.0) <= impact.peak * (1.0 + 1e-9)
+        assert np.linalg.norm(impact.direction) == pytest.approx(1.0)
+    free = course.force == 0.0
+    # Where the pin leaves faster than the wall follows, it is still a little in it.
+    fastest = max(impact.speed for impact in course.struck)
+    assert np.any(free) and np.all(course.depth[free] < 20.0 * fastest / 1e7)
+    frame = found.to_dataframe()
+    assert list(frame["start"]) == sorted(frame["start"])
+    assert f"{len([i for i in course.struck if i.speed > 0])} impacts" in str(found)
+
+
+def test_no_contact_is_missed() -> None:
+    """The same impacts with a limit of steps a hundred times smaller than those that are taken."""
+    law = cd.LinearContact(1e7, 50.0)
+    arguments = {"joints": "crank_pin", "play": 5e-4, "law": law, "position": 1.1, "turns": 0.5}
+    found = clearance.simulate(scene(), 40.0, **arguments)
+    few = found.trajectory
+    solver = few._solver
+    contact = solver.problem.elements[0]
+    tight = cd.PinContact(
+        **{name: getattr(contact, name) for name in cd.PinContact.__dataclass_fields__}
+    )
+    opened = cd.Scene(few.mechanism, drive=few.drives, elements=[tight])
+    begun = few.at([0.0])
+    fine = opened.simulate(
+        few.t[-1],
+        position=dict(zip(few.drives, begun.position[0], strict=True)),
+        speed=dict(zip(few.drives[1:], begun.speed[0, 1:], strict=True)),
+        motion={"crank_bearing": 40.0},
+        step=float(np.median(np.diff(few.t))) / 20.0,
+    )
+    assert len(fine.t) > 10 * len(few.t)
+    assert len(fine.touches) == len(few.touches)
+    np.testing.assert_allclose(
+        [item.peak for item in fine.touches][:3], [item.peak for item in few.touches][:3], rtol=1e-5
+    )
+
+
+def test_free_drive_gives_way_and_a_heavy_rotor_does_not() -> None:
+    law = cd.LinearContact(1e8, 5e3)
+    arguments = {"joints": "crank_pin", "play": 1e-4, "law": law, "turns": 0.5, "position": 0.3}
+    held = clearance.simulate(scene(), 100.0, **arguments)
+    heavy = clearance.simulate(scene(), 100.0, rotor=1e6, **arguments)
+    light = clearance.simulate(scene(), 100.0, rotor=0.0, **arguments)
+    times = np.linspace(0.0, held.t[-1], 50)
+    speeds = [item.at(times).trajectory.speed[:, 0] for item in (held, heavy, light)]
+    np.testing.assert_allclose(speeds[0], 100.0, rtol=1e-12)
+    np.testing.assert_allclose(speeds[1], 100.0, rtol=1e-6)
+    assert np.ptp(speeds[2]) > 1.0
+    assert light.energy_residual < 1e-6
+    np.testing.assert_allclose(
+        heavy.at(times)["crank_pin"].force, held.at(times)["crank_pin"].force, rtol=1e-3, atol=1.0
+    )
+
+
+@pytest.mark.parametrize("joint", ["crank_bearing", "piston_pin"])
+def test_driven_joints_and_loops_can_have_play(joint: str) -> None:
+    found = clearance.simulate(
+        scene(), 200.0, joints=joint, play=1e-4, stiffness=1e8, damping_ratio=0.3, turns=0.6
+    )
+    rigid = clearance.scan(
+        scene(), 200.0, play=1e-4, stiffness=1e8, damping_ratio=0.3, joints=[joint]
+    )
+    course = found.evenly(300)[joint]
+    tight = np.interp(
+        course.position, rigid[joint].position, np.linalg.norm(rigid[joint].force, axis=1)
+    )
+    # It begins pressed, near the force without play.
+    np.testing.assert_allclose(course.force[:10], tight[:10], rtol=0.02)
+    assert found.energy_residual < 1e-6
+
+
+def test_two_joints_at_once_and_copies() -> None:
+    found = clearance.simulate(
+        scene(), 200.0, joints=["crank_pin", "piston_pin"], play={"crank_pin": 1e-4,
+        "piston_pin": 5e-5}, stiffness=1e8, damping_ratio=0.3, turns=0.3,
+    )  # fmt: skip
+    assert list(found) == ["crank_pin", "piston_pin"]
+    again = pickle.loads(pickle.dumps(found))
+    for name in found:
+        np.testing.assert_array_equal(again[name].force, found[name].force)
+    assert found.energy_residual < 1e-6
+
+
+def test_it_ends_after_as_many_impacts_as_it_may() -> None:
+    law = cd.LinearContact(1e7)
+    found = clearance.simulate(
+        scene(), 40.0, joints="crank_pin", play=1e-3, law=law, position=1.1, most_impacts=3
+    )
+    assert found.reason == "3 touches of pins" and len(found.impacts) == 3
+    assert "ended by: 3 touches" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "message"),
+    [
+        ({"joints": "piston_guide"}, cd.ModelError, "it has no pin"),
+        ({"joints": "nothing"}, cd.ModelError, "no joint 'nothing'"),
+        ({"joints": []}, cd.ArgumentError, "joints is empty"),
+        ({"joints": ["crank_pin", "crank_pin"]}, cd.ArgumentError, "twice"),
+        ({"play": 0.0}, cd.ArgumentError, "play is 0, expected a positive number"),
+        ({"play": np.nan}, cd.ArgumentError, "play"),
+        ({"play": {"piston_pin": 1e-4}}, cd.ArgumentError, "play has no value for joint"),
+        ({"stiffness": -1.0}, cd.ArgumentError, "stiffness is -1"),
+        ({"stiffness": None}, cd.ArgumentError, "either law= or stiffness="),
+        ({"law": cd.LinearContact(1e8)}, cd.ArgumentError, "either law= or stiffness="),
+        ({"law": 3.0, "stiffness": None}, cd.ArgumentError, "expected a contact law"),
+        ({"damping_ratio": 1.0}, cd.ArgumentError, "damping_ratio is 1"),
+        ({"friction": -0.1}, cd.ArgumentError, "friction is -0.1"),
+        ({"pin_radius": np.inf}, cd.ArgumentError, "pin_radius"),
+        ({"bearings": {"piston_pin": 0.1}}, cd.ArgumentError, "has no play"),
+        ({"bearings": {"crank_pin": 0.0}}, cd.ArgumentError, "expected a positive number"),
+        ({"rotor": -1.0}, cd.ArgumentError, "rotor is -1"),
+        ({"turns": 0.0}, cd.ArgumentError, "turns is 0"),
+        ({"most_impacts": 0}, cd.ArgumentError, "most_touches"),
+        ({"stiffness": 1.0}, cd.ArgumentError, "too soft"),
+    ],
+)
+def test_bad_input_is_refused(
+    changes: dict[str, object], error: type[cd.CardanError], message: str
+) -> None:
+    arguments: dict[str, object] = {"joints": "crank_pin", "play": 1e-4, "stiffness": 1e8}
+    with pytest.raises(error, match=message):
+        clearance.simulate(scene(), 100.0, **{**arguments, **changes})  # type: ignore[arg-type]
+
+
+def test_a_scene_without_speed_is_refused() -> None:
+    with pytest.raises(cd.ArgumentError, match="speed is 0"):
+        clearance.simulate(scene(), 0.0, joints="crank_pin", play=1e-4, stiffness=1e8)
