@@ -105,7 +105,7 @@ class _Contact(NamedTuple):
             Play(
                 name,
                 positive(*of_joint("play", self.play, name)),
-                self._law(name, begun),
+                self._law(name, begun, has_bearings=name in reach),
                 _not_negative(*of_joint("friction", self.friction, name)),
                 _not_negative(*of_joint("pin_radius", self.pin_radius, name)),
                 reach.get(name),
@@ -113,7 +113,7 @@ class _Contact(NamedTuple):
             for name in begun.joints
         ]
 
-    def _law(self, name: str, begun: RigidStart) -> ContactLaw:
+    def _law(self, name: str, begun: RigidStart, *, has_bearings: bool) -> ContactLaw:
         """Return the law of a joint.
 
         Raises:
@@ -134,6 +134,11 @@ class _Contact(NamedTuple):
         stiffness = positive(*of_joint("stiffness", self.stiffness, name))
         if not self.ratio:
             return LinearContact(stiffness)
+        if has_bearings:
+            raise ArgumentError(
+                f"damping_ratio of joint {name!r}: several bearings move together, and no mass "
+                "belongs to one alone; give law=LinearContact.of_ratio(stiffness, ratio, mass)"
+            )
         mass = begun.reduced_mass(name)
         return LinearContact(stiffness, 2.0 * self.ratio * float(np.sqrt(stiffness * mass)))
 

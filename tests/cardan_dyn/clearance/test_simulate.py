@@ -162,6 +162,39 @@ def test_two_joints_at_once_and_copies() -> None:
     assert found.energy_residual < 1e-6
 
 
+@pytest.mark.parametrize("pins", [["pin_in"], ["pin_in", "pin_out"]])
+def test_bearings_of_a_universal_joint_strike_in_pairs(pins: list[str]) -> None:
+    """The cross hangs between both bearings of a pin: their forces are opposite and equal."""
+    joint = cd.Scene(
+        cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": np.radians(20.0)}
+    )
+    reach = dict.fromkeys(pins, 0.03)
+    law = cd.LinearContact(1e7, 1000.0)
+    found = clearance.simulate(
+        joint, 150.0, joints=pins, bearings=reach, play=1e-4, law=law, turns=0.6
+    )
+    assert list(found) == [f"{pin}{side}" for pin in pins for side in "+-"]
+    assert found.trajectory.energy_residual < 1e-8 and found.energy_residual < 1e-5
+    at = found.evenly(200)
+    for pin in pins:
+        first, second = at[f"{pin}+"], at[f"{pin}-"]
+        assert len(first.struck) >= 2
+        scale = np.max(first.force)
+        np.testing.assert_allclose(first.vector, -second.vector, atol=1e-6 * scale)
+    # Their couple is what turns shaft 2, which nothing else does.
+    if len(pins) == 1:
+        shaft = at.trajectory.motion.acceleration("bearing_out")
+        links = joint.mechanism.description.links
+        inertia = next(link for link in links if link.name == "shaft_out").inertia[0, 0]
+        axis = at.trajectory.sweep.rotation("bearing_out") @ np.array([1.0, 0.0, 0.0])
+        arms = at.trajectory.sweep.rotation("pin_in") @ np.array([0.0, 0.03, 0.0])
+        couple = 2.0 * np.cross(arms, at["pin_in+"].vector)
+        cross_inertia = 0.01 * np.max(np.abs(inertia * shaft))
+        np.testing.assert_allclose(
+            np.sum(couple * axis, axis=1), inertia * shaft, atol=5.0 * cross_inertia
+        )
+
+
 def test_it_ends_after_as_many_impacts_as_it_may() -> None:
     law = cd.LinearContact(1e7)
     found = clearance.simulate(
@@ -189,6 +222,7 @@ def test_it_ends_after_as_many_impacts_as_it_may() -> None:
         ({"friction": -0.1}, cd.ArgumentError, "friction is -0.1"),
         ({"pin_radius": np.inf}, cd.ArgumentError, "pin_radius"),
         ({"bearings": {"piston_pin": 0.1}}, cd.ArgumentError, "has no play"),
+        ({"bearings": {"crank_pin": 0.1}, "damping_ratio": 0.2}, cd.ArgumentError, "of_ratio"),
         ({"bearings": {"crank_pin": 0.0}}, cd.ArgumentError, "expected a positive number"),
         ({"rotor": -1.0}, cd.ArgumentError, "rotor is -1"),
         ({"turns": 0.0}, cd.ArgumentError, "turns is 0"),
