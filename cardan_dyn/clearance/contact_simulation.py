@@ -19,6 +19,11 @@ if TYPE_CHECKING:
     import pandas
     from numpy.typing import ArrayLike
 
+_SPEED, _MASS = 0.1, 1.0
+"""A touch [m/s, kg] by which laws are judged."""
+_CHAOTIC = 0.9
+"""Restitution from which on small differences grow from impact to impact."""
+
 
 @dataclass(frozen=True, eq=False)
 class PinImpact:
@@ -122,6 +127,19 @@ class ContactSimulation(Mapping[str, JointContact]):
         """Why it ended before its time; empty if it did not."""
         return self.trajectory.reason
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What one should know of it."""
+        notes = list(self.trajectory.notes)
+        elements = self.trajectory.elements
+        laws = [elements[index].law for index in self._indices.values()]  # type: ignore[attr-defined]
+        if any(law.restitution(_SPEED, _MASS) > _CHAOTIC for law in laws):
+            notes.append(
+                "hardly damped: after a few impacts no digit of a single one is left, and only "
+                "their distribution tells something"
+            )
+        return tuple(notes)
+
     def at(self, times: ArrayLike) -> ContactSimulation:
         """Return the same simulation at other times, see `Trajectory.at`."""
         return ContactSimulation(self.trajectory.at(times), self._contacts, self.drive, self.speed)
@@ -217,6 +235,7 @@ class ContactSimulation(Mapping[str, JointContact]):
             struck = [item for item in self.impacts if item.bearing == name and item.speed > 0.0]
             peak = max((item.peak for item in struck), default=0.0)
             lines.append(f"- {name}: {len(struck)} impacts, greatest peak {peak:.4g} N")
+        lines += [f"- {note}" for note in self.notes]
         return "\n".join(lines)
 
     __repr__ = __str__

@@ -91,8 +91,8 @@ def test_impacts_hold_the_greatest_force() -> None:
 
 def test_no_contact_is_missed() -> None:
     """The same impacts with a limit of steps a hundred times smaller than those that are taken."""
-    law = cd.LinearContact(1e7, 50.0)
-    arguments = {"joints": "crank_pin", "play": 5e-4, "law": law, "position": 1.1, "turns": 0.5}
+    law = cd.LinearContact(1e7, 20.0)
+    arguments = {"joints": "crank_pin", "play": 1e-3, "law": law, "position": 1.1, "turns": 0.135}
     found = clearance.simulate(scene(), 40.0, **arguments)
     few = found.trajectory
     solver = few._solver
@@ -107,13 +107,30 @@ def test_no_contact_is_missed() -> None:
         position=dict(zip(few.drives, begun.position[0], strict=True)),
         speed=dict(zip(few.drives[1:], begun.speed[0, 1:], strict=True)),
         motion={"crank_bearing": 40.0},
-        step=float(np.median(np.diff(few.t))) / 20.0,
+        step=float(np.median(np.diff(few.t))) / 100.0,
     )
-    assert len(fine.t) > 10 * len(few.t)
+    assert len(fine.t) > 50 * len(few.t) and len(few.touches) >= 2
     assert len(fine.touches) == len(few.touches)
     np.testing.assert_allclose(
         [item.peak for item in fine.touches][:3], [item.peak for item in few.touches][:3], rtol=1e-5
     )
+
+
+def test_damped_peaks_converge_over_a_turn_and_undamped_ones_for_three_impacts() -> None:
+    needles = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+    for damping, count in ((3e3, None), (0.0, 3)):
+        law, peaks = cd.LinearContact(1e8, damping), []
+        for rtol in (1e-10, 1e-12):
+            found = clearance.simulate(
+                needles, 300.0, joints="coupler_pin", play=1e-4, law=law, turns=1.0, rtol=rtol,
+                most_impacts=100_000 if count is None else count + 1,
+            )  # fmt: skip
+            peaks.append([item.peak for item in found["coupler_pin"].struck[:count]])
+        assert len(peaks[0]) == len(peaks[1]) >= (count or 2)
+        # Touches of a hundredth of the greatest force are brushes on the way.
+        coarse, fine = np.array(peaks)
+        np.testing.assert_allclose(coarse, fine, rtol=1e-5, atol=1e-7 * np.max(fine))
+        assert any("only their distribution" in note for note in found.notes) == (damping == 0.0)
 
 
 def test_free_drive_gives_way_and_a_heavy_rotor_does_not() -> None:
