@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError
 from .averaged import Modes, modes
+from .coexisting import smallest
 from .motion_search import MotionSearch
 from .periodic_motion import limit, refuse_missed
 from .result import Result, frame_of
@@ -125,7 +126,7 @@ def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
     value, shapes = np.full(shape, missing), np.full((*shape, free), missing)
     whirl = np.full(shape, np.nan)
     senses: dict[float, WhirlSense] = {}
-    for motions in search.primary(speeds):
+    for motions in smallest(search, speeds)[0]:
         equation = motions.model.equation(motions.course)
         found = modes(
             *(

@@ -11,7 +11,7 @@ from ..arrays import Array
 from ..checks import flag
 from ..errors import ArgumentError, VibrationError
 from .campbell import Campbell, campbell_of
-from .linearisation import resting
+from .linear_motions import resting
 from .motion_search import MotionSearch
 from .periodic_grid import amplitudes
 from .periodic_motion import limit

@@ -12,9 +12,9 @@ from ..arrays import Array
 from ..checks import names
 from ..errors import ArgumentError, choices
 from ..results.sweep_data import FRAMES
+from .coexisting import smallest
 from .correction import corrected
-from .harmonic_balance import jacobian
-from .linearisation import resting
+from .linear_motions import linear_motions
 from .motion_search import Motions, MotionSearch
 from .periodic_grid import amplitudes, next_size, nodes
 from .periodic_motion import PeriodicMotion, limit, refuse_missed
@@ -198,7 +198,7 @@ def response_of(
     search: MotionSearch, speeds: Array, joints: tuple[str, ...], frame: str
 ) -> ForcedResponse:
     """Return the response that a search finds; see `forced_response`."""
-    found = search.primary(speeds)
+    found, _ = smallest(search, speeds)
     refuse_missed(search, speeds)
     rotating, free = search.rotating, len(search.rotating.free)
     divisor = found[0].model.divisor
@@ -214,7 +214,7 @@ def response_of(
     wrench = np.full((size, waves, len(joints), 6), np.nan + 0j)
     for motions in found:
         mended, residual = corrected(search.build.efforts, motions)
-        linear, averaged = _linear(mended)
+        linear, averaged = linear_motions(mended)
         q, index = mended.course.q, mended.index
         for name, values in (("amplitude", q), ("linear", linear), ("averaged", averaged)):
             kinds[name][index] = 0.0
@@ -242,30 +242,6 @@ def response_of(
         frame=frame,
         missed={float(speeds[item]): reason for item, reason in search.missed.items()},
     )
-
-
-def _linear(motions: Motions) -> tuple[Array, Array]:
-    """Return motions `(S, N, n)` by the linear equation about the mean of motions.
-
-    Returns:
-        with periodic coefficients, and with averaged ones.
-    """
-    model, course = motions.model, motions.course
-    rest = resting(course)
-    equation = model.equation(rest)
-    size, count, free = course.q.shape
-    matrix = jacobian(equation, course.speed, model.period)
-    step = np.linalg.solve(matrix, -equation.efforts.reshape(size, -1, 1))
-    linear = rest.q + step.reshape(size, count, free)
-    mean = [
-        np.mean(item, axis=1)[:, None]
-        for item in (equation.mass, equation.damping, equation.stiffness)
-    ]
-    turn = 2.0 * np.pi / model.period * np.fft.rfftfreq(count, 1.0 / count)
-    pace = 1j * turn[None, :, None, None] * course.speed[:, None, None, None]
-    dynamic = pace**2 * mean[0] + pace * mean[1] + mean[2]
-    spectrum = np.linalg.solve(dynamic, -np.fft.rfft(equation.efforts, axis=1)[..., None])[..., 0]
-    return linear, rest.q + np.fft.irfft(spectrum, count, axis=1)
 
 
 def _wrenches(

@@ -14,7 +14,7 @@ from ..arrays import Array
 from .periodic_grid import MOST_NODES, TAIL, derivatives, next_size, resampled, tail
 from .reduced_model import Course, LocalEquation, ReducedModel
 
-_MOST_STEPS = 40
+_MOST_STEPS = 30
 _CONVERGED = 1e-12
 """Step, as a fraction of the range, at which Newton's method has converged quadratically: the next
 one would be rounding."""

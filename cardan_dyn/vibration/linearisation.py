@@ -10,12 +10,14 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ArgumentError
 from .averaged import Modes, modes
+from .coexisting import smallest
 from .correction import corrected
+from .linear_motions import resting
 from .monodromy import first_order, monodromy
 from .motion_search import Motions, MotionSearch
 from .periodic_grid import amplitudes
 from .periodic_motion import limit, refuse_missed
-from .reduced_model import Course, LocalEquation
+from .reduced_model import LocalEquation
 from .result import Result, frame_of
 from .rotating_scene import rotating_scene, speeds_of
 
@@ -165,7 +167,7 @@ def linearise(
     if not is_single:
         raise ArgumentError("linearise takes one speed; Floquet and Campbell take many")
     search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
-    found = search.primary(speeds)
+    found, _ = smallest(search, speeds)
     refuse_missed(search, speeds)
     motions, _ = corrected(search.build.efforts, found[0])
     model, course = motions.model, motions.course
@@ -183,12 +185,6 @@ def linearise(
         derivative_error=_derivative_error(search, motions, equation.stiffness[0]),
         model_error=model.error,
     )
-
-
-def resting(course: Course) -> Course:
-    """Return motions in which the free coordinates rest at their means."""
-    q = np.repeat(np.mean(course.q, axis=1, keepdims=True), course.q.shape[1], axis=1)
-    return Course(q, np.zeros_like(q), np.zeros_like(q), course.speed)
 
 
 def _derivative_error(search: MotionSearch, motions: Motions, stiffness: Array) -> float:

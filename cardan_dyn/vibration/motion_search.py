@@ -1,21 +1,17 @@
-"""Motion search: periodic motions of a rotating scene at many speeds, and those that coexist.
+"""Motion search: a periodic motion of a rotating scene at each of many speeds.
 
-Models of small ranges come first; speeds whose motions leave them are solved in larger ones. Near
-forced resonances, where a motion is large, the whole range is searched from many guesses along the
-modes that resonate.
+Models of small ranges come first; speeds whose motions leave them are solved in larger ones.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import CardanError
-from .averaged import modes
-from .harmonic_balance import Found, resolved
+from .harmonic_balance import resolved, solved
 from .model_build import ModelBuild
 from .periodic_grid import resampled
 from .reduced_model import Course, ReducedModel
@@ -24,21 +20,11 @@ from .rotating_scene import RotatingScene
 _FIRST = 0.05
 """Half width of the first ranges, in units of the coordinates."""
 _GROWTH = 3.0
+_AROUND = (0.09, 0.07, 0.05, 0.035, 0.025, 0.018, 0.012, 0.007, 0.003)
+"""Relative distances of the speeds along which motions are carried to one that has none."""
 _OFF_CENTRE = 0.1
 """Distance between the middles of two ranges, in half widths, at which one serves for both."""
 _MOST_RANGES = 12
-_WINDOW = 0.12
-"""Relative distance from a forced resonance within which other motions are searched."""
-_MOST_ORDER = 12
-_LARGE = 5e-3
-"""Amplitude, in units of the coordinates, from which on a motion is large enough for others."""
-_SPREAD = 8.0
-"""How many times larger than a motion others are searched."""
-_SHARES = (0.03, 0.1, 0.2, 0.35, 0.5, 0.7, 0.9)
-_PHASES = (0.0, 0.25, 0.5, 0.75)
-"""Guesses: amplitudes as shares of the range, phases as shares of a turn."""
-_SAME = 1e-6
-"""Difference of two motions, as a fraction of their range, at which they are the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,21 +70,23 @@ class MotionSearch:
         """Of the equation in the drive's position [rad]; known after a search."""
         return self.rotating.period / (self._divisor or 1)
 
-    def primary(self, speeds: Array) -> list[Motions]:
-        """Return one motion for each speed, the smallest that was found.
+    def primary(self, speeds: Array, *, carry: bool = True) -> list[Motions]:
+        """Return one motion for each speed, mostly the smallest.
 
         Speeds without any are in `missed`.
 
         Args:
             speeds: `(S,)` [rad/s].
+            carry: whether motions are carried from neighbouring speeds to those without one.
 
         Raises:
             CardanError: see `ModelBuild.model`.
         """
-        self.missed = {}
+        missed: dict[int, str] = {}
         units = self.rotating.units
         centre, share = self.rotating.start[1:].copy(), min(_FIRST, self.within)
-        left, found = np.arange(len(speeds)), []
+        left = np.arange(len(speeds))
+        found: list[Motions] = []
         reason = ""
         for _ in range(_MOST_RANGES):
             try:
@@ -112,6 +100,7 @@ class MotionSearch:
             found += motions
             left = left[~there]
             if not left.size:
+                self.missed = missed
                 return found
             moved = np.median(means, axis=0)
             if not found and np.any(np.abs(moved - centre) > 0.5 * share * units):
@@ -121,11 +110,15 @@ class MotionSearch:
             if share >= self.within:
                 break
             share = min(_GROWTH * share, self.within)
+        for item in self._carried(speeds, left) if left.size and carry else []:
+            found.append(item)
+            left = np.setdiff1d(left, item.index)
         for index in left.tolist():
-            self.missed[index] = (
+            missed[index] = (
                 f"no periodic motion was found at a speed of {speeds[index]:.12g} rad/s within "
                 f"{self.within:g} rad (or characteristic lengths) of its mean{reason}"
             )
+        self.missed = missed
         return found
 
     def _model(self, centre: Array, half: Array) -> ReducedModel:
@@ -140,8 +133,47 @@ class MotionSearch:
         self._models.append(model)
         return model
 
-    def _largest(self, centre: Array, share: float) -> ReducedModel:
-        """Return the model of given ranges, or of the largest ones within that can be computed."""
+    def _carried(self, speeds: Array, left: Array) -> list[Motions]:
+        """Return motions at some of the speeds of given indices, carried from neighbouring ones."""
+        result: list[Motions] = []
+        for side in (-1.0, 1.0):
+            if not left.size:
+                break
+            ratio = 1.0 + side * np.array(_AROUND)
+            begun = self.primary(speeds[left] * ratio[0], carry=False)
+            if not begun:
+                continue
+            count = max(item.model.count for item in begun)
+            q = np.concatenate([resampled(item.course.q, count, 1) for item in begun])
+            index = left[np.concatenate([item.index for item in begun])]
+            model = self.widest(np.mean(q, axis=(0, 1)), self.within).on(count)
+            for factor in ratio[1:]:
+                step = solved(model, speeds[index] * factor, q)
+                q, index = step.course.q[step.converged], index[step.converged]
+                if not index.size:
+                    break
+            if index.size:
+                for fine, chosen, found in resolved(model, speeds[index], q):
+                    every = Motions(fine, index[chosen], found.course, found.sign)
+                    if np.any(found.converged):
+                        result.append(every.part(found.converged))
+                done = [item.index for item in result]
+                left = np.setdiff1d(left, np.concatenate(done)) if done else left
+        return result
+
+    def widest(self, centre: Array, wanted: float) -> ReducedModel:
+        """Return the model of a known or new range that holds what is wanted, as far as can be.
+
+        Args:
+            centre: `(n,)` middle of the ranges.
+            wanted: half width, in units of the coordinates.
+
+        Raises:
+            CardanError: not even a small range can be computed.
+        """
+        share = min(_FIRST, self.within)
+        while share < min(wanted, self.within):
+            share = min(_GROWTH * share, self.within)
         while True:
             try:
                 return self._model(centre, share * self.rotating.units)
@@ -163,92 +195,3 @@ class MotionSearch:
                 every = Motions(fine, left[index], found.course, found.sign)
                 motions.append(every.part(found.converged))
         return there, motions, np.concatenate(means)
-
-    def others(self, motions: Motions) -> list[Motions]:
-        """Return further motions at the same speeds, near forced resonances.
-
-        Args:
-            motions: one for each speed, from `primary`.
-        """
-        middle = np.mean(motions.course.q, axis=1)
-        size = np.max(np.abs(motions.course.q - middle[:, None]) / self.rotating.units, axis=(1, 2))
-        resonances = self._resonances(motions)
-        near = [index for index in range(len(size)) if size[index] > _LARGE and resonances[index]]
-        if not near:
-            return []
-        share, wanted = min(_FIRST, self.within), _SPREAD * float(np.max(size[near]))
-        while share < min(wanted, self.within):
-            share = min(_GROWTH * share, self.within)
-        centre = np.mean(middle[near], axis=0)
-        model = self._largest(centre, share)
-        guesses: list[Array] = []
-        indices: list[int] = []
-        for index in near:
-            for order, shape in resonances[index]:
-                guesses += list(self._guesses(model, order, shape, middle[index]))
-            indices += [index] * (len(guesses) - len(indices))
-        speeds = motions.course.speed[indices]
-        known: dict[int, list[Array]] = {index: [motions.course.q[index]] for index in near}
-        different = []
-        for fine, chosen, found in resolved(model, speeds, np.array(guesses)):
-            different += self._different(motions, fine, found, np.array(indices)[chosen], known)
-        return different
-
-    def _guesses(self, model: ReducedModel, order: int, shape: Array, middle: Array) -> Array:
-        """Return guesses `(G, N, n)` that swing in a mode at an order of the period."""
-        phase = order * 2.0 * np.pi / model.period * model.positions
-        scaled = shape / np.max(np.abs(shape) / model.half)
-        return np.array(
-            [
-                middle + share * (np.exp(1j * (phase + 2.0 * np.pi * turn))[:, None] * scaled).real
-                for share, turn in product(_SHARES, _PHASES)
-            ]
-        )
-
-    def _resonances(self, motions: Motions) -> list[list[tuple[int, Array]]]:
-        """Return for each motion the orders and mode shapes that are near a forced resonance."""
-        equation = motions.model.equation(motions.course)
-        found = modes(
-            *(
-                np.mean(item, axis=1)
-                for item in (equation.mass, equation.damping, equation.stiffness)
-            )
-        )
-        base = np.abs(motions.course.speed) * 2.0 * np.pi / motions.model.period
-        ratio = found.frequency / base[:, None]
-        orders = np.rint(ratio)
-        near = (orders >= 1) & (orders <= _MOST_ORDER)
-        near &= np.abs(ratio - orders) <= _WINDOW * np.maximum(orders, 1.0)
-        return [
-            [
-                (int(orders[index, mode]), found.shape[index, :, mode])
-                for mode in np.nonzero(near[index])[0]
-            ]
-            for index in range(len(ratio))
-        ]
-
-    def _different(
-        self,
-        motions: Motions,
-        model: ReducedModel,
-        found: Found,
-        indices: Array,
-        known: dict[int, list[Array]],
-    ) -> list[Motions]:
-        """Return found motions that differ from each other and from known ones, which they join."""
-        kept = []
-        for item in np.nonzero(found.converged)[0].tolist():
-            q, others = found.course.q[item], known[int(indices[item])]
-            if all(_gap(q, other, model.half) > _SAME for other in others):
-                others.append(q)
-                kept.append(item)
-        if not kept:
-            return []
-        index = motions.index[indices]
-        return [Motions(model, index, found.course, found.sign).part(np.array(kept))]
-
-
-def _gap(first: Array, second: Array, half: Array) -> float:
-    """Return the greatest difference of two motions `(N, n)`, which may differ in their nodes."""
-    count = max(len(first), len(second))
-    return float(np.max(np.abs(resampled(first, count) - resampled(second, count)) / half))

@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import numbers
 from ..errors import ArgumentError, VibrationError
+from .coexisting import coexisting
 from .correction import corrected
 from .motion_search import Motions, MotionSearch
 from .periodic_grid import amplitudes
@@ -203,9 +204,10 @@ def periodic_motion(
     search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
     speeds, _ = speeds_of(speed)
     primary = search.primary(speeds)
-    every = [(motions, 0) for motions in primary]
-    every += [(other, 1) for motions in primary for other in search.others(motions)]
     refuse_missed(search, speeds)
+    every = list(primary)
+    for motions in primary:
+        every += coexisting(search, motions, is_thorough=True)
     return _collected(search, speeds, every)
 
 
@@ -231,27 +233,25 @@ def refuse_missed(search: MotionSearch, speeds: Array) -> None:
         raise VibrationError(next(iter(search.missed.values())), speed=float(speeds[0]))
 
 
-def _collected(
-    search: MotionSearch, speeds: Array, every: list[tuple[Motions, int]]
-) -> PeriodicMotion:
+def _collected(search: MotionSearch, speeds: Array, every: list[Motions]) -> PeriodicMotion:
     """Return all motions, corrected, as rows."""
-    rows: list[tuple[int, int, float, Array, float, float]] = []
+    rows: list[tuple[int, float, Array, float, float]] = []
     divisor = 1
-    for motions, rank in every:
+    for motions in every:
         mended, residual = corrected(search.build.efforts, motions)
         divisor = motions.model.divisor
         waves = amplitudes(mended.course.q, 1)
         middle = waves[:, :1].real
         sizes = np.max(np.abs(mended.course.q - middle) / search.rotating.units, axis=(1, 2))
         rows += [
-            (int(motions.index[item]), rank, float(sizes[item]), *rest)
+            (int(motions.index[item]), float(sizes[item]), *rest)
             for item, rest in enumerate(zip(waves, residual.tolist(), motions.sign, strict=True))
         ]
-    rows.sort(key=lambda row: row[:3])
-    count = max(len(row[3]) for row in rows)
+    rows.sort(key=lambda row: row[:2])
+    count = max(len(row[2]) for row in rows)
     amplitude = np.zeros((len(rows), count, len(search.rotating.free)), dtype=complex)
     for item, row in enumerate(rows):
-        amplitude[item, : len(row[3])] = row[3]
+        amplitude[item, : len(row[2])] = row[2]
     places = np.array([row[0] for row in rows])
     branch = np.array([np.sum(places[:item] == place) for item, place in enumerate(places)])
     period = search.rotating.period / divisor
@@ -262,7 +262,7 @@ def _collected(
         period=period,
         order=2.0 * np.pi / period * np.arange(count),
         amplitude=amplitude,
-        residual=np.array([row[4] for row in rows]),
-        index=np.array([row[5] for row in rows], dtype=int),
+        residual=np.array([row[3] for row in rows]),
+        index=np.array([row[4] for row in rows], dtype=int),
         missed={float(speeds[item]): reason for item, reason in search.missed.items()},
     )

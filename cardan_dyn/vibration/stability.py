@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from .averaged import modes
+from .coexisting import smallest
 from .monodromy import first_order, monodromy
 from .motion_search import MotionSearch
 
@@ -66,7 +67,12 @@ def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> S
         change=0.0,
     )
     change = 0.0
-    for motions in search.primary(speeds):
+    if others:
+        found_motions, counts = smallest(search, speeds)
+        result.coexisting[:] = counts
+    else:
+        found_motions = search.primary(speeds)
+    for motions in found_motions:
         equation, index = motions.model.equation(motions.course), motions.index
         speed = motions.course.speed
         matrix = first_order(equation, speed)
@@ -89,9 +95,6 @@ def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> S
         )
         grows = np.any(averaged.value.real > _UNSTABLE * np.abs(averaged.value), axis=1)
         result.kind[index] = _kinds(values, grows)
-        if others:
-            for more in search.others(motions):
-                np.add.at(result.coexisting, more.index, 1)
     return result._replace(change=change)
 
 
