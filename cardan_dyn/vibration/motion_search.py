@@ -143,10 +143,13 @@ class MotionSearch:
             begun = self.primary(speeds[left] * ratio[0], carry=False)
             if not begun:
                 continue
-            count = max(item.model.count for item in begun)
-            q = np.concatenate([resampled(item.course.q, count, 1) for item in begun])
             index = left[np.concatenate([item.index for item in begun])]
-            model = self.widest(np.mean(q, axis=(0, 1)), self.within).on(count)
+            middle = np.mean([np.mean(q, axis=0) for item in begun for q in item.course.q], axis=0)
+            model = self.widest(middle, self.within)
+            # Wide models may have more nodes than those in which the motions were found.
+            count = max(model.count, *(item.model.count for item in begun))
+            model = model.on(count)
+            q = np.concatenate([resampled(item.course.q, count, 1) for item in begun])
             for factor in ratio[1:]:
                 step = solved(model, speeds[index] * factor, q)
                 q, index = step.course.q[step.converged], index[step.converged]

@@ -164,3 +164,10 @@ def test_simulations_stay_on_the_periodic_motion(name: str, speed: float) -> Non
     found = run.at(times).motion
     simulated = np.stack([found.position(free) for free in rig.drives[1:]], axis=1)
     assert np.max(np.abs(simulated - expected)) < 1e-8 * np.max(np.abs(expected))
+
+
+def test_speeds_at_which_motions_are_too_large_are_marked() -> None:
+    """At its second order and 20° the twist of the double shaft would exceed a radian."""
+    rig = scene("elastic_double_shaft", float(np.radians(20.0)))
+    found = vibration.campbell(rig, np.array([130.0, 146.0]))
+    assert np.isfinite(found.frequency[0]).all() and np.isnan(found.frequency[1]).all()
