@@ -27,10 +27,13 @@ from analytic.clearance import natural_frequency
 from analytic.clearance import tau as tau_of
 
 __all__ = [
+    "PeakExponents",
     "Reversal",
     "contact_force",
     "exciting_force",
+    "exponents_of",
     "peak_angle",
+    "peak_exponents",
     "peak_factor",
     "peak_factor_limits",
     "peak_factor_linearised",
@@ -63,6 +66,27 @@ class Reversal(NamedTuple):
     peak: FloatArray
     rigid: FloatArray
     added: FloatArray
+
+
+class PeakExponents(NamedTuple):
+    """By which powers of its parameters a peak grows where they change a little.
+
+    Each is the logarithmic derivative d ln F_12max / d ln p, the other parameters of this list
+    staying as they are: one per cent more of p makes so many per cent more of the peak.
+
+    Attributes:
+        speed: of the drive, Omega, if the ramp is k_1 Omega^3 (30).
+        slope: of the ramp F_0 / t_0, or of k_1.
+        play: of 2 s, or of s.
+        mass: reduced mass m.
+        stiffness: of the contact, c.
+    """
+
+    speed: FloatArray
+    slope: FloatArray
+    play: FloatArray
+    mass: FloatArray
+    stiffness: FloatArray
 
 
 def peak_angle(tau: ArrayLike, *, start: Start = "rest") -> FloatArray:
@@ -216,6 +240,63 @@ def reversal(
         unit * root,
     )
     return Reversal(*(filled(value, tau_0.shape) for value in values))
+
+
+def peak_exponents(tau: ArrayLike, *, start: Start = "rest") -> PeakExponents:
+    """By which powers of its parameters the peak grows.
+
+    With the peak as F_0 / (t_0 omega) g(tau), everything follows from e = d ln g / d ln tau: of the
+    play e / 3, of the stiffness (e - 1) / 2, of the mass 1 / 2 - e / 6, of the slope 1 - e / 3 and
+    of the speed 3 - e. From rest e = tau^3 (tau - 1) / ((tau^2 - 2 tau + 2) g): below tau = 1 more
+    play makes the peak smaller.
+
+    Args:
+        tau: characteristic number of the start at rest, greater than 0.
+        start: "rest" or "release", see the module's text.
+
+    Returns:
+        A `PeakExponents`, each field in the shape of `tau`. With start="release" NaN below
+        tau = 1.8386, where there is no peak.
+
+    Raises:
+        ValueError: tau out of range or an unknown start.
+
+    Source:
+        Own derivation from Dresig and Thuemmel (22), (23), (26) and (30).
+
+    >>> [round(float(value), 3) for value in peak_exponents(3.02853)]
+    [1.909, 0.636, 0.364, 0.318, 0.045]
+    """
+    # Beyond, both are to far more digits than a float has what they tend to.
+    tau = np.minimum(positive("tau", tau), _GREAT_TAU)
+    flight, angle, root = _peak(tau, start)
+    whole = flight + angle + root
+    if start == "rest":
+        quotient = tau * tau / ((tau - 1.0) ** 2 + 1.0)
+        growth = quotient * tau * (tau - 1.0) / whole
+    else:
+        square = flight * flight
+        growth = (square + 6.0) / (square + 4.0) * (flight + 2.0 * root) / whole
+    return exponents_of(growth)
+
+
+def exponents_of(growth: ArrayLike) -> PeakExponents:
+    """Exponents of a peak F_0 / (t_0 omega) g(tau).
+
+    Args:
+        growth: e = d ln g / d ln tau.
+
+    Returns:
+        A `PeakExponents`, each field in the shape of `growth`.
+
+    Raises:
+        ValueError: no real numbers.
+
+    Source:
+        Chain rule through Dresig and Thuemmel (15), (22), (23), (30).
+    """
+    e = real("growth", growth)
+    return PeakExponents(3.0 - e, 1.0 - e / 3.0, e / 3.0, 0.5 - e / 6.0, 0.5 * (e - 1.0))
 
 
 def exciting_force(

@@ -34,8 +34,15 @@ from .scene.scene import Scene
 if TYPE_CHECKING:
     from . import drive_lines, figures, vibration
     from .elements.bushing import Bushing
+    from .elements.contact_laws import (
+        HuntCrossley,
+        ImpactFunction,
+        LankaraniNikravesh,
+        LinearContact,
+    )
     from .elements.described import described_elements
     from .elements.joint_elements import Actuator, JointFriction, JointSpring
+    from .elements.pin_contact import PinContact
     from .elements.point_spring import PointSpring
     from .mechanism.configuration import Configuration
     from .response.response import Response
@@ -55,10 +62,15 @@ _IMPORTED_WHEN_USED = {
     "Configuration": ".mechanism.configuration",
     "Equilibrium": ".simulation.equilibrium",
     "Event": ".simulation.events",
+    "HuntCrossley": ".elements.contact_laws",
+    "ImpactFunction": ".elements.contact_laws",
     "JointFriction": ".elements.joint_elements",
     "JointSpring": ".elements.joint_elements",
+    "LankaraniNikravesh": ".elements.contact_laws",
+    "LinearContact": ".elements.contact_laws",
     "MechanismReport": ".scene.mechanism_report",
     "Plan": ".scene.plan",
+    "PinContact": ".elements.pin_contact",
     "PointSpring": ".elements.point_spring",
     "Response": ".response.response",
     "Trajectory": ".simulation.trajectory",
@@ -82,18 +94,23 @@ __all__ = [
     "Equilibrium",
     "EquilibriumError",
     "Event",
+    "HuntCrossley",
     "ImmutableError",
+    "ImpactFunction",
     "IndeterminateError",
     "Joint",
     "JointFriction",
     "JointSpring",
     "JointWrench",
+    "LankaraniNikravesh",
+    "LinearContact",
     "Mechanism",
     "MechanismReport",
     "MissingExtraError",
     "MobilityError",
     "ModelError",
     "Motion",
+    "PinContact",
     "Plan",
     "PointSpring",
     "Response",

@@ -1,6 +1,47 @@
 """Clearance: play in joints, from rigid forces to impact peaks."""
 
+from ..elements.contact_laws import (
+    ContactLaw,
+    HuntCrossley,
+    ImpactFunction,
+    LankaraniNikravesh,
+    LinearContact,
+)
+from .comparison import Compared, Comparison, compare
+from .contact_simulation import ContactSimulation, JointContact, PinImpact
+from .impact_model import ImpactModel
+from .influence import Influence, influence
 from .joint_scan import JointScan, Reversal
+from .pin_geometry import PinGeometry
 from .scan import Scan, scan
+from .simulate import simulate
+from .two_mass_motion import Energies, Impact, TwoMassMotion, TwoMassState
+from .two_masses import two_masses
 
-__all__ = ["JointScan", "Reversal", "Scan", "scan"]
+__all__ = [
+    "Compared",
+    "Comparison",
+    "ContactLaw",
+    "ContactSimulation",
+    "Energies",
+    "HuntCrossley",
+    "Impact",
+    "ImpactFunction",
+    "ImpactModel",
+    "Influence",
+    "JointContact",
+    "JointScan",
+    "LankaraniNikravesh",
+    "LinearContact",
+    "PinGeometry",
+    "PinImpact",
+    "Reversal",
+    "Scan",
+    "TwoMassMotion",
+    "TwoMassState",
+    "compare",
+    "influence",
+    "scan",
+    "simulate",
+    "two_masses",
+]

@@ -12,6 +12,9 @@ from ..simulation.fourier import Fourier
 _NEWTON_STEPS = 20
 _STAYS = 1e-12
 """Change of a position, as a fraction of a period, at which a minimum is found."""
+_FLAT = 1e-4
+"""Slope per radian, as a fraction of the greatest force, up to which a force that vanishes only
+touches zero: it comes back the way it went, and a ramp is not what it follows."""
 
 
 class Swing(NamedTuple):
@@ -23,6 +26,8 @@ class Swing(NamedTuple):
         slope: size of its rate there [N/rad].
         direction: `(3,)` unit vector of the rate as the drive turns in its sense, in the world.
         way: how far the drive turns until the force is greatest [rad].
+        growth: by which power of the speed the force's rate per time grows, d ln(slope Ω) / d ln Ω:
+            3 if inertia alone acts.
     """
 
     position: float
@@ -30,23 +35,28 @@ class Swing(NamedTuple):
     slope: float
     direction: Array
     way: float
+    growth: float
 
 
 class ForceCourse:
     """The force across a pin over one period of a mechanism."""
 
-    def __init__(self, forces: Array, period: float) -> None:
+    def __init__(self, forces: Array, period: float, inertial: Array | None = None) -> None:
         """Make the course.
 
         Args:
             forces: `(N, 3)` in the world, at equidistant positions of the drive from 0 [N].
             period: after which they repeat [rad].
+            inertial: `(N, 3)` that part of them which grows with the square of the speed, the rest
+                not depending on it; None if it is all of them.
         """
         self._forces, self._period = forces, period
-        self._series = Fourier.of(forces.T, period)
-        self._rate = self._series.derivative()
-        self._curvature = self._rate.derivative()
-        self.tail = float(np.max(self._series.tail()))
+        series = Fourier.of(forces.T, period)
+        self.tail = _tail(series)
+        self._local = _with_derivatives(series)
+        self._inertial: Fourier | None = None
+        if inertial is not None:
+            self._inertial = _with_derivatives(Fourier.of(inertial.T, period))
 
     def swings(self, sense: float) -> list[Swing]:
         """Return where the force is least, in the order of positions.
@@ -56,18 +66,23 @@ class ForceCourse:
         """
         sizes = np.linalg.norm(self._forces, axis=1)
         is_least = (sizes < np.roll(sizes, 1)) & (sizes <= np.roll(sizes, -1))
-        step = self._period / len(sizes)
+        step, greatest = self._period / len(sizes), float(np.max(sizes))
         found = []
         for index in np.nonzero(is_least)[0].tolist():
             position = self._least_near(index * step, step)
-            force, rate = self._series.at(position), self._rate.at(position)
-            slope = float(np.linalg.norm(rate))
-            if slope == 0.0:
+            force, rate, curvature = self._local.at(position).reshape(3, 3)
+            slope, least = float(np.linalg.norm(rate)), float(np.linalg.norm(force))
+            if slope == 0.0 or max(slope, least) <= _FLAT * greatest:
                 continue
-            least = float(np.linalg.norm(force))
-            way = self._way_to_greatest(sizes, index, sense)
             found.append(
-                Swing(position % self._period, least, slope, sense * rate / slope, way * step)
+                Swing(
+                    position=position % self._period,
+                    least=least,
+                    slope=slope,
+                    direction=sense * rate / slope,
+                    way=self._way_to_greatest(sizes, index, sense) * step,
+                    growth=self._growth(position, force, rate, curvature),
+                )
             )
         return found
 
@@ -75,13 +90,22 @@ class ForceCourse:
         """Return where the force is least, within a step, by Newton's method on F · F'."""
         start = position
         for _ in range(_NEWTON_STEPS):
-            force, rate = self._series.at(position), self._rate.at(position)
-            bend = float(rate @ rate + force @ self._curvature.at(position))
+            force, rate, curvature = self._local.at(position).reshape(3, 3)
+            bend = float(rate @ rate + force @ curvature)
             change = -float(force @ rate) / bend if bend > 0.0 else 0.0
             position += change
             if abs(change) <= _STAYS * self._period or abs(position - start) > step:
                 break
         return position if abs(position - start) <= step else start
+
+    def _growth(self, position: float, force: Array, rate: Array, curvature: Array) -> float:
+        """Return by which power of the speed the rate per time grows, the least force moving."""
+        if self._inertial is None:
+            return 3.0
+        # By d ln Ω the force grows by twice its inertial part, at one position.
+        grown, grown_rate, _ = 2.0 * self._inertial.at(position).reshape(3, 3)
+        moved = -(grown @ rate + force @ grown_rate) / (rate @ rate + force @ curvature)
+        return float(1.0 + rate @ (curvature * moved + grown_rate) / (rate @ rate))
 
     @staticmethod
     def _way_to_greatest(sizes: Array, index: int, sense: float) -> int:
@@ -89,3 +113,21 @@ class ForceCourse:
         turned = np.roll(sizes[:: int(sense)], -index if sense > 0 else index + 1)
         rises = np.nonzero(turned[1:] < turned[:-1])[0]
         return int(rises[0]) if rises.size else len(sizes)
+
+
+def _tail(series: Fourier) -> float:
+    """Return the greatest of the last quarter of coefficients, as a fraction of all.
+
+    Of all functions together: one that is rounding has no end.
+    """
+    sizes = np.max(np.abs(series.coefficients), axis=0)
+    greatest = float(np.max(sizes))
+    last = sizes[(3 * len(sizes)) // 4 :]
+    return float(np.max(last, initial=0.0)) / greatest if greatest > 0.0 else 0.0
+
+
+def _with_derivatives(series: Fourier) -> Fourier:
+    """Return functions, their first and their second derivatives in one series."""
+    rate = series.derivative()
+    every = (series, rate, rate.derivative())
+    return Fourier(np.concatenate([item.coefficients for item in every]), series.frequency)

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from analytic.impact import PeakExponents
+
 from ..arrays import Array
+from .impact_model import ImpactModel
+from .pin_geometry import PinGeometry
 
 _REVERSAL = 0.03
 """Turn-through number up to which a swing behaves as if the force vanished, within some 7 %."""
@@ -21,6 +26,9 @@ _LEAST_TAU = 3.0
 """Below, the estimate has not been checked against simulation of whole mechanisms."""
 _MASS_CHANGE = 0.1
 _DEVIATION = math.radians(20.0)
+_LESS = -0.1
+"""Change of a parameter of which summaries tell what it would buy."""
+_NOT_MODEL = {"direction", "model"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +41,7 @@ class Reversal:
         direction: `(3,)` unit vector in which it grows, in the world.
         reduced_mass: m that it moves, free to move across it [kg].
         guided_mass: the same if the sides are held from moving across [kg].
+        stiffness: c of the contact, at the peak if it depends on the force [N/m].
         contact_time: t₁ from the reversal to the impact [s].
         impact_speed: v₁ [m/s].
         tau: √(c/m) times the time in the play from rest.
@@ -45,6 +54,9 @@ class Reversal:
             greatest force of the rigid mechanism.
         mass_change: of the reduced mass over the flight, as a fraction.
         deviation: angle between the force and the motion that it causes [rad].
+        slope_growth: by which power of the drive's speed the slope grows, 3 where inertia alone
+            acts; NaN where elements act.
+        model: the numbers of the two-mass model.
     """
 
     position: float
@@ -52,6 +64,7 @@ class Reversal:
     direction: Array
     reduced_mass: float
     guided_mass: float
+    stiffness: float
     contact_time: float
     impact_speed: float
     tau: float
@@ -62,6 +75,8 @@ class Reversal:
     flown: float
     mass_change: float
     deviation: float
+    slope_growth: float
+    model: ImpactModel
 
     @property
     def energy(self) -> float:
@@ -73,6 +88,40 @@ class Reversal:
         """Whether there is an impact with a peak: the sides part, and the force rises and falls."""
         return self.turn_through < _STAYS and not math.isnan(self.peak)
 
+    @cached_property
+    def exponents(self) -> PeakExponents:
+        """By which powers of its parameters the peak grows, d ln peak / d ln parameter.
+
+        Of speed, slope, play, mass and stiffness; each with the others as they are, but for the
+        slope, which follows the speed. The mass stays, though the reversal moves with the speed
+        where more than inertia acts. NaN where there is no peak.
+        """
+        found = self.model.exponents
+        return found._replace(speed=self.slope_growth * found.slope)
+
+    def effects(self, change: float = _LESS) -> dict[str, float]:
+        """Return what a change of each parameter would buy: the change of the peak, as a fraction.
+
+        Args:
+            change: of the parameter, as a fraction above -1; by the exponents, and so exact for
+                small ones.
+        """
+        grown = math.log1p(change)
+        return {name: math.expm1(grown * e) for name, e in self.exponents._asdict().items()}
+
+    @property
+    def verdict(self) -> str:
+        """In plain words, whether the theory applies."""
+        if self.turn_through >= _STAYS:
+            number = f"ρ = {self.turn_through:.2f}"
+            return f"the force turns through ({number}): usually no impact, no estimate"
+        if math.isnan(self.peak):
+            return f"no peak: the force only follows the ramp (τ = {self.tau:.2f})"
+        if self.flown > 1.0:
+            number = f"{self.flown:.2f} of it"
+            return f"impact far below the estimate: the flight outlasts the force's rise ({number})"
+        return f"impact; {self.doubts[0]}" if self.doubts else "impact"
+
     @property
     def doubts(self) -> tuple[str, ...]:
         """Why the estimate may be wrong; empty if its assumptions hold."""
@@ -81,10 +130,14 @@ class Reversal:
             what = "less than this" if self.turn_through < _STAYS else "usually no impact"
             doubts.append(f"the force turns through (ρ = {self.turn_through:.2f}): {what}")
         if math.isnan(self.peak):
-            doubts.append("no peak: the force only follows the ramp (τ below 1.8386)")
+            doubts.append("no peak: the force only follows the ramp (undamped, τ below 1.8386)")
         elif self.tau < _LEAST_TAU:
             doubts.append(f"τ = {self.tau:.2f} is small")
-        if self.flown > _FLOWN:
+        if self.flown > 1.0:
+            doubts.append(
+                f"the flight outlasts the force's rise ({self.flown:.2f} of it): far too high"
+            )
+        elif self.flown > _FLOWN:
             doubts.append(f"the ramp bends over the flight ({self.flown:.2f} of the way): too high")
         if abs(self.mass_change) > _MASS_CHANGE:
             doubts.append(f"the reduced mass changes by {100 * self.mass_change:.0f} %")
@@ -92,13 +145,28 @@ class Reversal:
             doubts.append(
                 f"the sides part {math.degrees(self.deviation):.0f}° beside the force's direction"
             )
+        law = self.model.stiffness
+        if isinstance(law, PinGeometry) and not math.isnan(self.peak):
+            doubts.extend(law.doubts(self.peak, self.model.play))
         return tuple(doubts)
 
     def row(self) -> dict[str, Any]:
-        """Return its numbers by name, and the doubts as text."""
-        values = {name: value for name, value in vars(self).items() if name != "direction"}
+        """Return its numbers by name, exponents, verdict, and the doubts as text."""
+        values = {name: value for name, value in vars(self).items() if name in _NUMBERS}
         directions = {f"direction_{axis}": float(self.direction[k]) for k, axis in enumerate("xyz")}
-        return {**values, **directions, "energy": self.energy, "doubts": "; ".join(self.doubts)}
+        exponents = {f"exponent_{name}": e for name, e in self.exponents._asdict().items()}
+        return {
+            **values,
+            **directions,
+            "energy": self.energy,
+            **exponents,
+            "verdict": self.verdict,
+            "doubts": "; ".join(self.doubts),
+        }
+
+
+_NUMBERS = [name for name in Reversal.__dataclass_fields__ if name not in _NOT_MODEL]
+"""Fields that are numbers: what is cached beside them is none of a table's columns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +190,7 @@ class JointScan:
     turning: int
     periods: float
 
-    @property
+    @cached_property
     def rigid_peak(self) -> float:
         """Greatest force without play [N]."""
         return float(np.max(np.linalg.norm(self.force, axis=1)))
@@ -130,8 +198,29 @@ class JointScan:
     @property
     def peak(self) -> float:
         """Greatest force, of an impact or without play [N]."""
-        peaks = [item.peak for item in self.reversals if item.strikes]
-        return max([self.rigid_peak, *peaks])
+        return max(self.rigid_peak, self.severity)
+
+    @property
+    def severity(self) -> float:
+        """Greatest peak of the impacts [N]; 0 if nothing strikes."""
+        return 0.0 if self.worst is None else self.worst.peak
+
+    @property
+    def worst(self) -> Reversal | None:
+        """The reversal with the greatest peak of those that strike; None if none does."""
+        striking = [item for item in self.reversals if item.strikes]
+        return max(striking, key=lambda item: item.peak, default=None)
+
+    @property
+    def impacts(self) -> int:
+        """Impacts in a period: reversals that strike."""
+        return sum(item.strikes for item in self.reversals)
+
+    @property
+    def impacts_per_turn(self) -> float:
+        """Impacts in a turn of the drive; a period may have several turns."""
+        period = len(self.position) * float(self.position[1] - self.position[0])
+        return 2.0 * math.pi * self.impacts / period
 
     @property
     def impact_power(self) -> float:
@@ -139,12 +228,30 @@ class JointScan:
         return self.periods * sum(item.energy for item in self.reversals if item.strikes)
 
     @property
+    def verdict(self) -> str:
+        """In plain words, whether the theory applies, and what speaks against it."""
+        if self.rigid_peak == 0.0:
+            return "no force, and so no impact"
+        if not self.reversals:
+            if not self.turning:
+                return "no reversal: the force never swings round; the theory does not apply"
+            times = f"{self.turning} time{'s' if self.turning > 1 else ''}"
+            return f"no reversal: the force turns through {times}, far from zero; no estimate"
+        least = min(self.reversals, key=lambda item: (not item.strikes, item.turn_through))
+        return (self.worst or least).verdict
+
+    @property
     def summary(self) -> str:
         """What there is to say, in one line."""
-        if not self.reversals:
-            return f"no reversal, {self.rigid_peak:.4g} N at most"
+        if self.worst is None:
+            return f"{self.rigid_peak:.4g} N at most; {self.verdict}"
         count = len(self.reversals)
         text = f"{count} reversal{'s' if count > 1 else ''}, {self.peak:.4g} N"
         text += f" instead of {self.rigid_peak:.4g} N, {self.impact_power:.3g} W"
-        worst = max(self.reversals, key=lambda item: -1.0 if math.isnan(item.peak) else item.peak)
-        return f"{text}; {worst.doubts[0]}" if worst.doubts else text
+        bought = [
+            f"{name} {100.0 * effect:+.1f} %"
+            for name, effect in self.worst.effects().items()
+            if not math.isnan(effect)
+        ]
+        text += f"; 10 % less of: {', '.join(bought)}"
+        return f"{text}; {self.worst.doubts[0]}" if self.worst.doubts else text

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .._version import __version__
 from ..errors import CardanError
+from .showing import export, serve
+from .vibration_options import vibration
 
 if TYPE_CHECKING:
     from ..validation.result import Row
-    from ..viewer.viewing import View
 
 
 class _Commands(click.Group):
@@ -136,9 +137,9 @@ def view(
     )
     shown = scene_of(source, motion, joints, frozenset(hide), duration, strict)
     if file is not None:
-        _export(shown, file)
+        export(shown, file)
     else:
-        _serve(shown, open_browser)
+        serve(shown, open_browser)
 
 
 @main.command()
@@ -221,28 +222,88 @@ def driveline(
     if watch:
         from ..report.drive_line_page import scene as turning
 
-        _serve(turning(found), open_browser)
+        serve(turning(found), open_browser)
     if check and not found.verdict.passed:
         raise SystemExit(1)
 
 
-def _export(shown: View, file: Path) -> None:
-    """Write a scene as one HTML file."""
-    try:
-        click.echo(f"Scene: {shown.export(file)}")
-    except OSError as error:
-        raise click.ClickException(f"{file}: cannot be written ({error})") from error
+@main.command()
+@click.argument("source", metavar="NAME_OR_FILE")
+@click.option("--speed", type=float, help="Speed of the drive [rad/s].")
+@click.option("--speed-rpm", type=float, help="The same [1/min].")
+@click.option(
+    "--play",
+    "plays",
+    multiple=True,
+    required=True,
+    metavar="[JOINT=]VALUE",
+    help="Difference of the diameters of bush and pin [m], of all joints or of one; may be "
+    "repeated.",
+)
+@click.option(
+    "--stiffness",
+    "stiffnesses",
+    multiple=True,
+    metavar="[JOINT=]VALUE",
+    help="Of a contact with its seat [N/m], likewise.",
+)
+@click.option(
+    "--pin",
+    type=float,
+    nargs=2,
+    metavar="LENGTH RADIUS",
+    help="Steel pins of this size instead of a stiffness [m].",
+)
+@click.option("--seat-stiffness", type=float, help="Of what holds these pins [N/m].")
+@click.option("--damping-ratio", type=float, default=0.0, show_default=True)
+@click.option(
+    "--start",
+    type=click.Choice(["release", "rest"]),
+    default="release",
+    show_default=True,
+    help="How flights begin; 'rest' is for the paper's example.",
+)
+@click.option("--rotor", type=float, help="Inertia that turns with a drive that gives way [kg m²].")
+@click.option("--joint", "joints", multiple=True, metavar="JOINT", help="Scan only these joints.")
+@click.option("--drive", multiple=True, metavar="JOINT", help="Driven joint.")
+@click.option(
+    "--held",
+    multiple=True,
+    metavar="JOINT=VALUE",
+    help="Joint that is held, in degrees (slides: metres); may be repeated.",
+)
+@click.option(
+    "--load",
+    "loads",
+    multiple=True,
+    metavar="JOINT=VALUE",
+    help="Effort on a joint [N·m, slides: N]; may be repeated. Inertia alone acts without.",
+)
+@click.option("--gravity", type=float, nargs=3, help="Free fall in world axes [m/s²].")
+@click.option(
+    "--strict/--no-strict",
+    default=True,
+    help="Refuse inertias that no body has, and misspelled words.",
+)
+@click.option(
+    "--figures",
+    "directory",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Directory for the figures as SVG and PNG.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the scan as JSON.")
+def clearance(directory: Path | None, as_json: bool, **options: Any) -> None:
+    """Tell which joints would hammer if they had play, and how hard.
+
+    NAME_OR_FILE is a bundled description or a file. Joints are listed by the peaks of their
+    impacts, with what 10 % less of a parameter would buy and what speaks against the estimate.
+    """
+    from .clearance_command import ScanOptions, run
+
+    run(ScanOptions(**options), directory, as_json)
 
 
-def _serve(shown: View, open_browser: bool) -> None:
-    """Serve a scene until Ctrl-C."""
-    click.echo(f"Scene: {shown.url} (Ctrl-C ends it)")
-    if open_browser and not shown.open():
-        click.echo("No browser has opened it here: open the address, or --export a file.", err=True)
-    try:
-        shown.serve()
-    except KeyboardInterrupt:
-        shown.close()
+main.add_command(vibration)
 
 
 def _print_table(rows: list[Row]) -> None:

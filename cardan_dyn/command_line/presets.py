@@ -119,13 +119,51 @@ def default_sweep(
     Raises:
         CardanError: as `Scene` and `Scene.sweep` do.
     """
-    preset = PRESETS.get(mechanism.name, Preset(mechanism.independent_coordinates))
-    if not all(name in mechanism.drivable for name in (*preset.drive, *preset.held_deg)):
-        # The mechanism shares only its name with the bundled one.
-        preset = Preset(mechanism.independent_coordinates)
+    scene = default_scene(mechanism, drive=drive, held=held, loads=loads, gravity=gravity)
+    drives = scene.drives
+    if len(drives) > 1:
+        return scene.sweep(_out_of_phase(mechanism, drives, samples))
+    low, high = _range(scene, mechanism, drives[0])
+    if (low, high) != _TURN:
+        # A swing reverses its direction, which a constant speed does not.
+        return scene.sweep(_swing(low, high, samples), speed=0.0)
+    turn = np.linspace(low, high, samples)
+    return scene.sweep(turn, speed=preset_of(mechanism).speed if speed is None else speed)
+
+
+def preset_of(mechanism: Mechanism) -> Preset:
+    """Return the preset of a mechanism; of others than the bundled ones, what it says itself."""
+    own = Preset(mechanism.independent_coordinates)
+    preset = PRESETS.get(mechanism.name, own)
+    if all(name in mechanism.drivable for name in (*preset.drive, *preset.held_deg)):
+        return preset
+    return own  # It shares only its name with the bundled one.
+
+
+def default_scene(
+    mechanism: Mechanism,
+    *,
+    drive: tuple[str, ...] = (),
+    held: Mapping[str, float] | None = None,
+    loads: Mapping[str, float] | None = None,
+    gravity: ArrayLike | None = None,
+) -> Scene:
+    """Return the scene of a mechanism, as given or else as its preset says.
+
+    Args:
+        mechanism: from `load`.
+        drive: driven joints.
+        held: joints to positions [rad or m].
+        loads: joints to efforts [N·m or N].
+        gravity: `(3,)` [m/s²].
+
+    Raises:
+        CardanError: as `Scene` does.
+    """
+    preset = preset_of(mechanism)
     drives = tuple(drive) or preset.drive
     preset_held = {name: np.deg2rad(angle) for name, angle in preset.held_deg.items()}
-    scene = Scene(
+    return Scene(
         mechanism,
         drive=list(drives),
         held={
@@ -136,14 +174,6 @@ def default_sweep(
         loads=preset.loads if loads is None else loads,
         gravity=preset.gravity if gravity is None else gravity,
     )
-    if len(drives) > 1:
-        return scene.sweep(_out_of_phase(mechanism, drives, samples))
-    low, high = _range(scene, mechanism, drives[0])
-    if (low, high) != _TURN:
-        # A swing reverses its direction, which a constant speed does not.
-        return scene.sweep(_swing(low, high, samples), speed=0.0)
-    turn = np.linspace(low, high, samples)
-    return scene.sweep(turn, speed=preset.speed if speed is None else speed)
 
 
 def _range(scene: Scene, mechanism: Mechanism, drive: str) -> tuple[float, float]:

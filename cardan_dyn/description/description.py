@@ -6,9 +6,10 @@ whatever notation they were read from: `==` compares contents, arrays included, 
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -61,7 +62,7 @@ def _agree(first: object, second: object, tolerance: float) -> bool:
             and len(first) == len(second)
             and all(_agree(a, b, tolerance) for a, b in zip(first, second, strict=True))
         )
-    if isinstance(first, (float, np.ndarray)):
+    if isinstance(first, (float, np.ndarray)) and second is not None:
         a, b = np.asarray(first), np.asarray(second)
         if np.array_equal(a, b):
             return True
@@ -265,6 +266,28 @@ class Description(Record):
                 else joint
                 for joint in self.joints
             ),
+        )
+
+    def with_types(self, types: Mapping[str, str]) -> Description:
+        """Return the description in which some joints and loops are of other types.
+
+        Springs and friction of theirs, limits and the motion that an author gives them are left
+        out: they were those of the type that it was.
+        """
+        nothing: dict[str, Any] = {"damping": 0.0, "friction": 0.0, "stiffness": 0.0, "rest": 0.0}
+        return replace(
+            self,
+            joints=tuple(
+                replace(joint, type=types[joint.name], limits=Limits(), **nothing)
+                if joint.name in types
+                else joint
+                for joint in self.joints
+            ),
+            loops=tuple(
+                replace(loop, type=types[loop.name], **nothing) if loop.name in types else loop
+                for loop in self.loops
+            ),
+            independent_joints=tuple(name for name in self.independent_joints if name not in types),
         )
 
     @property

@@ -23,8 +23,14 @@ if TYPE_CHECKING:
     from ..proof.free_bodies import FreeBodies
 
 
-FINITE = ("x", "v", "a", "wrenches", "efforts")
-"""Arrays of a solution that are refused where numbers overflow."""
+FINITE = {
+    "x": "positions of the joints",
+    "v": "velocities of the joints",
+    "a": "accelerations of the joints",
+    "wrenches": "wrenches",
+    "efforts": "efforts",
+}
+"""Arrays of a solution that are refused where numbers overflow, and what messages call them."""
 
 
 class Inputs(NamedTuple):
@@ -387,6 +393,6 @@ def refuse_overflow(names: Collection[str]) -> None:
     Raises:
         AccuracyError: there are any; it names the first of `FINITE`.
     """
-    for name in FINITE:
+    for name, words in FINITE.items():
         if name in names:
-            raise overflow(f"the {name}")
+            raise overflow(f"the {words}")

@@ -14,12 +14,13 @@ from .bushing import Bushing, BushingForce
 from .element import Element
 from .joint_elements import JointElement, JointForce
 from .link_motions import LinkMotion, LinkMotions
+from .pin_contact import ContactForce, ContactMotion, PinContact
 from .point_spring import PointForce, PointSpring
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-ElementForce = JointForce | PointForce | BushingForce
+ElementForce = JointForce | PointForce | BushingForce | ContactForce
 """What one element exerts, see its class."""
 
 
@@ -158,6 +159,8 @@ class ElementForces:
                 done.append(self._of_spring(index, element, links, len(x)))
             elif isinstance(element, Bushing):
                 done.append(self._of_bushing(index, element, links, len(x)))
+            elif isinstance(element, PinContact):
+                done.append(self._of_contact(element, links, times))
         return done
 
     def _of_spring(
@@ -213,6 +216,38 @@ class ElementForces:
             LinkWrench(element.link_b, force, moment + np.cross(arm_b, force)),
         )
         return _Done(done, np.einsum("ni,ni->n", done.wrench, rate), wrenches)
+
+    def _of_contact(self, element: PinContact, links: dict[str, LinkMotion], times: Array) -> _Done:
+        """Return what a pin contact exerts at N samples.
+
+        Args:
+            element: the element.
+            links: motions of the links.
+            times: `(N,)` [s].
+        """
+        count = len(times)
+        bush, pin = links[element.link_a], links[element.link_b]
+        axis = _all(bush.rotation @ element.axis_a, count)
+        arm = _all(pin.rotation @ element.point_b, count)
+        beside = pin.position + arm - bush.position
+        span = _all(beside - bush.rotation @ element.point_a, count)
+        # The velocity of the pin's point as the bush sees it, which turns.
+        seen = _all(pin.velocity + np.cross(pin.spin, arm) - bush.velocity, count)
+        seen = seen - np.cross(bush.spin, beside)
+        motion = ContactMotion(
+            axis,
+            span - axis * np.einsum("ni,ni->n", axis, span)[:, None],
+            seen - axis * np.einsum("ni,ni->n", axis, seen)[:, None],
+            np.einsum("ni,ni->n", axis, _all(pin.spin - bush.spin, count)),
+        )
+        done = element.force(motion, times)
+        lever = element.arm(motion)
+        wrenches = self._on_links(
+            LinkWrench(element.link_a, -done.force, -np.cross(beside + lever, done.force)),
+            LinkWrench(element.link_b, done.force, np.cross(arm + lever, done.force)),
+        )
+        moved = seen + np.cross(motion.axis * motion.spin[:, None], lever)
+        return _Done(done, np.einsum("ni,ni->n", done.force, moved), wrenches)
 
     def _on_links(self, *wrenches: LinkWrench) -> list[LinkWrench]:
         """Return the wrenches that act on links which can move."""

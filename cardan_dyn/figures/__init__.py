@@ -1,4 +1,4 @@
-"""Figures: wrenches over angle and time, polar diagrams, orders, closed forms, lines, vibration.
+"""Figures: wrenches over angle and time, polar diagrams, orders, lines, impacts, vibration.
 
 Needs the extra `viz` (matplotlib). Every function that draws returns a `matplotlib.figure.Figure`,
 all in one look: units on every axis, line styles and markers that differ besides the colours, so
@@ -12,9 +12,13 @@ from .bending_planes import bending_planes
 from .closed_forms import bending_polar, compared, speed_ratio, thoma_bending, torque_ratio
 from .critical_speeds import campbell, critical_speed_map, orders_over_speed, stability_chart
 from .drive_lines import line_over_angle
+from .force_reversals import force_reversals
+from .impact_ranking import impact_ranking
 from .orders import order_amplitudes, order_spectrum
 from .over_angle import over_angle, ratio_and_angle_error
 from .over_time import energy_over_time, over_time
+from .peak_factor import peak_factor
+from .peak_influence import peak_influence
 from .polar import force_polar, forces_in_place, moment_polar
 from .positions import universal_joint_positions
 from .style import save
@@ -29,7 +33,9 @@ __all__ = [
     "critical_speed_map",
     "energy_over_time",
     "force_polar",
+    "force_reversals",
     "forces_in_place",
+    "impact_ranking",
     "line_over_angle",
     "moment_polar",
     "orbits",
@@ -39,6 +45,8 @@ __all__ = [
     "over_angle",
     "over_revolution",
     "over_time",
+    "peak_factor",
+    "peak_influence",
     "ratio_and_angle_error",
     "run_up",
     "save",

@@ -30,9 +30,16 @@ _SPEED = "speed [1/min]"
 _DECADES = 1e-6
 """Least amplitude on a logarithmic scale, as a fraction of the greatest: rounding would stretch
 it."""
-KINDS = ("stable", "instability", "fold", "combination")
+KINDS = ("stable", "instability", "fold", "combination", "flutter", "no motion")
 """What a number in a chart of stability means, from 0."""
-_FILLS = (("#ffffff", ""), ("#e8b08f", "///"), ("#9db9dc", "..."), ("#a9cfae", "xxx"))
+_FILLS = (
+    ("#ffffff", ""),
+    ("#e8b08f", "///"),
+    ("#9db9dc", "..."),
+    ("#a9cfae", "xxx"),
+    ("#cdb4d6", "\\\\\\"),
+    ("#d9d9d9", ""),
+)
 """Colour and hatch of each kind: hatches tell them apart in a black-and-white print."""
 
 

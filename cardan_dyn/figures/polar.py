@@ -123,7 +123,7 @@ def forces_in_place(
         ArgumentError: unknown plane, or a sweep over several dimensions.
     """
     refuse_grid(turn)
-    columns = _columns(plane)
+    columns = columns_of(plane)
     forces = {name: turn.wrench(name, "world").force[:, columns] for name in joints}
     greatest = max(
         (float(np.max(np.linalg.norm(force, axis=1))) for force in forces.values()), default=0.0
@@ -185,8 +185,8 @@ def _diagrams(
     letter, unit = _UNITS[quantity]
     for panel, (joint, frame) in zip(panels, shown, strict=False):
         wrench = turn.wrench(joint, frame)
-        drawn_in = plane or _across(wrench.axis)
-        _diagram(panel, angle, getattr(wrench, quantity)[:, _columns(drawn_in)])
+        drawn_in = plane or across(wrench.axis)
+        diagram(panel, angle, getattr(wrench, quantity)[:, columns_of(drawn_in)])
         panel.set_title(f"{joint}\n{_AXES_OF[frame]}")
         panel.set_xlabel(f"${letter}_{drawn_in[0]}$ [{unit}]")
         panel.set_ylabel(f"${letter}_{drawn_in[1]}$ [{unit}]")
@@ -196,7 +196,7 @@ def _diagrams(
     return figure
 
 
-def _diagram(axes: Axes, angle: Array, ends: Array) -> None:
+def diagram(axes: Axes, angle: Array, ends: Array) -> None:
     """Draw a curve `(N, 2)` about its origin, labelled with the drive's angles `(N,)` [rad]."""
     axes.plot(*ends.T, **curve_style(0, len(ends)))
     axes.plot(0.0, 0.0, "+", color="black", markersize=12, markeredgewidth=1.4)
@@ -266,13 +266,13 @@ def _quarters(angle: Array) -> dict[int, int]:
     return quarters
 
 
-def _across(axis: Array) -> str:
+def across(axis: Array) -> str:
     """Return the coordinate plane most nearly across an axis `(3,)` or axes `(N, 3)`."""
     mean = np.mean(np.abs(np.atleast_2d(axis)), axis=0)
     return ("yz", "zx", "xy")[int(np.argmax(mean))]
 
 
-def _columns(plane: str) -> list[int]:
+def columns_of(plane: str) -> list[int]:
     """Return the indices of both coordinates of a plane."""
     if plane not in ("xy", "yz", "zx"):
         raise ArgumentError(f"plane {plane!r} is unknown; planes: xy, yz, zx")

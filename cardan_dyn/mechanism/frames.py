@@ -306,11 +306,14 @@ def _motions(kind: str, axis: Array, axis_2: Array) -> list[tuple[str, Array]]:
     if kind == "floating":
         return [("slide", x), ("slide", y), ("slide", z), ("ball", x)]
     # A planar joint slides along its axis crossed with the frame axis that is farthest from it,
-    # then along what completes a right-handed set, and turns about its axis.
+    # then along what completes a right-handed set, and turns about its axis; a loose one tilts
+    # about both directions before it turns.
     sides = [x, y, z]
     first = np.cross(axis, sides[int(np.argmin(np.abs(axis)))])
     first = first / np.sqrt(first @ first)
-    return [("slide", first), ("slide", np.cross(axis, first)), ("turn", axis)]
+    second = np.cross(axis, first)
+    tilts = [("turn", first), ("turn", second)] if kind == "loose" else []
+    return [("slide", first), ("slide", second), *tilts, ("turn", axis)]
 
 
 def _turns_for_ball(motion: tuple[str, Array]) -> list[tuple[str, Array]]:

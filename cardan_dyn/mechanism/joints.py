@@ -21,10 +21,12 @@ _COORDINATES = {
     "planar": ("slide_1", "slide_2", "turn"),
     "spherical": ("x", "y", "z"),
     "floating": ("x", "y", "z", "turn_x", "turn_y", "turn_z"),
+    "loose": ("slide_1", "slide_2", "tilt_1", "tilt_2", "turn"),
 }
 """Names of the coordinates of the joint types that have several, from the parent outwards. Those of
 a ball are Cardan angles: turns about x of the parent's side, then the carried y, then the child's
-z."""
+z. No description has a `loose` joint: it is a pin whose two bearings have play, held along its axis
+alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +172,13 @@ def elementary(
         "planar": [
             ("prismatic", across),
             ("prismatic", np.cross(axis, across)),
+            ("revolute", axis),
+        ],
+        "loose": [
+            ("prismatic", across),
+            ("prismatic", np.cross(axis, across)),
+            ("revolute", across),
+            ("revolute", np.cross(axis, across)),
             ("revolute", axis),
         ],
         "universal": [("revolute", axis), ("revolute", axis_2)],

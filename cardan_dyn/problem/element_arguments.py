@@ -9,12 +9,13 @@ from ..elements.bushing import Bushing
 from ..elements.element import Element
 from ..elements.element_forces import labels
 from ..elements.joint_elements import Actuator, JointFriction, JointSpring
+from ..elements.pin_contact import PinContact
 from ..elements.point_spring import PointSpring
 from ..errors import ArgumentError, CardanError, choices
 from ..mechanism.mechanism import Mechanism
 from .coordinate_names import check_single
 
-_CLASSES = (JointSpring, JointFriction, PointSpring, Bushing, Actuator)
+_CLASSES = (JointSpring, JointFriction, PointSpring, Bushing, PinContact, Actuator)
 _KINDS = tuple(kind.__name__ for kind in _CLASSES)
 
 

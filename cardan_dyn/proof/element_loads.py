@@ -16,6 +16,7 @@ from ..arrays import Array, inverse
 from ..elements.bushing import Bushing
 from ..elements.element import Element
 from ..elements.joint_elements import Actuator, JointElement, JointFriction, JointSpring
+from ..elements.pin_contact import PinContact
 from ..elements.point_spring import COINCIDENT, PointSpring
 from ..mechanism.frames import ElementaryMotion, Frames
 from .named_motions import named_motions
@@ -102,6 +103,9 @@ class ProvenElements:
                 placements[0][:3, 3], placements[1][:3, 3] = element.point_a, element.point_b
             elif isinstance(element, Bushing):
                 placements = [element.origin, self._ends[index]]
+            elif isinstance(element, PinContact):
+                placements = [np.eye(4), np.eye(4)]
+                placements[0][:3, 3], placements[1][:3, 3] = element.point_a, element.point_b
             else:
                 continue
             first, second = (
@@ -110,6 +114,8 @@ class ProvenElements:
             )
             if isinstance(element, PointSpring):
                 on_second, term = self._of_spring(element, first, second)
+            elif isinstance(element, PinContact):
+                on_second, term = self._of_contact(element, first, second, time)
             else:
                 on_second, term = self._of_bushing(element, first, second)
             terms += term
@@ -172,6 +178,30 @@ class ProvenElements:
         pace = _norm(speed_a) + _norm(speed_b)
         terms = self._length * (element.stiffness * reach + element.damping * pace)
         return np.stack([force, cross(second.origin, force)]), terms
+
+    def _of_contact(
+        self, element: PinContact, first: _Moving, second: _Moving, time: Array
+    ) -> tuple[Array, Array]:
+        """Return the wrench `(2, 3, N)` of a pin contact on `link_b`, and the size of its terms."""
+        axis = np.einsum("c,cin->in", element.axis_a, first.axes)
+        beside = cross(axis, second.origin - first.origin)
+        distance = _norm(beside)
+        along = np.divide(beside, distance, out=np.zeros_like(beside), where=distance > 0.0)
+        away = cross(along, axis)
+        seen = second.velocity - first.velocity + cross(second.spin - first.spin, second.origin)
+        growth, moved = (np.einsum("in,in->n", way, seen) for way in (away, along))
+        turning = np.einsum("in,in->n", axis, second.spin - first.spin)
+        slip = (moved + element.radius * turning) / element.transition
+        depth = distance - element.play / 2.0
+        # What a law returns is given, not solved.
+        pressure = element.pressure(depth, growth, np.broadcast_to(time, depth.shape))
+        sideways = element.friction * pressure * slip / np.sqrt(1.0 + slip * slip)
+        force = -(pressure * away + sideways * along)
+        wrench = np.stack([force, cross(second.origin + element.radius * away, force)])
+        inside = np.maximum(depth, 0.0)
+        steepness = np.divide(pressure, inside, out=np.zeros_like(inside), where=inside > 0.0)
+        reach = _norm(first.origin) + _norm(second.origin) + element.play
+        return wrench, self._length * (steepness * reach + pressure)
 
     def _of_bushing(self, element: Bushing, first: _Moving, second: _Moving) -> tuple[Array, Array]:
         """Return the wrench `(2, 3, N)` of a bushing on `link_b`, and the size of its terms."""

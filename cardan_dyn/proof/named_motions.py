@@ -27,8 +27,13 @@ def _coordinate(motion: ElementaryMotion, motions: list[ElementaryMotion]) -> st
     """Return how a motion of a joint is called.
 
     Two motions of a kind are counted from the parent outwards. Three have the axes of the frame,
-    and their letters; turns are told apart from slides where there are both.
+    and their letters; turns are told apart from slides where there are both. A pin with play in two
+    bearings has two slides, two tilts and its turn.
     """
+    is_loose = [item.kind for item in motions] == ["slide", "slide", "turn", "turn", "turn"]
+    if is_loose and motion.kind == "turn":
+        names = ("tilt_1", "tilt_2", "turn")
+        return next(name for name, item in zip(names, motions[2:], strict=True) if item is motion)
     alike = [item for item in motions if item.kind == motion.kind]
     if len(alike) == 1:
         return motion.kind

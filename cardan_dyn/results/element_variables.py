@@ -10,6 +10,7 @@ from ..arrays import Array
 from ..elements.bushing import BushingForce
 from ..elements.element_forces import ElementForce
 from ..elements.joint_elements import JointForce
+from ..elements.pin_contact import ContactForce
 from ..elements.point_spring import PointForce
 from ..errors import ModelError
 from ..forces.link_loads import WRENCH_COMPONENTS
@@ -23,6 +24,7 @@ _OF_KINDS: dict[str, type] = {
     "joint_element": JointForce,
     "point_spring": PointForce,
     "bushing": BushingForce,
+    "pin_contact": ContactForce,
 }
 """Dimensions of the tables to what elements along them exert."""
 
@@ -41,6 +43,7 @@ def element_variables(sweep: SweepData, dims: tuple[str, ...]) -> Iterator[tuple
     along = [force for force in forces if isinstance(force, JointForce)]
     springs = [force for force in forces if isinstance(force, PointForce)]
     bushings = [force for force in forces if isinstance(force, BushingForce)]
+    contacts = [force for force in forces if isinstance(force, ContactForce)]
     if along:
         units = effort_units(sweep)
         values = _beside([force.effort for force in along])
@@ -50,6 +53,8 @@ def element_variables(sweep: SweepData, dims: tuple[str, ...]) -> Iterator[tuple
         yield from _of_springs(springs, (*dims, "point_spring"))
     if bushings:
         yield from _of_bushings(bushings, (*dims, "bushing"))
+    if contacts:
+        yield from _of_contacts(contacts, (*dims, "pin_contact"))
     each = (*dims, "element")
     energy = _beside([force.energy for force in forces])
     yield "element_energy", Variable(each, energy, "J", "energy that the element stores")
@@ -85,6 +90,22 @@ def _of_bushings(
         "element_deformation",
         Variable((*dims, "deformation_component"), moved, _DEFORMATION_UNITS, label),
     )
+
+
+def _of_contacts(
+    contacts: list[ContactForce], dims: tuple[str, ...]
+) -> Iterator[tuple[str, Variable]]:
+    """Return what pin contacts exert."""
+    pressure = _beside([force.pressure for force in contacts])
+    yield "contact_pressure", Variable(dims, pressure, "N", "force that presses pin and wall apart")
+    friction = _beside([force.friction for force in contacts])
+    yield "contact_friction", Variable(dims, friction, "N", "force along the wall on the pin")
+    depth = _beside([force.depth for force in contacts])
+    label = "depth by which the pin has entered the wall, negative in the play"
+    yield "contact_depth", Variable(dims, depth, "m", label)
+    offsets = np.stack([force.offset for force in contacts], axis=-2)
+    label = "place of the pin beside the axis of its bush, in world axes"
+    yield "contact_offset", Variable((*dims, "component"), offsets, "m", label)
 
 
 def element_labels(sweep: SweepData) -> dict[str, Sequence[str]]:

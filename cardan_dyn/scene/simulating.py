@@ -31,6 +31,7 @@ class SceneSimulations(SceneResponses):
         step: float | None = None,
         settle: bool = False,
         events: Any = (),
+        most_touches: int = 100_000,
         progress: bool | Callable[[float], object] = False,
     ) -> Trajectory:
         """Simulate how the drives move when nobody moves them.
@@ -40,8 +41,8 @@ class SceneSimulations(SceneResponses):
 
         Args:
             duration: [s]; the simulation begins at time 0.
-            position: of the drives at the start [rad or m]: a number, `(d,)`, or names to numbers,
-                also of joints that are not drives; where the scene starts if None.
+            position: of drives at the start [rad or m]: a number, `(d,)`, or names to numbers, of
+                other joints as well; where the scene starts if None.
             speed: likewise [rad/s or m/s]; at rest if None.
             motion: drives that are moved: to a constant speed; a function of time that returns
                 position, speed and acceleration; three functions; or times and positions.
@@ -56,6 +57,7 @@ class SceneSimulations(SceneResponses):
             step: length of all steps [s], instead of tolerances.
             settle: start where the fast modes of stiff springs rest, near the given start.
             events: `Event`, or functions like those of loads that pass through zero.
+            most_touches: touches of pins with play (`PinContact`) after which it ends.
             progress: True for a bar, or a function of the fraction done.
 
         Raises:
@@ -70,10 +72,10 @@ class SceneSimulations(SceneResponses):
         from ..simulation.setup import Asked
         from ..simulation.simulate import simulated  # Most scripts simulate nothing.
 
-        start = position, speed, motion, loads
+        start, rest = (position, speed, motion, loads), (progress, step, settle, most_touches)
         return simulated(
             self._solver,
-            Asked(duration, *start, rtol, atol, method, events, progress, step, settle),
+            Asked(duration, *start, rtol, atol, method, events, *rest),
         )
 
     def equilibrium(

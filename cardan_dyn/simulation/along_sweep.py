@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 
 from ..arrays import Array
 from ..forces.link_loads import Wrench
@@ -18,7 +19,12 @@ class AlongSweep(Prescribed):
     """Results of a sweep over times; figures and views take it like a sweep.
 
     All of them are solved when the first is read, and raise what `sweep` raises.
+
+    Attributes:
+        t: times `(N,)` [s].
     """
+
+    t: Array
 
     @property
     @abstractmethod
@@ -72,10 +78,16 @@ class AlongSweep(Prescribed):
         """What holds the held joints, see `Sweep.holding_effort`."""
         return self.sweep.holding_effort
 
-    @property
+    @cached_property
     def element_force(self) -> ElementResults:
-        """What the force elements exert, see `Sweep.element_force`."""
-        return self.sweep.element_force
+        """What the force elements exert, see `Sweep.element_force`; this needs no wrenches."""
+        forces = self._problem.element_forces
+        each = [] if forces is None else forces.each(*self._counted(), self.t)
+        return ElementResults(forces, each)
+
+    @abstractmethod
+    def _counted(self) -> tuple[Array, Array]:
+        """Return coordinates with all turns, and velocities."""
 
     @property
     def elastic_energy(self) -> Array:

@@ -17,9 +17,11 @@ from ..elements.bushing import GREATEST_ANGLE, Bushing, too_far
 from ..elements.element import Element
 from ..elements.element_forces import ElementForces
 from ..elements.joint_elements import Actuator, JointElement, JointSpring
+from ..elements.pin_contact import PinContact
 from ..elements.point_spring import PointSpring
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import se3
+from .pin_motion import PinMotion
 
 
 class _End(NamedTuple):
@@ -96,6 +98,9 @@ class ElementEfforts:
             for index, item in enumerate(elements)
             if isinstance(item, Bushing)
         ]
+        self._contacts = [
+            PinMotion(mechanism, item) for item in elements if isinstance(item, PinContact)
+        ]
         self.has_functions = any(
             isinstance(item, Actuator) and callable(item.effort) for item in elements
         )
@@ -113,7 +118,8 @@ class ElementEfforts:
         return _Joined(element, (first, second), placements, label)
 
     def __bool__(self) -> bool:
-        return bool(self._columns.size or self._others or self._springs or self._bushings)
+        along = self._columns.size or self._others
+        return bool(along or self._springs or self._bushings or self._contacts)
 
     def add(self, efforts: Array, model: Any, data: Any, time: float, x: Array, v: Array) -> None:
         """Add what the elements exert at a state to efforts `(nv,)`; see `Forces.efforts`."""
@@ -123,13 +129,15 @@ class ElementEfforts:
         for element, coordinate, label in self._others:
             at, rate = x[coordinate.column :][:1], v[coordinate.rate :][:1]
             efforts[coordinate.rate] += element.force(at, rate, np.array([time]), label).effort[0]
-        if self._springs or self._bushings:
+        if self._springs or self._bushings or self._contacts:
             pinocchio.forwardKinematics(model, data, x, v)
             pinocchio.computeJointJacobians(model, data, x)
         for spring in self._springs:
             _add_spring(efforts, model, data, *spring)
         for bushing in self._bushings:
             _add_bushing(efforts, model, data, bushing)
+        for contact in self._contacts:
+            contact.add(efforts, model, data, time)
 
 
 def _is_spring(element: Element) -> bool:

@@ -295,6 +295,19 @@ class Integration:
             for index, time in zip(indices, times.tolist(), strict=True)
         ]
 
+    def restart(self, point: Point) -> None:
+        """Go on from a point on the last step, from which on other forces act."""
+        equations = self.equations
+        self.segments[-1] = self.segments[-1]._replace(end=point.time)
+        equations.turns = point.turns
+        y = equations.wrap(point.y)
+        rate = self._derivative(point.time, y)
+        self.points[-1] = Point(point.time, y, equations.turns, rate)
+        if point.time < self._duration:
+            self._start_solver(point.time, y)
+        else:
+            self._solver.status = "finished"
+
     def cut(self, point: Point) -> None:
         """End at a point on the last step."""
         self.points[-1] = point

@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import CardanError, SimulationError
 from .constrained_model import ConstrainedModel
+from .contact_following import ContactFollowing, Touch
 from .energy_functions import energy_functions
 from .energy_integral import EnergyIntegral
 from .events import EventSearch, Happened, places
@@ -139,6 +140,10 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     """Simulate by constrained dynamics in all coordinates, by the method that suits if None."""
     system = System(_model(setup), setup.forces, setup.motions, setup.x)
     system.turns = setup.turns.copy()
+    following = None
+    if setup.contacts:
+        following = ContactFollowing(system, setup.contacts, setup.most_touches)
+        following.begin(np.concatenate([setup.x, setup.v]))
     problem = setup.solver.problem
     scale = 1.0 / problem.mechanism.coordinates.scale
     speed = _speed(setup, system)
@@ -146,7 +151,7 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     unit = np.concatenate([scale, rates])
     y = np.concatenate([setup.x, setup.v])
     notes: list[str] = []
-    if setup.has_elements and setup.step is None:
+    if setup.has_elements and setup.step is None and not following:
         start = Start(system, y, unit, setup.atol * unit + setup.rtol * np.abs(y))
         y = start.settled(speed) if setup.settle else y
         is_stiff, notes = start.judged(y, setup.duration, speed)
@@ -166,7 +171,7 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     def run() -> Run:
         return ConstrainedRun(setup.solver, integration)
 
-    return _integrated(setup, integration, system.named, run, name, notes)
+    return _integrated(setup, integration, system.named, run, name, notes, following)
 
 
 def _speed(setup: Setup, system: System) -> float:
@@ -234,6 +239,7 @@ def _integrated(
     run: Callable[[], Run],
     method: str,
     notes: list[str] | None = None,
+    following: ContactFollowing | None = None,
 ) -> Trajectory:
     """Integrate to the end, to an event, or to where it fails.
 
@@ -248,6 +254,7 @@ def _integrated(
             failure = integration.advance()
             if failure is not None:
                 break
+            reason = following.follow(integration) if following else ""
             setup.progress.show(integration.time)
             segment = integration.segments[-1]
 
@@ -258,6 +265,8 @@ def _integrated(
             if stopped is not None:
                 integration.cut(integration.on(segment, stopped))
                 reason = f"event {search.happened[-1].name!r}"
+            if reason:
+                break
     except KeyboardInterrupt:
         reason = "interrupted"
     except CardanError as error:
@@ -268,7 +277,11 @@ def _integrated(
     if integration.stiff_from is not None:
         notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
         method += ", then Radau"
-    course = method, failure or reason, search.happened, notes, integration.evaluations
+    touches: list[Touch] = []
+    if following:
+        following.close(integration.time)
+        touches = following.touches
+    course = method, failure or reason, search.happened, notes, integration.evaluations, touches
     trajectory = _trajectory(setup, run(), *course)
     if failure is not None:
         raise SimulationError(
@@ -287,8 +300,15 @@ def _trajectory(
     happened: list[Happened],
     notes: list[str] | None = None,
     evaluations: int = 0,
+    touches: list[Touch] | None = None,
 ) -> Trajectory:
     course = Course(
-        method, reason, tuple(happened), tuple(notes or ()), tuple(setup.motions), evaluations
+        method,
+        reason,
+        tuple(happened),
+        tuple(notes or ()),
+        tuple(setup.motions),
+        evaluations,
+        tuple(touches or ()),
     )
     return Trajectory(setup.solver, run, setup.forces, course, run.times)

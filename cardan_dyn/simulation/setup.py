@@ -8,8 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described, flag, mapping, numbers
+from ..checks import described, flag, mapping, numbers, whole
 from ..dynamics.problem_solver import ProblemSolver
+from ..elements.pin_contact import PinContact
+from ..elements.recorded_contact import RecordedContact
 from ..errors import ArgumentError
 from ..problem.arguments import split_loads
 from .events import Watched, watched
@@ -22,6 +24,9 @@ from .system import Motion
 
 _FINEST = 2.5e-14
 """Least relative tolerance: below, steps cannot be judged in rounding arithmetic."""
+
+MOST_TOUCHES = 100_000
+"""Touches of pins with play after which a simulation ends, unless asked for others."""
 
 _FEWEST_STEPS = 200
 """Steps that a simulation takes at least where functions of users act: at rest, errors would allow
@@ -43,6 +48,7 @@ class Asked(NamedTuple):
     progress: Any = False
     step: Any = None
     settle: Any = False
+    most_touches: Any = MOST_TOUCHES
 
 
 class Setup(NamedTuple):
@@ -59,6 +65,7 @@ class Setup(NamedTuple):
         events: to be located.
         progress: shows how far it got.
         settle: whether fast modes rest at the start.
+        most_touches: of pins in their bushes, after which it ends.
     """
 
     solver: ProblemSolver
@@ -74,6 +81,13 @@ class Setup(NamedTuple):
     events: list[Watched]
     progress: Progress
     settle: bool
+    most_touches: int
+
+    @property
+    def contacts(self) -> list[tuple[int, RecordedContact]]:
+        """Pins with play, each with its index among the elements."""
+        elements = enumerate(self.solver.problem.elements)
+        return [(index, item) for index, item in elements if isinstance(item, RecordedContact)]
 
     @property
     def has_elements(self) -> bool:
@@ -101,6 +115,18 @@ def with_all_loops(solver: ProblemSolver) -> ProblemSolver:
     problem = solver.problem
     joints = tuple(problem.mechanism.joints)
     return ProblemSolver(replace(problem, outputs=joints, all_outputs=True))
+
+
+def with_recorded_contacts(solver: ProblemSolver) -> ProblemSolver:
+    """Return a solver whose pins with play keep what one simulation finds out about them."""
+    problem = solver.problem
+    if not any(isinstance(element, PinContact) for element in problem.elements):
+        return solver
+    elements = tuple(
+        RecordedContact.of(element) if isinstance(element, PinContact) else element
+        for element in problem.elements
+    )
+    return ProblemSolver(replace(problem, elements=elements), like=solver)
 
 
 def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
@@ -135,6 +161,7 @@ def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
         watched(asked.events),
         Progress(asked.progress, duration),
         flag("settle", asked.settle),
+        whole("most_touches", asked.most_touches),
     )
 
 

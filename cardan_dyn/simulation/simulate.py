@@ -9,7 +9,7 @@ from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, choices
 from .energy_functions import NotSuitableError
 from .methods import by_quadrature, by_response, in_all_coordinates
-from .setup import Asked, Setup, forces_of, setup_of, with_all_loops
+from .setup import Asked, Setup, forces_of, setup_of, with_all_loops, with_recorded_contacts
 from .suitable import in_words, reason_against, traits
 from .trajectory import Trajectory
 
@@ -28,7 +28,7 @@ def simulated(solver: ProblemSolver, asked: Asked) -> Trajectory:
         raise ArgumentError(
             f"method {described(method)} is unknown; methods: {choices(_METHODS, method)}"
         )
-    setup = setup_of(with_all_loops(solver), asked)
+    setup = setup_of(with_recorded_contacts(with_all_loops(solver)), asked)
     # Steps of a given length are those of the general method.
     first = ("quadrature", "response") if setup.step is None else ()
     for candidate in first if method is None else (method,):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ..dynamics.problem_solver import ProblemSolver
+from ..elements.pin_contact import PinContact
 from ..kinematics.idle_rods import rods_by_name
 from .forces import Forces
 
@@ -17,12 +18,14 @@ class Traits(NamedTuple):
         has_idle_rods: whether rods may spin about their lines, which no drive decides.
         is_constant: whether no load or element depends on time or speed.
         has_given_steps: whether steps have a given length.
+        has_contacts: whether pins with play strike their bushes.
     """
 
     is_one_coordinate: bool
     has_idle_rods: bool
     is_constant: bool
     has_given_steps: bool
+    has_contacts: bool = False
 
 
 def traits(
@@ -39,11 +42,14 @@ def traits(
     problem = solver.problem
     rods = rods_by_name(problem.mechanism, set(problem.passive_columns.tolist()))
     is_one = len(problem.drives) == 1 and not prescribed
-    return Traits(is_one, bool(rods), forces.is_constant, given_steps)
+    contacts = any(isinstance(element, PinContact) for element in problem.elements)
+    return Traits(is_one, bool(rods), forces.is_constant, given_steps, contacts)
 
 
 def reason_against(method: str, found: Traits) -> str:
     """Return what a method would leave out of what is asked for; empty if nothing."""
+    if method != "DOP853" and found.has_contacts:
+        return "pins with play strike: every touch is located by the steps of DOP853"
     if method in ("quadrature", "response") and not found.is_one_coordinate:
         return "it takes one drive that moves freely"
     if method in ("quadrature", "response") and found.has_idle_rods:
@@ -62,6 +68,8 @@ def in_words(found: Traits, drive: str) -> str:
         found: what decides.
         drive: name of the first drive.
     """
+    if found.has_contacts:
+        return f"DOP853 in all coordinates ({reason_against('response', found)})"
     general = "DOP853 in all coordinates, Radau from where it is stiff"
     against = {method: reason_against(method, found) for method in ("quadrature", "response")}
     if against["response"]:

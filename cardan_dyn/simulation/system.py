@@ -26,6 +26,7 @@ class System:
 
     Attributes:
         model: gives accelerations and closes loops.
+        physical: Pinocchio's model in metres, whose configurations are coordinate rows.
         size: number of coordinates.
         turns: whole turns `(size,)` that have been taken off the angles so far.
     """
@@ -47,8 +48,8 @@ class System:
         """
         coordinates = model.mechanism.coordinates
         self.model, self._forces = model, forces
-        self._physical = turning_model(model.mechanism)
-        self._data = self._physical.createData()
+        self.physical = turning_model(model.mechanism)
+        self._data = self.physical.createData()
         self._names = StateNames(coordinates)
         self.size = coordinates.size
         self.turns = np.zeros(self.size)
@@ -87,7 +88,7 @@ class System:
         if self._is_plain:
             result[: self.size] = v
         else:
-            x = self._unit(x)
+            x = self.unit(x)
             result[self._columns] = v[self._rates]
             for column, start in self._balls:
                 spin = np.array([[*(0.5 * v[start : start + 3]), 0.0]])
@@ -102,7 +103,7 @@ class System:
         efforts = None
         if not self._forces.is_nothing:
             counted = x + 2.0 * np.pi * self.turns
-            efforts = self._forces.efforts(self._physical, self._data, time, counted, v)
+            efforts = self._forces.efforts(self.physical, self._data, time, counted, v)
         prescribed = None
         if self._motions:
             prescribed = np.zeros(len(model.prescribed))
@@ -110,8 +111,8 @@ class System:
                 prescribed[index] = motion(time)[2]
         return model.accelerations(x, v, efforts, prescribed)
 
-    def _unit(self, x: Array) -> Array:
-        """Return coordinates with quaternions of unit length."""
+    def unit(self, x: Array) -> Array:
+        """Return a copy of coordinates with quaternions of unit length."""
         x = x.copy()
         for column, _ in self._balls:
             x[column : column + 4] /= np.linalg.norm(x[column : column + 4])
@@ -119,7 +120,7 @@ class System:
 
     def restored(self, time: float, y: Array) -> Array:
         """Return a row whose loops are closed again, in positions and in velocities."""
-        x, v = self._unit(y[: self.size]), y[self.size :].copy()
+        x, v = self.unit(y[: self.size]), y[self.size :].copy()
         for coordinate, _, motion in self._motions:
             position, speed, _ = motion(time)
             x[coordinate.column] = position - 2.0 * np.pi * self.turns[coordinate.column]

@@ -15,6 +15,7 @@ from ..frozen import frozen, read_only
 from ..problem.samples import Acting, acting_on
 from ..results.collect import sweep_of
 from ..results.sweep import Sweep
+from .contact_following import Touch
 from .energy import WeightEnergy, element_power, gained, open_efforts
 from .events import Happened
 from .forces import Forces
@@ -42,6 +43,7 @@ class Course(NamedTuple):
         notes: what a user should know of it.
         prescribed: names of the drives whose motion was prescribed.
         evaluations: how often accelerations were computed.
+        touches: of pins with play, in the order in which they ended.
     """
 
     method: str
@@ -50,6 +52,7 @@ class Course(NamedTuple):
     notes: tuple[str, ...]
     prescribed: tuple[str, ...]
     evaluations: int
+    touches: tuple[Touch, ...] = ()
 
 
 class Trajectory(Tabled):
@@ -67,6 +70,7 @@ class Trajectory(Tabled):
         events: `(name, time)` of the events that happened.
         notes: what one should know of it, such as that the equations are stiff or ring.
         evaluations: how often accelerations were computed.
+        touches: of pins with play and the walls of their bushes, in the order in which they ended.
     """
 
     def __init__(
@@ -77,7 +81,7 @@ class Trajectory(Tabled):
         self.t = read_only(t)
         self.method, self.reason = course.method, course.reason
         self.events, self.notes = course.events, course.notes
-        self.evaluations = course.evaluations
+        self.evaluations, self.touches = course.evaluations, course.touches
         self._freeze()
 
     def __len__(self) -> int:

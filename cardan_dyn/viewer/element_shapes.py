@@ -1,7 +1,7 @@
 """Element shapes of the viewer: what is drawn of each force element, and where.
 
-Springs and dampers between points stretch with them, bushings are balls; elements along coordinates
-stand about the axes of their joints, see `joint_element_shapes`.
+Springs and dampers between points stretch with them, bushings and pins with play are balls;
+elements along coordinates stand about the axes of their joints, see `joint_element_shapes`.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from ..elements.bushing import Bushing
 from ..elements.element_forces import labels
 from ..elements.joint_elements import Actuator, JointElement
 from ..elements.link_motions import LinkMotion, LinkMotions
+from ..elements.pin_contact import PinContact
 from ..elements.point_spring import PointSpring
 from ..results.sweep import Sweep
 from . import element_forms
@@ -26,6 +27,10 @@ from .vectors import beside
 
 SPRING = Color.of("#d17b00")
 BUSHING = Color.of("#8d6e63", opacity=0.8, on_top=True, layer=2)
+CONTACT = Color.of("#c2185b", opacity=0.8, on_top=True, layer=2)
+
+_BALLS = {BUSHING.css: "bushing", CONTACT.css: "pin with play"}
+"""What balls mean, by their colour."""
 
 # Lengths in the drawing are fractions of the radius of the scene, chosen for legibility.
 _COIL_RADIUS, _DASHPOT_RADIUS, _WIRE_RADIUS, _BALL_RADIUS = 0.03, 0.02, 0.005, 0.035
@@ -68,7 +73,9 @@ def draw_elements(drawing: Drawing, sweep: Sweep | Still, samples: Array, radius
         if isinstance(element, PointSpring):
             points += between.draw_spring(path, element)
         elif isinstance(element, Bushing):
-            points += between.draw_bushing(path, element)
+            points += between.draw_ball(path, element.link_a, element.origin[:3, 3], BUSHING)
+        elif isinstance(element, PinContact):
+            points += between.draw_ball(path, element.link_b, element.point_b, CONTACT)
         elif isinstance(element, JointElement) and places.knows(element):
             points += along.draw(path, element, places.axis(element), label)
     legend = {**between.legend, **along.legend}
@@ -180,11 +187,11 @@ class _BetweenLinks:
             self.legend[DAMPER.css] = "damper"
         return [start, start + span]
 
-    def draw_bushing(self, path: str, element: Bushing) -> list[Array]:
-        """Draw a bushing as a ball; return its middle."""
-        middle = self._places.point(element.link_a, element.origin[:3, 3])
+    def draw_ball(self, path: str, link: str, point: Array, color: Color) -> list[Array]:
+        """Draw a bushing or a pin with play as a ball at a point of a link; return its middle."""
+        middle = self._places.point(link, point)
         self._drawing.place(path, Pose.of(middle))
         ball = meshcat().geometry.Sphere(_BALL_RADIUS * self._radius)
-        self._drawing.add(path, ball, BUSHING)
-        self.legend[BUSHING.css] = "bushing"
+        self._drawing.add(path, ball, color)
+        self.legend[color.css] = _BALLS[color.css]
         return [middle]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from analytic import impact
-from analytic.damped_impact import damped_peak
+from analytic import clearance, impact
+from analytic.damped_impact import damped_peak, peak_exponents
 
 PAPER = (3.6, 1e7, 0.5e-4, 360e3)
 
@@ -55,3 +55,34 @@ def test_no_peak_is_no_number() -> None:
 def test_ratios_out_of_range(zeta: float) -> None:
     with pytest.raises(ValueError, match="damping_ratio"):
         damped_peak(*PAPER, zeta)
+    with pytest.raises(ValueError, match="damping_ratio"):
+        peak_exponents(3.0, zeta)
+
+
+@pytest.mark.parametrize("start", ["rest", "release"])
+@pytest.mark.parametrize("stiffness", [1e7, 1e8])
+@pytest.mark.parametrize("zeta", [0.0, 0.05, 0.25, 0.7])
+def test_exponents_are_differences_of_peaks(zeta: float, stiffness: float, start: str) -> None:
+    values = {"mass": 3.6, "stiffness": stiffness, "play": 0.5e-4, "slope": 360e3}
+    found = peak_exponents(clearance.tau(*values.values()), zeta, start=start)
+    steps = 1e-4 * np.array([-2.0, -1.0, 1.0, 2.0])
+    for name in values:
+        changed = {**values, name: values[name] * np.exp(steps)}
+        peaks = np.log(damped_peak(*changed.values(), zeta, start=start))
+        difference = peaks @ [1.0, -8.0, 8.0, -1.0] / 12e-4
+        assert getattr(found, name) == pytest.approx(difference, abs=1e-10)
+    assert found.speed == pytest.approx(3.0 * found.slope)
+
+
+def test_exponents_without_damping_and_without_peak() -> None:
+    tau = np.array([1.5, 2.0, 8.0])
+    for start in ("rest", "release"):
+        expected = impact.peak_exponents(tau, start=start)
+        np.testing.assert_allclose(peak_exponents(tau, 0.0, start=start), expected, rtol=1e-12)
+    assert np.isnan(peak_exponents(1.5, 0.0).play)
+
+
+def test_exponents_of_a_force_that_is_greatest_at_once() -> None:
+    """2 zeta sqrt(c m) v_1, v_1 from rest cbrt(18 s^2 k / m)."""
+    found = peak_exponents(3.0, 0.7, start="rest")
+    np.testing.assert_allclose(found, [1.0, 1 / 3, 2 / 3, 1 / 6, 1 / 2], rtol=1e-13)

@@ -11,6 +11,7 @@ from testkit.urdf_reader import Reader, text
 
 import cardan_dyn as cd
 from analytic import whirl
+from cardan_dyn import vibration
 
 LINES = ("torsional_line_front", "torsional_line_behind", "torsional_line_both")
 STEEL_IN_SHEAR = 8e10
@@ -133,3 +134,33 @@ def test_spring_behind_never_grows() -> None:
 def test_phased_double_shaft_grows_near_its_natural_frequency() -> None:
     assert growth("elastic_double_shaft", 1.0) > 2.0
     assert growth("elastic_double_shaft", 1.1) < 1.05
+
+
+@pytest.mark.parametrize(
+    ("name", "speed"),
+    [
+        ("elastic_thoma_rig", 139.0),
+        ("torsional_line_front", 150.0),
+        ("torsional_line_behind", 100.0),
+        ("torsional_line_both", 150.0),
+        ("elastic_double_shaft", 100.0),
+    ],
+)
+def test_simulations_stay_on_the_periodic_motion(name: str, speed: float) -> None:
+    """Started on it, a simulation over two revolutions goes along it, within 1e-8 of its size."""
+    rig = scene(name, float(np.radians(8.5)))
+    motion = vibration.periodic_motion(rig, speed)
+    start = motion.at([0.0])
+    run = rig.simulate(
+        4.0 * np.pi / speed,
+        position=dict(zip(rig.drives[1:], start.position[0, 0], strict=True)),
+        speed=dict(zip(rig.drives[1:], start.velocity[0, 0], strict=True)),
+        motion={"bearing_in": speed},
+        rtol=1e-11,
+        atol=1e-13,
+    )
+    times = np.linspace(0.0, run.t[-1], 50)
+    expected = motion.at(speed * times).position[0]
+    found = run.at(times).motion
+    simulated = np.stack([found.position(free) for free in rig.drives[1:]], axis=1)
+    assert np.max(np.abs(simulated - expected)) < 1e-8 * np.max(np.abs(expected))

@@ -25,15 +25,17 @@ NAMES = (
     "grossmann",
     "run_time_against_error",
     "thoma",
+    "thoma_critical_speeds",
     "weisbach",
 )
 TIMEOUT = 120
-"""Seconds that one cell may take; all notebooks together need less than 30 s."""
+"""Seconds that one cell may take; all notebooks together need less than a minute."""
 SOURCES = {
     "catalogue": "chapter 6",
     "dresig_thuemmel": "Karl-Marx-Stadt",
     "grossmann": "Schweizerische Bauzeitung 113 (1939)",
     "thoma": "Schweizerische Bauzeitung 75 (1920), no. 17, p. 187",
+    "thoma_critical_speeds": "Schweizerische Bauzeitung 75 (1920)",
     "weisbach": "§ 26",
 }
 

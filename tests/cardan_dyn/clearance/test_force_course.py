@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 from cardan_dyn.clearance.force_course import ForceCourse
 
@@ -56,3 +57,49 @@ def test_a_force_that_stays_has_none() -> None:
 def test_the_tail_tells_of_corners() -> None:
     assert course(np.sin(PHI), np.cos(PHI)).tail < 1e-14
     assert course(np.abs(np.sin(PHI)), 0.0 * PHI).tail > 1e-6
+    # A component that is mere rounding beside the others is no corner.
+    noise = 1e-13 * np.random.default_rng(1).standard_normal(len(PHI))
+    assert course(np.sin(PHI), noise).tail < 1e-12
+
+
+def test_the_slope_grows_with_the_cube_of_the_speed_where_inertia_acts() -> None:
+    assert course(np.sin(PHI), 0.1 * np.cos(PHI)).swings(1.0)[0].growth == 3.0
+
+
+def test_the_growth_of_a_slope_beside_a_constant_force() -> None:
+    """F = Ω² sin φ - C: zero at sin φ = C / Ω², of slope Ω³ cos φ."""
+    still, zero = 0.4, 0.0 * PHI
+    forces, inertial = (
+        np.stack([x, zero, zero], axis=1) for x in (np.sin(PHI) - still, np.sin(PHI))
+    )
+    found = ForceCourse(forces, 2.0 * np.pi, inertial).swings(1.0)
+    # d ln(Ω √(Ω⁴ - C²)) / d ln Ω at Ω = 1.
+    expected = 1.0 + 2.0 / (1.0 - still**2)
+    assert [item.growth for item in found] == pytest.approx([expected, expected], rel=1e-10)
+    assert found[0].position == pytest.approx(np.arcsin(still), abs=1e-10)
+
+
+def test_the_growth_of_an_ellipse_beside_a_constant_force() -> None:
+    """Against differences of the least of |Ω² (cos φ, b sin φ) + C| found on a fine grid."""
+    constant = np.array([0.05, 0.02])
+
+    def slope(speed: float) -> float:
+        def force(phi: float) -> np.ndarray:
+            return speed**2 * np.array([np.cos(phi), 0.2 * np.sin(phi)]) + constant
+
+        best = minimize_scalar(
+            lambda phi: float(force(phi) @ force(phi)), bounds=(1.0, 2.2), options={"xatol": 1e-12}
+        ).x
+        return float(speed**3 * np.hypot(np.sin(best), 0.2 * np.cos(best)))
+
+    inertial = np.stack([np.cos(PHI), 0.2 * np.sin(PHI), 0.0 * PHI], axis=1)
+    whole = inertial + np.append(constant, 0.0)
+    item = ForceCourse(whole, 2.0 * np.pi, inertial).swings(1.0)[0]
+    step = 1e-3
+    expected = np.log(slope(np.exp(step)) / slope(np.exp(-step))) / (2.0 * step)
+    assert item.growth == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_force_that_touches_zero_and_comes_back_has_no_swing() -> None:
+    assert course(1.0 - np.cos(PHI - 0.2), 0.0 * PHI).swings(1.0) == []
+    assert len(course(0.999 - np.cos(PHI - 0.2), 0.0 * PHI).swings(1.0)) == 2

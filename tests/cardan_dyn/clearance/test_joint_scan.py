@@ -7,7 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cardan_dyn.clearance import JointScan, Reversal
+from analytic import damped_impact, impact
+from cardan_dyn.clearance import ImpactModel, JointScan, PinGeometry, Reversal
+
+MODEL = ImpactModel(2.0, 1e8, 1e-4, 1e6, damping_ratio=0.2)
 
 GOOD = Reversal(
     position=1.0,
@@ -15,6 +18,7 @@ GOOD = Reversal(
     direction=np.array([1.0, 0.0, 0.0]),
     reduced_mass=2.0,
     guided_mass=2.5,
+    stiffness=1e8,
     contact_time=1e-3,
     impact_speed=0.3,
     tau=5.0,
@@ -25,6 +29,8 @@ GOOD = Reversal(
     flown=0.2,
     mass_change=0.02,
     deviation=0.1,
+    slope_growth=3.0,
+    model=MODEL,
 )
 
 
@@ -41,6 +47,7 @@ def joint_scan(*reversals: Reversal) -> JointScan:
         ({"peak": float("nan")}, "no peak"),
         ({"tau": 2.0}, "τ = 2.00 is small"),
         ({"flown": 0.6}, "the ramp bends"),
+        ({"flown": 1.6}, "the flight outlasts the force's rise (1.60 of it)"),
         ({"mass_change": -0.2}, "changes by -20 %"),
         ({"deviation": 0.5}, "29° beside"),
     ],
@@ -50,19 +57,74 @@ def test_each_assumption_that_fails_is_named(change: dict[str, float], doubt: st
     assert doubt in said
 
 
+def test_a_contact_without_a_seat_is_doubted() -> None:
+    for law, count in (
+        (PinGeometry(0.02, 0.01), 1),
+        (PinGeometry(0.02, 0.01, seat_stiffness=1e7), 0),
+        (PinGeometry(2e-4, 0.01, seat_stiffness=1e7), 1),
+    ):
+        said = replace(GOOD, model=replace(MODEL, stiffness=law)).doubts
+        assert len(said) == count
+    assert "wide to each side" in said[0]
+
+
 def test_without_doubts_nothing_is_said() -> None:
     assert GOOD.doubts == ()
-    assert joint_scan(GOOD).summary == "1 reversal, 4000 N instead of 3000 N, 4.5 W"
-    assert joint_scan().summary == "no reversal, 3000 N at most"
+    assert GOOD.verdict == "impact"
+    assert joint_scan(GOOD).verdict == "impact"
+    assert joint_scan(GOOD).summary.startswith(
+        "1 reversal, 4000 N instead of 3000 N, 4.5 W; 10 % less of: speed -"
+    )
 
 
 def test_a_force_that_turns_through_does_not_count() -> None:
     scanned = joint_scan(GOOD, replace(GOOD, turn_through=0.4, peak=9000.0))
-    assert scanned.peak == 4000.0
+    assert scanned.peak == scanned.severity == 4000.0
+    assert scanned.worst is GOOD
+    assert scanned.impacts == 1
     assert scanned.impact_power == pytest.approx(4.5)
 
 
 def test_no_peak_leaves_the_rigid_one() -> None:
     scanned = joint_scan(replace(GOOD, peak=float("nan")))
     assert scanned.peak == scanned.rigid_peak == 3000.0
+    assert scanned.severity == 0.0
     assert "no peak" in scanned.summary
+
+
+def test_verdicts_where_the_theory_does_not_apply() -> None:
+    through = replace(GOOD, turn_through=0.45)
+    assert through.verdict.startswith("the force turns through (ρ = 0.45): usually no impact")
+    for scanned, said in (
+        (joint_scan(), "no reversal: the force never swings round; the theory does not apply"),
+        (replace(joint_scan(), turning=2), "no reversal: the force turns through 2 times"),
+        (joint_scan(replace(GOOD, turn_through=0.9), through), through.verdict),
+        (joint_scan(replace(GOOD, peak=float("nan"), tau=1.5)), "no peak: the force only follows"),
+        (replace(joint_scan(), force=np.zeros((4, 3))), "no force"),
+        (joint_scan(through, replace(GOOD, flown=0.5)), "impact; the ramp bends"),
+        (joint_scan(replace(GOOD, flown=1.5)), "impact far below the estimate: the flight"),
+    ):
+        assert scanned.verdict.startswith(said)
+        assert said in scanned.summary or scanned.impacts
+
+
+def test_exponents_and_what_changes_would_buy() -> None:
+    tau = float(MODEL.estimate.tau)
+    expected = damped_impact.peak_exponents(tau, 0.2)
+    np.testing.assert_allclose(GOOD.exponents, expected, rtol=1e-14)
+    # Where loads act the slope grows with another power of the speed.
+    loaded = replace(GOOD, slope_growth=5.0).exponents
+    assert loaded.speed == pytest.approx(5.0 * expected.slope)
+    # Half the play makes so much less of a peak of which a small change is known.
+    assert GOOD.effects(-1e-6)["play"] == pytest.approx(-1e-6 * expected.play, rel=1e-5)
+    undamped = replace(GOOD, model=replace(MODEL, damping_ratio=0.0, start="rest"))
+    found = undamped.exponents.play
+    assert found == pytest.approx(float(impact.peak_exponents(tau).play), rel=1e-14)
+
+
+def test_rows_hold_numbers_and_words_alone() -> None:
+    assert GOOD.exponents is GOOD.exponents
+    row = GOOD.row()
+    assert all(isinstance(value, (float, str)) for value in row.values())
+    assert row["exponent_play"] == GOOD.exponents.play
+    assert row["verdict"] == "impact"

@@ -10,7 +10,7 @@ import pytest
 import cardan_dyn as cd
 from analytic import impact
 from analytic.damped_impact import damped_peak
-from cardan_dyn import ArgumentError, IndeterminateError, ModelError
+from cardan_dyn import AccuracyError, ArgumentError, IndeterminateError, ModelError
 from cardan_dyn.clearance import Scan, scan
 
 CONTACT: dict[str, Any] = {"play": 1e-4, "stiffness": 1e8}
@@ -29,7 +29,7 @@ def found(drive: cd.Scene) -> Scan:
 def test_every_pin_is_scanned_and_the_guide_is_not(drive: cd.Scene, found: Scan) -> None:
     assert set(found) | set(found.left_out) == set(drive.mechanism.joints)
     assert list(found.left_out) == ["needle_guide"]
-    peaks = [found[name].peak for name in found.ranking]
+    peaks = [found[name].severity for name in found.ranking]
     assert peaks == sorted(peaks, reverse=True)
     assert "needle_guide: not scanned" in str(found)
 
@@ -101,7 +101,44 @@ def test_tables(found: Scan) -> None:
     frame = found.to_dataframe()
     assert len(frame) == sum(len(found[name].reversals) for name in found)
     assert frame.joint[0] == found.ranking[0]
-    assert {"position", "tau", "peak", "doubts", "direction_x"} <= set(frame.columns)
+    assert {"position", "tau", "peak", "doubts", "direction_x", "verdict"} <= set(frame.columns)
+    worst = found[found.ranking[0]].worst
+    assert worst is not None
+    row = frame[frame.peak == worst.peak].iloc[0]
+    for name, exponent in worst.exponents._asdict().items():
+        assert row[f"exponent_{name}"] == exponent
+
+
+def test_what_does_not_strike_is_ranked_behind_what_does() -> None:
+    """By its force without play."""
+    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": -300.0})
+    found = scan(scene, 120.0, damping_ratio=0.25, **CONTACT)
+    strikes = [found[name].impacts > 0 for name in found.ranking]
+    assert strikes == sorted(strikes, reverse=True)
+    rest = [found[name].rigid_peak for name in found.ranking if not found[name].impacts]
+    assert rest == sorted(rest, reverse=True) and rest
+
+
+def test_exponents_are_those_of_other_scans(drive: cd.Scene, found: Scan) -> None:
+    """A per mille more of speed, play and stiffness in scans of the whole mechanism."""
+    step = 1e-3
+    options: dict[str, Any] = {"speed": 300.0, "joints": "rocker_pin", "damping_ratio": 0.25}
+    for name in ("speed", "play", "stiffness"):
+        peaks = []
+        for factor in np.exp([-step, step]):
+            given = {**options, **CONTACT}
+            given[name] *= factor
+            peaks.append(scan(drive, **given)["rocker_pin"].reversals[0].peak)
+        expected = np.log(peaks[1] / peaks[0]) / (2.0 * step)
+        exponents = found["rocker_pin"].reversals[0].exponents
+        assert getattr(exponents, name) == pytest.approx(expected, rel=1e-5)
+
+
+def test_numbers_that_overflow_are_named(drive: cd.Scene) -> None:
+    with pytest.raises(AccuracyError, match="the accelerations of the joints cannot be computed"):
+        scan(drive, 1e200, **CONTACT)
+    with pytest.raises(ArgumentError, match="speed² is so great that wrenches overflow"):
+        scan(drive.response(), 1e200, **CONTACT)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,13 @@ from testkit.planar_linkages import five_bar, four_bar, rocker_range
 from testkit.scenes import text
 
 import cardan_dyn as cd
-from cardan_dyn.command_line.presets import PRESETS, default_sweep, slides
+from cardan_dyn.command_line.presets import (
+    PRESETS,
+    default_scene,
+    default_sweep,
+    preset_of,
+    slides,
+)
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 9)
 
@@ -156,3 +162,16 @@ def test_slides_are_told_from_turns() -> None:
     assert not slides(guide, "j")
     with pytest.raises(cd.ModelError, match="no joint 'k'"):
         slides(guide, "k")
+
+
+def test_scenes_by_preset_and_by_arguments() -> None:
+    rig = cd.load("thoma_rig")
+    assert preset_of(rig) is PRESETS["thoma_rig"]
+    scene = default_scene(rig)
+    assert scene.drives == ("bearing_in",)
+    assert scene.held["joint_angle"] == pytest.approx(np.deg2rad(8.5))
+    other = default_scene(rig, held={"joint_angle": 0.3}, gravity=(0.0, 0.0, -9.81))
+    assert other.held["joint_angle"] == 0.3
+    crank = default_scene(cd.load("slider_crank"), loads={})
+    assert crank.drives == ("crank_bearing",) and not crank.loads
+    assert preset_of(cd.load("four_bar")).loads == {"rocker_bearing": -60.0}

@@ -148,6 +148,7 @@ def test_agreement_up_to_rounding() -> None:
     assert not Limits(velocity=1e300).agrees(Limits(), 1e-8)
     assert not example().agrees(None, 1.0)
     assert not replace(LINK, centre=np.zeros(4)).agrees(LINK, 1.0)
+    assert not LINK.agrees(replace(LINK, mass=None), 1.0)  # type: ignore[arg-type]
     # Names have no tolerance.
     assert not replace(LINK, name="leg").agrees(LINK, 1.0)
 

@@ -80,7 +80,7 @@ def test_errors_are_those_of_the_worst_sample(
     array = solution.a.copy()
     array[3, 0] = np.inf
     blocks = (bad, solution._replace(a=array), solution)
-    with pytest.raises(cd.AccuracyError, match="the a cannot be computed"):
+    with pytest.raises(cd.AccuracyError, match="the accelerations of the joints cannot be"):
         evidence(*blocks).concluded(rows(*blocks))
 
 

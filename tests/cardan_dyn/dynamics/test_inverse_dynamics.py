@@ -242,13 +242,22 @@ def test_condition_counts_slides_in_lengths() -> None:
     np.testing.assert_array_equal(item.condition(state, 0.0 * ratios), state.condition)
 
 
-@pytest.mark.parametrize("name", ["x", "v", "a", "wrenches", "efforts"])
-def test_arrays_that_overflow_are_refused(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("x", "positions of the joints"),
+        ("v", "velocities of the joints"),
+        ("a", "accelerations of the joints"),
+        ("wrenches", "wrenches"),
+        ("efforts", "efforts"),
+    ],
+)
+def test_arrays_that_overflow_are_refused(name: str, words: str) -> None:
     scene = four_bar()
     item = solution(scene)
     array = getattr(item, name).copy()
     array[1, 0] = np.inf
-    with pytest.raises(cd.AccuracyError, match=f"the {name} cannot be computed, since numbers"):
+    with pytest.raises(cd.AccuracyError, match=f"the {words} cannot be computed, since numbers"):
         item._replace(**{name: array}).prove(positions(scene)[:COUNT])
 
 

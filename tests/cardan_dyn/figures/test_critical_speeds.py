@@ -64,11 +64,11 @@ def test_orders_over_speed_with_phases() -> None:
 
 def test_stability_chart_names_the_kinds_that_occur() -> None:
     kind = np.zeros((31, 3), dtype=int)
-    kind[10:15, 1:], kind[20:25, 2] = 1, 3
+    kind[10:15, 1:], kind[20:25, 2], kind[0, 0] = 1, 3, 5
     edges = {"first order": (SPEED[:3], ANGLE)}
     (axes,) = figures.stability_chart(SPEED, ANGLE, kind, edges=edges).axes
     labels = axes.get_legend_handles_labels()[1]
-    assert sorted(labels) == ["combination", "first order", "instability"]
+    assert sorted(labels) == ["combination", "first order", "instability", "no motion"]
     assert axes.get_ylim() == pytest.approx((0.0, 20.0))
     assert axes.get_ylabel() == "joint angle [°]"
     region = axes.collections[0].get_paths()[0].get_extents()
@@ -88,7 +88,7 @@ def test_stability_chart_names_the_kinds_that_occur() -> None:
         (lambda: figures.critical_speed_map(SPEED, {"a": [1.0]}), "'a' has shape"),
         (lambda: figures.orders_over_speed(SPEED, {"a": [1.0]}, unit="m"), "'a' has shape"),
         (lambda: figures.stability_chart(SPEED, ANGLE, [[1]]), "kind has shape"),
-        (lambda: figures.stability_chart(SPEED, ANGLE, np.full((31, 3), 4)), "from 0 to 3"),
+        (lambda: figures.stability_chart(SPEED, ANGLE, np.full((31, 3), 6)), "from 0 to 5"),
         (lambda: figures.stability_chart([1.0], ANGLE, np.zeros((1, 3))), "two speeds and two"),
     ],
 )

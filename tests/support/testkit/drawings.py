@@ -8,7 +8,7 @@ from typing import Any
 
 from cardan_dyn import figures
 
-UNIT = re.compile(r"\[(–|°|N|N·m|J|mm|s|µs)\]$")
+UNIT = re.compile(r"\[(–|°|N|N·m|N/ms|N/µm|J|kg|mm|µm|s|µs|%)\]$")
 
 
 def check_units_and_files(figure: Any, directory: Path) -> None:

@@ -1,0 +1,173 @@
+"""Arguments of scans: numbers in range, joints that have a pin, what a drive is."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from analytic.impact import Start
+
+from ..checks import described, mapping, numbers
+from ..dynamics.problem_solver import ProblemSolver
+from ..errors import ArgumentError, ModelError, choices
+from ..problem.problem import Problem
+from .pin_geometry import PinGeometry
+
+
+def positive(label: str, value: Any) -> float:
+    """Return an argument that is a positive number.
+
+    Raises:
+        ArgumentError: it is not.
+    """
+    number = single(label, value)
+    if not number > 0.0:
+        raise ArgumentError(f"{label} is {number:g}, expected a positive number")
+    return number
+
+
+def single(label: str, value: Any) -> float:
+    """Return an argument that is one finite number.
+
+    Raises:
+        ArgumentError: it is not.
+    """
+    number = numbers(label, value)
+    if number.ndim:
+        raise ArgumentError(f"{label} is {described(value)}, expected a number")
+    return float(number)
+
+
+def damping_ratio_of(ratio: Any) -> float:
+    """Return a damping ratio.
+
+    Raises:
+        ArgumentError: it is no number from 0 to below 1.
+    """
+    number = single("damping_ratio", ratio)
+    if not 0.0 <= number < 1.0:
+        raise ArgumentError(f"damping_ratio is {number:g}; it lies from 0 to below 1")
+    return number
+
+
+def start_of(start: Any) -> Start:
+    """Return how flights start.
+
+    Raises:
+        ArgumentError: neither "release" nor "rest".
+    """
+    if start not in ("release", "rest"):
+        raise ArgumentError(f"start is {described(start)}; it is 'release' or 'rest'")
+    checked: Start = start
+    return checked
+
+
+def play_of(given: Any, name: str) -> float:
+    """Return the play of a joint, given for all joints or by name.
+
+    Raises:
+        ArgumentError: it is missing, or no positive number.
+    """
+    return positive(*of_joint("play", given, name))
+
+
+def stiffness_of(given: Any, name: str) -> float | PinGeometry:
+    """Return the stiffness of a joint, given for all joints or by name.
+
+    Raises:
+        ArgumentError: it is missing, or neither a positive number nor the geometry of a pin.
+    """
+    label, value = of_joint("stiffness", given, name)
+    return value if isinstance(value, PinGeometry) else positive(label, value)
+
+
+def of_joint(label: str, given: Any, name: str) -> tuple[str, Any]:
+    """Return what is given for a joint, and how messages call it.
+
+    Raises:
+        ArgumentError: it is missing.
+    """
+    if not isinstance(given, Mapping):
+        return label, given
+    if name not in mapping(label, given):
+        raise ArgumentError(f"{label} has no value for joint {name!r}; it has {choices(given)}")
+    return f"{label}[{name!r}]", given[name]
+
+
+def pins_of(
+    problem: Problem, asked: str | Collection[str] | None
+) -> tuple[list[str], dict[str, str]]:
+    """Return the joints that turn about one axis, and why others are left out.
+
+    Raises:
+        ModelError: one that is asked for is none, or unknown.
+    """
+    pins, left_out = [], {}
+    names = problem.mechanism.joints if asked is None else asked
+    names = [names] if isinstance(names, str) else names
+    for name in names:
+        parts = problem.mechanism.joint(name).parts
+        if len(parts) == 1 and parts[0].kind == "revolute" and name in problem.outputs:
+            pins.append(name)
+            continue
+        reason = "it has no pin: it does not turn about one axis"
+        if name not in problem.outputs:
+            reason = "it is no output of the scene"
+        if asked is not None:
+            raise ModelError(f"joint {name!r}: {reason}")
+        left_out[name] = reason
+    return pins, left_out
+
+
+def speed_of(value: Any) -> float:
+    """Return the speed of the drive.
+
+    Raises:
+        ArgumentError: it is no number, or zero, or its square is.
+    """
+    speed = single("speed", value)
+    if speed * speed == 0.0:
+        raise ArgumentError(
+            f"speed is {speed:g}, and so are inertia forces; joints reverse their forces by "
+            "inertia: give a speed"
+        )
+    return speed
+
+
+def period_of(solver: ProblemSolver) -> float:
+    """Return the drive's way after which the motion repeats [rad].
+
+    Raises:
+        ArgumentError: there is none, or several drives.
+        ModelError: nothing has mass.
+        CardanError: the drive does not turn through.
+    """
+    problem = solver.problem
+    if len(problem.drives) > 1:
+        raise ArgumentError("the scene has several drives; hold all but one of them")
+    if not solver.has_mass:
+        raise ModelError(f"{problem.mechanism.name}: no body has mass, so that nothing can strike")
+    period = solver.assembly.period()
+    if period is None:
+        raise ArgumentError(f"{problem.drives[0]} does not come back to itself: there is no period")
+    return float(period)
+
+
+def drive_of(problem: Problem, rotor: Any) -> tuple[list[int], dict[int, float]]:
+    """Return velocity coordinates that are fixed, and those of rotors with their inertias.
+
+    Args:
+        problem: with one drive.
+        rotor: inertia that turns with the drive; None if its motion is prescribed.
+
+    Raises:
+        ArgumentError: a negative inertia.
+    """
+    coordinates = problem.mechanism.coordinates
+    drive, held = coordinates.named[problem.drives[0]].rate, coordinates.rates_of(problem.held)
+    if rotor is None:
+        return [drive, *held], {}
+    inertia = single("rotor", rotor)
+    if inertia < 0.0:
+        raise ArgumentError(f"rotor is {inertia:g} kg m², expected no negative number")
+    return held, {drive: inertia}

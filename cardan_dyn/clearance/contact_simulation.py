@@ -1,0 +1,241 @@
+"""Contact simulation: what was found of pins with play while a mechanism moved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..elements.pin_contact import ContactForce
+from ..errors import ModelError, choices
+from ..frozen import read_only
+from ..simulation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    import pandas
+    from numpy.typing import ArrayLike
+
+_SPEED, _MASS = 0.1, 1.0
+"""A touch [m/s, kg] by which laws are judged."""
+_CHAOTIC = 0.9
+"""Restitution from which on small differences grow from impact to impact."""
+
+
+@dataclass(frozen=True, eq=False)
+class PinImpact:
+    """A time during which a pin presses the wall of its bush.
+
+    Attributes:
+        bearing: name of the joint, or of one of its two bearings, `joint+` or `joint-`.
+        start, end: [s]; the end is that of the simulation if it still pressed then.
+        position: of the drive at the start, all turns counted [rad].
+        speed: at which the pin struck the wall [m/s]; NaN where the simulation began pressed.
+        peak: greatest force [N].
+        peak_time: when [s].
+        direction: `(3,)` unit vector in which the pin pressed the wall then, in the world.
+    """
+
+    bearing: str
+    start: float
+    end: float
+    position: float
+    speed: float
+    peak: float
+    peak_time: float
+    direction: Array
+
+
+@dataclass(frozen=True, eq=False)
+class JointContact:
+    """What a pin did in its bush, at N times.
+
+    Attributes:
+        name: of the joint, or of one of its two bearings, `joint+` or `joint-`.
+        t: times `(N,)` [s].
+        position: of the drive `(N,)`, all turns counted [rad].
+        force: `(N,)` by which the wall presses the pin [N].
+        friction: `(N,)` along the wall on the pin, in the sense of a turn about the axis [N].
+        depth: `(N,)` of the pin in the wall, negative in the play [m].
+        offset: `(N, 3)` of the pin from the axis of its bush, in world axes [m]: the orbit.
+        vector: `(N, 3)` force on the pin, in world axes [N].
+        impacts: all of the simulation, in order of time.
+    """
+
+    name: str
+    t: Array
+    position: Array
+    force: Array
+    friction: Array
+    depth: Array
+    offset: Array
+    vector: Array
+    impacts: tuple[PinImpact, ...]
+
+    @property
+    def is_pressed(self) -> Array:
+        """Whether the wall presses the pin `(N,)`."""
+        return read_only(self.force > 0.0)
+
+    @property
+    def peak(self) -> float:
+        """Greatest force of all impacts that began in the simulation [N]; 0 if there are none."""
+        return max((item.peak for item in self.struck), default=0.0)
+
+    @property
+    def struck(self) -> tuple[PinImpact, ...]:
+        """Impacts that began in the simulation."""
+        return tuple(item for item in self.impacts if not np.isnan(item.speed))
+
+
+class ContactSimulation(Mapping[str, JointContact]):
+    """A simulation of play: pins by the names of joints, or of bearings; `print` shows a table.
+
+    Attributes:
+        trajectory: of the mechanism with its joints open; all that a trajectory tells.
+        drive: name of the drive in it.
+        speed: of the drive, or its first one [rad/s].
+    """
+
+    def __init__(
+        self,
+        trajectory: Trajectory,
+        contacts: Mapping[str, tuple[int, ...]],
+        drive: str,
+        speed: float,
+    ) -> None:
+        self.trajectory, self.drive, self.speed = trajectory, drive, speed
+        self._contacts = dict(contacts)
+        elements = trajectory.elements
+        self._indices = {
+            elements[index].name: index for every in contacts.values() for index in every
+        }
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return ContactSimulation, (self.trajectory, self._contacts, self.drive, self.speed)
+
+    @property
+    def t(self) -> Array:
+        """Times `(N,)` [s]: the steps of the simulation, or those that `at` was given."""
+        return self.trajectory.t
+
+    @property
+    def reason(self) -> str:
+        """Why it ended before its time; empty if it did not."""
+        return self.trajectory.reason
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What one should know of it."""
+        notes = list(self.trajectory.notes)
+        elements = self.trajectory.elements
+        laws = [elements[index].law for index in self._indices.values()]  # type: ignore[attr-defined]
+        if any(law.restitution(_SPEED, _MASS) > _CHAOTIC for law in laws):
+            notes.append(
+                "hardly damped: after a few impacts no digit of a single one is left, and only "
+                "their distribution tells something"
+            )
+        return tuple(notes)
+
+    def at(self, times: ArrayLike) -> ContactSimulation:
+        """Return the same simulation at other times, see `Trajectory.at`."""
+        return ContactSimulation(self.trajectory.at(times), self._contacts, self.drive, self.speed)
+
+    def evenly(self, count: int) -> ContactSimulation:
+        """Return the same simulation at equidistant times."""
+        return ContactSimulation(
+            self.trajectory.evenly(count), self._contacts, self.drive, self.speed
+        )
+
+    def __getitem__(self, bearing: str) -> JointContact:
+        if bearing not in self._indices:
+            raise ModelError(f"no joint {bearing!r} has play; {choices(self._indices, bearing)}")
+        index = self._indices[bearing]
+        force = self.trajectory.element_force[index]
+        assert isinstance(force, ContactForce)
+        return JointContact(
+            bearing,
+            self.t,
+            self._drive_position,
+            read_only(force.pressure),
+            read_only(force.friction),
+            read_only(force.depth),
+            read_only(force.offset),
+            read_only(force.force),
+            tuple(item for item in self.impacts if item.bearing == bearing),
+        )
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._indices)
+
+    def __len__(self) -> int:
+        return len(self._indices)
+
+    @property
+    def _drive_position(self) -> Array:
+        positions = self.trajectory.position.reshape(len(self.t), -1)
+        return read_only(positions[:, list(self.trajectory.drives).index(self.drive)])
+
+    @cached_property
+    def impacts(self) -> tuple[PinImpact, ...]:
+        """Of all pins, in order of the times at which they began."""
+        names = {index: name for name, index in self._indices.items()}
+        touches = sorted(self.trajectory.touches, key=lambda item: item.start)
+        if not touches:
+            return ()
+        there = self.at([item.start for item in touches])
+        return tuple(
+            PinImpact(
+                names[item.contact],
+                item.start,
+                item.end,
+                float(position),
+                item.speed,
+                item.peak,
+                item.peak_time,
+                read_only(item.direction),
+            )
+            for item, position in zip(touches, there._drive_position, strict=True)
+        )
+
+    @cached_property
+    def energy_residual(self) -> float:
+        """What is missing in the balance of energy, as a fraction of the most that walls stored.
+
+        Kinetic and potential energy, less the work of drive and loads and what was turned to heat.
+        """
+        trajectory = self.trajectory
+        energy = trajectory.kinetic_energy + trajectory.potential_energy - trajectory.work
+        begun = trajectory.at([0.0])
+        error = energy - (begun.kinetic_energy[0] + begun.potential_energy[0])
+        stored = sum(
+            float(np.max(trajectory.element_force[index].energy))
+            for index in self._indices.values()
+        )
+        return float(np.max(np.abs(error))) / stored if stored else 0.0
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a row for each impact, SI units, in order of time."""
+        import pandas
+
+        rows: list[dict[str, Any]] = []
+        for item in self.impacts:
+            values = {name: value for name, value in vars(item).items() if name != "direction"}
+            axes = {f"direction_{axis}": float(item.direction[k]) for k, axis in enumerate("xyz")}
+            rows.append({**values, **axes})
+        return pandas.DataFrame(rows)
+
+    def __str__(self) -> str:
+        ended = f", ended by: {self.reason}" if self.reason else ""
+        lines = [f"play at {self.speed:g} rad/s, {self.trajectory.t[-1]:g} s{ended}"]
+        for name in self:
+            struck = [item for item in self.impacts if item.bearing == name and item.speed > 0.0]
+            peak = max((item.peak for item in struck), default=0.0)
+            lines.append(f"- {name}: {len(struck)} impacts, greatest peak {peak:.4g} N")
+        lines += [f"- {note}" for note in self.notes]
+        return "\n".join(lines)
+
+    __repr__ = __str__

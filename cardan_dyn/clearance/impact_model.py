@@ -1,0 +1,179 @@
+"""Impact model: what the two-mass model of Dresig and Thümmel says of impacts, as whole arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from analytic.damped_impact import damped_peak
+from analytic.damped_impact import peak_exponents as damped_exponents
+from analytic.impact import PeakExponents, Start, peak_exponents
+from analytic.impact import reversal as undamped
+
+from ..arrays import Array
+from ..errors import ArgumentError
+from .arguments import damping_ratio_of, positive, start_of
+from .pin_geometry import PinGeometry
+
+_MOST_STEPS = 100
+_STAYS = 1e-14
+"""Change of a peak, as a fraction, at which its stiffness is found."""
+_OUTSET = 0.1
+"""Force, as a fraction of the greatest of a contact, at which steps begin."""
+_BELOW_LIMIT = 0.999
+"""Fraction of the greatest force of a contact up to which steps go; beyond, there is no answer."""
+
+
+class Contact(NamedTuple):
+    """What holds the sides of a joint apart.
+
+    Attributes:
+        stiffness: c [N/m], or a geometry that decides it at the peak.
+        play: difference 2 s of the diameters of bush and pin [m].
+        damping_ratio: as a fraction of critical damping with the reduced mass.
+        start: "release", as a spring lets go, or "rest".
+    """
+
+    stiffness: float | Array | PinGeometry
+    play: float | Array
+    damping_ratio: float = 0.0
+    start: Start = "release"
+
+
+class Estimates(NamedTuple):
+    """What impacts are estimated to be, each `(K,)` or a number.
+
+    Attributes:
+        stiffness: c at the peak [N/m].
+        contact_time: t₁ from the reversal to the impact [s].
+        impact_speed: v₁ [m/s].
+        tau: characteristic number.
+        peak: greatest force after the impact [N]; NaN if there is none.
+        rigid, added: parts of the undamped peak: of the ramp, and of the play [N].
+    """
+
+    stiffness: Array
+    contact_time: Array
+    impact_speed: Array
+    tau: Array
+    peak: Array
+    rigid: Array
+    added: Array
+
+
+def estimates(mass: Array, slope: Array, contact: Contact) -> Estimates:
+    """Return what impacts are estimated to be.
+
+    Args:
+        mass: reduced masses [kg].
+        slope: of the force, F₀/t₀ [N/s]. All arguments broadcast.
+        contact: of one play if its stiffness is a geometry.
+
+    Raises:
+        ArgumentError: a peak is beyond what the contact has a stiffness for.
+
+    Source:
+        Dresig and Thümmel (14) to (17), (22) to (27), (32) to (34); own derivation with damping.
+    """
+    law = contact.stiffness
+    if not isinstance(law, PinGeometry):
+        return _at(mass, slope, np.asarray(law), contact)
+    play, limit = float(np.asarray(contact.play)), law.limit(float(np.asarray(contact.play)))
+    most = _BELOW_LIMIT * limit
+    # Peaks depend on stiffness little, and it on them less: steps converge from any force.
+    force = np.full(np.broadcast_shapes(np.shape(mass), np.shape(slope)), _OUTSET * limit)
+    stays = np.zeros(force.shape, dtype=bool)
+    for _ in range(_MOST_STEPS):
+        found = _at(mass, slope, law.stiffness(force, play), contact)
+        # Without a peak the force goes on rising, and the contact with it gets stiffer.
+        after = np.minimum(np.where(np.isnan(found.peak), 2.0 * force, found.peak), most)
+        stays = np.abs(after - force) <= _STAYS * force
+        if stays.all():
+            break
+        force = after
+    if np.any(found.peak > most):
+        raise ArgumentError(
+            f"the peak exceeds {limit:.4g} N, from which on a line contact of {law.length:g} m "
+            f"with a play of {play:g} m has no stiffness; make it longer, or its seat softer"
+        )
+    # Where no force has a stiffness that stops it there, there is no peak.
+    peak, rigid, added = (np.where(stays, value, np.nan) for value in found[4:])
+    return found._replace(peak=peak, rigid=rigid, added=added)
+
+
+def _at(mass: Array, slope: Array, stiffness: Array, contact: Contact) -> Estimates:
+    """Return estimates with a given stiffness."""
+    numbers_of = mass, stiffness, 0.5 * np.asarray(contact.play), slope
+    found = undamped(*numbers_of, start=contact.start)
+    peak = found.peak
+    if contact.damping_ratio:
+        peak = damped_peak(*numbers_of, contact.damping_ratio, start=contact.start)
+    stiffness = np.broadcast_to(stiffness, np.shape(found.tau))
+    return Estimates(stiffness, found.t_1, found.v_1, found.tau, peak, found.rigid, found.added)
+
+
+@dataclass(frozen=True)
+class ImpactModel:
+    """The two-mass model at one reversal, by its numbers.
+
+    Attributes:
+        mass: reduced mass m [kg].
+        stiffness: c of the contact [N/m], or a geometry that decides it at the peak.
+        play: difference 2 s of the diameters of bush and pin [m].
+        slope: of the force at its reversal, F₀/t₀ [N/s].
+        damping_ratio: as a fraction of critical damping with the reduced mass.
+        start: "release", as a spring lets go, or "rest", as in the paper.
+    """
+
+    mass: float
+    stiffness: float | PinGeometry
+    play: float
+    slope: float
+    damping_ratio: float = 0.0
+    start: Start = "release"
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "stiffness", "play", "slope"):
+            value = getattr(self, name)
+            if not isinstance(value, PinGeometry) or name != "stiffness":
+                object.__setattr__(self, name, positive(name, value))
+        object.__setattr__(self, "damping_ratio", damping_ratio_of(self.damping_ratio))
+        start_of(self.start)
+
+    @property
+    def contact(self) -> Contact:
+        """Stiffness, play, damping and start."""
+        return Contact(self.stiffness, self.play, self.damping_ratio, self.start)
+
+    @cached_property
+    def estimate(self) -> Estimates:
+        """What the impact is estimated to be.
+
+        Raises:
+            ArgumentError: the peak is beyond what the contact has a stiffness for.
+        """
+        found = estimates(np.asarray(self.mass), np.asarray(self.slope), self.contact)
+        return Estimates(*(np.asarray(value)[()] for value in found))
+
+    @cached_property
+    def exponents(self) -> PeakExponents:
+        """By which powers of its parameters the peak grows; NaN if there is none.
+
+        Closed forms, by the chain rule through f(τ). The damping ratio stays as it is, and `speed`
+        is that of inertia forces, whose slope grows with its cube. Where a geometry decides the
+        stiffness, that follows force and play; `stiffness` is then a factor on what it gives.
+        """
+        found = self.estimate
+        if self.damping_ratio:
+            plain = damped_exponents(found.tau, self.damping_ratio, start=self.start)
+        else:
+            plain = peak_exponents(found.tau, start=self.start)
+        law = self.stiffness
+        if isinstance(law, PinGeometry) and not np.isnan(found.peak):
+            follows = plain.stiffness * law.hardening(found.peak, self.play)
+            followed = plain._replace(play=plain.play - follows)
+            plain = PeakExponents(*(value / (1.0 - follows) for value in followed))
+        return plain

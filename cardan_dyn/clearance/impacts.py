@@ -1,0 +1,152 @@
+"""Impacts: what happens at the swings of pins that have play, of all of them at once."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from analytic.clearance import contact_time
+
+from ..arrays import Array
+from ..errors import ArgumentError
+from .force_course import Swing
+from .force_source import ForceSource
+from .impact_model import Contact, Estimates, ImpactModel, estimates
+from .joint_scan import Reversal
+from .opened_joint import Mobility, OpenedJoint
+from .pin_geometry import PinGeometry
+
+_STAYS_CLOSED = 1.0
+"""Turn-through number from which on a swing is no reversal by any measure."""
+
+
+class Pin(NamedTuple):
+    """A joint with its play.
+
+    Attributes:
+        name: of the joint.
+        opened: the mechanism with this joint open.
+        swings: where its force is least.
+        contact: stiffness, play, damping and start.
+    """
+
+    name: str
+    opened: OpenedJoint
+    swings: list[Swing]
+    contact: Contact
+
+
+class _Case(NamedTuple):
+    """A swing of a pin."""
+
+    pin: Pin
+    swing: Swing
+    mobility: Mobility
+    mass: float
+    slope: float
+
+
+def reversals(source: ForceSource, pins: list[Pin], speed: float) -> list[tuple[Reversal, ...]]:
+    """Return for each pin its reversals; swings whose force does not come near zero are none.
+
+    Args:
+        source: of the forces.
+        pins: with their swings.
+        speed: of the drive [rad/s].
+
+    Raises:
+        ArgumentError: a peak is beyond what the geometry of a pin has a stiffness for.
+        ModelError: what would move has no mass.
+    """
+    cases = _cases(source, pins, speed)
+    found = _estimated(cases)
+    through = [
+        case.swing.least / (case.slope * float(item.contact_time))
+        for case, item in zip(cases, found, strict=True)
+    ]
+    kept = [index for index, number in enumerate(through) if number < _STAYS_CLOSED]
+    ends = [
+        cases[index].swing.position + speed * float(found[index].contact_time) for index in kept
+    ]
+    every: dict[str, list[Reversal]] = {pin.name: [] for pin in pins}
+    for index, x in zip(kept, source.closed(ends), strict=True):
+        case = cases[index]
+        after = case.pin.opened.mobility(x).reduced_mass(case.swing.direction)
+        every[case.pin.name].append(
+            _reversal(case, found[index], through[index], after / case.mass - 1.0, speed, source)
+        )
+    return [tuple(every[pin.name]) for pin in pins]
+
+
+def _cases(source: ForceSource, pins: list[Pin], speed: float) -> list[_Case]:
+    """Return the swings that may be reversals, with what moves there."""
+    every = [(pin, swing) for pin in pins for swing in pin.swings]
+    states = source.closed([swing.position for _, swing in every])
+    cases = []
+    for (pin, swing), x in zip(every, states, strict=True):
+        mobility = pin.opened.mobility(x)
+        mass = mobility.reduced_mass(swing.direction)
+        slope = swing.slope * abs(speed)
+        # No flight is longer than that from rest, so that the others are no reversals in any case.
+        longest = float(contact_time(mass, 0.5 * float(np.asarray(pin.contact.play)), slope))
+        if swing.least < _STAYS_CLOSED * slope * longest:
+            cases.append(_Case(pin, swing, mobility, mass, slope))
+    return cases
+
+
+def _estimated(cases: list[_Case]) -> list[Estimates]:
+    """Return what the impacts are estimated to be, in few calls: each costs more than its arrays.
+
+    Raises:
+        ArgumentError: a peak is beyond what the geometry of a pin has a stiffness for.
+    """
+    found: dict[int, Estimates] = {}
+    groups: dict[str, list[int]] = {}
+    for index, case in enumerate(cases):
+        is_geometry = isinstance(case.pin.contact.stiffness, PinGeometry)
+        groups.setdefault(case.pin.name if is_geometry else "", []).append(index)
+    for name, group in groups.items():
+        some = [cases[index] for index in group]
+        contact = some[0].pin.contact
+        if not name:
+            contact = contact._replace(
+                stiffness=np.array([case.pin.contact.stiffness for case in some]),
+                play=np.array([case.pin.contact.play for case in some]),
+            )
+        masses = np.array([case.mass for case in some])
+        slopes = np.array([case.slope for case in some])
+        try:
+            values = estimates(masses, slopes, contact)
+        except ArgumentError as error:
+            raise ArgumentError(f"joint {name!r}: {error}" if name else str(error)) from error
+        for place, index in enumerate(group):
+            found[index] = Estimates(*(value[place] for value in values))
+    return [found[index] for index in range(len(cases))]
+
+
+def _reversal(
+    case: _Case,
+    found: Estimates,
+    turn_through: float,
+    mass_change: float,
+    speed: float,
+    source: ForceSource,
+) -> Reversal:
+    """Return what is said of a swing."""
+    swing, mobility, contact = case.swing, case.mobility, case.pin.contact
+    numbers: dict[str, Array] = found._asdict()
+    return Reversal(
+        position=swing.position,
+        force_slope=case.slope,
+        direction=swing.direction,
+        reduced_mass=case.mass,
+        guided_mass=mobility.reduced_mass(swing.direction, is_guided=True),
+        turn_through=turn_through,
+        flown=abs(speed) * float(found.contact_time) / swing.way,
+        mass_change=mass_change,
+        deviation=mobility.deviation(swing.direction),
+        slope_growth=np.nan if source.problem.elements else swing.growth,
+        model=ImpactModel(case.mass, slope=case.slope, **contact._asdict()),
+        **{name: float(value) for name, value in numbers.items()},
+    )

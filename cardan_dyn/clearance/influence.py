@@ -1,0 +1,131 @@
+"""Influence: how the peak of an impact changes with one of its parameters (Bild 8)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array
+from ..checks import described, numbers
+from ..errors import ArgumentError, choices
+from ..frozen import read_only
+from .impact_model import Contact, Estimates, ImpactModel, estimates
+from .joint_scan import Reversal
+from .pin_geometry import PinGeometry
+
+PARAMETERS = ("speed", "slope", "play", "mass", "stiffness")
+"""What a peak depends on."""
+_FACTORS = np.geomspace(0.2, 5.0, 97)
+"""Of a parameter, unless others are given; the middle one is 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Influence:
+    """The peak of an impact over one of its parameters, the others staying as they are.
+
+    Attributes:
+        parameter: its name, one of `PARAMETERS`.
+        factor: on the parameter `(N,)`.
+        value: of the parameter `(N,)`, SI units; of the speed, which no model knows, the factor.
+        tau: characteristic number `(N,)`.
+        impact_speed: v₁ `(N,)` [m/s].
+        peak: greatest force `(N,)` [N]; NaN where there is none.
+        rigid, added: parts of the undamped peak `(N,)` [N].
+        model: what is varied.
+        exponent: d ln peak / d ln parameter at the factor 1.
+    """
+
+    parameter: str
+    factor: Array
+    value: Array
+    tau: Array
+    impact_speed: Array
+    peak: Array
+    rigid: Array
+    added: Array
+    model: ImpactModel
+    exponent: float
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            if isinstance(array := getattr(self, field.name), np.ndarray):
+                read_only(array)
+
+
+def influence(
+    of: Reversal | ImpactModel, parameter: str, factors: ArrayLike | None = None
+) -> Influence:
+    """Return the peak of an impact over one of its parameters.
+
+    Args:
+        of: a reversal of a scan, or the numbers of any two-mass model.
+        parameter: "speed", "slope", "play", "mass" or "stiffness". A stiffness from a geometry is
+            varied from what it is at the peak; otherwise it follows force and play.
+        factors: `(N,)` on the parameter; from 0.2 to 5 if None.
+
+    Raises:
+        ArgumentError: no such parameter, a factor that is not positive, a speed where more than
+            inertia acts, or a peak beyond what a geometry has a stiffness for.
+
+    Source:
+        Dresig and Thümmel, Bild 8.
+    """
+    model = of.model if isinstance(of, Reversal) else of
+    if not isinstance(model, ImpactModel):
+        raise ArgumentError(f"of is {described(of)}, expected a reversal or an ImpactModel")
+    if not isinstance(parameter, str) or parameter not in PARAMETERS:
+        raise ArgumentError(
+            f"parameter {described(parameter)} is unknown; parameters: "
+            f"{choices(PARAMETERS, parameter)}"
+        )
+    if parameter == "speed" and isinstance(of, Reversal) and of.slope_growth != 3.0:
+        raise ArgumentError(
+            "more than inertia acts, so that reversals move with the speed: scan at each speed"
+        )
+    factor = _FACTORS if factors is None else np.atleast_1d(numbers("factors", factors))
+    if factor.ndim > 1 or not np.all(factor > 0.0):
+        raise ArgumentError("factors are positive numbers (N,)")
+    law = model.stiffness
+    if isinstance(law, PinGeometry) and parameter == "stiffness":
+        model = replace(model, stiffness=float(model.estimate.stiffness))
+    varied = _varied(model, parameter, factor)
+    value = factor if parameter == "speed" else factor * float(getattr(model, parameter))
+    return Influence(
+        parameter=parameter,
+        factor=np.array(factor),
+        value=np.array(value),
+        model=model,
+        exponent=getattr(model.exponents, parameter),
+        **varied,
+    )
+
+
+def _varied(model: ImpactModel, parameter: str, factor: Array) -> dict[str, Array]:
+    """Return estimates `(N,)` for factors on a parameter."""
+    ones = np.ones_like(factor)
+    mass = model.mass * (factor if parameter == "mass" else ones)
+    power = {"slope": 1.0, "speed": 3.0}.get(parameter, 0.0)
+    slope, contact = model.slope * factor**power, model.contact
+    if parameter == "play" and isinstance(model.stiffness, PinGeometry):
+        # A geometry takes one play at a time.
+        every = [
+            estimates(mass[:1], slope[:1], contact._replace(play=model.play * float(one)))
+            for one in factor
+        ]
+        columns = [np.concatenate(column) for column in zip(*every, strict=True)]
+    else:
+        columns = list(estimates(mass, slope, _scaled(contact, parameter, factor)))
+    names = ("tau", "impact_speed", "peak", "rigid", "added")
+    found = dict(zip(Estimates._fields, columns, strict=True))
+    return {name: np.array(np.broadcast_to(found[name], factor.shape)) for name in names}
+
+
+def _scaled(contact: Contact, parameter: str, factor: Array) -> Contact:
+    """Return a contact with factors on its play or stiffness."""
+    if parameter == "play":
+        return contact._replace(play=contact.play * factor)
+    if parameter == "stiffness" and not isinstance(contact.stiffness, PinGeometry):
+        return contact._replace(stiffness=contact.stiffness * factor)
+    return contact

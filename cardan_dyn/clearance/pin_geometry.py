@@ -1,0 +1,136 @@
+"""Pin geometry: the stiffness of a contact from pin, bush and what holds them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from analytic.contact_stiffness import contact_stiffness, cylinder_compliance
+
+from ..arrays import Array
+from ..checks import numbers
+from ..errors import ArgumentError
+
+_NEARLY_EQUAL = 0.1
+"""Difference of the radii, as a fraction of the pin's, up to which they count as nearly equal, as
+the formula of the contact takes them to be."""
+_WIDE = 0.5
+"""Half the width of the contact, as a fraction of the radius, beyond which pin and bush are no
+half-spaces to each other any more."""
+
+
+@dataclass(frozen=True)
+class PinGeometry:
+    """A pin in its bush, as a stiffness that depends on the force.
+
+    Line contact of two cylinders, and in series with it what pin and seat give way. The contact
+    alone is some hundred times stiffer than that, so that a scan without `seat_stiffness` says so.
+
+    Attributes:
+        length: of the contact along the pin [m].
+        radius: of the pin [m].
+        seat_stiffness: of pin, bush and their seats in the links, all in series [N/m]; None if
+            they count as rigid.
+        pin_modulus, bush_modulus: Young's moduli [Pa]; steel unless given.
+        pin_poisson, bush_poisson: Poisson's ratios.
+    """
+
+    length: float
+    radius: float
+    seat_stiffness: float | None = None
+    pin_modulus: float = 2.1e11
+    bush_modulus: float = 2.1e11
+    pin_poisson: float = 0.3
+    bush_poisson: float = 0.3
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is None and field.name == "seat_stiffness":
+                continue
+            number = numbers(field.name, value)
+            if number.ndim:
+                raise ArgumentError(f"{field.name} has shape {number.shape}, expected a number")
+            if field.name.endswith("poisson"):
+                if not -1.0 < number <= 0.5:
+                    raise ArgumentError(f"{field.name} is {number:g}; it lies above -1 up to 0.5")
+            elif not number > 0.0:
+                raise ArgumentError(f"{field.name} is {number:g}, expected a positive number")
+            object.__setattr__(self, field.name, float(number))
+
+    @property
+    def compliance(self) -> float:
+        """K₁ + K₂ of the materials of pin and bush [1/Pa]."""
+        pin = cylinder_compliance(self.pin_modulus, self.pin_poisson)
+        return float(pin + cylinder_compliance(self.bush_modulus, self.bush_poisson))
+
+    def limit(self, play: float) -> float:
+        """Return the force from which on the formula of the contact gives no stiffness [N].
+
+        Args:
+            play: difference of the diameters of bush and pin [m].
+
+        Raises:
+            ArgumentError: the radii are not nearly equal.
+        """
+        if play > 2.0 * _NEARLY_EQUAL * self.radius:
+            raise ArgumentError(
+                f"play is {play:g} m in a bush about a pin of radius {self.radius:g} m; the line "
+                f"contact is one of nearly equal radii, up to {2.0 * _NEARLY_EQUAL:g} of it"
+            )
+        return 2.0 * self.length * play / self.compliance
+
+    def stiffness(self, force: Array, play: float) -> Array:
+        """Return the stiffness of contact and seat in series at forces [N/m].
+
+        Args:
+            force: [N], of any shape.
+            play: difference of the diameters of bush and pin [m].
+
+        Raises:
+            ArgumentError: a force is beyond `limit`, or the radii are not nearly equal.
+
+        Source:
+            ESDU 78035, see `analytic.contact_stiffness`.
+        """
+        limit = self.limit(play)
+        if np.any(force >= limit):
+            raise ArgumentError(
+                f"a force of {np.max(force):.4g} N is beyond what a line contact of "
+                f"{self.length:g} m with a play of {play:g} m has a stiffness for, {limit:.4g} N"
+            )
+        contact = contact_stiffness(force, self.compliance, self.length, 0.5 * play)
+        if self.seat_stiffness is None:
+            return np.asarray(contact)
+        return np.asarray(contact * (self.seat_stiffness / (contact + self.seat_stiffness)))
+
+    def hardening(self, force: Array, play: float) -> Array:
+        """Return by which power of the force the stiffness grows, d ln c / d ln F.
+
+        It falls with the same power of the play.
+
+        Args:
+            force: [N], of any shape, below `limit`.
+            play: difference of the diameters of bush and pin [m].
+        """
+        alone = 1.0 / np.log(self.limit(play) / force)
+        if self.seat_stiffness is None:
+            return np.asarray(alone)
+        contact = contact_stiffness(force, self.compliance, self.length, 0.5 * play)
+        return np.asarray(alone * (self.seat_stiffness / (contact + self.seat_stiffness)))
+
+    def spreads(self, force: float, play: float) -> float:
+        """Return half the width of the contact as a fraction of the radius; Hertz."""
+        return 4.0 * float(np.sqrt(force / self.limit(play)))
+
+    def doubts(self, force: float, play: float) -> tuple[str, ...]:
+        """Return what speaks against the stiffness at a force."""
+        found = []
+        if self.seat_stiffness is None:
+            found.append(
+                "a line contact alone is some hundred times too stiff: give seat_stiffness"
+            )
+        if (width := self.spreads(force, play)) > _WIDE:
+            found.append(f"the contact is {width:.2f} of the radius wide to each side: no line")
+        return tuple(found)

@@ -1,0 +1,288 @@
+"""What `cardan-dyn clearance` does with its options: a scan, as tables, JSON and figures."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import click
+import numpy as np
+
+from analytic.impact import Start
+
+from ..clearance import PinGeometry, Scan, scan
+from ..errors import ArgumentError
+from ..mechanism.mechanism import load
+from .presets import default_scene, slides
+from .view_command import parsed_assignments
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ..clearance import JointScan
+
+_RAD_PER_S = np.pi / 30.0
+"""One revolution per minute [rad/s]."""
+_LESS = -0.1
+"""Change of a parameter of which the table tells what it would buy."""
+_NAME = 7
+"""Least width of names in the table [characters]."""
+_BOUGHT = ("speed", "play", "mass", "stiffness")
+
+
+class ScanOptions(NamedTuple):
+    """Options of the command, unchecked.
+
+    Attributes:
+        source: name of a bundled description, or a path.
+        speed: of the drive [rad/s]; None if `speed_rpm` is given.
+        speed_rpm: the same [1/min].
+        plays: as VALUE or JOINT=VALUE [m].
+        stiffnesses: likewise [N/m].
+        pin: length and radius of steel pins [m], instead of a stiffness.
+        seat_stiffness: of what holds them [N/m].
+        damping_ratio: of the contact.
+        start: of the flights.
+        rotor: inertia that turns with the drive [kg m²].
+        joints: to be scanned; all if empty.
+        drive: driven joint; that of the preset if empty.
+        held: as JOINT=VALUE [°, slides: m].
+        loads: as JOINT=VALUE [N·m, slides: N].
+        gravity: [m/s²].
+        strict: see `load`.
+    """
+
+    source: str
+    speed: float | None
+    speed_rpm: float | None
+    plays: tuple[str, ...]
+    stiffnesses: tuple[str, ...]
+    pin: tuple[float, float] | None
+    seat_stiffness: float | None
+    damping_ratio: float
+    start: Start
+    rotor: float | None
+    joints: tuple[str, ...]
+    drive: tuple[str, ...]
+    held: tuple[str, ...]
+    loads: tuple[str, ...]
+    gravity: tuple[float, float, float] | None
+    strict: bool
+
+    def scan(self) -> Scan:
+        """Return the scan.
+
+        Raises:
+            ArgumentError: options do not fit each other.
+            CardanError: as `load`, `Scene` and `clearance.scan` do.
+        """
+        speed, stiffness = self._speed(), self._stiffness()
+        mechanism = load(self.source, strict=self.strict)
+        held = {
+            name: value if slides(mechanism, name) else float(np.deg2rad(value))
+            for name, value in parsed_assignments(self.held, "--held").items()
+        }
+        scene = default_scene(
+            mechanism,
+            drive=self.drive,
+            held=held,
+            loads=parsed_assignments(self.loads, "--load"),
+            gravity=self.gravity,
+        )
+        return scan(
+            scene,
+            speed,
+            play=_by_joint(self.plays, "--play", "1e-4"),
+            stiffness=stiffness,
+            joints=self.joints or None,
+            damping_ratio=self.damping_ratio,
+            start=self.start,
+            rotor=self.rotor,
+        )
+
+    def _speed(self) -> float:
+        """Return the speed of the drive [rad/s].
+
+        Raises:
+            ArgumentError: it is given twice, or not at all.
+        """
+        if (self.speed is None) == (self.speed_rpm is None):
+            raise ArgumentError("give the speed of the drive either by --speed or by --speed-rpm")
+        return self.speed if self.speed is not None else _RAD_PER_S * (self.speed_rpm or 0.0)
+
+    def _stiffness(self) -> Any:
+        """Return stiffness or geometry.
+
+        Raises:
+            ArgumentError: both are given, or none.
+        """
+        if bool(self.stiffnesses) == (self.pin is not None):
+            raise ArgumentError("give the stiffness of contacts either by --stiffness or by --pin")
+        if self.pin is not None:
+            return PinGeometry(*self.pin, seat_stiffness=self.seat_stiffness)
+        if self.seat_stiffness is not None:
+            raise ArgumentError(
+                "--seat-stiffness goes with --pin; --stiffness is that of the whole"
+            )
+        return _by_joint(self.stiffnesses, "--stiffness", "1e8")
+
+
+def run(options: ScanOptions, directory: Path | None, as_json: bool) -> None:
+    """Print a scan, and write its figures.
+
+    Args:
+        options: of the command.
+        directory: of the figures; None for none.
+        as_json: print JSON instead of tables.
+
+    Raises:
+        MissingExtraError: figures are wanted and matplotlib is not installed.
+        ClickException: a file cannot be written.
+        CardanError: see `ScanOptions.scan`.
+    """
+    from rich.console import Console
+
+    scanned = options.scan()
+    if as_json:
+        click.echo(json_text(scanned))
+    else:
+        print_scan(scanned, Console())
+    if directory is not None:
+        try:
+            save_figures(scanned, directory)
+        except OSError as error:
+            raise click.ClickException(f"{directory}: cannot be written ({error})") from error
+        click.echo(f"Figures: {directory}", err=as_json)
+
+
+def print_scan(scanned: Scan, console: Console) -> None:
+    """Print joints by severity, what speaks against the estimates, and what was not scanned."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    rpm = scanned.speed / _RAD_PER_S
+    shown = Table(
+        title=f"Impacts at {scanned.speed:.6g} rad/s ({rpm:.6g} 1/min)",
+        title_justify="left",
+        caption="less …: change of the peak with 10 % less speed, play, mass, stiffness [%]",
+        caption_justify="left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
+    )
+    shown.add_column("joint", overflow="fold", min_width=_NAME)
+    headings = ("rigid\nN", "peak\nN", "τ\n–", "speed\nm/s", "hits\n1/turn", "power\nW")
+    for heading in (*headings, *(f"less\n{name[:5]}" for name in _BOUGHT)):
+        shown.add_column(heading, justify="right", overflow="fold")
+    for name in scanned.ranking:
+        shown.add_row(*map(escape, _cells(scanned[name])))
+    console.print(shown)
+    said = {name: scanned[name] for name in scanned.ranking}
+    lines = [f"{name}: {joint.verdict}" for name, joint in said.items() if joint.worst is None]
+    lines += [line for joint in said.values() for line in _doubts(joint)]
+    for line in lines:
+        console.print(line, markup=False, highlight=False)
+    for name, reason in scanned.left_out.items():
+        console.print(f"{name}: not scanned, {reason}", markup=False, highlight=False)
+    for note in scanned.notes:
+        console.print(note, style="yellow", markup=False, highlight=False)
+
+
+def _cells(joint: JointScan) -> list[str]:
+    """Return the row of a joint."""
+    worst, rigid = joint.worst, f"{joint.rigid_peak:.5g}"
+    if worst is None:
+        return [joint.name, rigid, *["–"] * (5 + len(_BOUGHT))]
+    effects = worst.effects(_LESS)
+    return [
+        joint.name,
+        rigid,
+        f"{joint.severity:.5g}",
+        f"{worst.tau:.2f}",
+        f"{worst.impact_speed:.3g}",
+        f"{joint.impacts_per_turn:g}",
+        f"{joint.impact_power:.3g}",
+        *("–" if math.isnan(effects[name]) else f"{100 * effects[name]:+.1f}" for name in _BOUGHT),
+    ]
+
+
+def _doubts(joint: JointScan) -> list[str]:
+    """Return what speaks against the estimates of a joint in which something strikes."""
+    if joint.worst is None:
+        return []
+    places = [f"{joint.name} at {np.rad2deg(item.position):.1f}°" for item in joint.reversals]
+    pairs = zip(places, joint.reversals, strict=True)
+    return [f"{place}: {doubt}" for place, item in pairs for doubt in item.doubts]
+
+
+def json_text(scanned: Scan) -> str:
+    """Return a scan as JSON text, in SI units and radians; what is no number is null."""
+    content = {
+        "speed": scanned.speed,
+        "joints": [_joint(scanned[name]) for name in scanned.ranking],
+        "left_out": scanned.left_out,
+        "notes": list(scanned.notes),
+    }
+    return json.dumps(content, ensure_ascii=False, indent=1)
+
+
+def _joint(joint: JointScan) -> dict[str, Any]:
+    """Return what is said of a joint as plain data."""
+    return {
+        "joint": joint.name,
+        "verdict": joint.verdict,
+        "rigid_peak": joint.rigid_peak,
+        "severity": joint.severity,
+        "peak": joint.peak,
+        "impacts_per_turn": joint.impacts_per_turn,
+        "impact_power": joint.impact_power,
+        "turning": joint.turning,
+        "reversals": [
+            {key: _known(value) for key, value in item.row().items()} for item in joint.reversals
+        ],
+    }
+
+
+def _known(value: Any) -> Any:
+    """Return a value that JSON has."""
+    if isinstance(value, str):
+        return value
+    return float(value) if math.isfinite(value) else None
+
+
+def save_figures(scanned: Scan, directory: Path) -> None:
+    """Write the figures of a scan.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        OSError: they cannot be written.
+    """
+    from .. import figures
+
+    figures.save(figures.force_reversals(scanned), directory / "force_reversals")
+    figures.save(figures.impact_ranking(scanned), directory / "impact_ranking")
+    figures.save(figures.peak_factor(scanned), directory / "peak_factor")
+    worst = {name: scanned[name].worst for name in scanned.ranking}
+    striking = {name: item for name, item in worst.items() if item is not None}
+    inertial = all(item.slope_growth == 3.0 for item in striking.values())
+    if striking:
+        parameters = ("speed",) * inertial + ("slope", "play", "mass", "stiffness")
+        figures.save(figures.peak_influence(striking, parameters), directory / "peak_influence")
+
+
+def _by_joint(values: tuple[str, ...], option: str, example: str) -> float | Mapping[str, float]:
+    """Return a number of all joints, or numbers by joint.
+
+    Raises:
+        ArgumentError: neither VALUE once nor JOINT=VALUE.
+    """
+    if len(values) == 1 and "=" not in values[0]:
+        try:
+            return float(values[0])
+        except ValueError:
+            raise ArgumentError(f"{option} {values[0]!r} is no number, as {example}") from None
+    return parsed_assignments(values, option, f"JOINT=VALUE, as crank_pin={example}")

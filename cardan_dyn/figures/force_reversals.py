@@ -1,0 +1,97 @@
+"""Force reversals: polar diagrams of joint forces with the positions at which they swing round."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import Array
+from ..clearance.joint_scan import JointScan, Reversal
+from ..clearance.scan import Scan
+from .polar import across, columns_of, diagram
+from .style import TITLE_SIZE, Axes, Figure, axes_grid, line_style, names
+
+_ARROW = 0.35
+"""Length of the arrow of a reversal, as a fraction of the greatest force."""
+
+
+def force_reversals(
+    scanned: Scan,
+    joints: str | Sequence[str] | None = None,
+    *,
+    plane: str | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw the force across each pin as a polar diagram, in world axes, with its reversals.
+
+    The curve joins the ends of the forces on the child link over a period of the drive. An arrow
+    from the origin shows which way the force grows where it swings round, and at which position of
+    the drive; it is dashed where the sides would not strike.
+
+    Args:
+        scanned: from `clearance.scan`.
+        joints: one or several of it; all in the order of their severity if None.
+        plane: `xy`, `yz` or `zx`, instead of the plane most nearly across each pin.
+        title: of the figure.
+
+    Raises:
+        ModelError: a joint was not scanned.
+        ArgumentError: unknown plane.
+
+    Source:
+        Dresig and Thümmel, Bild 1.
+    """
+    shown = [scanned[name] for name in (scanned.ranking if joints is None else names(joints))]
+    columns = min(len(shown), 3 if len(shown) > 4 else 2) or 1
+    rows = -(-len(shown) // columns) or 1
+    figure, axes = axes_grid(rows, columns, size=(1.2 + 3.6 * columns, 0.8 + 3.7 * rows))
+    panels = np.atleast_1d(axes)
+    for panel, joint in zip(panels, shown, strict=False):
+        drawn_in = plane or across(_axis(joint.force))
+        _draw(panel, joint, columns_of(drawn_in))
+        panel.set_title(f"{joint.name}\nworld axes")
+        panel.set_xlabel(f"$F_{drawn_in[0]}$ [N]")
+        panel.set_ylabel(f"$F_{drawn_in[1]}$ [N]")
+    for panel in panels[len(shown) :]:
+        panel.remove()
+    figure.suptitle(title, fontsize=TITLE_SIZE)
+    return figure
+
+
+def _draw(axes: Axes, joint: JointScan, columns: list[int]) -> None:
+    """Draw a joint's force and its reversals, in a plane."""
+    ends = joint.force[:, columns]
+    # The period's end is its beginning.
+    closed = np.concatenate([ends, ends[:1]])
+    diagram(axes, np.append(joint.position, np.inf), closed)
+    greatest = float(np.max(np.linalg.norm(ends, axis=1)))
+    for item in joint.reversals:
+        _arrow(axes, item, _ARROW * greatest * item.direction[columns])
+
+
+def _arrow(axes: Axes, item: Reversal, tip: Array) -> None:
+    """Draw a reversal as an arrow from the origin, labelled with the drive's position."""
+    color = line_style(1)["color"]
+    dashes = "-" if item.strikes else "--"
+    look = {"arrowstyle": "-|>", "color": color, "linewidth": 1.4, "linestyle": dashes}
+    axes.annotate("", tip, (0.0, 0.0), arrowprops={**look, "shrinkA": 0.0, "shrinkB": 0.0})
+    aside = np.array([tip[1], -tip[0]])
+    aside = 16.0 * aside / (float(np.linalg.norm(aside)) or 1.0)
+    axes.annotate(
+        f"{np.rad2deg(item.position):.0f}°",
+        tip,
+        aside,
+        textcoords="offset points",
+        ha="center",
+        va="center",
+        color=color,
+        fontsize=9,
+        bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.7},
+    )
+
+
+def _axis(force: Array) -> Array:
+    """Return the direction across the plane of forces `(N, 3)`."""
+    scale = float(np.max(np.abs(force))) or 1.0
+    return np.asarray(np.linalg.svd(force / scale, full_matrices=True)[2][2])

@@ -1,0 +1,69 @@
+"""Impact ranking: joints by the severity of their impacts, and what would make them milder."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..clearance.scan import Scan
+from ..errors import ArgumentError
+from .style import Figure, axes_grid, legend, line_style, point_style
+
+_BAR = 0.36
+"""Width of a bar, where joints are 1 apart."""
+_LESS = -0.1
+_ROW, _ROOM = 0.55, 2.2
+"""Height of the figure per joint, and for all that surrounds them [inch]."""
+_SPREAD = 0.6
+"""Width over which the points of a joint are spread, where joints are 1 apart."""
+
+
+def impact_ranking(scanned: Scan, *, title: str = "") -> Figure:
+    """Draw joints by severity: forces with and without play, and what less of each parameter buys.
+
+    On the left the greatest force of each joint without play and the greatest peak of its impacts,
+    those first that are greatest; joints in which nothing strikes have no such bar. On the right by
+    how much that peak would change with 10 % less of speed, slope, play, mass or stiffness.
+
+    Args:
+        scanned: from `clearance.scan`.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: no joint was scanned.
+    """
+    if not len(scanned):
+        raise ArgumentError("no joint was scanned, so that there is no ranking")
+    ranking = scanned.ranking
+    places = np.arange(len(ranking))
+    joints = [scanned[name] for name in ranking]
+    size = (10.5, _ROOM + _ROW * len(ranking))
+    figure, (forces, effects) = axes_grid(1, 2, size=size)
+    rigid = [joint.rigid_peak for joint in joints]
+    peaks = [joint.severity for joint in joints]
+    solid, open_bar = line_style(0)["color"], line_style(1)["color"]
+    forces.barh(places - _BAR / 2, peaks, _BAR, color=solid, label="with play: peak of impacts")
+    forces.barh(
+        places + _BAR / 2,
+        rigid,
+        _BAR,
+        color="white",
+        edgecolor=open_bar,
+        hatch="///",
+        label="without play: greatest force",
+    )
+    forces.set_xlabel("force [N]")
+    forces.set_yticks(places, ranking)
+    bought = [None if joint.worst is None else joint.worst.effects(_LESS) for joint in joints]
+    parameters = next((list(found) for found in bought if found is not None), [])
+    for index, name in enumerate(parameters):
+        values = [np.nan if found is None else 100.0 * found[name] for found in bought]
+        beside = _SPREAD * (index / (len(parameters) - 1) - 0.5)
+        effects.plot(values, places + beside, **point_style(index), label=f"less {name}")
+    effects.axvline(0.0, color="0.3", linewidth=0.9)
+    effects.set_xlabel(f"change of the peak with {-100.0 * _LESS:g} % less [%]")
+    effects.set_yticks(places, [""] * len(ranking))
+    for axes in (forces, effects):
+        axes.set_ylim(len(ranking) - 0.5, -0.5)
+    figure.suptitle(title or f"Impacts at {scanned.speed:g} rad/s", fontsize=11)
+    legend(figure, 4)
+    return figure

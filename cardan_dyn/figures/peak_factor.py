@@ -1,0 +1,81 @@
+"""Peak factor: f(τ), by which the peak of an impact exceeds stiffness times half the play."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from analytic.damped_impact import damped_peak
+from analytic.impact import peak_factor as factor_of
+from analytic.impact import peak_factor_limits
+
+from ..clearance.impact_model import ImpactModel
+from ..clearance.joint_scan import Reversal
+from ..clearance.scan import Scan
+from .style import Figure, axes_grid, legend, line_style, point_style
+
+_RANGE = (0.5, 20.0)
+"""Range of τ that is drawn at least."""
+_POINTS = 400
+
+
+def peak_factor(
+    of: Scan | Mapping[str, Reversal | ImpactModel] | None = None, *, title: str = ""
+) -> Figure:
+    """Draw f(τ) = peak / (c s) with its limits, and where impacts are on it.
+
+    Lines from rest, as in the paper, and from release, as a spring lets go, undamped; and one for
+    each damping ratio of the impacts.
+
+    Args:
+        of: a scan, of which the worst reversal of each joint is shown, or labels to reversals or
+            two-mass models; none if None.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: a peak is beyond what the geometry of a pin has a stiffness for.
+
+    Source:
+        Dresig and Thümmel (36), Bild 5.
+    """
+    models = _models(of)
+    taus = [float(model.estimate.tau) for model in models.values()]
+    tau = np.geomspace(min([_RANGE[0], *taus]), max([_RANGE[1], *taus]), _POINTS)
+    figure, axes = axes_grid(size=(7.2, 5.4))
+    below, above = peak_factor_limits(tau)
+    lines = {
+        "from rest": factor_of(tau),
+        "from release": factor_of(tau, start="release"),
+        "24π/τ³: ramp without play": below,
+        "6/τ: impact alone": above,
+    }
+    kinds = sorted({(m.damping_ratio, m.start) for m in models.values() if m.damping_ratio})
+    for ratio, start in kinds:
+        # Mass, stiffness and ramp of 1: half the play is τ³/12.
+        half = tau**3 / 12.0
+        damped = damped_peak(1.0, 1.0, half, 1.0, ratio, start=start) / half
+        lines[f"from {start}, damping ratio {ratio:g}"] = damped
+    for index, (label, values) in enumerate(lines.items()):
+        axes.loglog(tau, values, **line_style(index), label=label)
+    for index, (label, model) in enumerate(models.items()):
+        found = model.estimate
+        value = float(found.peak) / (float(found.stiffness) * 0.5 * model.play)
+        axes.plot(float(found.tau), value, **point_style(index), label=label)
+    axes.set_xlabel("characteristic number τ [–]")
+    axes.set_ylabel("f(τ) = peak / (c s) [–]")
+    axes.set_title(title or "Peak of the force after an impact (Bild 5)")
+    legend(figure, 3)
+    return figure
+
+
+def _models(
+    of: Scan | Mapping[str, Reversal | ImpactModel] | None,
+) -> dict[str, ImpactModel]:
+    """Return models by label, of a scan those of the worst reversals."""
+    if of is None:
+        return {}
+    if isinstance(of, Scan):
+        worst = {name: of[name].worst for name in of.ranking}
+        return {name: item.model for name, item in worst.items() if item is not None}
+    return {name: m.model if isinstance(m, Reversal) else m for name, m in of.items()}

@@ -1,0 +1,308 @@
+"""Contact following: when pins strike the walls of their bushes and leave them, step by step.
+
+Within a phase all forces are smooth, but for kinks of some laws, where steps end as well. A phase
+ends where a pin reaches the wall, where the wall no
+longer presses, or where it presses again before the pin is back in the play: that is located on the
+interpolated step, and the integration starts anew from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio
+
+from ..arrays import Array
+from ..elements.recorded_contact import FREE, PARTED, PRESSED, Phase, RecordedContact
+from .integration import Integration
+from .pin_motion import PinMotion, PinPlace
+from .system import System
+
+_INNER = 8
+"""Parts of a step between which contacts are looked at."""
+_LOW = 0.3
+"""Least of three values, as a fraction of the excess of the others, up to which it is looked for
+negative ones beside it."""
+_LEFT = np.concatenate([np.linspace(1.0, 0.0, _INNER, endpoint=False), np.logspace(-1.0, -6.0, 16)])
+"""Parts of the way out of a wall, on which it may press once more, that are left where it is
+looked at."""
+_AT_WALL = 1e-9
+"""Depth, as a fraction of the play, up to which a pin that the wall no longer presses is back in
+the play: errors of what locates it."""
+_SOON = 1e-6
+"""Part of the first interval after which a phase ends that rounding began on the wrong side."""
+_BETTER = 0.95
+"""Sampled force, as a fraction of the peak so far, from which on it is looked for a higher peak."""
+
+
+class Touch(NamedTuple):
+    """A time during which a wall presses a pin.
+
+    Attributes:
+        contact: index of the element among those of the scene.
+        start, end: times [s]; the end is that of the simulation if it still pressed then.
+        speed: at which the pin struck the wall [m/s]; NaN where the simulation began pressed.
+        peak: greatest force [N].
+        peak_time: when [s].
+        direction: `(3,)` unit vector in which the pin pressed the wall then, in world axes.
+    """
+
+    contact: int
+    start: float
+    end: float
+    speed: float
+    peak: float
+    peak_time: float
+    direction: Array
+
+
+class _Peak(NamedTuple):
+    """Greatest force of a touch so far: [N], when [s], and in which direction `(3,)`."""
+
+    force: float
+    time: float
+    direction: Array
+
+
+class ContactFollowing:
+    """The contacts of a simulation.
+
+    Attributes:
+        touches: those that ended, and after `close` the last ones.
+    """
+
+    def __init__(
+        self, system: System, contacts: Sequence[tuple[int, RecordedContact]], most: int
+    ) -> None:
+        """Make it.
+
+        Args:
+            system: the equations of motion.
+            contacts: that it moves, without phases yet, each with its index among all elements.
+            most: number of touches after which the simulation ends.
+        """
+        self._system, self._most = system, most
+        self._pins = [
+            _Pin(index, contact, PinMotion(system.model.mechanism, contact))
+            for index, contact in contacts
+        ]
+        self._data = system.physical.createData()
+        self.touches: list[Touch] = []
+
+    def begin(self, y: Array) -> None:
+        """Begin the first phases.
+
+        Args:
+            y: first row. A wall that presses there does not know how the touch began: laws that
+                depend on it act without damping.
+        """
+        for pin, place in zip(self._pins, self._places(y), strict=True):
+            is_pressed = place.depth > 0.0 and pin.pressure(place, np.inf) > 0.0
+            pin.begin(0.0, is_pressed)
+
+    def follow(self, integration: Integration) -> str:
+        """Look at the last step, and end it where a phase ends.
+
+        Args:
+            integration: that took it.
+
+        Returns:
+            Why the simulation is to end; empty if it is not.
+        """
+        segment = integration.segments[-1]
+        known: dict[float, list[PinPlace]] = {}
+
+        def places(time: float) -> list[PinPlace]:
+            if time not in known:
+                known[time] = self._places(segment.dense(time))
+            return known[time]
+
+        times = np.linspace(segment.start, segment.end, _INNER + 1).tolist()
+        ends = []
+        for index, pin in enumerate(self._pins):
+
+            def place(time: float, index: int = index) -> PinPlace:
+                return places(time)[index]
+
+            ends.append(pin.end(times, place))
+        first = min(ends)
+        end = min(first, segment.end)
+        seen = [*(time for time in times if time < end), end]
+        for index, pin in enumerate(self._pins):
+            pin.note_peak(seen, lambda time, index=index: places(time)[index])  # type: ignore[misc]
+        if first == np.inf:
+            return ""
+        point = integration.on(segment, end)
+        for pin, when, at in zip(self._pins, ends, self._places(point.y), strict=True):
+            if when == first:
+                self.touches += pin.switch(end, at)
+        integration.restart(point)
+        return f"{self._most} touches of pins" if len(self.touches) >= self._most else ""
+
+    def close(self, time: float) -> None:
+        """Add the touches that last at the end of a simulation."""
+        for pin in self._pins:
+            self.touches += pin.touch(time)
+
+    def _places(self, y: Array) -> list[PinPlace]:
+        """Return where all pins are at a row."""
+        system = self._system
+        x = system.unit(y[: system.size])
+        pinocchio.forwardKinematics(system.physical, self._data, x, y[system.size :])
+        return [pin.motion.place(self._data) for pin in self._pins]
+
+
+class _Pin:
+    """One contact as it is followed.
+
+    Attributes:
+        motion: of the pin.
+    """
+
+    def __init__(self, index: int, contact: RecordedContact, motion: PinMotion) -> None:
+        self._index, self._contact, self.motion = index, contact, motion
+        self._begun, self._left, self._speed = 0.0, np.inf, np.nan
+        self._peak: _Peak | None = None
+
+    @property
+    def _phase(self) -> Phase:
+        return self._contact.phases.last
+
+    def pressure(self, place: PinPlace, touch_speed: float) -> float:
+        """Return what the law says, whether or not it acts [N]."""
+        return float(self._contact.law.force(place.depth, place.growth, touch_speed))
+
+    def begin(self, time: float, is_pressed: bool, speed: float = np.nan) -> None:
+        """Begin to touch, or to be free in the play; `speed` is that towards the wall, if known."""
+        law_speed = np.inf if np.isnan(speed) else speed
+        self._contact.phases.begin(Phase(time, PRESSED if is_pressed else FREE, law_speed))
+        self._begun, self._left, self._speed, self._peak = time, np.inf, speed, None
+
+    def end(self, times: list[float], place: Callable[[float], PinPlace]) -> float:
+        """Return when the phase ends within a step [s]; inf if it does not.
+
+        Args:
+            times: within the step, its start and end included.
+            place: of the pin at a time.
+        """
+        phase = self._phase
+        if phase.state == FREE:
+            return first_fall(lambda time: -place(time).depth, times)
+
+        def pressure(time: float) -> float:
+            return self.pressure(place(time), phase.touch_speed)
+
+        if phase.state == PRESSED:
+            kinks = (self._crossing(kink, times, place) for kink in self._contact.law.kinks)
+            return min(first_fall(pressure, times), *kinks, np.inf)
+        back = first_fall(lambda time: place(time).depth, times)
+        # Some laws press once more just before the pin is back, whose flight the step may be.
+        way = min(back, times[-1]) - times[0]
+        inside = [times[0] + way * (1.0 - left) for left in _LEFT.tolist()]
+        return min(back, first_fall(lambda time: -pressure(time), inside))
+
+    @staticmethod
+    def _crossing(kink: float, times: list[float], place: Callable[[float], PinPlace]) -> float:
+        """Return when the depth passes that of a kink within a step; inf if it does not."""
+        start = place(times[0]).depth - kink
+        side = start if abs(start) > _AT_WALL * kink else place(times[1]).depth - kink
+        sign = 1.0 if side > 0.0 else -1.0
+        return first_fall(lambda time: sign * (place(time).depth - kink), times)
+
+    def switch(self, time: float, place: PinPlace) -> list[Touch]:
+        """Begin the phase that follows, if it is no kink; return the touch that ended, if any."""
+        phase, contact = self._phase, self._contact
+        if phase.state == FREE:
+            self.begin(time, True, place.growth)
+            return []
+        if phase.state == PRESSED and any(
+            abs(place.depth - kink) <= _AT_WALL * kink for kink in contact.law.kinks
+        ):
+            return []
+        if place.depth <= _AT_WALL * contact.play:
+            ended = self.touch(time)
+            self.begin(time, False)
+            return ended
+        # Where the wall presses once more before the pin is back, it is the same touch.
+        self._left = time if phase.state == PRESSED else np.inf
+        state = PARTED if phase.state == PRESSED else PRESSED
+        contact.phases.begin(Phase(time, state, phase.touch_speed))
+        return []
+
+    def note_peak(self, times: list[float], place: Callable[[float], PinPlace]) -> None:
+        """Keep the greatest force of a step if it is that of the touch so far.
+
+        Args:
+            times: within the step.
+            place: of the pin at a time.
+        """
+        phase = self._phase
+        if phase.state != PRESSED:
+            return
+        forces = [self.pressure(place(time), phase.touch_speed) for time in times]
+        best = int(np.argmax(forces))
+        so_far = self._peak.force if self._peak else 0.0
+        if forces[best] < _BETTER * so_far:
+            return
+        time, force = times[best], forces[best]
+        low, high = times[max(best - 1, 0)], times[min(best + 1, len(times) - 1)]
+        if high > low:
+            from scipy.optimize import minimize_scalar
+
+            found = minimize_scalar(
+                lambda at: -self.pressure(place(float(at)), phase.touch_speed),
+                bounds=(low, high),
+                method="bounded",
+                options={"xatol": 1e-5 * (high - low)},
+            )
+            if -found.fun > force:
+                time, force = float(found.x), -float(found.fun)
+        if force > so_far:
+            self._peak = _Peak(force, time, place(time).away)
+
+    def touch(self, time: float) -> list[Touch]:
+        """Return the touch that ends at a time at the latest, if the wall is touched."""
+        if self._phase.state == FREE or self._peak is None:
+            return []
+        end = min(self._left, time)
+        return [Touch(self._index, self._begun, end, self._speed, *self._peak)]
+
+
+def first_fall(value: Callable[[float], float], times: list[float]) -> float:
+    """Return when a function falls through zero for the first time; inf if it does not.
+
+    Args:
+        value: the function; a least value between two times is looked for where it is small.
+        times: ascending. A function that is not positive at the first two has fallen already.
+    """
+    from scipy.optimize import brentq, minimize_scalar
+
+    values = [value(time) for time in times]
+    if values[0] <= 0.0 and values[1] < 0.0:
+        return times[0] + _SOON * (times[1] - times[0])
+    last = len(times) - 1
+    for k in range(last + 1):
+        if k and values[k - 1] > 0.0 >= values[k]:
+            return _root(brentq, value, times[k - 1], times[k])
+        around = [values[j] for j in (k - 1, k + 1) if 0 <= j <= last]
+        if not 0.0 < values[k] <= min(around):
+            continue
+        low, high = times[max(k - 1, 0)], times[min(k + 1, last)]
+        if 0 < k < last:
+            if values[k] > _LOW * (max(around) - values[k]):
+                continue
+        elif value(times[k] + _SOON * (high - low) * (1.0 if k == 0 else -1.0)) >= values[k]:
+            continue  # The least value is that of the step before or after it.
+        least = minimize_scalar(value, bounds=(low, high), method="bounded")
+        if least.fun <= 0.0:
+            return _root(brentq, value, low if k else times[0], float(least.x))
+    return np.inf
+
+
+def _root(
+    brentq: Callable[..., float], value: Callable[[float], float], a: float, b: float
+) -> float:
+    """Return where a function is zero between two times [s]."""
+    return float(brentq(value, a, b, xtol=max(1e-15 * b, 1e-300), rtol=8.9e-16))

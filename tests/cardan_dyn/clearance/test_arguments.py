@@ -1,0 +1,74 @@
+"""Arguments of scans."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn import ArgumentError
+from cardan_dyn.clearance import PinGeometry
+from cardan_dyn.clearance.arguments import (
+    damping_ratio_of,
+    drive_of,
+    period_of,
+    pins_of,
+    play_of,
+    positive,
+    speed_of,
+    start_of,
+    stiffness_of,
+)
+
+PIN = PinGeometry(0.02, 0.01)
+
+
+def test_good_ones_come_back() -> None:
+    assert positive("x", 2) == 2.0
+    assert damping_ratio_of(0) == 0.0
+    assert start_of("rest") == "rest"
+    assert speed_of(-3) == -3.0
+    assert play_of({"a": 1e-4}, "a") == play_of(1e-4, "a") == 1e-4
+    assert stiffness_of({"a": PIN, "b": 1e8}, "a") is stiffness_of(PIN, "b") is PIN
+
+
+@pytest.mark.parametrize(
+    ("call", "given", "match"),
+    [
+        (speed_of, 0.0, "speed is 0"),
+        (speed_of, 1e-200, "speed is 1e-200, and so are inertia forces"),
+        (speed_of, [1.0, 2.0], "speed is of type list"),
+        (speed_of, "fast", "speed"),
+        (damping_ratio_of, -0.1, "from 0 to below 1"),
+        (start_of, None, "start is None"),
+    ],
+)
+def test_bad_ones_do_not(call: Any, given: Any, match: str) -> None:
+    with pytest.raises(ArgumentError, match=match):
+        call(given)
+
+
+def test_of_joints() -> None:
+    with pytest.raises(ArgumentError, match=r"play\['a'\] is 0"):
+        play_of({"a": 0.0}, "a")
+    with pytest.raises(ArgumentError, match="stiffness has no value for joint 'b'"):
+        stiffness_of({"a": PIN}, "b")
+    with pytest.raises(ArgumentError, match="play"):
+        play_of(PIN, "a")
+
+
+def test_of_scenes() -> None:
+    scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft", outputs=["needle_pin"])
+    problem = scene._solver.problem
+    pins, left_out = pins_of(problem, None)
+    assert pins == ["needle_pin"]
+    assert left_out["rocker_pin"] == "it is no output of the scene"
+    assert period_of(scene._solver) == pytest.approx(6.283185307179586)
+    column = problem.mechanism.coordinates.named["main_shaft"].rate
+    assert drive_of(problem, None) == ([column], {})
+    assert drive_of(problem, 0.5) == ([], {column: 0.5})
+    crank = cd.load("slider_crank")
+    slide = cd.Scene(crank, drive="piston_guide", start={"crank_bearing": 1.0})
+    with pytest.raises(ArgumentError, match="piston_guide does not come back"):
+        period_of(slide._solver)

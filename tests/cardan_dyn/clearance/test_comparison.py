@@ -1,0 +1,81 @@
+"""The estimate beside the simulation of whole mechanisms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn import clearance
+
+_WITHIN = 0.1
+"""What is promised where the force reverses, the ramp is straight, and tau is great enough."""
+
+
+def compared(
+    name: str, drive: str, joint: str, speed: float, play: float, stiffness: float
+) -> clearance.Comparison:
+    scene = cd.Scene(cd.load(name), drive=drive)
+    contact = {"play": play, "stiffness": stiffness, "damping_ratio": 0.25}
+    scan = clearance.scan(scene, speed, joints=[joint], **contact)
+    simulation = clearance.simulate(scene, speed, joints=joint, turns=2.6, rtol=1e-8, **contact)
+    return clearance.compare(scan, simulation)
+
+
+@pytest.mark.parametrize(
+    ("joint", "speed", "play", "stiffness"),
+    [
+        ("coupler_pin", 300.0, 1e-4, 1e8),
+        ("needle_pin", 150.0, 1e-4, 1e8),
+        ("rocker_pin", 300.0, 1e-4, 1e8),
+        ("rocker_bearing", 300.0, 1e-4, 1e8),
+        ("coupler_pin", 600.0, 1e-4, 1e8),
+        ("needle_pin", 300.0, 2e-5, 1e8),
+        ("coupler_pin", 150.0, 1e-4, 1e7),
+    ],
+)
+def test_needle_drive_within_a_tenth_where_the_estimate_has_no_doubts(
+    joint: str, speed: float, play: float, stiffness: float
+) -> None:
+    for item in compared("needle_drive", "main_shaft", joint, speed, play, stiffness):
+        reversal = item.reversal
+        assert reversal.turn_through < 0.03 and reversal.flown < 0.4 and reversal.tau > 3.0
+        assert abs(item.error) < _WITHIN
+
+
+def test_slider_crank_turns_its_force_through() -> None:
+    """The excess over the force without play is a part of what is estimated, and doubted."""
+    for item in compared("slider_crank", "crank_bearing", "piston_pin", 150.0, 1e-4, 1e8):
+        assert 0.1 < item.reversal.turn_through < 0.3
+        assert any("turns through" in doubt for doubt in item.reversal.doubts)
+        assert 0.2 < item.excess < 0.9
+
+
+def test_small_tau_is_doubted_and_fails() -> None:
+    for item in compared("needle_drive", "main_shaft", "rocker_bearing", 600.0, 2e-5, 1e7):
+        assert item.reversal.tau < 1.8386 and item.reversal.doubts
+        assert item.error < -0.2
+
+
+def test_tables() -> None:
+    found = compared("needle_drive", "main_shaft", "coupler_pin", 300.0, 1e-4, 1e8)
+    frame = found.to_dataframe()
+    assert len(frame) == 2 and set(frame["joint"]) == {"coupler_pin"}
+    item = found[0]
+    assert frame["error"][0] == pytest.approx(item.estimate / np.mean(item.simulated) - 1.0)
+    assert "coupler_pin at 0.247 rad" in str(found)
+
+
+def test_what_does_not_belong_together_is_refused() -> None:
+    scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+    contact = {"play": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
+    short = clearance.simulate(scene, 300.0, joints="coupler_pin", turns=0.3, rtol=1e-7, **contact)
+    scan = clearance.scan(scene, 300.0, joints=["coupler_pin"], **contact)
+    with pytest.raises(cd.ArgumentError, match="simulate more turns"):
+        clearance.compare(scan, short)
+    other = clearance.scan(scene, 300.0, joints=["needle_pin"], **contact)
+    with pytest.raises(cd.ArgumentError, match="no joint of the simulation"):
+        clearance.compare(other, short)
+    faster = clearance.scan(scene, 301.0, joints=["coupler_pin"], **contact)
+    with pytest.raises(cd.ArgumentError, match="of 301 rad/s, the simulation of 300"):
+        clearance.compare(faster, short)

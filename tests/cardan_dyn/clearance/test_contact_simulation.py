@@ -1,0 +1,57 @@
+"""Results of simulations of play."""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn import clearance
+
+
+@pytest.fixture(scope="module")
+def found() -> clearance.ContactSimulation:
+    scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+    return clearance.simulate(
+        scene, 300.0, joints="coupler_pin", play=1e-4, stiffness=1e8, damping_ratio=0.25,
+        turns=1.0, rtol=1e-11,
+    )  # fmt: skip
+
+
+def test_courses_fit_the_trajectory(found: clearance.ContactSimulation) -> None:
+    at = found.evenly(200)
+    course = at["coupler_pin"]
+    assert course.t.shape == course.force.shape == (200,) and course.offset.shape == (200, 3)
+    slides = at.trajectory.motion.position("coupler_pin")[:, :2]
+    distance = np.linalg.norm(slides, axis=1)
+    np.testing.assert_allclose(np.linalg.norm(course.offset, axis=1), distance, atol=1e-15)
+    np.testing.assert_allclose(course.depth, distance - 5e-5, atol=1e-15)
+    np.testing.assert_allclose(course.position, course.position[0] + 300.0 * course.t, rtol=1e-12)
+    assert np.array_equal(course.is_pressed, course.force > 0.0)
+    assert 0 < np.count_nonzero(course.is_pressed) < 200
+
+
+def test_impacts_are_where_pins_reach_the_wall(found: clearance.ContactSimulation) -> None:
+    struck = found["coupler_pin"].struck
+    assert len(struck) >= 2 and struck == tuple(i for i in found.impacts if i.speed == i.speed)
+    starts = found.at([item.start for item in struck])["coupler_pin"]
+    np.testing.assert_allclose(starts.depth, 0.0, atol=1e-12)
+    np.testing.assert_allclose(starts.position, [item.position for item in struck], rtol=1e-12)
+    peaks = found.at([item.peak_time for item in struck])["coupler_pin"].force
+    np.testing.assert_allclose(peaks, [item.peak for item in struck], rtol=1e-9)
+
+
+def test_copies_and_texts(found: clearance.ContactSimulation) -> None:
+    again = copy.deepcopy(found)
+    np.testing.assert_array_equal(again["coupler_pin"].force, found["coupler_pin"].force)
+    assert "coupler_pin" in repr(found) and list(found) == ["coupler_pin"] and len(found) == 1
+    with pytest.raises(cd.ModelError, match="no joint 'needle_pin' has play"):
+        found["needle_pin"]
+    with pytest.raises(cd.ArgumentError, match="reach beyond"):
+        found.at([9.0])
+
+
+def test_energy_is_that_of_walls(found: clearance.ContactSimulation) -> None:
+    assert found.energy_residual < 1e-6

@@ -1,0 +1,74 @@
+"""Impacts of all pins at once: the same as of each alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn import ArgumentError
+from cardan_dyn.clearance import ImpactModel, PinGeometry, scan
+
+PIN = PinGeometry(0.02, 0.01, seat_stiffness=5e7)
+
+
+@pytest.fixture(scope="module")
+def drive() -> cd.Scene:
+    return cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+
+
+def test_numbers_and_geometries_side_by_side(drive: cd.Scene) -> None:
+    laws: dict[str, Any] = {"coupler_pin": PIN, "needle_pin": 1e8, "rocker_pin": 3e7}
+    plays = {"coupler_pin": 1e-4, "needle_pin": 5e-5, "rocker_pin": 2e-4}
+    found = scan(drive, 300.0, joints=list(laws), play=plays, stiffness=laws, damping_ratio=0.2)
+    for name, law in laws.items():
+        alone = scan(drive, 300.0, joints=name, play=plays, stiffness=laws, damping_ratio=0.2)
+        for item, other in zip(found[name].reversals, alone[name].reversals, strict=True):
+            model = ImpactModel(item.reduced_mass, law, plays[name], item.force_slope, 0.2)
+            assert item.model == model
+            assert item.peak == pytest.approx(float(model.estimate.peak), rel=1e-12)
+            assert item.peak == pytest.approx(other.peak, rel=1e-12)
+            assert item.stiffness == pytest.approx(float(model.estimate.stiffness), rel=1e-12)
+    assert found["coupler_pin"].reversals[0].stiffness < 5e7
+
+
+def test_what_no_contact_carries_names_its_joint(drive: cd.Scene) -> None:
+    thin = {"coupler_pin": PinGeometry(2e-5, 0.01), "needle_pin": 1e8}
+    with pytest.raises(ArgumentError, match="joint 'coupler_pin': the peak exceeds"):
+        scan(drive, 300.0, joints=list(thin), play=1e-4, stiffness=thin)
+
+
+def test_contact_alone_is_noted(drive: cd.Scene) -> None:
+    bare = PinGeometry(0.02, 0.01)
+    found = scan(drive, 300.0, play=1e-4, stiffness={**dict.fromkeys(drive.outputs, PIN)})
+    assert found.notes == ()
+    stiff = scan(drive, 300.0, joints="needle_pin", play=1e-4, stiffness=bare)
+    assert "about a hundredfold" in stiff.notes[0] and "needle_pin" in stiff.notes[0]
+    assert "- note: needle_pin" in str(stiff)
+    assert any("line contact alone" in doubt for doubt in stiff["needle_pin"].reversals[0].doubts)
+
+
+def test_swings_far_from_zero_are_counted_and_dropped() -> None:
+    scene = cd.Scene(
+        cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": -1000.0}
+    )
+    found = scan(scene, 100.0, joints="piston_pin", play=1e-4, stiffness=1e8)["piston_pin"]
+    assert found.reversals == () and found.turning == 2
+    assert "turns through 2 times" in found.verdict
+    sizes = np.linalg.norm(found.force, axis=1)
+    least = (sizes < np.roll(sizes, 1)) & (sizes <= np.roll(sizes, -1))
+    assert np.count_nonzero(least) == 2 and np.min(sizes) > 100.0
+
+
+def test_swings_far_from_zero_ask_for_no_stiffness() -> None:
+    """Their ramp would make a peak that no such contact carries."""
+    scene = cd.Scene(
+        cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": -1000.0}
+    )
+    weak = PinGeometry(1e-6, 0.01)
+    found = scan(scene, 100.0, joints="piston_pin", play=1e-4, stiffness=weak)["piston_pin"]
+    assert found.turning == 2
+    with pytest.raises(ArgumentError, match="joint 'crank_bearing': the peak exceeds"):
+        scan(scene, 100.0, joints="crank_bearing", play=1e-4, stiffness=weak)

@@ -1,0 +1,72 @@
+"""Where simulations of play begin."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import cardan_dyn as cd
+from cardan_dyn.clearance.opened_scene import Play, opened
+from cardan_dyn.clearance.rigid_start import RigidStart
+
+
+def scene() -> cd.Scene:
+    return cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
+
+
+def test_it_begins_where_no_force_is_near_a_reversal() -> None:
+    begun = RigidStart(scene(), 200.0, ["crank_pin", "piston_pin"])
+    sweep = scene().sweep(np.linspace(0.0, 2.0 * np.pi, 721), 200.0)
+    there = scene().sweep([begun.position], 200.0)
+    for name in begun.joints:
+        sizes = np.linalg.norm(sweep[name].force[:, :2], axis=1)
+        assert np.linalg.norm(there[name].force[0, :2]) > 0.9 * np.max(sizes)
+
+
+@pytest.mark.parametrize("joint", ["crank_pin", "piston_pin", "crank_bearing"])
+@pytest.mark.parametrize("law", [cd.LinearContact(1e8), cd.HuntCrossley(1e11, restitution=0.6)])
+def test_pins_begin_pressed_by_the_force_without_play_and_move_with_it(
+    joint: str, law: cd.LinearContact
+) -> None:
+    begun = RigidStart(scene(), 200.0, joint, 0.8)
+    plays = [Play(joint, 1e-4, law, 0.0, 0.0, None)]
+    found = opened(scene(), plays)
+    start = begun.state(found, plays, is_free=False)
+    # Touches that the start does not know give the spring alone.
+    motion = found.scene.simulate(1e-7, **start, rtol=1e-10)
+    force = motion.at([0.0]).element_force[0]
+    tight = scene().sweep([0.8], 200.0)
+    expected = tight.wrench(joint, "world").force[0]
+    # Of a joint whose bush moves, the play of its pin turns the bush a little.
+    near = 1e-9 if joint != "piston_pin" else 1e-3
+    np.testing.assert_allclose(force.force[0], expected, atol=near * np.linalg.norm(expected))
+    # The wall presses as its force does a little later: it is followed, not struck.
+    later = motion.at([1e-7]).element_force[0]
+    expected = scene().sweep([0.8 + 200.0 * 1e-7], 200.0).wrench(joint, "world").force[0]
+    change = expected - tight.wrench(joint, "world").force[0]
+    np.testing.assert_allclose(
+        later.force[0] - force.force[0], change, atol=0.05 * np.linalg.norm(change)
+    )
+
+
+def test_damping_follows_from_the_mass_that_the_force_moves() -> None:
+    """By an experiment: what a push along the force moves in a short time."""
+    begun = RigidStart(scene(), 200.0, "crank_pin", 0.8)
+    force = scene().sweep([0.8], 200.0)["crank_pin"].force[0]
+    found = opened(scene(), [Play("crank_pin", 1e-4, cd.LinearContact(1e8), 0.0, 0.0, None)])
+    turn = scene().sweep([0.8]).motion.position("crank_pin")[0]
+    # Slides act along the axes of the bush, the wrench is given along those of the pin.
+    away = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) @ force[:2]
+    away = away / np.linalg.norm(away)
+    axes = [part.axis[:2] for part in found.scene.mechanism.joint("crank_pin").parts[:2]]
+    along = {f"crank_pin.slide_{k + 1}": float(axes[k] @ away) for k in range(2)}
+    ends = []
+    for sign in (1.0, -1.0):
+        loads = {name: sign * value for name, value in along.items()}
+        motion = found.scene.simulate(
+            1e-4, position={found.drive: 0.8}, motion={found.drive: 0.0}, loads=loads, rtol=1e-12
+        )
+        place = motion.motion.position("crank_pin")[-1, :2]
+        ends.append(sum(place[k] * value for k, value in enumerate(along.values())))
+    mass = 1e-4**2 / (ends[0] - ends[1])
+    assert begun.reduced_mass("crank_pin") == pytest.approx(mass, rel=1e-6)

@@ -1,0 +1,118 @@
+"""The command `clearance`: table, JSON, figures, options and messages."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+import cardan_dyn as cd
+from cardan_dyn.clearance import PinGeometry, scan
+from cardan_dyn.command_line import commands as cli
+
+CONTACT = ("--play", "1e-4", "--stiffness", "1e8")
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(cli.main, ["clearance", *arguments], catch_exceptions=False)
+
+
+@pytest.fixture
+def wide(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "180")
+
+
+@pytest.mark.usefixtures("wide")
+def test_prints_joints_by_severity_doubts_and_what_was_not_scanned() -> None:
+    result = run("needle_drive", "--speed-rpm", "3000", *CONTACT, "--damping-ratio", "0.25")
+    assert result.exit_code == 0
+    drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+    speed = 100.0 * math.pi
+    found = scan(drive, speed, play=1e-4, stiffness=1e8, damping_ratio=0.25)
+    places = [result.output.index(f" {name} ") for name in found.ranking]
+    assert places == sorted(places)
+    first = next(line for line in result.output.splitlines() if " rocker_bearing " in line)
+    worst = found["rocker_bearing"].worst
+    assert worst is not None
+    assert f"{worst.peak:.5g}" in first and f"{worst.tau:.2f}" in first
+    assert f"{100 * (0.9**worst.exponents.play - 1):+.1f}" in first
+    assert "3000 1/min" in result.output
+    assert "main_shaft at 14." in result.output
+    assert "needle_guide: not scanned, it has no pin" in result.output
+
+
+@pytest.mark.usefixtures("wide")
+def test_says_where_nothing_strikes() -> None:
+    options = ("--speed", "100", *CONTACT, "--load", "piston_guide=-1000")
+    result = run("slider_crank", *options)
+    assert "no reversal: the force turns through" in result.output
+    assert "usually no impact" in result.output
+
+
+def test_json_of_numbers_and_geometries() -> None:
+    options = ("--speed", "300", "--play", "crank_pin=1e-4", "--joint", "crank_pin", "--rotor", "2")
+    pin = ("--pin", "0.02", "0.01", "--seat-stiffness", "5e7", "--damping-ratio", "0.2")
+    content = json.loads(run("slider_crank", *options, *pin, "--json").output)
+    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
+    geometry = PinGeometry(0.02, 0.01, seat_stiffness=5e7)
+    expected = scan(
+        scene,
+        300.0,
+        play=1e-4,
+        stiffness=geometry,
+        joints="crank_pin",
+        damping_ratio=0.2,
+        rotor=2.0,
+    )["crank_pin"]
+    (joint,) = content["joints"]
+    assert content["speed"] == 300.0 and content["notes"] == [] and content["left_out"] == {}
+    assert joint["verdict"] == expected.verdict
+    assert joint["rigid_peak"] == pytest.approx(expected.rigid_peak)
+    assert len(joint["reversals"]) == len(expected.reversals) > 0
+    for row, item in zip(joint["reversals"], expected.reversals, strict=True):
+        assert row["peak"] == pytest.approx(item.peak)
+        assert row["exponent_play"] == pytest.approx(float(item.exponents.play))
+
+
+def test_what_is_no_number_is_null_in_json() -> None:
+    soft = ("--speed", "300", "--play", "1e-5", "--stiffness", "1e6")
+    content = json.loads(run("needle_drive", *soft, "--json").output)
+    peaks = [row["peak"] for joint in content["joints"] for row in joint["reversals"]]
+    assert peaks and set(peaks) == {None}
+
+
+def test_figures(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="figures need matplotlib")
+    options = ("--speed", "300", *CONTACT, "--joint", "coupler_pin", "--figures", str(tmp_path))
+    result = run("needle_drive", *options, "--json")
+    assert result.exit_code == 0 and f"Figures: {tmp_path}" in result.stderr
+    json.loads(result.stdout)
+    names = {"force_reversals", "impact_ranking", "peak_factor", "peak_influence"}
+    assert {path.stem for path in tmp_path.iterdir()} == names
+    file = tmp_path / "file"
+    file.touch()
+    assert run("needle_drive", *options[:-1], str(file / "x")).exit_code == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (CONTACT, "either by --speed or by --speed-rpm"),
+        (("--speed", "1", "--speed-rpm", "1", *CONTACT), "either by --speed or by --speed-rpm"),
+        (("--speed", "300", "--play", "1e-4"), "either by --stiffness or by --pin"),
+        (("--speed", "300", *CONTACT, "--pin", "0.1", "0.1"), "either by --stiffness or by --pin"),
+        (("--speed", "300", *CONTACT, "--seat-stiffness", "1"), "--seat-stiffness goes with --pin"),
+        (("--speed", "300", "--play", "x", "--stiffness", "1e8"), "--play 'x' is no number"),
+        (("--speed", "300", "--play", "a=x", "--stiffness", "1e8"), "is not JOINT=VALUE"),
+        (("--speed", "0", *CONTACT), "speed is 0"),
+        (("--speed", "300", *CONTACT, "--joint", "needle_guide"), "has no pin"),
+        (("--speed", "300", "--play", "-1", "--stiffness", "1e8"), "play is -1"),
+    ],
+)
+def test_messages(options: tuple[str, ...], message: str) -> None:
+    result = run("needle_drive", *options)
+    assert result.exit_code == 1
+    assert message in " ".join(result.stderr.split())

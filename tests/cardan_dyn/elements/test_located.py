@@ -1,0 +1,81 @@
+"""Passages: a swing, whose zeros are known, and what cannot be integrated."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cardan_dyn.elements.located import advance, on_step
+from cardan_dyn.errors import SimulationError
+
+TIGHT = {"rtol": 1e-13, "atol": np.full(2, 1e-15)}
+
+
+def swing(_: float, y: np.ndarray) -> np.ndarray:
+    return np.array([y[1], -y[0]])
+
+
+def test_the_end_is_located_to_rounding() -> None:
+    found = advance(swing, 0.0, np.array([0.0, 1.0]), 10.0, [lambda _, y: float(y[0])], **TIGHT)
+    assert found.event == 0
+    assert found.time == pytest.approx(np.pi, rel=1e-13)
+    assert found.state == pytest.approx([0.0, -1.0], abs=1e-12)
+
+
+def test_the_first_of_several_ends_it() -> None:
+    watches = [lambda _, y: float(y[0]), lambda _, y: 0.5 - float(y[0]), lambda t, _: 2.0 - t]
+    found = advance(swing, 0.0, np.array([0.0, 1.0]), 10.0, watches, **TIGHT)
+    assert found.event == 1
+    assert found.time == pytest.approx(np.pi / 6.0, rel=1e-13)
+
+
+def test_time_is_up() -> None:
+    found = advance(swing, 1.0, np.array([0.0, 1.0]), 2.0, [lambda _, y: float(y[0])], **TIGHT)
+    assert found.event is None
+    assert (found.time, found.steps[-1].end) == (2.0, 2.0)
+    assert found.state == pytest.approx([np.sin(1.0), np.cos(1.0)], abs=1e-12)
+    assert advance(swing, 2.0, np.ones(2), 2.0, [], **TIGHT).steps == []
+
+
+def test_what_falls_at_once_ends_at_the_start() -> None:
+    found = advance(swing, 0.0, np.array([0.0, -1.0]), 10.0, [lambda _, y: float(y[0])], **TIGHT)
+    assert (found.event, found.time) == (0, 0.0)
+    assert found.state.tolist() == [0.0, -1.0]
+
+
+def test_what_starts_below_zero_by_rounding_may_rise_first() -> None:
+    found = advance(
+        swing, 0.0, np.array([0.0, 1.0]), 10.0, [lambda _, y: float(y[0]) - 1e-13], **TIGHT
+    )
+    assert found.event == 0
+    assert found.time == pytest.approx(np.pi, rel=1e-12)
+
+
+def test_what_rises_for_less_than_a_place_is_found() -> None:
+    """Positive for 1e-9 s, where the first step is far longer."""
+    found = advance(
+        lambda _, y: np.array([1.0]),
+        0.0,
+        np.zeros(1),
+        1.0,
+        [lambda t, y: float(y[0]) * (1e-9 - float(y[0]))],
+        rtol=1e-9,
+        atol=np.ones(1),
+    )
+    assert found.time == pytest.approx(1e-9, rel=1e-12)
+
+
+def test_states_within_steps() -> None:
+    found = advance(swing, 0.0, np.array([0.0, 1.0]), 6.0, [], **TIGHT)
+    for step in found.steps[:5]:
+        time = 0.3 * step.start + 0.7 * step.end
+        exact = [np.sin(time), np.cos(time)]
+        assert on_step(swing, step, time) == pytest.approx(exact, abs=1e-13)
+        assert step.dense(time) == pytest.approx(exact, abs=1e-11)
+        assert on_step(swing, step, step.start) is step.state
+
+
+def test_what_cannot_be_integrated_says_when() -> None:
+    with pytest.raises(SimulationError, match="could not be integrated beyond 1") as caught:
+        advance(lambda _, y: y * y, 0.0, np.ones(1), 2.0, [], rtol=1e-9, atol=np.ones(1))
+    assert caught.value.time == pytest.approx(1.0, abs=1e-3)
