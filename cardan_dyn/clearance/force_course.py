@@ -81,7 +81,7 @@ class ForceCourse:
                 continue
             found.append(
                 Swing(
-                    position=position % self._period,
+                    position=self._in_period(position),
                     least=least,
                     slope=slope,
                     direction=sense * rate / slope,
@@ -102,6 +102,11 @@ class ForceCourse:
             if abs(change) <= _STAYS * self._period or abs(position - start) > step:
                 break
         return position if abs(position - start) <= step else start
+
+    def _in_period(self, position: float) -> float:
+        """Return a position from 0 to below a period; its end is its beginning to rounding."""
+        inside = position % self._period
+        return 0.0 if self._period - inside <= _STAYS * self._period else inside
 
     def _growth(self, position: float, force: Array, rate: Array, curvature: Array) -> float:
         """Return by which power of the speed the rate per time grows, the least force moving."""

@@ -21,8 +21,8 @@ class Mobility(NamedTuple):
     """How opened joints give way at one position.
 
     Attributes:
-        axes: `(k, d)` orthonormal directions in which sides can be pushed apart: of one pin `(2, 3)`
-            across it, in the world; of several bearings in the space of all their forces.
+        axes: `(k, d)` orthonormal directions in which sides can be pushed apart: of one pin
+            `(2, 3)` across it, in the world; of several bearings in the space of all their forces.
         matrix: `(k, k)` W: acceleration of one side relative to the other per force between them,
             along these axes [1/kg].
     """

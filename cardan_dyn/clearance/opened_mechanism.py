@@ -22,7 +22,7 @@ _ZERO = 1e-9
 """Singular value of the closure equations, as a fraction of the greatest, that counts as zero."""
 
 Freedoms = Sequence[tuple[str, Array]]
-"""Kinds, `prismatic` or `revolute`, and unit axes in the joint's frame, from the parent outwards."""
+"""Kinds, `prismatic` or `revolute`, and unit axes in the joint's frame; the parent's side first."""
 
 
 def across(axis: Array) -> tuple[Array, Array]:
@@ -164,9 +164,7 @@ def _layout(
     return columns, added, moved
 
 
-def _opened(
-    mechanism: Mechanism, freedoms: Mapping[int, Freedoms]
-) -> tuple[Any, dict[int, int]]:
+def _opened(mechanism: Mechanism, freedoms: Mapping[int, Freedoms]) -> tuple[Any, dict[int, int]]:
     """Return the model with freedoms before some parts, and where its bodies are in it."""
     source, model, own = mechanism.model, pinocchio.Model(), {0: 0}
     for part in mechanism.coordinates.parts:

@@ -93,9 +93,7 @@ class OpenedPins:
         }
         freedoms = {
             pins[index].part.id: [
-                (kind, axis)
-                for kind in ("prismatic", "revolute")
-                for axis in self._basis[index]
+                (kind, axis) for kind in ("prismatic", "revolute") for axis in self._basis[index]
             ]
             for index in opened
         }
@@ -141,7 +139,7 @@ class OpenedPins:
     def _frames(self) -> Array:
         """Return t and n of each bearing in the world `(B, 2, 3)`."""
         axes = [self._opened.axis(pin.part) for pin in self._pins]
-        normal = np.cross(*axes)
+        normal = np.cross(axes[0], axes[1])
         normal /= np.linalg.norm(normal)
         return np.array([[np.cross(normal, axes[item.pin]), normal] for item in self._bearings])
 

@@ -8,42 +8,34 @@ The estimate is that of Dresig and Thümmel along the forces of all open bearing
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from analytic.impact import Start
 
 from ..arrays import Array
-from ..checks import names, text
-from ..errors import AccuracyError, ArgumentError, IndeterminateError, ModelError
+from ..errors import AccuracyError, IndeterminateError, ModelError
 from ..frozen import read_only
+from .arguments import damping_ratio_of, drive_of, period_of, speed_of, start_of
 from .force_course import ForceCourse, Swing
-from .joint_scan import Reversal
+from .force_source import ForceSource
+from .impact_model import ImpactModel
 from .opened_pins import OpenedPins, PinMobility
+from .pin_case import PinCase, pin_case
 from .pin_scan import PinReversal, PinScan
-from .scan import _closed, _drive, _Impact, _number, _of, _period, _Pin
-from .universal_joint import (
-    Bearing,
-    Pins,
-    UniversalPin,
-    bearing_forces,
-    bearings_of,
-    pins_of,
-    universal_pins,
-)
+from .universal_joint import Pins, UniversalPin, bearing_forces, pins_of
 
 if TYPE_CHECKING:
     from ..results.sweep import Sweep
     from ..scene.scene import Scene
 
-_SAMPLES, _MOST_SAMPLES = 360, 5_760
+_SAMPLES, _MOST_SAMPLES = 360, 11_520
 """Positions over a period; doubled until the forces' series ends."""
 _TAIL = 1e-6
-"""Last harmonics of a force, as a fraction of its greatest, at which the series ends."""
+"""Last harmonics of the forces, as a fraction of the greatest, at which the series ends."""
 _NO_FORCE = 1e-9
-"""Part of the moments' forces, as a fraction, that counts as none."""
+"""Force, as a fraction of what inertia or other forces would make, that counts as none."""
 _STAYS_CLOSED = 1.0
 """Turn-through number from which on a swing is no reversal by any measure."""
 _PUSHED = 1e-6
@@ -72,9 +64,10 @@ def scan_pins(
     Args:
         scene: with one drive that turns through; its loads and gravity act.
         speed: constant speed of the drive [rad/s].
-        joint: of type `universal`, with the pins `joint.turn_1` and `joint.turn_2`; or the link that
-            is the cross, which two turning joints hold.
-        radius: r from the joint's centre to the middle of the bearings [m], of both pins or by name.
+        joint: of type `universal`, with the pins `joint.turn_1` and `joint.turn_2`; or the link
+            that is the cross, which two turning joints hold.
+        radius: r from the joint's centre to the middle of the bearings [m], of both pins or by
+            name.
         play: difference 2 s of the diameters of bush and pin [m], likewise.
         stiffness: c of the contact in one bearing [N/m], likewise.
         bearings: names of those that have play, or of pins for both of theirs; all four if None.
@@ -95,128 +88,209 @@ def scan_pins(
         Dresig and Thümmel (14) to (17), (22) to (27), (32) to (34), along the forces of the open
         bearings; that, and the reduced mass, are own derivations.
     """
-    case = _case(scene, joint, radius, play, stiffness, bearings)
-    impact = _Impact(_number("speed", speed), damping_ratio, start)
-    period = _period(scene, impact.speed)
-    fixed, rotors = _drive(scene, rotor)
-    sweep, placed, forces = _forces(scene, impact.speed, period, case)
-    places = placed.offsets[:, None] + np.outer(case.radii, [1.0, -1.0])
-    opened = OpenedPins(scene.mechanism, case.pins, case.bearings, places, fixed, rotors)
-    at_start = opened.mobility(sweep.motion._x[0])
-    forces = _determined(sweep, opened, forces)
-    stacked = forces.reshape(len(forces), -1)
-    swings = _swings(stacked, period, impact.speed, _inertial(at_start, case, impact.speed))
-    reversals, turning = _reversals(scene, case, opened, swings, impact)
-    names = [case.pins[index].name for index in case.opened]
-    return PinScan(
-        name=joint,
-        position=sweep.position,
-        force=read_only(_in_world(case, placed, forces)),
-        reversals=reversals,
-        turning=turning,
-        periods=abs(impact.speed) / period,
-        bearings=tuple(bearing.name for bearing in case.bearings),
-        freedoms=at_start.freedoms,
-        radius=dict(zip(names, case.radii[case.opened].tolist(), strict=True)),
-        play=dict(zip(names, case.plays[case.opened].tolist(), strict=True)),
-        speed=impact.speed,
-    )
-
-
-class _Case(NamedTuple):
-    """A universal joint with play.
-
-    Attributes:
-        pins: of its cross.
-        bearings: that have play.
-        opened: indices of the pins that have some of them.
-        radii, plays, stiffnesses: `(2,)` of the pins; NaN of one without play.
-    """
-
-    pins: tuple[UniversalPin, UniversalPin]
-    bearings: tuple[Bearing, ...]
-    opened: list[int]
-    radii: Array
-    plays: Array
-    stiffnesses: Array
-
-    def contact(self, direction: Array) -> tuple[float, float, Array]:
-        """Return play, stiffness and shares `(B,)` for forces along a stacked direction.
-
-        Where forces are in equilibrium, the bearings' ways add up by virtual work. Everything is
-        referred to the bearing that carries most.
-        """
-        shares = np.linalg.norm(direction.reshape(-1, 2), axis=1)
-        greatest = float(np.max(shares))
-        of = [bearing.pin for bearing in self.bearings]
-        play = greatest * float(shares @ self.plays[of])
-        return play, 1.0 / float(np.sum(shares**2 / self.stiffnesses[of])), shares / greatest
-
-    def split(self, direction: Array, mobility: PinMobility) -> float:
-        """Return the part of the play that cannot close in all bearings at once."""
-        pairs = direction.reshape(-1, 2)
-        of = [bearing.pin for bearing in self.bearings]
-        sizes = np.linalg.norm(pairs, axis=1, keepdims=True)
-        closing = (self.plays[of, None] * pairs / np.where(sizes > 0.0, sizes, 1.0)).ravel()
-        missed = closing - mobility.determined(closing)
-        return float(np.linalg.norm(missed) / np.linalg.norm(closing))
-
-
-def _case(
-    scene: Scene,
-    joint: str,
-    radius: float | Mapping[str, float],
-    play: float | Mapping[str, float],
-    stiffness: float | Mapping[str, float],
-    asked: str | Collection[str] | None,
-) -> _Case:
-    """Check what belongs to the joint.
-
-    Raises:
-        ArgumentError: a value is missing or out of range.
-        ModelError: there is no such joint or bearing, or it is no output.
-    """
-    pins = universal_pins(scene.mechanism, text("joint", joint))
-    for pin in pins:
-        if pin.joint not in scene.outputs:
-            raise ModelError(f"joint {pin.joint!r} is no output of the scene; name it there")
-    wanted = tuple(pin.name for pin in pins) if asked is None else names("bearings", asked)
-    bearings = bearings_of(pins, wanted)
-    if not bearings:
-        raise ArgumentError("bearings names none; leave it out for all four")
-    opened = sorted({bearing.pin for bearing in bearings})
-    values = np.full((3, 2), np.nan)
+    speed, source = speed_of(speed), ForceSource(scene)
     given = {"radius": radius, "play": play, "stiffness": stiffness}
-    for row, (label, value) in zip(values, given.items(), strict=True):
-        for index in opened:
-            row[index] = _of(label, value, pins[index].name)
-    return _Case(pins, bearings, opened, *values)
+    case = pin_case(source.problem, joint, given, bearings)
+    impact = {"damping_ratio": damping_ratio_of(damping_ratio), "start": start_of(start)}
+    return PinScanner(scene, source, case, rotor).scan(speed, impact)
 
 
-def _forces(scene: Scene, speed: float, period: float, case: _Case) -> tuple[Sweep, Pins, Array]:
-    """Return a sweep over a period, where the pins are, and forces of the bearings `(N, B, 2)`.
+class PinScanner:
+    """Scans of one joint of a scene, at any number of speeds."""
 
-    Raises:
-        IndeterminateError: a moment is not unique.
-        AccuracyError: the forces are too uneven.
-    """
-    count = _SAMPLES
-    while True:
-        sweep = scene.sweep(period / count * np.arange(count), speed)
+    def __init__(
+        self, scene: Scene, source: ForceSource, case: PinCase, rotor: float | None
+    ) -> None:
+        """Open the joint.
+
+        Raises:
+            ArgumentError: a negative inertia, several drives, or no period.
+            ModelError: nothing can move, or what would move has no mass.
+            CardanError: as `Scene.sweep`.
+        """
+        self._scene, self._source, self._case = scene, source, case
+        self._period = period_of(source.solver)
+        placed = pins_of(scene.sweep([0.0]), case.pins)
+        places = placed.offsets[:, None] + np.outer(case.radii, [1.0, -1.0])
+        self._opened = OpenedPins(
+            scene.mechanism, case.pins, case.bearings, places, *drive_of(source.problem, rotor)
+        )
+        self._at_start = self._opened.mobility(source.closed([0.0])[0])
+        self._movable: dict[int, Array] = {}
+
+    def scan(self, speed: float, impact: dict[str, Any]) -> PinScan:
+        """Return what play would do at a speed.
+
+        Args:
+            speed: of the drive [rad/s].
+            impact: damping ratio and start.
+
+        Raises:
+            CardanError: as `scan_pins`.
+        """
+        case = self._case
+        turn = self._turn(speed)
+        swings = self._swings(turn, speed)
+        reversals = self._reversals(swings, speed, impact)
+        names = [case.pins[index].name for index in case.opened]
+        return PinScan(
+            name=case.name,
+            position=read_only(np.asarray(turn.sweep.position)),
+            force=read_only(_in_world(case, turn)),
+            reversals=reversals,
+            turning=len(swings) - len(reversals),
+            periods=abs(speed) / self._period,
+            bearings=tuple(bearing.name for bearing in case.bearings),
+            freedoms=self._at_start.freedoms,
+            radius=dict(zip(names, case.radii[case.opened].tolist(), strict=True)),
+            play=dict(zip(names, case.plays[case.opened].tolist(), strict=True)),
+            speed=speed,
+        )
+
+    def _turn(self, speed: float) -> _Turn:
+        """Return the forces of the bearings over a period.
+
+        Raises:
+            IndeterminateError: a moment is not unique.
+            AccuracyError: the forces are too uneven.
+        """
+        count = _SAMPLES
+        while True:
+            positions = self._period / count * np.arange(count)
+            sweep = self._scene.sweep(positions, speed)
+            placed, forces = self._forces(sweep)
+            course = ForceCourse(forces.reshape(count, -1), self._period)
+            if course.tail <= _TAIL or np.max(np.abs(forces)) <= self._least(speed):
+                break
+            if count >= _MOST_SAMPLES:
+                raise AccuracyError(
+                    f"{count} positions do not resolve the forces in the bearings of "
+                    f"{self._case.name!r} over a period"
+                )
+            count *= 2
+        if not (self._source.is_inertial or self._source.problem.elements):
+            inertial = forces - self._forces(self._scene.sweep(positions, 0.0))[1]
+            course = ForceCourse(
+                forces.reshape(count, -1), self._period, inertial.reshape(count, -1)
+            )
+        return _Turn(sweep, placed, forces, course)
+
+    def _forces(self, sweep: Sweep) -> tuple[Pins, Array]:
+        """Return where pins are, and what the bearings' motion decides of their forces `(N, B, 2)`.
+
+        Raises:
+            IndeterminateError: a moment is not unique.
+        """
+        case, count = self._case, len(sweep)
         for index in case.opened:
             _check_moment(sweep, case.pins[index])
         placed = pins_of(sweep, case.pins)
         forces = bearing_forces(sweep, case.pins, placed, case.bearings, case.radii)
-        if ForceCourse(forces.reshape(count, -1), period).tail <= _TAIL:
-            return sweep, placed, forces
-        if not np.max(np.abs(forces)) > _NO_FORCE:
-            return sweep, placed, forces
-        if count >= _MOST_SAMPLES:
-            raise AccuracyError(
-                f"{count} positions do not resolve the forces of {case.bearings[0].name!r} over a "
-                "period"
-            )
-        count *= 2
+        if count not in self._movable:
+            # Positions alone decide these, and every speed has the same.
+            every = [self._opened.mobility(x).movable for x in sweep.motion._x]
+            self._movable[count] = np.array([item @ item.T for item in every])
+        stacked = self._movable[count] @ forces.reshape(count, -1, 1)
+        return placed, stacked.reshape(forces.shape)
+
+    def _least(self, speed: float) -> float:
+        """Return the force that counts as none, beside that of inertia at this speed [N]."""
+        heaviest = 1.0 / float(np.linalg.eigvalsh(self._at_start.mobility.matrix)[0])
+        return _NO_FORCE * heaviest * float(np.nanmax(self._case.radii)) * speed**2
+
+    def _swings(self, turn: _Turn, speed: float) -> list[Swing]:
+        """Return where forces are least, but not where there are none or they do not change."""
+        greatest = float(np.max(np.linalg.norm(turn.forces, axis=(1, 2))))
+        if greatest <= self._least(speed):
+            return []
+        swings = turn.course.swings(float(np.sign(speed)))
+        return [item for item in swings if item.slope * self._period > _NO_FORCE * greatest]
+
+    def _reversals(
+        self, swings: list[Swing], speed: float, impact: dict[str, Any]
+    ) -> tuple[PinReversal, ...]:
+        """Return what happens at swings whose forces come near zero.
+
+        Raises:
+            ModelError: a force pushes what has no mass.
+        """
+        kept, ends = [], []
+        states = self._source.closed([item.position for item in swings])
+        for swing, x in zip(swings, states, strict=True):
+            mobility = self._opened.mobility(x)
+            _check_mass(self._case, mobility, swing)
+            model = self._model(mobility, swing, speed, impact)
+            share = float(np.max(self._case.shares(swing.direction)))
+            time = float(model.estimate.contact_time)
+            if share * swing.least < _STAYS_CLOSED * model.slope * time:
+                kept.append((swing, mobility, model))
+                ends.append(swing.position + speed * time)
+        reversals = []
+        for (swing, mobility, model), x in zip(kept, self._source.closed(ends), strict=True):
+            after = self._opened.mobility(x).mobility.reduced_mass(swing.direction)
+            reversals.append(self._reversal(swing, mobility, model, speed, after))
+        return tuple(reversals)
+
+    def _model(
+        self, mobility: PinMobility, swing: Swing, speed: float, impact: dict[str, Any]
+    ) -> ImpactModel:
+        """Return the two-mass model of a swing, of the bearing that carries most."""
+        case, direction = self._case, swing.direction
+        return ImpactModel(
+            mobility.mobility.reduced_mass(direction),
+            case.stiffness(direction),
+            case.play(direction),
+            float(np.max(case.shares(direction))) * swing.slope * abs(speed),
+            **impact,
+        )
+
+    def _reversal(
+        self,
+        swing: Swing,
+        mobility: PinMobility,
+        model: ImpactModel,
+        speed: float,
+        mass_after: float,
+    ) -> PinReversal:
+        """Return what is said of a swing."""
+        case, direction = self._case, swing.direction
+        shares = case.shares(direction)
+        most = int(np.argmax(shares))
+        along = direction.reshape(-1, 2)[most] @ mobility.frames[most]
+        found = {name: float(value) for name, value in model.estimate._asdict().items()}
+        time = found["contact_time"]
+        return PinReversal(
+            position=swing.position,
+            force_slope=model.slope,
+            direction=read_only(along / shares[most]),
+            reduced_mass=model.mass,
+            guided_mass=mobility.mobility.reduced_mass(direction, is_guided=True),
+            turn_through=float(shares[most]) * swing.least / (model.slope * time),
+            flown=abs(speed) * time / swing.way,
+            mass_change=mass_after / model.mass - 1.0,
+            deviation=mobility.mobility.deviation(direction),
+            slope_growth=np.nan if self._source.problem.elements else swing.growth,
+            model=model,
+            share=tuple((shares / shares[most]).tolist()),
+            split=case.split(direction, mobility.movable),
+            **found,
+        )
+
+
+class _Turn(NamedTuple):
+    """Forces over a period.
+
+    Attributes:
+        sweep: of the scene.
+        placed: where the pins are.
+        forces: of the bearings `(N, B, 2)` along t and n [N].
+        course: the same as functions of the position.
+    """
+
+    sweep: Sweep
+    placed: Pins
+    forces: Array
+    course: ForceCourse
 
 
 def _check_moment(sweep: Sweep, pin: UniversalPin) -> None:
@@ -235,69 +309,21 @@ def _check_moment(sweep: Sweep, pin: UniversalPin) -> None:
         )
 
 
-def _determined(sweep: Sweep, opened: OpenedPins, forces: Array) -> Array:
-    """Return the part of forces `(N, B, 2)` that laws of motion decide where bearings are open."""
-    found = np.empty_like(forces)
-    for row, (x, force) in enumerate(zip(sweep.motion._x, forces, strict=True)):
-        found[row] = opened.mobility(x).determined(force.ravel()).reshape(-1, 2)
-    return found
-
-
-def _in_world(case: _Case, placed: Pins, forces: Array) -> Array:
-    """Return forces `(N, B, 3)` in the world."""
-    of = [bearing.pin for bearing in case.bearings]
-    along = np.moveaxis(placed.across[of], 0, 1)
-    return forces[..., :1] * along + forces[..., 1:] * placed.normal[:, None]
-
-
-def _inertial(mobility: PinMobility, case: _Case, speed: float) -> float:
-    """Return the force that inertia would make of a motion as wide as the joint [N]."""
-    heaviest = 1.0 / float(np.linalg.eigvalsh(mobility.mobility.matrix)[0])
-    return heaviest * float(np.nanmax(case.radii)) * speed**2
-
-
-def _swings(forces: Array, period: float, speed: float, inertial: float) -> list[Swing]:
-    """Return where stacked forces `(N, 2 B)` are least, but not where they are or stay constant."""
-    greatest = float(np.max(np.linalg.norm(forces, axis=1)))
-    if greatest <= _NO_FORCE * inertial:
-        return []
-    swings = ForceCourse(forces, period).swings(float(np.sign(speed)))
-    return [item for item in swings if item.slope * period > _NO_FORCE * greatest]
-
-
-def _reversals(
-    scene: Scene, case: _Case, opened: OpenedPins, swings: list[Swing], impact: _Impact
-) -> tuple[tuple[Reversal, ...], int]:
-    """Return what happens at swings, and how many of them are no reversals.
+def _check_mass(case: PinCase, mobility: PinMobility, swing: Swing) -> None:
+    """Refuse a force on what has no mass.
 
     Raises:
-        ModelError: a force pushes what has no mass.
+        ModelError: it has none.
     """
-    found = []
-    for swing, x in zip(swings, _closed(scene, [item.position for item in swings]), strict=True):
-        mobility = opened.mobility(x)
-        direction = mobility.determined(swing.direction)
-        if np.linalg.norm(mobility.mobility.axes @ direction) < 1.0 - _PUSHED:
-            raise ModelError(
-                f"at {swing.position:g} rad, forces of {case.bearings[0].name!r} push something "
-                "without mass; give the links of the joint a mass"
-            )
-        play, stiffness, share = case.contact(direction)
-        scale = float(np.max(np.linalg.norm(direction.reshape(-1, 2), axis=1)))
-        one = swing._replace(
-            least=scale * swing.least, slope=scale * swing.slope, direction=direction
+    if np.linalg.norm(mobility.mobility.axes @ swing.direction) < 1.0 - _PUSHED:
+        raise ModelError(
+            f"{case.name!r}: at {swing.position:g} rad the forces of its bearings push something "
+            "without mass; give the links of the joint a mass"
         )
-        # TODO
-        item = impact.of(_Pin(opened, swings, play, stiffness), one, mobility.mobility)
-        most = int(np.argmax(share))
-        found.append((item, direction, PinReversal(
-            **{**vars(item), "direction": direction.reshape(-1, 2)[most] @ mobility.frames[most] / scale},
-            share=tuple(share.tolist()), split=case.split(direction, mobility),
-        )))
-    ends = [item.position + impact.speed * item.contact_time for _, _, item in found]
-    kept = []
-    for (_, direction, item), x in zip(found, _closed(scene, ends), strict=True):
-        if item.turn_through < _STAYS_CLOSED:
-            mass = opened.mobility(x).mobility.reduced_mass(direction)
-            kept.append(replace(item, mass_change=mass / item.reduced_mass - 1.0))
-    return tuple(kept), len(swings) - len(kept)
+
+
+def _in_world(case: PinCase, turn: _Turn) -> Array:
+    """Return forces `(N, B, 3)` in the world."""
+    of = [bearing.pin for bearing in case.bearings]
+    along = np.moveaxis(turn.placed.across[of], 0, 1)
+    return turn.forces[..., :1] * along + turn.forces[..., 1:] * turn.placed.normal[:, None]

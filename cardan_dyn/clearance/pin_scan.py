@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .joint_scan import JointScan, Reversal
+
+if TYPE_CHECKING:
+    import pandas
 
 _TOGETHER = 0.05
 """Part of the play, as a fraction, by which bearings may differ where they close together."""
@@ -22,8 +24,8 @@ class PinReversal(Reversal):
 
     Attributes:
         share: force of each open bearing as a fraction of the greatest.
-        split: part of the play, as a fraction, that cannot close at once in all open bearings, since
-            the mechanism ties their motions together.
+        split: part of the play, as a fraction, that cannot close at once in all open bearings,
+            since the mechanism ties their motions together.
     """
 
     share: tuple[float, ...] = ()
@@ -44,8 +46,8 @@ class PinReversal(Reversal):
         return doubts
 
     def row(self) -> dict[str, Any]:
-        """Return its numbers by name, and the doubts as text."""
-        return {name: value for name, value in super().row().items() if name != "share"}
+        """Return its numbers by name, exponents, verdict, and the doubts as text."""
+        return {**super().row(), "split": self.split}
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +57,8 @@ class PinScan(JointScan):
     Attributes:
         name: of the joint, or of its cross.
         position: of the drive over a period `(N,)` [rad].
-        force: that each open bearing carries across its pin `(N, B, 3)` in the world, exerted on the
-            pin's child link [N].
+        force: that each open bearing carries across its pin `(N, B, 3)` in the world, exerted on
+            the pin's child link [N].
         reversals: where their forces swing round, a `PinReversal` each, in order of position.
         turning: number of positions at which the forces are least but far from zero.
         periods: per second [1/s].
@@ -85,15 +87,14 @@ class PinScan(JointScan):
             if {f"{pin}+", f"{pin}-"} <= set(self.bearings)
         )
 
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a row for each reversal, SI units, in order of position."""
+        import pandas
+
+        return pandas.DataFrame([{"joint": self.name, **item.row()} for item in self.reversals])
+
     def __str__(self) -> str:
         opened = ", ".join(self.bearings)
         return f"play in {opened} of {self.name} at {self.speed:g} rad/s: {self.summary}"
 
     __repr__ = __str__
-
-
-def greatest(scan: PinScan) -> PinReversal | None:
-    """Return the reversal with the greatest peak of those that strike, None if there is none."""
-    strikes = [item for item in scan.reversals if item.strikes]
-    found = max(strikes, key=lambda item: item.peak, default=None)
-    return found if isinstance(found, PinReversal) and not math.isnan(found.peak) else None

@@ -1,9 +1,10 @@
 """A universal joint with play in space: a free cross between two forks, by Newton and Euler.
 
-Nothing here knows of the package. Fork 1 turns at constant speed about x, shaft 2 turns freely about
-an axis at the angle beta in the plane z = 0, and the cross is a free body that touches both forks in
-four bearings. A bearing is a bush of radial play, whose wall is a linear spring with a damper, or it
-is tight: a stiff spring without play. Pins are held along their axes by springs.
+Nothing here knows of the package. Fork 1 turns at constant speed about x, shaft 2 turns freely
+about an axis at the angle beta in the plane z = 0, and the cross is a free body that touches both
+forks in four bearings. A bearing is a bush of radial play, whose wall is a linear spring with a
+damper, or it is tight: a stiff spring without play, whose damper has the same relaxation time. Pins
+are held along their axes by such springs.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ class CrossInSpace:
         along = pins[of]
         ways = ways - along * np.sum(ways * along, axis=1, keepdims=True)
         rates = rates - along * np.sum(rates * along, axis=1, keepdims=True)
-        return ways, rates, arms, pins, axis, turn, bushes
+        return ways, rates, arms, pins, axis, turn
 
     def pressures(self, ways: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, ...]:
         """Forces `(4,)` of bushes with play, unclipped, depths, and directions `(4, 3)`."""
@@ -106,7 +107,7 @@ class CrossInSpace:
         `y` is the cross's place, quaternion (x, y, z, w), velocity, angular velocity in its own
         axes, and angle and speed of shaft 2.
         """
-        ways, rates, arms, pins, axis, turn, bushes = self.bearings(time, y)
+        ways, rates, arms, pins, axis, turn = self.bearings(time, y)
         forces = self._forces(ways, rates)
         total = forces.sum(axis=0)
         holding = self.tight * self.damping / self.stiffness
