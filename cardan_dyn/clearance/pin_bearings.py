@@ -24,7 +24,7 @@ from .impact_model import ImpactModel
 from .opened_pins import OpenedPins, PinMobility
 from .pin_case import PinCase, pin_case
 from .pin_scan import PinReversal, PinScan
-from .universal_joint import Pins, UniversalPin, bearing_forces, pins_of
+from .universal_joint import Pins, bearing_forces, pins_of
 
 if TYPE_CHECKING:
     from ..results.sweep import Sweep
@@ -38,6 +38,8 @@ _NO_FORCE = 1e-9
 """Force, as a fraction of what inertia or other forces would make, that counts as none."""
 _STAYS_CLOSED = 1.0
 """Turn-through number from which on a swing is no reversal by any measure."""
+_OPEN = 1e-6
+"""Part of a pair of forces that motion does not decide, as a fraction, that counts as rounding."""
 _PUSHED = 1e-6
 """Part of a force on what has no mass, as a fraction of it, that counts as none."""
 
@@ -182,8 +184,6 @@ class PinScanner:
             IndeterminateError: a moment is not unique.
         """
         case, count = self._case, len(sweep)
-        for index in case.opened:
-            _check_moment(sweep, case.pins[index])
         placed = pins_of(sweep, case.pins)
         forces = bearing_forces(sweep, case.pins, placed, case.bearings, case.radii)
         if count not in self._movable:
@@ -191,7 +191,9 @@ class PinScanner:
             every = [self._opened.mobility(x).movable for x in sweep.motion._x]
             self._movable[count] = np.array([item @ item.T for item in every])
         stacked = self._movable[count] @ forces.reshape(count, -1, 1)
-        return placed, stacked.reshape(forces.shape)
+        decided = stacked.reshape(forces.shape)
+        _check_moments(case, forces, decided)
+        return placed, decided
 
     def _least(self, speed: float) -> float:
         """Return the force that counts as none, beside that of inertia at this speed [N]."""
@@ -293,20 +295,24 @@ class _Turn(NamedTuple):
     course: ForceCourse
 
 
-def _check_moment(sweep: Sweep, pin: UniversalPin) -> None:
-    """Refuse a moment that is not unique.
+def _check_moments(case: PinCase, forces: Array, decided: Array) -> None:
+    """Refuse a moment across a pin that loops leave open, as the force of its pair shows.
 
     Raises:
-        IndeterminateError: it is not.
+        IndeterminateError: a pin with both bearings open carries more than motion decides.
     """
-    across = np.abs(pin.part.axis) < 1.0 - 1e-9
-    unique = sweep[pin.joint].unique[3:]
-    if not np.all(unique[across]):
-        names = "".join(letter for letter, bad in zip("xyz", across & ~unique, strict=True) if bad)
-        raise IndeterminateError(
-            f"joint {pin.joint!r}: its moment {names} is statically indeterminate; give "
-            "compliances= to the scene, or free the mechanism of what holds it twice"
-        )
+    missing = forces - decided
+    for index in case.opened:
+        pair = [place for place, item in enumerate(case.bearings) if item.pin == index]
+        if len(pair) < 2:
+            continue
+        open_part = np.max(np.abs(missing[:, pair[0]] - missing[:, pair[1]]))
+        if open_part > _OPEN * np.max(np.abs(forces)):
+            raise IndeterminateError(
+                f"joint {case.pins[index].joint!r}: its moment across the pin is statically "
+                "indeterminate: other parts hold the joint where its bearings have play; free the "
+                "mechanism of what holds it twice"
+            )
 
 
 def _check_mass(case: PinCase, mobility: PinMobility, swing: Swing) -> None:
