@@ -14,12 +14,12 @@ from testkit.cross_in_space import NAMES, CrossInSpace, Run
 from testkit.pin_rigs import THETA, rig, scene
 
 from analytic import single_joint
-from cardan_dyn.clearance import PinScan, scan_pins
+from cardan_dyn.clearance import PinReversal, PinScan, scan_pins
 
-BETA, SPEED, RADIUS, STIFFNESS, TIGHT = np.radians(20.0), 150.0, 0.05, 1e8, 3e8
+BETA, SPEED, RADIUS, STIFFNESS, TIGHT = np.radians(20.0), 150.0, 0.05, 1e8, 1.5e8
 MASS, DISC, COMPACT = 0.5, (1.5e-4, 1.5e-4, 3e-4), (3e-4, 3e-4, 3e-4)
-RATIO = 0.25
-START, END = 1.15, 1.85
+RATIO = 0.2
+START, END = 1.15, 1.82
 """Where runs begin, the joint pressed one way, and end, after the reversal at φ = π/2."""
 
 
@@ -64,7 +64,7 @@ def both(
         damping=damping,
         tight=TIGHT,
     )
-    return found, model, model.run(START, moment(START), END)
+    return found, model, model.run(START, moment, END)
 
 
 def peaks(found: PinScan, run: Run) -> np.ndarray:
@@ -79,7 +79,7 @@ def peaks(found: PinScan, run: Run) -> np.ndarray:
 
 @pytest.mark.parametrize("pin", ["pin_in", "pin_out"])
 def test_one_pin(pin: str) -> None:
-    found, _, run = both((pin,), 4e-6)
+    found, _, run = both((pin,), 1e-5)
     item = found.reversals[1]
     assert item.doubts == ()
     np.testing.assert_allclose(peaks(found, run), item.peak, rtol=4e-3)
@@ -89,30 +89,23 @@ def test_one_pin(pin: str) -> None:
 def test_both_pins_with_a_light_cross() -> None:
     found, _, run = both(("pin_in", "pin_out"), 4e-6)
     item = found.reversals[1]
+    assert isinstance(item, PinReversal)
     assert item.doubts == ()
-    np.testing.assert_allclose(peaks(found, run), item.peak, rtol=9e-3)
+    expected = item.peak * np.array(item.share)
+    np.testing.assert_allclose(peaks(found, run), expected, rtol=9e-3)
 
 
 def test_the_flight_takes_as_long_as_expected() -> None:
-    """Without dampers a bearing lets go where the force vanishes, and strikes after t₁."""
-    found, model, run = both(("pin_in",), 1e-5, ratio=0.0)
+    """A bearing lets go where the force vanishes, and strikes after t₁ with v₁."""
+    found, model, run = both(("pin_in",), 1e-5)
     item = found.reversals[1]
     force = np.linalg.norm(run.forces[:, 0], axis=1)
     flying = run.time[(force == 0.0) & (run.time > 1.5 / SPEED)]
-    assert flying[0] == pytest.approx(item.position / SPEED, abs=0.03 * item.contact_time)
-    assert flying[-1] - flying[0] == pytest.approx(item.contact_time, rel=0.02)
+    assert flying[0] == pytest.approx(item.position / SPEED, abs=0.01 * item.contact_time)
+    assert flying[-1] - flying[0] == pytest.approx(item.contact_time, rel=0.01)
     index = int(np.searchsorted(run.time, flying[-1]))
     _, rates, *_ = model.bearings(run.time[index], run.states[index])
-    assert np.linalg.norm(rates[0]) == pytest.approx(item.impact_speed, rel=0.03)
-
-
-def test_longer_flights_see_the_ramp_bend() -> None:
-    """The straight ramp overstates: the more, the larger the angle that is flown."""
-    excess = []
-    for play in (4e-6, 1e-5):
-        found, _, run = both(("pin_in",), play)
-        excess.append(found.reversals[1].peak / np.max(peaks(found, run)) - 1.0)
-    assert 0.0 < excess[0] < excess[1] < 0.015
+    assert np.linalg.norm(rates[0]) == pytest.approx(item.impact_speed, rel=0.02)
 
 
 def test_a_compact_cross_is_doubted_for_a_reason() -> None:

@@ -173,7 +173,7 @@ def test_backwards_and_with_a_rotor() -> None:
         .reduced_mass
         for inertia in (0.0, 1e9)
     ]
-    # A drive that gives way lets the pulley move; at φ = 90° both shafts move along n by 1 and cos β.
+    # A drive that gives way lets the pulley move as well, in series with the flywheel.
     pulley, phi = 0.596500714005, 0.5 * np.pi
     ratio = float(single_joint.speed_ratio(BETA, phi))
     assert masses[1] == pytest.approx(one.reversals[1].reduced_mass, rel=1e-6)
@@ -196,7 +196,7 @@ def test_a_cross_with_mass_moves_where_its_inertia_pulls() -> None:
 
 
 def test_bearings_that_cannot_close_together_are_named() -> None:
-    """With one bearing open on each pin the cross turns in one way, which closes the tighter one."""
+    """With one bearing open on each pin the cross turns in one way; one bearing closes first."""
     play = {"pin_in": 1e-5, "pin_out": 4e-5}
     options = {**GIVEN, "play": play, "bearings": ("pin_in+", "pin_out+")}
     found = scan_pins(cd_scene("universal_joint"), SPEED, "cross", **options)

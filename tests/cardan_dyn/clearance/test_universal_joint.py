@@ -100,5 +100,5 @@ def test_bearings_by_name() -> None:
     found = bearings_of(pins, ("pin_out-", "pin_in", "pin_in+"))
     assert [item.name for item in found] == ["pin_in+", "pin_in-", "pin_out-"]
     assert [(item.pin, item.sign) for item in found] == [(0, 1.0), (0, -1.0), (1, -1.0)]
-    with pytest.raises(ModelError, match="no bearing 'pin_on'; .*did you mean 'pin_in'"):
+    with pytest.raises(ModelError, match=r"no bearing 'pin_on'; .*did you mean 'pin_in'"):
         bearings_of(pins, ("pin_on",))

@@ -16,6 +16,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 NAMES = ("pin_in+", "pin_in-", "pin_out+", "pin_out-")
+OF, ENDS = [0, 0, 1, 1], np.array([[1.0], [-1.0], [1.0], [-1.0]])
+"""Pin of each bearing, and its end of the pin."""
 LEFT = 1e-10
 """Gap from which on a bearing counts as left [m]."""
 
@@ -68,15 +70,15 @@ class CrossInSpace:
         pins, axis = self.forks(time, y[13])
         turn = rotation(y[3:7])
         spin = turn @ y[10:13]
-        ends = np.array([1.0, -1.0, 1.0, -1.0])[:, None] * self.radius
-        of = [0, 0, 1, 1]
-        arms = ends * turn.T[of]
-        bushes = ends * pins[of]
-        turning = np.array([[self.speed, 0.0, 0.0], y[14] * axis])[of]
+        ends = ENDS * self.radius
+        arms = ends * turn.T[OF]
+        along = pins[OF]
+        places = y[:3] + arms
         # Relative to the bush, in axes that turn with its fork.
-        ways = y[:3] + arms - bushes
-        rates = y[7:10] + cross(spin, arms) - cross(turning, y[:3] + arms)
-        along = pins[of]
+        ways = places - ends * along
+        rates = y[7:10] - arms @ skew(spin)
+        rates[:2] += places[:2] @ skew(np.array([self.speed, 0.0, 0.0]))
+        rates[2:] += places[2:] @ skew(y[14] * axis)
         ways = ways - along * np.sum(ways * along, axis=1, keepdims=True)
         rates = rates - along * np.sum(rates * along, axis=1, keepdims=True)
         return ways, rates, arms, pins, axis, turn
@@ -113,60 +115,58 @@ class CrossInSpace:
         holding = self.tight * self.damping / self.stiffness
         for pin in pins:
             total = total - pin * (self.tight * (pin @ y[:3]) + holding * (pin @ y[7:10]))
-        moment = cross(arms, forces).sum(axis=0)
+        moment = moment_of(arms, forces)
         inertia, own = np.array(self.cross_inertia), y[10:13]
         # Bearings push on fork 2 where the cross is, so that both couples are equal.
-        torque = -axis @ cross(y[:3] + arms[2:], forces[2:]).sum(axis=0) + self.load
+        torque = -axis @ moment_of(y[:3] + arms[2:], forces[2:]) + self.load
         result = np.empty(15)
         result[:3] = y[7:10]
         result[3:7] = 0.5 * quaternion_rate(y[3:7], own)
         result[7:10] = total / self.mass
-        result[10:13] = (turn.T @ moment - cross(own, inertia * own)) / inertia
+        result[10:13] = (turn.T @ moment + inertia * own @ skew(own)) / inertia
         result[13:] = y[14], torque / self.inertia
         return result
 
-    def start(self, phi_1: float, moment: float) -> np.ndarray:
-        """State at an angle of shaft 1 where the joint passes on a moment, nearly at rest in it.
+    def start(self, phi_1: float, moment: Callable[[float], float]) -> np.ndarray:
+        """State at an angle of shaft 1 where the joint passes on a moment, springs following it.
 
-        Each pin gives way by its play and by what its springs need.
+        Each pin gives way by its play and by what its springs need; how fast, by differences.
         """
-        time = phi_1 / self.speed
-        phi_2 = np.arctan2(np.sin(phi_1), np.cos(self.beta) * np.cos(phi_1))
-        phi_2 += 2.0 * np.pi * np.round((phi_1 - phi_2) / (2.0 * np.pi))
-        ratio = np.cos(self.beta) / (1.0 - (np.sin(self.beta) * np.cos(phi_1)) ** 2)
-        pins, axis = self.forks(time, phi_2)
-        normal = np.cross(*pins)
-        gives = []
-        for first in (0, 2):
-            play = self.half_play[first]
-            force = moment / (2.0 * self.radius)
-            gives.append(
-                (np.sign(force) * play + force / (self.stiffness if play else self.tight))
-                / self.radius
-            )
+        step = 1e-5
+        (before, earlier), (now, turn), (after, later) = (
+            self._resting(phi, moment) for phi in (phi_1 - step, phi_1, phi_1 + step)
+        )
+        rate = self.speed / (2.0 * step)
+        spin = turn.T @ (later - earlier) * rate
         y = np.zeros(15)
-        y[13] = phi_2 - sum(gives) / (axis @ normal)
-        y[14] = ratio * self.speed
-        # Both pins of the cross stand in the plane of the forks' pins, where nothing tilts it.
-        pins, _ = self.forks(time, y[13])
-        normal = np.cross(*pins)
-        normal /= np.linalg.norm(normal)
-        first = turned(-gives[0] * normal) @ pins[0]
-        axes = np.array([first, np.cross(normal, first), normal]).T
-        y[3:7] = quaternion(axes)
-        y[10:13] = axes.T @ self._spin(time, phi_2, ratio)
+        y[3:7] = quaternion(turn)
+        y[10:13] = 0.5 * np.array(
+            [spin[2, 1] - spin[1, 2], spin[0, 2] - spin[2, 0], spin[1, 0] - spin[0, 1]]
+        )
+        y[13:] = now, (after - before) * rate
         return y
 
-    def _spin(self, time: float, phi_2: float, ratio: float) -> np.ndarray:
-        """Angular velocity of the cross of a joint without play, in the world."""
-        pins, axis = self.forks(time, phi_2)
-        first = np.array([self.speed, 0.0, 0.0])
-        second = ratio * self.speed * axis
-        # ω = ω₁ + u a₁ = ω₂ + w a₂
-        solution = np.linalg.lstsq(pins.T * [1.0, -1.0], second - first, rcond=None)[0]
-        return np.asarray(first + solution[0] * pins[0])
+    def _resting(self, phi_1: float, moment: Callable[[float], float]) -> tuple[float, np.ndarray]:
+        """Angle of shaft 2 and rotation of the cross, where a moment presses all bearings in."""
+        phi_2 = np.arctan2(np.sin(phi_1), np.cos(self.beta) * np.cos(phi_1))
+        pins, axis = self.forks(phi_1 / self.speed, phi_2)
+        # Dampers let springs lag behind the force.
+        force = moment(phi_1 - self.speed * self.damping / self.stiffness) / (2.0 * self.radius)
+        gives = [
+            np.sign(force) * play + force / (self.stiffness if play else self.tight)
+            for play in (self.half_play[0], self.half_play[2])
+        ]
+        phi_2 -= sum(gives) / self.radius / (axis @ np.cross(*pins))
+        # Both pins of the cross stand in the plane of the forks' pins, where nothing tilts it.
+        pins, _ = self.forks(phi_1 / self.speed, phi_2)
+        normal = np.cross(*pins)
+        normal /= np.linalg.norm(normal)
+        first = turned(-gives[0] / self.radius * normal) @ pins[0]
+        return phi_2, np.array([first, np.cross(normal, first), normal]).T
 
-    def run(self, phi_1: float, moment: float, end: float, step: float = 4e-6) -> Run:
+    def run(
+        self, phi_1: float, moment: Callable[[float], float], end: float, step: float = 4e-6
+    ) -> Run:
         """Simulate from one angle of shaft 1 to another, every contact located as an event."""
         time, y = phi_1 / self.speed, self.start(phi_1, moment)
         last = end / self.speed
@@ -174,7 +174,6 @@ class CrossInSpace:
         inside = self._depths(time, y) > 0.0
         times, states, found, touches = [], [], [], 0
         while time < last:
-            events = [self._event(index, bool(inside[index])) for index in with_play]
             part = solve_ivp(
                 self.rates,
                 (time, last),
@@ -182,7 +181,7 @@ class CrossInSpace:
                 method="DOP853",
                 rtol=1e-7,
                 atol=1e-11,
-                events=events,
+                events=[self._event(index, bool(inside[index])) for index in with_play],
                 dense_output=True,
                 max_step=1e-4,
             )
@@ -231,17 +230,16 @@ class Run:
     touches: int
 
 
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Cross product, some times faster than NumPy's for few vectors."""
-    a, b = np.asarray(a), np.asarray(b)
-    return np.stack(
-        [
-            a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],
-            a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2],
-            a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0],
-        ],
-        axis=-1,
-    )
+def skew(spin: np.ndarray) -> np.ndarray:
+    """Matrix S of a vector ω, with v S = v × ω: rows of vectors at once, faster than NumPy's."""
+    x, y, z = spin
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def moment_of(arms: np.ndarray, forces: np.ndarray) -> np.ndarray:
+    """Sum of the cross products of rows."""
+    k = arms.T @ forces
+    return np.array([k[1, 2] - k[2, 1], k[2, 0] - k[0, 2], k[0, 1] - k[1, 0]])
 
 
 def rotation(q: np.ndarray) -> np.ndarray:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from testkit.urdf_reader import edited, text
-
 import cardan_dyn as cd
+from testkit.urdf_reader import edited, text
 
 THETA = 0.0103048185928
 """Inertia of shaft 2 with its flywheel about its axis, as the description has it [kg m²]."""
