@@ -48,6 +48,8 @@ def pin_forces(scanned: PinScan, *, title: str = "") -> Figure:
 def pin_peaks(mapped: PinMap, *, title: str = "") -> Figure:
     """Draw the greatest bearing force over speed, a line for each design, with and without play.
 
+    A line of peaks ends where theory expects no impact, or none that has a peak.
+
     Args:
         mapped: from `clearance.map_pins`.
         title: of the figure.
@@ -61,11 +63,12 @@ def pin_peaks(mapped: PinMap, *, title: str = "") -> Figure:
     order = np.argsort(mapped.speed)
     speed = mapped.speed[order]
     (first, *_) = mapped.held
+    struck = np.where(mapped.severity > 0.0, mapped.severity, np.nan)
     for index, value in enumerate(mapped.held[first]):
         style = curve_style(index, len(speed))
         is_angle = mapped.units[first] == "rad"
         label = f"{first} {np.rad2deg(value):.3g}°" if is_angle else f"{first} {value:.4g} m"
-        axes.plot(speed, mapped.peak[index, order], label=f"{label}, by theory", **style)
+        axes.plot(speed, struck[index, order], label=f"{label}, by theory", **style)
         thin = {**style, "linewidth": 0.8, "marker": ""}
         axes.plot(speed, mapped.rigid_peak[index, order], label=f"{label}, no play", **thin)
     axes.set_xlabel("speed of the drive [rad/s]")
