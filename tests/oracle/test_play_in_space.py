@@ -14,6 +14,7 @@ from testkit.cross_in_space import NAMES, CrossInSpace, Run
 from testkit.pin_rigs import THETA, rig, scene
 
 from analytic import single_joint
+from cardan_dyn import clearance
 from cardan_dyn.clearance import PinReversal, PinScan, scan_pins
 
 BETA, SPEED, RADIUS, STIFFNESS, TIGHT = np.radians(20.0), 150.0, 0.05, 1e8, 1.5e8
@@ -115,6 +116,66 @@ def test_a_compact_cross_is_doubted_for_a_reason() -> None:
         item = found.reversals[1]
         assert any(doubt in text for text in item.doubts)
         assert abs(item.peak / np.max(peaks(found, run)) - 1.0) > least
+
+
+def test_the_package_simulates_the_same() -> None:
+    """Both pins open, from the middle of the play: two impacts, by equations of other form."""
+    damping, play, start, turns = 8e3, 1e-5, 0.8, 0.175
+    law = clearance.LinearContact(STIFFNESS, damping)
+    reach = {"pin_in": RADIUS, "pin_out": RADIUS}
+    still = scene(rig(MASS, DISC), BETA)
+    given = {"joints": list(reach), "play": play, "law": law, "bearings": reach}
+    found = clearance.simulate(still, SPEED, turns=turns, position=start, rtol=1e-8, **given)
+    half = 0.5 * play
+    model = CrossInSpace(
+        BETA,
+        SPEED,
+        THETA,
+        MASS,
+        DISC,
+        RADIUS,
+        half_play=(half, half, half, half),
+        stiffness=STIFFNESS,
+        damping=damping,
+        tight=TIGHT,
+    )
+    step = 1e-6
+    run = model.run(start, lambda _: 0.0, start + turns * 2.0 * np.pi, step=step)
+    sizes = np.linalg.norm(run.forces, axis=2)
+    for column, name in enumerate(NAMES):
+        impacts = [item for item in found.impacts if item.bearing == name]
+        assert len(impacts) == 2
+        for item in impacts:
+            near = np.abs(run.time - start / SPEED - item.peak_time) < 20.0 * step
+            assert np.max(sizes[near, column]) == pytest.approx(item.peak, rel=1e-4)
+            before = run.time - start / SPEED < item.start - 2.0 * step
+            after = run.time - start / SPEED > item.start + 2.0 * step
+            assert sizes[before, column][-1] == 0.0 < sizes[after, column][0]
+
+
+@pytest.mark.parametrize("pin", ["pin_in", "pin_out"])
+def test_the_package_simulates_what_it_expects(pin: str) -> None:
+    """Theory beside the package's own simulation, in which the other pin is rigid."""
+    still = scene(rig(MASS, DISC), BETA)
+    scanned = scan_pins(
+        still,
+        SPEED,
+        "cross",
+        bearings=pin,
+        radius=RADIUS,
+        play=1e-5,
+        stiffness=STIFFNESS,
+        damping_ratio=RATIO,
+    )
+    item = scanned.reversals[1]
+    law = clearance.LinearContact.of_ratio(STIFFNESS, RATIO, item.reduced_mass)
+    given = {"joints": pin, "play": 1e-5, "law": law, "bearings": {pin: RADIUS}}
+    found = clearance.simulate(still, SPEED, turns=0.165, position=0.8, rtol=1e-7, **given)
+    struck = [impact for impact in found.impacts if impact.position > item.position]
+    assert {impact.bearing for impact in struck} == set(scanned.bearings)
+    for impact in struck:
+        assert impact.peak == pytest.approx(item.peak, rel=5e-3)
+        assert impact.speed == pytest.approx(item.impact_speed, rel=1e-2)
 
 
 def test_the_simulation_keeps_energy() -> None:
