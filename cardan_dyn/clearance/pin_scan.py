@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from .joint_scan import JointScan, Reversal
@@ -87,6 +87,20 @@ class PinScan(JointScan):
             if {f"{pin}+", f"{pin}-"} <= set(self.bearings)
         )
 
+    def by_bearing(self) -> dict[str, JointScan]:
+        """Return what is said of each open bearing: its force, and its share of the peaks."""
+        return {
+            name: JointScan(
+                name,
+                self.position,
+                self.force[:, index],
+                tuple(_shared(item, index) for item in self.reversals),
+                self.turning,
+                self.periods,
+            )
+            for index, name in enumerate(self.bearings)
+        }
+
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each reversal, SI units, in order of position."""
         import pandas
@@ -98,3 +112,12 @@ class PinScan(JointScan):
         return f"play in {opened} of {self.name} at {self.speed:g} rad/s: {self.summary}"
 
     __repr__ = __str__
+
+
+def _shared(item: Reversal, index: int) -> Reversal:
+    """Return a reversal with the forces of one bearing."""
+    if not isinstance(item, PinReversal):
+        return item
+    share = item.share[index]
+    forces = {name: share * getattr(item, name) for name in ("peak", "rigid", "added")}
+    return replace(item, **forces)

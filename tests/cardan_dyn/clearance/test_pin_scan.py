@@ -77,3 +77,12 @@ def test_table_and_text() -> None:
     assert set(frame["joint"]) == {"cross"}
     text = str(scan(reversal()))
     assert text.startswith("play in a+, a-, b+, b- of cross at 12 rad/s: 1 reversal,")
+
+
+def test_each_bearing_has_its_share() -> None:
+    item = reversal()
+    found = scan(item).by_bearing()
+    assert list(found) == ["a+", "a-", "b+", "b-"]
+    assert found["a-"].reversals[0].peak == item.peak
+    assert found["b-"].reversals[0].peak == pytest.approx(0.5 * item.peak)
+    assert [found[name].rigid_peak for name in found] == pytest.approx([0.0, 0.0, 50.0, 0.0])
