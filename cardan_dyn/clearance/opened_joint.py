@@ -40,7 +40,9 @@ class Mobility(NamedTuple):
         """
         along = self._along(direction)
         if is_guided:
-            return float(along @ np.linalg.pinv(self.matrix, rcond=_WEIGHTLESS) @ along)
+            values, axes = np.linalg.eigh(self.matrix)
+            moves = values > _WEIGHTLESS * values[-1]
+            return float(np.sum((along @ axes)[moves] ** 2 / values[moves]))
         return 1.0 / float(along @ self.matrix @ along)
 
     def deviation(self, direction: Array) -> float:
@@ -48,11 +50,12 @@ class Mobility(NamedTuple):
         along = self._along(direction)
         moved = self.matrix @ along
         part = float(along @ moved)
-        return float(np.arctan2(np.linalg.norm(moved - part * along), part))
+        beside = moved - part * along
+        return float(np.arctan2(np.sqrt(beside @ beside), part))
 
     def _along(self, direction: Array) -> Array:
         along = self.axes @ direction
-        return np.asarray(along / np.linalg.norm(along))
+        return np.asarray(along / np.sqrt(along @ along))
 
 
 class OpenedJoint:
