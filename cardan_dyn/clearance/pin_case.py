@@ -14,6 +14,9 @@ from ..problem.problem import Problem
 from .arguments import of_joint, positive
 from .universal_joint import Bearing, UniversalPin, bearings_of, universal_pins
 
+_LONGEST = 1e6
+"""Ratio of a radius and the mechanism's length, either way, up to which rounding spares both."""
+
 
 class PinCase(NamedTuple):
     """A universal joint with play in `B` bearings.
@@ -67,7 +70,9 @@ class PinCase(NamedTuple):
             movable: `(2 B, f)` motions that the bearings can make together.
         """
         weight = np.repeat(self.shares(direction), 2)
-        wanted, ways = weight * self.closing(direction), weight[:, None] * movable
+        closing = self.closing(direction)
+        wanted = weight * (closing / np.max(np.abs(closing)))
+        ways = weight[:, None] * movable
         found = np.linalg.lstsq(ways, wanted, rcond=1e-9)[0]
         return float(np.linalg.norm(ways @ found - wanted) / np.linalg.norm(wanted))
 
@@ -108,4 +113,28 @@ def pin_case(
     for row, label in zip(values, ("radius", "play", "stiffness"), strict=True):
         for index in opened:
             row[index] = positive(*of_joint(label, given[label], pins[index].name))
-    return PinCase(name, pins, bearings, opened, *values)
+    radii, plays, stiffnesses = values
+    length = problem.mechanism.characteristic_length
+    _check_lengths(radii[opened], plays[opened], length)
+    return PinCase(name, pins, bearings, opened, radii, plays, stiffnesses)
+
+
+def _check_lengths(radii: Array, plays: Array, length: float) -> None:
+    """Refuse radii beside which the mechanism would be lost in rounding, or they in it.
+
+    Play that is as wide as that turns the joint by angles that are no longer small.
+
+    Raises:
+        ArgumentError: one is out of range.
+    """
+    low, high = length / _LONGEST, length * _LONGEST
+    for radius, play in zip(radii.tolist(), plays.tolist(), strict=True):
+        if not low <= radius <= high:
+            raise ArgumentError(
+                f"radius is {radius:g} m; in a mechanism of {length:.3g} m it lies from {low:.3g} "
+                f"to {high:.3g} m"
+            )
+        if not play < radius:
+            raise ArgumentError(
+                f"play is {play:g} m, no less than the radius of {radius:g} m at which it is"
+            )
