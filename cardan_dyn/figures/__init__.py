@@ -18,6 +18,7 @@ from .over_angle import over_angle, ratio_and_angle_error
 from .over_time import energy_over_time, over_time
 from .peak_factor import peak_factor
 from .peak_influence import peak_influence
+from .pin_bearings import pin_forces, pin_peaks
 from .polar import force_polar, forces_in_place, moment_polar
 from .positions import universal_joint_positions
 from .style import save
@@ -40,6 +41,8 @@ __all__ = [
     "over_time",
     "peak_factor",
     "peak_influence",
+    "pin_forces",
+    "pin_peaks",
     "ratio_and_angle_error",
     "save",
     "speed_ratio",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.pin_rigs import rig as disc
+from testkit.pin_rigs import scene
 
 import cardan_dyn as cd
 from cardan_dyn import clearance
@@ -79,3 +81,19 @@ def test_what_does_not_belong_together_is_refused() -> None:
     faster = clearance.scan(scene, 301.0, joints=["coupler_pin"], **contact)
     with pytest.raises(cd.ArgumentError, match="of 301 rad/s, the simulation of 300"):
         clearance.compare(faster, short)
+
+
+def test_bearings_of_a_pin() -> None:
+    """Thoma's rig with a disc for a cross, both bearings of a pin open: each has its share."""
+    rig = scene(disc(0.5, (1.5e-4, 1.5e-4, 3e-4)), np.radians(20.0))
+    contact = {"radius": 0.05, "play": 4e-5, "stiffness": 1e7, "damping_ratio": 0.25}
+    scan = clearance.scan_pins(rig, 150.0, "cross", bearings="pin_in", **contact)
+    law = clearance.LinearContact.of_ratio(1e7, 0.25, scan.reversals[0].reduced_mass)
+    given = {"play": 4e-5, "law": law, "bearings": {"pin_in": 0.05}}
+    simulation = clearance.simulate(rig, 150.0, joints="pin_in", turns=1.45, rtol=1e-6, **given)
+    found = clearance.compare(scan, simulation)
+    assert [item.joint for item in found] == ["pin_in+"] * 4 + ["pin_in-"] * 4
+    for item in found:
+        assert item.reversal.doubts == ()
+        assert item.rigid < item.estimate
+        assert abs(item.error) < 0.05
