@@ -16,6 +16,7 @@ from testkit.pin_rigs import THETA, rig, scene
 from analytic import single_joint
 from cardan_dyn import clearance
 from cardan_dyn.clearance import PinReversal, PinScan, scan_pins
+from cardan_dyn.clearance.opened_scene import Play, opened
 
 BETA, SPEED, RADIUS, STIFFNESS, TIGHT = np.radians(20.0), 150.0, 0.05, 1e8, 1.5e8
 MASS, DISC, COMPACT = 0.5, (1.5e-4, 1.5e-4, 3e-4), (3e-4, 3e-4, 3e-4)
@@ -124,8 +125,13 @@ def test_the_package_simulates_the_same() -> None:
     law = clearance.LinearContact(STIFFNESS, damping)
     reach = {"pin_in": RADIUS, "pin_out": RADIUS}
     still = scene(rig(MASS, DISC), BETA)
-    given = {"joints": list(reach), "play": play, "law": law, "bearings": reach}
-    found = clearance.simulate(still, SPEED, turns=turns, position=start, rtol=1e-8, **given)
+    loose = opened(still, [Play(pin, play, law, 0.0, 0.0, r) for pin, r in reach.items()])
+    duration, free = turns * 2.0 * np.pi / SPEED, dict.fromkeys(loose.scene.drives[1:], 0.0)
+    trajectory = loose.scene.simulate(
+        duration, position={loose.drive: start, **free}, speed=free, motion={loose.drive: SPEED},
+        rtol=1e-8,
+    )  # fmt: skip
+    found = clearance.ContactSimulation(trajectory, loose.contacts, loose.drive, SPEED)
     half = 0.5 * play
     model = CrossInSpace(
         BETA,
