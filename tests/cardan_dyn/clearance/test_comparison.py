@@ -10,9 +10,6 @@ from testkit.pin_rigs import scene
 import cardan_dyn as cd
 from cardan_dyn import clearance
 
-_WITHIN = 0.1
-"""What is promised where the force reverses, the ramp is straight, and tau is great enough."""
-
 
 def compared(
     name: str, drive: str, joint: str, speed: float, play: float, stiffness: float
@@ -25,24 +22,25 @@ def compared(
 
 
 @pytest.mark.parametrize(
-    ("joint", "speed", "play", "stiffness"),
+    ("joint", "speed", "play", "stiffness", "within"),
     [
-        ("coupler_pin", 300.0, 1e-4, 1e8),
-        ("needle_pin", 150.0, 1e-4, 1e8),
-        ("rocker_pin", 300.0, 1e-4, 1e8),
-        ("rocker_bearing", 300.0, 1e-4, 1e8),
-        ("coupler_pin", 600.0, 1e-4, 1e8),
-        ("needle_pin", 300.0, 2e-5, 1e8),
-        ("coupler_pin", 150.0, 1e-4, 1e7),
+        ("coupler_pin", 300.0, 1e-4, 1e8, 0.085),
+        ("needle_pin", 150.0, 1e-4, 1e8, 0.1),
+        ("rocker_pin", 300.0, 1e-4, 1e8, 0.085),
+        ("rocker_bearing", 300.0, 1e-4, 1e8, 0.06),
+        ("coupler_pin", 600.0, 1e-4, 1e8, 0.08),
+        ("needle_pin", 300.0, 2e-5, 1e8, 0.015),
+        ("coupler_pin", 150.0, 1e-4, 1e7, 0.05),
     ],
 )
 def test_needle_drive_within_a_tenth_where_the_estimate_has_no_doubts(
-    joint: str, speed: float, play: float, stiffness: float
+    joint: str, speed: float, play: float, stiffness: float, within: float
 ) -> None:
+    """Where the force reverses, the ramp is straight, and tau is great enough."""
     for item in compared("needle_drive", "main_shaft", joint, speed, play, stiffness):
         reversal = item.reversal
         assert reversal.turn_through < 0.03 and reversal.flown < 0.4 and reversal.tau > 3.0
-        assert abs(item.error) < _WITHIN
+        assert abs(item.error) < within
 
 
 def test_slider_crank_turns_its_force_through() -> None:
