@@ -74,7 +74,7 @@ def scan_pins(
         stiffness: c of the contact in one bearing [N/m], likewise.
         bearings: names of those that have play, or of pins for both of theirs; all four if None.
         damping_ratio: of the contact, as a fraction of critical damping with the reduced mass.
-        start: "release", as a spring lets go; "rest" is for the paper's example.
+        start: "release", as a contact that unloads lets go; "rest" is for the paper's example.
         rotor: inertia [kg m²] that turns with the drive, which then gives way; None if its motion
             is prescribed, whatever acts.
 

@@ -28,7 +28,7 @@ NAMES = (
     "weisbach",
 )
 TIMEOUT = 120
-"""Seconds that one cell may take; all notebooks together need less than 30 s."""
+"""Seconds that one cell may take; all notebooks together need about a minute."""
 SOURCES = {
     "catalogue": "chapter 6",
     "dresig_thuemmel": "Karl-Marx-Stadt",
