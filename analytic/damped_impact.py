@@ -4,6 +4,15 @@ The equations of `impact` with a linear damper d: m x'' + d x' + c x = k (t_1 + 
 k is the ramp F_0 / t_0 and the force across the contact is c x + d x'. With theta = omega t and
 zeta = d / (2 sqrt(c m)) it depends on omega t_1 and zeta alone. Own derivation; for zeta = 0 it is
 that of Dresig and Thuemmel (24) to (27).
+
+Where the flight starts, ``start="release"``, the default: a contact that unloads steadily along
+the ramp lags behind it, x = (k / c) (t - d / c). Its force c x + d x' vanishes with the ramp's,
+while its spring is still pressed by k d / c^2: the damper holds as much as the spring pushes, and
+beyond it would pull. From there the way is longer than the play, the flight lasts longer and
+the impact is faster than released by a spring alone: with z = omega t_1 the root of
+z^3 + 6 z = tau^3 + 12 zeta, v_1 = (k / c) (1 + z^2 / 2). The peak is greater by that, with
+zeta = 0.25 by 4.7 % at tau = 3, 1.35 % at 5 and 0.2 % at 10. From rest at the gap 0,
+``start="rest"``, the flight knows no damping.
 """
 
 from __future__ import annotations
@@ -13,14 +22,67 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from analytic._arrays import filled
 from analytic._checks import FloatArray, positive, real, same_shape
+from analytic.clearance import natural_frequency
+from analytic.clearance import tau as tau_of
 from analytic.impact import PeakExponents, Start, exponents_of
-from analytic.impact import reversal as undamped
 
-__all__ = ["damped_peak", "peak_exponents"]
+__all__ = ["Flight", "damped_peak", "flight", "peak_exponents"]
 
 _POINTS = 721
 _HALVINGS = 50
+
+
+class Flight(NamedTuple):
+    """The way across the play.
+
+    Attributes:
+        t_1: time from the change of sign of the force to the impact [s].
+        v_1: speed of the impact [m/s].
+    """
+
+    t_1: FloatArray
+    v_1: FloatArray
+
+
+def flight(
+    mass: ArrayLike,
+    stiffness: ArrayLike,
+    half_clearance: ArrayLike,
+    ramp: ArrayLike,
+    damping_ratio: ArrayLike,
+    *,
+    start: Start = "release",
+) -> Flight:
+    """Time and speed of the flight across the play, from a contact with a damper.
+
+    Args:
+        mass: reduced mass m [kg], greater than 0.
+        stiffness: contact stiffness c [N/m], greater than 0.
+        half_clearance: s, half of the play [m], not negative.
+        ramp: F_0 / t_0 [N/s], greater than 0.
+        damping_ratio: zeta, from 0 to below 1.
+        start: "rest" or "release", see the module's text.
+
+    Returns:
+        A `Flight`, each field in the broadcast shape. Released with damping, the flight is longer
+        than 0 without play as well: the contact is still pressed where it begins.
+
+    Raises:
+        ValueError: an argument out of range, shapes that do not match or an unknown start.
+
+    Source:
+        Own derivation; from rest Dresig and Thuemmel (15), (16).
+
+    >>> [round(float(value), 6) for value in flight(3.6, 1e7, 0.5e-4, 360e3, 0.25)]
+    [0.001504, 0.149055]
+    """
+    tau, zeta, omega = _checked(mass, stiffness, half_clearance, ramp, damping_ratio)
+    angle, begun = _flown(tau, zeta, start)
+    speed = begun * real("ramp", ramp) / real("stiffness", stiffness)
+    shape = np.broadcast_shapes(np.shape(tau), np.shape(zeta))
+    return Flight(filled(angle / omega, shape), filled(speed, shape))
 
 
 def damped_peak(
@@ -34,8 +96,8 @@ def damped_peak(
 ) -> FloatArray:
     """First greatest force across the contact after the impact [N].
 
-    The flight before it knows no damping. A damper that is strong has its greatest force at once,
-    2 zeta omega m v_1; where the force rises for longer than half a swing it is that of the ramp.
+    A damper that is strong has its greatest force at once, 2 zeta omega m v_1; where the force
+    rises for longer than half a swing it is that of the ramp.
 
     Args:
         mass: reduced mass m [kg], greater than 0.
@@ -43,13 +105,13 @@ def damped_peak(
         half_clearance: s, half of the play [m], not negative.
         ramp: F_0 / t_0 [N/s], greater than 0.
         damping_ratio: zeta, from 0 to below 1.
-        start: "rest" or "release", see `impact`.
+        start: "rest" or "release", see the module's text.
 
     Returns:
         Forces in the broadcast shape; NaN where there is no peak.
 
     Raises:
-        ValueError: an argument out of range.
+        ValueError: an argument out of range, shapes that do not match or an unknown start.
 
     Source:
         Own derivation; without damping Dresig and Thuemmel (26), (27).
@@ -57,14 +119,11 @@ def damped_peak(
     >>> round(float(damped_peak(3.6, 1e7, 0.5e-4, 360e3, 0.0, start="rest")), 2)
     2181.89
     """
-    zeta = _ratio(damping_ratio)
-    found = undamped(mass, stiffness, half_clearance, ramp, start=start)
-    omega = np.sqrt(real("stiffness", stiffness) / real("mass", mass))
-    flight = omega * found.t_1
+    tau, zeta, omega = _checked(mass, stiffness, half_clearance, ramp, damping_ratio)
     unit = real("ramp", ramp) / omega
-    begun = found.v_1 * real("stiffness", stiffness) / real("ramp", ramp)
-    flight, begun, zeta, unit = np.broadcast_arrays(flight, begun, zeta, unit)
-    return np.asarray(unit * _Contact(flight, begun, zeta).peak().force)
+    angle, begun = _flown(tau, zeta, start)
+    angle, begun, zeta, unit = np.broadcast_arrays(angle, begun, zeta, unit)
+    return np.asarray(unit * _Contact(angle, begun, zeta).peak().force)
 
 
 def peak_exponents(
@@ -78,7 +137,7 @@ def peak_exponents(
     Args:
         tau: characteristic number of the start at rest, greater than 0.
         damping_ratio: zeta, from 0 to below 1.
-        start: "rest" or "release", see `impact`.
+        start: "rest" or "release", see the module's text.
 
     Returns:
         A `PeakExponents`, each field in the broadcast shape; NaN where there is no peak.
@@ -94,16 +153,40 @@ def peak_exponents(
     """
     tau, zeta = positive("tau", tau), _ratio(damping_ratio)
     same_shape(tau=tau, damping_ratio=zeta)
-    # With mass, stiffness and ramp of 1 the half clearance is tau^3 / 12, and omega is 1.
-    found = undamped(1.0, 1.0, tau * tau * tau / 12.0, 1.0, start=start)
-    flight, begun, zeta = np.broadcast_arrays(found.t_1, found.v_1, zeta)
-    contact = _Contact(flight, begun, zeta)
+    angle, begun = _flown(tau, zeta, start)
+    angle, begun, zeta = np.broadcast_arrays(angle, begun, zeta)
+    contact = _Contact(angle, begun, zeta)
     peak = contact.peak()
-    lengthens = flight
+    lengthens = angle
     if start == "release":
-        square = flight * flight
-        lengthens = flight * (square + 6.0) / (square + 2.0)
+        lengthens = tau * tau * tau / (angle * angle + 2.0)
     return exponents_of(lengthens * contact.growth(peak.angle) / peak.force)
+
+
+def _checked(
+    mass: ArrayLike,
+    stiffness: ArrayLike,
+    half_clearance: ArrayLike,
+    ramp: ArrayLike,
+    damping_ratio: ArrayLike,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Tau, zeta and omega of arguments, checked."""
+    tau, zeta = tau_of(mass, stiffness, half_clearance, ramp), _ratio(damping_ratio)
+    same_shape(joint=tau, damping_ratio=zeta)
+    return tau, zeta, natural_frequency(mass, stiffness)
+
+
+def _flown(tau: FloatArray, zeta: FloatArray, start: str) -> tuple[FloatArray, FloatArray]:
+    """Omega t_1 and v_1 c t_0 / F_0."""
+    if start not in ("rest", "release"):
+        raise ValueError(f"start = {start!r} is not one of 'rest', 'release'")
+    if start == "rest":
+        return tau, tau * tau / 2.0
+    # Real root of z^3 + 6 z = tau^3 + 12 zeta.
+    angle = np.sqrt(8.0) * np.sinh(
+        np.arcsinh((tau * tau * tau + 12.0 * zeta) / np.sqrt(32.0)) / 3.0
+    )
+    return angle, 1.0 + angle * angle / 2.0
 
 
 def _ratio(damping_ratio: ArrayLike) -> FloatArray:

@@ -31,6 +31,7 @@ TASKS = (
     "start_up",
     "long_time",
     "thousand_periods",
+    "hammering",
     "stress_simulation",
     "stress",
 )

@@ -12,7 +12,10 @@ from .contact_simulation import ContactSimulation, JointContact, PinImpact
 from .impact_model import ImpactModel
 from .influence import Influence, influence
 from .joint_scan import JointScan, Reversal
+from .pin_bearings import scan_pins
 from .pin_geometry import PinGeometry
+from .pin_map import PinMap, map_pins
+from .pin_scan import PinReversal, PinScan
 from .scan import Scan, scan
 from .simulate import simulate
 from .two_mass_motion import Energies, Impact, TwoMassMotion, TwoMassState
@@ -35,13 +38,18 @@ __all__ = [
     "LinearContact",
     "PinGeometry",
     "PinImpact",
+    "PinMap",
+    "PinReversal",
+    "PinScan",
     "Reversal",
     "Scan",
     "TwoMassMotion",
     "TwoMassState",
     "compare",
     "influence",
+    "map_pins",
     "scan",
+    "scan_pins",
     "simulate",
     "two_masses",
 ]

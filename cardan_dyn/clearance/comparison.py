@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from ..arrays import Array
 from ..errors import ArgumentError
 from .contact_simulation import ContactSimulation
 from .joint_scan import JointScan, Reversal
+from .pin_scan import PinScan
 from .scan import Scan
 
 if TYPE_CHECKING:
@@ -100,7 +102,7 @@ class Comparison(tuple[Compared, ...]):
     __repr__ = __str__
 
 
-def compare(scan: Scan, simulation: ContactSimulation) -> Comparison:
+def compare(scan: Scan | PinScan, simulation: ContactSimulation) -> Comparison:
     """Compare the estimate of a scan with a simulation.
 
     What is compared is the greatest force from one reversal to the next: the greater of the
@@ -108,14 +110,15 @@ def compare(scan: Scan, simulation: ContactSimulation) -> Comparison:
     before which it had not yet settled.
 
     Args:
-        scan: with a damping ratio as the simulation has it.
+        scan: with a damping ratio as the simulation has it; of pin bearings, each is compared.
         simulation: of the same mechanism, speed, play and contact, over two turns or more.
 
     Raises:
         ArgumentError: they have no joint in common, their speeds differ, or the simulation is too
             short.
     """
-    joints = [name for name in simulation if name in list(scan)]
+    scans: Mapping[str, JointScan] = scan.by_bearing() if isinstance(scan, PinScan) else scan
+    joints = [name for name in simulation if name in list(scans)]
     if not joints:
         raise ArgumentError("no joint of the simulation was scanned")
     if abs(scan.speed - simulation.speed) > 1e-12 * abs(scan.speed):
@@ -129,7 +132,7 @@ def compare(scan: Scan, simulation: ContactSimulation) -> Comparison:
     result = []
     for name in joints:
         course = fine[name]
-        result += _of_joint(scan[name], course.position, course.force, float(np.sign(scan.speed)))
+        result += _of_joint(scans[name], course.position, course.force, float(np.sign(scan.speed)))
     return Comparison(result)
 
 

@@ -24,7 +24,7 @@ class Swing(NamedTuple):
         position: of the drive [rad].
         least: size of the force there [N].
         slope: size of its rate there [N/rad].
-        direction: `(3,)` unit vector of the rate as the drive turns in its sense, in the world.
+        direction: `(d,)` unit vector of the rate as the drive turns in its sense.
         way: how far the drive turns until the force is greatest [rad].
         growth: by which power of the speed the force's rate per time grows, d ln(slope Ω) / d ln Ω:
             3 if inertia alone acts.
@@ -39,15 +39,20 @@ class Swing(NamedTuple):
 
 
 class ForceCourse:
-    """The force across a pin over one period of a mechanism."""
+    """The force across a pin over one period of a mechanism.
+
+    Attributes:
+        tail: last harmonics, as a fraction of the greatest of all components.
+    """
 
     def __init__(self, forces: Array, period: float, inertial: Array | None = None) -> None:
         """Make the course.
 
         Args:
-            forces: `(N, 3)` in the world, at equidistant positions of the drive from 0 [N].
+            forces: `(N, d)` at equidistant positions of the drive from 0 [N]: of one pin in the
+                world, or those of several bearings beside each other.
             period: after which they repeat [rad].
-            inertial: `(N, 3)` that part of them which grows with the square of the speed, the rest
+            inertial: `(N, d)` that part of them which grows with the square of the speed, the rest
                 not depending on it; None if it is all of them.
         """
         self._forces, self._period = forces, period
@@ -70,13 +75,13 @@ class ForceCourse:
         found = []
         for index in np.nonzero(is_least)[0].tolist():
             position = self._least_near(index * step, step)
-            force, rate, curvature = self._local.at(position).reshape(3, 3)
+            force, rate, curvature = self._local.at(position).reshape(3, -1)
             slope, least = float(np.linalg.norm(rate)), float(np.linalg.norm(force))
             if slope == 0.0 or max(slope, least) <= _FLAT * greatest:
                 continue
             found.append(
                 Swing(
-                    position=position % self._period,
+                    position=self._in_period(position),
                     least=least,
                     slope=slope,
                     direction=sense * rate / slope,
@@ -90,7 +95,7 @@ class ForceCourse:
         """Return where the force is least, within a step, by Newton's method on F · F'."""
         start = position
         for _ in range(_NEWTON_STEPS):
-            force, rate, curvature = self._local.at(position).reshape(3, 3)
+            force, rate, curvature = self._local.at(position).reshape(3, -1)
             bend = float(rate @ rate + force @ curvature)
             change = -float(force @ rate) / bend if bend > 0.0 else 0.0
             position += change
@@ -98,12 +103,17 @@ class ForceCourse:
                 break
         return position if abs(position - start) <= step else start
 
+    def _in_period(self, position: float) -> float:
+        """Return a position from 0 to below a period; its end is its beginning to rounding."""
+        inside = position % self._period
+        return 0.0 if self._period - inside <= _STAYS * self._period else inside
+
     def _growth(self, position: float, force: Array, rate: Array, curvature: Array) -> float:
         """Return by which power of the speed the rate per time grows, the least force moving."""
         if self._inertial is None:
             return 3.0
         # By d ln Ω the force grows by twice its inertial part, at one position.
-        grown, grown_rate, _ = 2.0 * self._inertial.at(position).reshape(3, 3)
+        grown, grown_rate, _ = 2.0 * self._inertial.at(position).reshape(3, -1)
         moved = -(grown @ rate + force @ grown_rate) / (rate @ rate + force @ curvature)
         return float(1.0 + rate @ (curvature * moved + grown_rate) / (rate @ rate))
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.damped_impact import damped_peak
+from analytic.damped_impact import damped_peak, flight
 from analytic.damped_impact import peak_exponents as damped_exponents
 from analytic.impact import PeakExponents, Start, peak_exponents
 from analytic.impact import reversal as undamped
@@ -34,7 +34,7 @@ class Contact(NamedTuple):
         stiffness: c [N/m], or a geometry that decides it at the peak.
         play: difference 2 s of the diameters of bush and pin [m].
         damping_ratio: as a fraction of critical damping with the reduced mass.
-        start: "release", as a spring lets go, or "rest".
+        start: "release", as a contact that unloads lets go, or "rest".
     """
 
     stiffness: float | Array | PinGeometry
@@ -66,6 +66,8 @@ class Estimates(NamedTuple):
 
 def estimates(mass: Array, slope: Array, contact: Contact) -> Estimates:
     """Return what impacts are estimated to be.
+
+    Flight, impact and peak are those of a contact with its damping.
 
     Args:
         mass: reduced masses [kg].
@@ -108,11 +110,12 @@ def _at(mass: Array, slope: Array, stiffness: Array, contact: Contact) -> Estima
     """Return estimates with a given stiffness."""
     numbers_of = mass, stiffness, 0.5 * np.asarray(contact.play), slope
     found = undamped(*numbers_of, start=contact.start)
-    peak = found.peak
+    time, speed, peak = found.t_1, found.v_1, found.peak
     if contact.damping_ratio:
+        time, speed = flight(*numbers_of, contact.damping_ratio, start=contact.start)
         peak = damped_peak(*numbers_of, contact.damping_ratio, start=contact.start)
     stiffness = np.broadcast_to(stiffness, np.shape(found.tau))
-    return Estimates(stiffness, found.t_1, found.v_1, found.tau, peak, found.rigid, found.added)
+    return Estimates(stiffness, time, speed, found.tau, peak, found.rigid, found.added)
 
 
 @dataclass(frozen=True)
@@ -125,7 +128,7 @@ class ImpactModel:
         play: difference 2 s of the diameters of bush and pin [m].
         slope: of the force at its reversal, F₀/t₀ [N/s].
         damping_ratio: as a fraction of critical damping with the reduced mass.
-        start: "release", as a spring lets go, or "rest", as in the paper.
+        start: "release", as a contact that unloads lets go, or "rest", as in the paper.
     """
 
     mass: float

@@ -17,6 +17,8 @@ from .joint_scan import Reversal
 from .opened_joint import Mobility, OpenedJoint
 from .pin_geometry import PinGeometry
 
+_BELOW_LIMIT = 0.5
+"""Force, as a fraction of the greatest of a contact, up to which its stiffness is asked for."""
 _STAYS_CLOSED = 1.0
 """Turn-through number from which on a swing is no reversal by any measure."""
 
@@ -88,11 +90,34 @@ def _cases(source: ForceSource, pins: list[Pin], speed: float) -> list[_Case]:
         mobility = pin.opened.mobility(x)
         mass = mobility.reduced_mass(swing.direction)
         slope = swing.slope * abs(speed)
-        # No flight is longer than that from rest, so that the others are no reversals in any case.
-        longest = float(contact_time(mass, 0.5 * float(np.asarray(pin.contact.play)), slope))
-        if swing.least < _STAYS_CLOSED * slope * longest:
+        if swing.least < _STAYS_CLOSED * slope * _longest(pin.contact, mass, slope, swing.least):
             cases.append(_Case(pin, swing, mobility, mass, slope))
     return cases
+
+
+def _longest(contact: Contact, mass: float, slope: float, least: float) -> float:
+    """Return what no flight lasts longer than [s]: beyond it, a swing is no reversal in any case.
+
+    That of a release, x³ + 6 x = τ³ + 12 ζ for its time x by ω, exceeds that from rest, τ, only
+    where it is shorter than 2 ζ. Then the peak is above the ramp at the impact, and so above the
+    least force of a swing that counts: no stiffness is less than that of this force.
+
+    Args:
+        contact: stiffness, play, damping and start.
+        mass: reduced [kg].
+        slope: of the force [N/s].
+        least: force of the swing [N].
+    """
+    play, law = float(np.asarray(contact.play)), contact.stiffness
+    from_rest = float(contact_time(mass, 0.5 * play, slope))
+    if not contact.damping_ratio or contact.start != "release":
+        return from_rest
+    if isinstance(law, PinGeometry):
+        if least == 0.0:
+            return np.inf
+        law = law.stiffness(np.asarray(min(least, _BELOW_LIMIT * law.limit(play))), play)
+    stiffness = float(np.asarray(law))
+    return max(from_rest, 2.0 * contact.damping_ratio * float(np.sqrt(mass / stiffness)))
 
 
 def _estimated(cases: list[_Case]) -> list[Estimates]:

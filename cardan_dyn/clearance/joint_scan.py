@@ -193,7 +193,7 @@ class JointScan:
     @cached_property
     def rigid_peak(self) -> float:
         """Greatest force without play [N]."""
-        return float(np.max(np.linalg.norm(self.force, axis=1)))
+        return float(np.max(np.linalg.norm(self.force, axis=-1)))
 
     @property
     def peak(self) -> float:

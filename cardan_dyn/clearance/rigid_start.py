@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..errors import ArgumentError
-from .arguments import period_of, pins_of, single, speed_of
+from ..checks import mapping
+from ..errors import ArgumentError, choices
+from .arguments import period_of, pins_of, positive, single, speed_of
 from .force_source import across, what_is_open
 from .opened_joint import OpenedJoint
 from .opened_scene import Opened, Play
@@ -33,10 +34,16 @@ class RigidStart:
         joints: names of the joints that have play.
         speed: of the drive [rad/s].
         position: of the drive [rad].
+        reach: joints whose pin has two bearings to their distance from its origin [m].
     """
 
     def __init__(
-        self, scene: Scene, speed: Any, joints: str | Collection[str], position: Any = None
+        self,
+        scene: Scene,
+        speed: Any,
+        joints: str | Collection[str],
+        position: Any = None,
+        bearings: Any = None,
     ) -> None:
         """Check what is asked for.
 
@@ -45,6 +52,7 @@ class RigidStart:
             speed: of it [rad/s].
             joints: that have play.
             position: of the drive [rad]; where all forces are far from a reversal if None.
+            bearings: see `reach`.
 
         Raises:
             ArgumentError: the speed is zero, there are several drives, or no joints.
@@ -57,7 +65,23 @@ class RigidStart:
             raise ArgumentError("joints is empty; name those that have play")
         if len(set(self.joints)) < len(self.joints):
             raise ArgumentError("joints names a joint twice")
+        self.reach = self._reach(bearings)
         self.position = self._steady() if position is None else single("position", position)
+
+    def _reach(self, bearings: Any) -> dict[str, float]:
+        """Return the distances of bearings from the origins of joints.
+
+        Raises:
+            ArgumentError: one is not positive, or of a joint that has no play.
+        """
+        given = mapping("bearings", bearings)
+        for name in given:
+            if name not in self.joints:
+                raise ArgumentError(
+                    f"bearings names joint {name!r}, which has no play; joints: "
+                    f"{choices(self.joints)}"
+                )
+        return {name: positive(f"bearings[{name!r}]", value) for name, value in given.items()}
 
     def _steady(self) -> float:
         """Position of the drive at which all forces are far from a reversal [rad]."""
@@ -65,9 +89,9 @@ class RigidStart:
         sweep = self._scene.sweep(positions, self.speed)
         least = np.ones(_SEARCHED)
         for name in self.joints:
-            if not what_is_open(sweep, name):
-                sizes = np.linalg.norm(across(sweep, name), axis=1)
-                least = np.minimum(least, sizes / (np.max(sizes) or 1.0))
+            sizes = np.linalg.norm(_bearing_force(sweep, name, self.reach.get(name)), axis=1)
+            if np.any(sizes > 0.0):
+                least = np.minimum(least, sizes / np.max(sizes))
         return float(positions[np.argmax(least)])
 
     def reduced_mass(self, name: str) -> float:
@@ -100,8 +124,7 @@ class RigidStart:
     def _slides(self, opened: Mechanism, plays: Sequence[Play]) -> dict[str, tuple[float, float]]:
         """Return positions and speeds of the slides and tilts of open joints by name.
 
-        Those whose force is not unique, and pins with two bearings, begin in the middle of the
-        play, at rest.
+        Those whose force is not unique begin in the middle of the play, at rest.
 
         Args:
             opened: the mechanism with open joints.
@@ -110,35 +133,58 @@ class RigidStart:
         sweep = self._scene.sweep(self.position + _STEP * np.array([-1.0, 0.0, 1.0]), self.speed)
         result: dict[str, tuple[float, float]] = {}
         for item in plays:
-            slides = [f"{item.joint}.slide_1", f"{item.joint}.slide_2"]
-            result.update(dict.fromkeys(opened.joint(item.joint).coordinates[:-1], (0.0, 0.0)))
-            if item.reach is not None or what_is_open(sweep, item.joint):
-                continue
-            force = across(sweep, item.joint)
-            places = self._offsets(sweep, opened, item, force)
+            places = self._places(sweep, opened, item)
             rates = (places[2] - places[0]) * (self.speed / (2.0 * _STEP))
             moving = zip(places[1].tolist(), rates.tolist(), strict=True)
-            result.update(zip(slides, moving, strict=True))
+            result.update(zip(opened.joint(item.joint).coordinates[:-1], moving, strict=True))
         return result
 
     @staticmethod
-    def _offsets(sweep: Any, opened: Mechanism, play: Play, force: Array) -> Array:
-        """Return the places `(N, 2)` of a pin along its slides at which the wall bears forces."""
+    def _places(sweep: Any, opened: Mechanism, play: Play) -> Array:
+        """Return the places `(N, k)` of a pin along its slides and tilts where walls bear it."""
+        force = _bearing_force(sweep, play.joint, play.reach)
         sizes = np.linalg.norm(force, axis=1)
+        parts = opened.joint(play.joint).parts
+        result = np.zeros((len(force), len(parts) - 1))
         if not np.all(sizes > 0.0):
-            return np.zeros((len(force), 2))
+            return result
         # The wall pushes the pin back, into the middle.
         away = -force / sizes[:, None]
         depths = np.array([_depth(play, size) for size in sizes.tolist()])
         offsets = away * (0.5 * play.play + depths)[:, None]
-        parts = opened.joint(play.joint).parts
         axis, angles = parts[-1].axis, np.asarray(sweep.motion.position(play.joint))
         child = np.asarray(sweep.rotation(play.joint))
-        result = np.empty((len(force), 2))
         for k in range(len(force)):
-            parent = child[k] @ _turn(axis, -float(angles[k]))
-            result[k] = [offsets[k] @ (parent @ part.axis) for part in parts[:2]]
+            bush = child[k] @ _turn(axis, -float(angles[k]))
+            if play.reach is None:
+                result[k] = [offsets[k] @ (bush @ part.axis) for part in parts[:2]]
+                continue
+            tilt = np.cross(bush @ axis, offsets[k]) / play.reach
+            result[k, 2:] = [tilt @ (bush @ part.axis) for part in parts[2:4]]
         return result
+
+
+def _bearing_force(sweep: Any, name: str, reach: float | None) -> Array:
+    """Return the force `(N, 3)` on a pin, or on its first bearing, in the world [N].
+
+    Of two bearings, it is that of the moment that both exert, F = (m × a) / (2 r). Where it is not
+    unique, it is zero.
+
+    Args:
+        sweep: without play.
+        name: of the joint.
+        reach: of its bearings, see `Play`.
+    """
+    none = np.zeros((len(sweep), 3))
+    if reach is None:
+        return none if what_is_open(sweep, name) else across(sweep, name)
+    joint = sweep.mechanism.joint(name)
+    beside = np.abs(joint.parts[0].axis) < 1.0 - 1e-9
+    if not np.all(sweep[name].unique[3:][beside]):
+        return none
+    axis = sweep.rotation(name) @ joint.parts[0].axis
+    moment = np.asarray(sweep.wrench(name, "world").moment)
+    return np.asarray(np.cross(moment, axis) / (2.0 * reach))
 
 
 def _depth(play: Play, force: float) -> float:

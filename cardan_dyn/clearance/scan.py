@@ -144,7 +144,8 @@ def scan(
             `PinGeometry`, which decides it at the force of the peak.
         joints: names of those to be scanned; all that turn about one axis if None.
         damping_ratio: of the contact, as a fraction of critical damping with the reduced mass.
-        start: "release", as a spring lets go; "rest" is for the paper's example.
+        start: "release", as a contact that unloads along the ramp lets go, with its damping; "rest"
+            is for the paper's example.
         rotor: inertia [kg m²] that turns with the drive, which then gives way; None if its motion
             is prescribed, whatever acts.
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..checks import described, mapping
+from ..checks import described
 from ..elements.contact_laws import ContactLaw, LinearContact
-from ..errors import ArgumentError, choices
+from ..errors import ArgumentError
 from .arguments import damping_ratio_of, of_joint, positive, single
 from .contact_simulation import ContactSimulation
 from .opened_scene import Play, opened
@@ -66,9 +66,9 @@ def simulate(
         ModelError: a joint has no pin, or the others hold it whatever its play.
         CardanError: as `Scene.simulate`.
     """
-    begun = RigidStart(scene, speed, joints, position)
+    begun = RigidStart(scene, speed, joints, position, bearings)
     contact = _Contact(law, stiffness, damping_ratio_of(damping_ratio), play, friction, pin_radius)
-    plays = contact.plays(begun, _reach(bearings, begun.joints))
+    plays = contact.plays(begun)
     found = opened(scene, plays, _not_negative("rotor", rotor or 0.0))
     duration = 2.0 * np.pi * positive("turns", turns) / abs(begun.speed)
     start = begun.state(found, plays, is_free=rotor is not None)
@@ -94,21 +94,16 @@ class _Contact(NamedTuple):
     friction: Any
     pin_radius: Any
 
-    def plays(self, begun: RigidStart, reach: Mapping[str, float]) -> list[Play]:
-        """Return what is free in every joint.
-
-        Args:
-            begun: the mechanism without play.
-            reach: of bearings, see `Play`, by joint.
-        """
+    def plays(self, begun: RigidStart) -> list[Play]:
+        """Return what is free in every joint of the mechanism, which has none yet."""
         return [
             Play(
                 name,
                 positive(*of_joint("play", self.play, name)),
-                self._law(name, begun, has_bearings=name in reach),
+                self._law(name, begun, has_bearings=name in begun.reach),
                 _not_negative(*of_joint("friction", self.friction, name)),
                 _not_negative(*of_joint("pin_radius", self.pin_radius, name)),
-                reach.get(name),
+                begun.reach.get(name),
             )
             for name in begun.joints
         ]
@@ -141,21 +136,6 @@ class _Contact(NamedTuple):
             )
         mass = begun.reduced_mass(name)
         return LinearContact(stiffness, 2.0 * self.ratio * float(np.sqrt(stiffness * mass)))
-
-
-def _reach(bearings: Any, joints: Collection[str]) -> dict[str, float]:
-    """Return the distances of bearings from the origins of joints.
-
-    Raises:
-        ArgumentError: one is not positive, or of a joint that has no play.
-    """
-    given = mapping("bearings", bearings)
-    for name in given:
-        if name not in joints:
-            raise ArgumentError(
-                f"bearings names joint {name!r}, which has no play; joints: {choices(joints)}"
-            )
-    return {name: positive(f"bearings[{name!r}]", value) for name, value in given.items()}
 
 
 def _not_negative(label: str, value: Any) -> float:

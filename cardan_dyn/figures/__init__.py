@@ -10,6 +10,7 @@ where a figure is drawn. `figures.style` has what figures of the same look are m
 from .arrangement import arrangement
 from .bending_planes import bending_planes
 from .closed_forms import bending_polar, compared, speed_ratio, thoma_bending, torque_ratio
+from .contact_course import contact_course
 from .critical_speeds import campbell, critical_speed_map, orders_over_speed, stability_chart
 from .drive_lines import line_over_angle
 from .force_reversals import force_reversals
@@ -19,6 +20,8 @@ from .over_angle import over_angle, ratio_and_angle_error
 from .over_time import energy_over_time, over_time
 from .peak_factor import peak_factor
 from .peak_influence import peak_influence
+from .pin_bearings import pin_forces, pin_peaks
+from .pin_orbit import pin_orbit
 from .polar import force_polar, forces_in_place, moment_polar
 from .positions import universal_joint_positions
 from .style import save
@@ -30,6 +33,7 @@ __all__ = [
     "bending_polar",
     "campbell",
     "compared",
+    "contact_course",
     "critical_speed_map",
     "energy_over_time",
     "force_polar",
@@ -47,6 +51,9 @@ __all__ = [
     "over_time",
     "peak_factor",
     "peak_influence",
+    "pin_forces",
+    "pin_orbit",
+    "pin_peaks",
     "ratio_and_angle_error",
     "run_up",
     "save",

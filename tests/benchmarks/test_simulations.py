@@ -13,7 +13,14 @@ pytest.importorskip("mpmath")
 from scipy.integrate import quad
 
 import cardan_dyn as cd
-from benchmarks import four_bars, free_spin, long_time, stress_simulation, thousand_periods
+from benchmarks import (
+    four_bars,
+    free_spin,
+    hammering,
+    long_time,
+    stress_simulation,
+    thousand_periods,
+)
 from benchmarks.engines import spinning
 from benchmarks.records import Record
 from benchmarks.spin import CROSS, SHAFT, SPEED, description, spin
@@ -165,3 +172,13 @@ def test_energy_of_other_chains_is_kept() -> None:
         assert record.parameters["energy"] < 3e-10
         assert record.parameters["closure"] < 1e-14
     assert "Bennett" in thousand_periods.answer(records)
+
+
+def test_hammering_is_timed_and_its_peaks_converge() -> None:
+    records = hammering.measure(fast=True)
+    scan, *simulated = records
+    assert scan.ratio and scan.parameters["seconds"] > 0.0
+    coarse, fine = simulated
+    assert coarse.error is not None and fine.error is not None
+    assert fine.error < 1e-5 and fine.error < coarse.error < 1e-2
+    assert "needle" in (hammering.__doc__ or "") and "R;" in hammering.answer(records)

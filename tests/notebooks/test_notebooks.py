@@ -29,7 +29,7 @@ NAMES = (
     "weisbach",
 )
 TIMEOUT = 120
-"""Seconds that one cell may take; all notebooks together need less than a minute."""
+"""Seconds that one cell may take; all notebooks together need about a minute."""
 SOURCES = {
     "catalogue": "chapter 6",
     "dresig_thuemmel": "Karl-Marx-Stadt",

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
+from analytic.clearance import contact_time
 from cardan_dyn import ArgumentError
 from cardan_dyn.clearance import ImpactModel, PinGeometry, scan
 
@@ -72,3 +73,19 @@ def test_swings_far_from_zero_ask_for_no_stiffness() -> None:
     assert found.turning == 2
     with pytest.raises(ArgumentError, match="joint 'crank_bearing': the peak exceeds"):
         scan(scene, 100.0, joints="crank_bearing", play=1e-4, stiffness=weak)
+
+
+@pytest.mark.parametrize("stiffness", [1e7, PinGeometry(2.0, 0.01, seat_stiffness=1e7)])
+def test_released_with_damping_flights_may_last_longer_than_from_rest(
+    drive: cd.Scene, stiffness: float | PinGeometry
+) -> None:
+    """A swing is judged by its own flight: its force may exceed what the ramp gains from rest."""
+    contact: dict[str, Any] = {"play": 1e-7, "stiffness": stiffness, "damping_ratio": 0.9}
+    found = scan(drive, 600.0, joints=["main_shaft", "eccentric_pin"], **contact)
+    for name in found:
+        assert len(found[name].reversals) == 2
+        for item in found[name].reversals:
+            from_rest = float(contact_time(item.reduced_mass, 0.5e-7, item.force_slope))
+            assert item.turn_through < 1.0 < item.turn_through * item.contact_time / from_rest
+    rested = scan(drive, 600.0, joints=["main_shaft", "eccentric_pin"], start="rest", **contact)
+    assert not any(rested[name].reversals for name in rested)

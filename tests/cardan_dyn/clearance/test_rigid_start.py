@@ -70,3 +70,22 @@ def test_damping_follows_from_the_mass_that_the_force_moves() -> None:
         ends.append(sum(place[k] * value for k, value in enumerate(along.values())))
     mass = 1e-4**2 / (ends[0] - ends[1])
     assert begun.reduced_mass("crank_pin") == pytest.approx(mass, rel=1e-6)
+
+
+@pytest.mark.parametrize("pins", [["pin_in"], ["pin_out"], ["pin_in", "pin_out"]])
+def test_bearings_begin_pressed_by_the_moment_that_they_pass_on(pins: list[str]) -> None:
+    """Shaft 2 begins to accelerate as it does without play."""
+    tight = cd.Scene(
+        cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": np.radians(20.0)}
+    )
+    begun = RigidStart(tight, 150.0, pins, 0.7)
+    law = cd.LinearContact(1e8)
+    plays = [Play(pin, 1e-5, law, 0.0, 0.0, 0.05) for pin in pins]
+    found = opened(tight, plays)
+    motion = found.scene.simulate(1e-7, **begun.state(found, plays, is_free=False))
+    expected = tight.sweep([0.7], 150.0).motion.acceleration("bearing_out")[0]
+    at = motion.at([0.0])
+    assert at.motion.acceleration("bearing_out")[0] == pytest.approx(expected, rel=0.02)
+    first, second = at.element_force[0], at.element_force[1]
+    assert first.pressure[0] > 100.0
+    np.testing.assert_allclose(first.force, -second.force, rtol=1e-6, atol=1e-6)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from analytic.damped_impact import damped_peak
+from analytic.damped_impact import damped_peak, flight
 from cardan_dyn.clearance import (
     ContactLaw,
     HuntCrossley,
@@ -105,10 +105,11 @@ def test_no_release_has_a_peak_below_its_bound() -> None:
 @pytest.mark.parametrize("ratio", [0.05, 0.25, 0.45, 0.7])
 @pytest.mark.parametrize("start", ["rest", "release"])
 def test_a_damped_peak(ratio: float, start: Any) -> None:
-    """The closed form begins a release at the gap 0, with the speed of an undamped one."""
     law = LinearContact.of_ratio(1e7, ratio, 3.6)
-    begun = (0.0, 0.036) if start == "release" else start
-    motion = two_masses(law, start=begun, **EXAMPLE)
+    motion = two_masses(law, start=start, **EXAMPLE)
+    found = flight(3.6, 1e7, 5e-5, 360e3, ratio, start=start)
+    assert motion.impacts[0].time == pytest.approx(float(found.t_1), rel=1e-12)
+    assert motion.impacts[0].speed == pytest.approx(float(found.v_1), rel=1e-12)
     wanted = damped_peak(3.6, 1e7, 5e-5, 360e3, ratio, start=start)
     assert motion.peak == pytest.approx(float(wanted), rel=1e-11)
 

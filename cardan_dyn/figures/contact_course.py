@@ -1,0 +1,98 @@
+"""Contact course: the force in a joint with play over a drive, beside that without play."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+from ..checks import numbers
+from ..clearance.contact_simulation import ContactSimulation
+from ..clearance.joint_scan import JointScan
+from ..clearance.scan import Scan
+from ..errors import ArgumentError
+from .style import TITLE_SIZE, Axes, Figure, angle_axis, axes_grid, legend, line_style, point_style
+
+_PER_STEP = 8
+"""Times at which the force is looked at between two steps of a simulation."""
+
+
+def contact_course(
+    simulation: ContactSimulation,
+    joint: str,
+    *,
+    scanned: Scan | None = None,
+    turns: float = 1.0,
+    title: str = "",
+) -> Figure:
+    """Draw the force by which the wall presses the pin of a joint over the drive's position.
+
+    Beside it, if they are given, the force of the mechanism without play, and the estimated peak of
+    each reversal that strikes, at the position of its estimated impact.
+
+    Args:
+        simulation: from `clearance.simulate`.
+        joint: with play, or one of its bearings.
+        scanned: from `clearance.scan`, of the same mechanism and speed; none if None.
+        turns: of the drive at the end of the simulation that are drawn; all if there are fewer.
+        title: of the figure.
+
+    Raises:
+        ModelError: no such joint has play, or it was not scanned.
+        ArgumentError: turns that are not positive, or a scan at another speed.
+
+    Source:
+        Dresig and Thümmel, Bild 6.
+    """
+    number = numbers("turns", turns)
+    if number.ndim or not number > 0.0:
+        raise ArgumentError(f"turns is {turns}, expected a positive number")
+    if scanned is not None and abs(scanned.speed - simulation.speed) > 1e-12 * abs(scanned.speed):
+        raise ArgumentError(
+            f"the scan is of {scanned.speed:g} rad/s, the simulation of {simulation.speed:g} rad/s"
+        )
+    position, force = _fine(simulation, joint, 2.0 * np.pi * float(number))
+    figure, axes = axes_grid(size=(7.2, 4.4))
+    degrees = np.rad2deg(position)
+    axes.plot(degrees, force, **{**line_style(0), "linewidth": 1.0}, label="simulated, with play")
+    if scanned is not None:
+        _beside(axes, scanned[joint], scanned.speed, position)
+    angle_axis(axes, f"rotation of {simulation.drive}, all turns counted [°]", position)
+    axes.set_ylabel(f"force in {joint} [N]")
+    axes.set_ylim(bottom=0.0)
+    figure.suptitle(title, fontsize=TITLE_SIZE)
+    legend(figure, 3)
+    return figure
+
+
+def _fine(simulation: ContactSimulation, joint: str, angle: float) -> tuple[Array, Array]:
+    """Return the drive's positions over the last of them, and the forces there."""
+    coarse = simulation[joint]
+    kept = np.flatnonzero(np.abs(coarse.position - coarse.position[-1]) <= angle)
+    times = simulation.t[kept[0] :]
+    parts = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
+    between = (times[:-1, None] + np.diff(times)[:, None] * parts).ravel()
+    # Impacts are shorter than they are far apart: their corners and peaks are points of the line.
+    located = [(item.start, item.peak_time, item.end) for item in coarse.impacts]
+    corners = np.ravel(located)
+    corners = corners[(corners > times[0]) & (corners < times[-1])]
+    course = simulation.at(np.unique(np.concatenate([between, corners, times[-1:]])))[joint]
+    return course.position, course.force
+
+
+def _beside(axes: Axes, joint: JointScan, speed: float, position: Array) -> None:
+    """Draw the force without play, and the estimated peaks."""
+    first = float(joint.position[0])
+    period = float(joint.position[1]) - first
+    period *= len(joint.position)
+    rigid = np.linalg.norm(joint.force, axis=1)
+    there = np.interp(position, joint.position, rigid, period=period)
+    axes.plot(np.rad2deg(position), there, **line_style(1), label="without play")
+    low, high = float(np.min(position)), float(np.max(position))
+    for item in joint.reversals:
+        if not item.strikes:
+            continue
+        struck = item.position + speed * item.contact_time
+        at = low + (struck - low) % period
+        while at <= high:
+            axes.plot(np.rad2deg(at), item.peak, **point_style(1), label="estimated peak")
+            at += period

@@ -1,0 +1,78 @@
+"""Pin bearings: forces of a universal joint's bearings with and without play."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..clearance.pin_map import PinMap
+from ..clearance.pin_scan import PinScan
+from ..errors import ArgumentError
+from .style import TITLE_SIZE, Figure, angle_axis, axes_grid, curve_style, legend, line_style
+
+
+def pin_forces(scanned: PinScan, *, title: str = "") -> Figure:
+    """Draw what open bearings carry without play over the drive's angle, and the peaks with play.
+
+    A point stands where the force swings round, as high as the peak of the impact that theory
+    expects after it; it is hollow where the sides would not strike.
+
+    Args:
+        scanned: from `clearance.scan_pins`.
+        title: of the figure.
+    """
+    figure, axes = axes_grid(1, size=(7.2, 4.2))
+    angle = np.rad2deg(scanned.position)
+    sizes = np.linalg.norm(scanned.force, axis=-1)
+    for index, name in enumerate(scanned.bearings):
+        axes.plot(angle, sizes[:, index], label=name, **curve_style(index, len(angle)))
+    color = line_style(len(scanned.bearings))["color"]
+    for struck, label in ((True, "peak with play, by theory"), (False, "no impact")):
+        some = [item for item in scanned.reversals if item.strikes is struck]
+        if some:
+            axes.plot(
+                np.rad2deg([item.position for item in some]),
+                [np.nan_to_num(item.peak) for item in some],
+                linestyle="",
+                marker="D",
+                color=color,
+                markerfacecolor=color if struck else "white",
+                label=label,
+            )
+    axes.set_ylabel("force across the pin [N]")
+    angle_axis(axes, "drive [°]", scanned.position)
+    figure.suptitle(title, fontsize=TITLE_SIZE)
+    legend(figure, 3)
+    return figure
+
+
+def pin_peaks(mapped: PinMap, *, title: str = "") -> Figure:
+    """Draw the greatest bearing force over speed, a line for each design, with and without play.
+
+    A line of peaks ends where theory expects no impact, or none that has a peak.
+
+    Args:
+        mapped: from `clearance.map_pins`.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: there is one speed only, which makes no line.
+    """
+    if len(mapped.speed) < 2:
+        raise ArgumentError("there is one speed only; map several of them to draw a line")
+    figure, axes = axes_grid(1, size=(7.2, 4.6))
+    order = np.argsort(mapped.speed)
+    speed = mapped.speed[order]
+    (first, *_) = mapped.held
+    struck = np.where(mapped.severity > 0.0, mapped.severity, np.nan)
+    for index, value in enumerate(mapped.held[first]):
+        style = curve_style(index, len(speed))
+        is_angle = mapped.units[first] == "rad"
+        label = f"{first} {np.rad2deg(value):.3g}°" if is_angle else f"{first} {value:.4g} m"
+        axes.plot(speed, struck[index, order], label=f"{label}, by theory", **style)
+        thin = {**style, "linewidth": 0.8, "marker": ""}
+        axes.plot(speed, mapped.rigid_peak[index, order], label=f"{label}, no play", **thin)
+    axes.set_xlabel("speed of the drive [rad/s]")
+    axes.set_ylabel("greatest force of a bearing [N]")
+    figure.suptitle(title, fontsize=TITLE_SIZE)
+    legend(figure, 2)
+    return figure

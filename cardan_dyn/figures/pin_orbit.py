@@ -1,0 +1,91 @@
+"""Pin orbit: the way of a pin in the play of its bush, and where it touches the wall."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+from ..clearance.contact_simulation import ContactSimulation, JointContact
+from ..errors import ArgumentError
+from .polar import across, columns_of
+from .style import TITLE_SIZE, Figure, axes_grid, legend, line_style, point_style
+
+_PER_STEP = 4
+"""Times at which the pin is looked at between two steps of a simulation."""
+_MICRO = 1e6
+_CIRCLE = 361
+"""Points of the circle that bounds the play."""
+
+
+def pin_orbit(
+    simulation: ContactSimulation, joint: str, *, plane: str | None = None, title: str = ""
+) -> Figure:
+    """Draw the orbit of a pin in its bush, in world axes: free in the play, or pressed to the wall.
+
+    The circle bounds the play: beyond it, the pin has entered the wall. Each impact begins at a
+    point on it.
+
+    Args:
+        simulation: from `clearance.simulate`.
+        joint: with play, or one of its bearings.
+        plane: `xy`, `yz` or `zx`, instead of the plane most nearly across the pin.
+        title: of the figure.
+
+    Raises:
+        ModelError: no such joint has play.
+        ArgumentError: unknown plane, or a single time.
+    """
+    times = simulation.t
+    if len(times) < 2:
+        raise ArgumentError("an orbit is drawn over several times, not over one")
+    parts = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
+    between = (times[:-1, None] + np.diff(times)[:, None] * parts).ravel()
+    impacts = simulation[joint].impacts
+    # Where impacts begin and end are points of the lines, lest they cross from state to state.
+    bounds = np.ravel([(item.start, item.end) for item in impacts])
+    bounds = bounds[(bounds > times[0]) & (bounds < times[-1])]
+    course = simulation.at(np.unique(np.concatenate([between, bounds, times[-1:]])))[joint]
+    radius = float(np.median(np.linalg.norm(course.offset, axis=1) - course.depth))
+    drawn_in = plane or across(_axis(course.offset))
+    columns = columns_of(drawn_in)
+    way = _MICRO * course.offset[:, columns]
+    lines = _states(course, np.array([(item.start, item.end) for item in impacts]).reshape(-1, 2))
+    figure, axes = axes_grid(size=(6.2, 6.6))
+    turn = np.linspace(0.0, 2.0 * np.pi, _CIRCLE)
+    circle = _MICRO * radius * np.stack([np.cos(turn), np.sin(turn)])
+    axes.plot(*circle, color="0.55", linewidth=3.0, label="bounds of the play")
+    for index, (label, state) in enumerate(lines.items()):
+        style = {**line_style(index), "linewidth": 0.9}
+        axes.plot(*np.where(state[:, None], way, np.nan).T, **style, label=label)
+    starts = [item.start for item in impacts if times[0] < item.start <= times[-1]]
+    if starts:
+        points = _MICRO * simulation.at(starts)[joint].offset[:, columns]
+        axes.plot(*points.T, **point_style(2), label="impact begins")
+    for letter, name in zip(drawn_in, ("x", "y"), strict=True):
+        getattr(axes, f"set_{name}label")(f"{letter} from the bush's axis, world axes [µm]")
+    axes.set_aspect("equal")
+    figure.suptitle(title or f"Orbit of the pin in {joint}", fontsize=TITLE_SIZE)
+    legend(figure, 4)
+    return figure
+
+
+def _states(course: JointContact, impacts: Array) -> dict[str, Array]:
+    """Return which points `(N,)` belong to the line of each state; where it changes, to both.
+
+    Args:
+        course: what the pin does.
+        impacts: begin and end of each `(K, 2)` [s].
+    """
+    middles = 0.5 * (course.t[1:] + course.t[:-1])
+    begun, ended = (np.searchsorted(np.sort(column), middles) for column in impacts.T)
+    pressed = begun > ended
+    states = {}
+    for label, parts in {"pressed": pressed, "free": ~pressed}.items():
+        states[label] = np.append(parts, False) | np.insert(parts, 0, False)
+    return states
+
+
+def _axis(offset: Array) -> Array:
+    """Return the direction across the plane of offsets `(N, 3)`."""
+    scale = float(np.max(np.abs(offset))) or 1.0
+    return np.asarray(np.linalg.svd(offset / scale, full_matrices=False)[2][2])
