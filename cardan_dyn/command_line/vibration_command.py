@@ -304,4 +304,5 @@ def _cells(row: CriticalSpeed) -> tuple[str, ...]:
     what = f"{row.order:g}× mode {row.mode + 1}{whirl}"
     quality = f"{row.amplification:.3g}"
     hertz = f"{row.frequency / (2.0 * np.pi):.4g}"
-    return speed, what, hertz, quality, f"{row.severity:.3g}", lower, upper
+    severity = "not found" if np.isnan(row.severity) else f"{row.severity:.3g}"
+    return speed, what, hertz, quality, severity, lower, upper

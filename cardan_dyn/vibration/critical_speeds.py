@@ -52,7 +52,8 @@ class CriticalSpeed(NamedTuple):
         frequency: of the mode there [rad/s]; NaN for an instability.
         whirl: `forward`, `backward`, `planar`; empty for an instability.
         severity: greatest amplitude that the mode gives a free coordinate at that order [rad or
-            m], infinite without damping; growth rate of an instability [1/s].
+            m], infinite without damping, NaN where motions near it were not found, as they are
+            larger than `within` allows; growth rate of an instability [1/s].
         amplification: amplification factor 1/(2ζ) of the mode; NaN for an instability.
         lower, upper: edges of an instability; speeds of half power of a resonance [rad/s].
     """
@@ -285,9 +286,8 @@ def _peak(
         places = np.linspace(middle - width, middle + width, _PLACES)
         places = places[places * sense > 0.0]
         sizes = _shares(search, places, order, shapes, mode)
-        if not np.any(np.isfinite(sizes)):
-            return middle, np.inf
-        sizes = np.nan_to_num(sizes)
+        if not np.all(np.isfinite(sizes)):
+            return float(middle), np.nan  # The greatest may be among those that were not found.
         top = int(np.argmax(sizes))
         best = float(places[top]), float(sizes[top])
         middle, width = best[0], 2.5 * width / (_PLACES - 1)

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from ..figures.style import Figure
     from ..scene.scene import Scene
 
-_DRAWN = {"flutter": "combination"}
 _STORED = ("multipliers", "trace", "determinant", "liouville", "kind", "coexisting")
 
 
@@ -121,11 +120,8 @@ class Floquet(Result):
         from ..figures.critical_speeds import KINDS, stability_chart
 
         (angle,) = self.held.values()
-        # What has no motion is left open; flutter counts as two modes together.
         numbers_of = {name: number for number, name in enumerate(KINDS)}
-        kinds = np.vectorize(lambda kind: numbers_of.get(_DRAWN.get(str(kind), str(kind)), 0))(
-            self.kind
-        )
+        kinds = np.vectorize(lambda kind: numbers_of[str(kind)])(self.kind)
         return stability_chart(self.speed, angle, kinds.T)
 
     def __repr__(self) -> str:

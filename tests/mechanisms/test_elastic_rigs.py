@@ -171,3 +171,8 @@ def test_speeds_at_which_motions_are_too_large_are_marked() -> None:
     rig = scene("elastic_double_shaft", float(np.radians(20.0)))
     found = vibration.campbell(rig, np.array([130.0, 146.0]))
     assert np.isfinite(found.frequency[0]).all() and np.isnan(found.frequency[1]).all()
+    speeds = np.linspace(130.0, 160.0, 7)
+    (row,) = vibration.critical_speeds(rig, speeds, orders=(2,), instabilities=False)
+    (natural,) = frequencies(scene("elastic_double_shaft", 0.0))
+    assert row.speed == pytest.approx(natural / 2.0, rel=0.05)
+    assert np.isnan(row.severity)
