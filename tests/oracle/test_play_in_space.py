@@ -84,7 +84,9 @@ def test_one_pin(pin: str) -> None:
     found, _, run = both((pin,), 1e-5)
     item = found.reversals[1]
     assert item.doubts == ()
-    np.testing.assert_allclose(peaks(found, run), item.peak, rtol=4e-3)
+    # The ramp bends a little over the flight, so that what is expected is too high.
+    np.testing.assert_allclose(peaks(found, run), item.peak, rtol=8e-3)
+    assert np.all(peaks(found, run) < item.peak)
     assert run.touches > 0
 
 
@@ -94,7 +96,7 @@ def test_both_pins_with_a_light_cross() -> None:
     assert isinstance(item, PinReversal)
     assert item.doubts == ()
     expected = item.peak * np.array(item.share)
-    np.testing.assert_allclose(peaks(found, run), expected, rtol=9e-3)
+    np.testing.assert_allclose(peaks(found, run), expected, rtol=4e-3)
 
 
 def test_the_flight_takes_as_long_as_expected() -> None:
@@ -180,7 +182,7 @@ def test_the_package_simulates_what_it_expects(pin: str) -> None:
     struck = [impact for impact in found.impacts if impact.position > item.position]
     assert {impact.bearing for impact in struck} == set(scanned.bearings)
     for impact in struck:
-        assert impact.peak == pytest.approx(item.peak, rel=5e-3)
+        assert impact.peak == pytest.approx(item.peak, rel=8e-3)
         assert impact.speed == pytest.approx(item.impact_speed, rel=1e-2)
 
 
