@@ -24,7 +24,7 @@ _MOST_FACTOR = 2.0
 """By how much the degrees of several coordinates together may exceed those of each alone."""
 _MOST_POLYNOMIALS = 300
 """More polynomials would take minutes to be sampled."""
-_PROBES = 5
+_PROBES = 3
 """Points of the range at which waves along the drive's position are looked at, its middle first."""
 _CHECKS = 24
 """Positions between the nodes at which a model is compared with its scene."""
