@@ -12,6 +12,8 @@ One module for each source or subject:
 - `design_torque`, `joint_rating`, `tube`, `bending_speed`, `torsional_speed`, `uniformity`,
   `fork_couples`, `line_forces`, `axial_force`, `installation`, `centred_double_joint`,
   `precision_joint`: rules by which makers and builders judge drive lines;
+- `whirl`: critical speeds of a shaft on elastic bearings behind a joint (Thoma),
+  `parametric_regions`: speeds at which elastic shafts at a joint are unstable;
 - `limits`: their limits and makers' constants, `rules`: all of them with sources and assumptions;
 - `errata`: errors found in the sources.
 """
@@ -36,6 +38,7 @@ from analytic import (
     joint_rating,
     limits,
     line_forces,
+    parametric_regions,
     precision_joint,
     rules,
     shaft_design,
@@ -45,6 +48,7 @@ from analytic import (
     torsional_speed,
     tube,
     uniformity,
+    whirl,
 )
 
 __all__ = [
@@ -67,6 +71,7 @@ __all__ = [
     "joint_rating",
     "limits",
     "line_forces",
+    "parametric_regions",
     "precision_joint",
     "rules",
     "shaft_design",
@@ -76,4 +81,5 @@ __all__ = [
     "torsional_speed",
     "tube",
     "uniformity",
+    "whirl",
 ]

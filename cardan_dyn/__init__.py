@@ -21,6 +21,7 @@ from .errors import (
     ModelError,
     SimulationError,
     SingularConfigurationError,
+    VibrationError,
 )
 from .forces.link_loads import Wrench
 from .mechanism.joints import Joint
@@ -31,7 +32,7 @@ from .results.wrench import JointWrench
 from .scene.scene import Scene
 
 if TYPE_CHECKING:
-    from . import drive_lines, figures
+    from . import drive_lines, figures, vibration
     from .elements.bushing import Bushing
     from .elements.contact_laws import (
         HuntCrossley,
@@ -118,6 +119,7 @@ __all__ = [
     "SingularConfigurationError",
     "Sweep",
     "Trajectory",
+    "VibrationError",
     "View",
     "Wrench",
     "__version__",
@@ -127,12 +129,13 @@ __all__ = [
     "drive_lines",
     "figures",
     "load",
+    "vibration",
     "view",
 ]
 
 
 def __getattr__(name: str) -> object:
-    if name in ("drive_lines", "figures"):
+    if name in ("drive_lines", "figures", "vibration"):
         return import_module(f".{name}", __name__)
     if name in _IMPORTED_WHEN_USED:
         return getattr(import_module(_IMPORTED_WHEN_USED[name], __name__), name)

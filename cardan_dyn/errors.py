@@ -132,6 +132,16 @@ class EquilibriumError(CardanError):
     effort: np.ndarray | None = None
 
 
+class VibrationError(CardanError):
+    """No periodic motion was found.
+
+    Attributes:
+        speed: of the drive [rad/s].
+    """
+
+    speed: float = float("nan")
+
+
 class MobilityError(CardanError):
     """The drives do not match the mobility of the mechanism.
 

@@ -24,6 +24,7 @@ FLOORS = (
     ("scene",),
     ("validation", "drive_lines", "clearance"),
     ("figures",),
+    ("vibration",),
     ("report",),
     ("command_line",),
 )

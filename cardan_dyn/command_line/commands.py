@@ -9,10 +9,11 @@ import click
 
 from .._version import __version__
 from ..errors import CardanError
+from .showing import export, serve
+from .vibration_options import vibration
 
 if TYPE_CHECKING:
     from ..validation.result import Row
-    from ..viewer.viewing import View
 
 
 class _Commands(click.Group):
@@ -136,9 +137,9 @@ def view(
     )
     shown = scene_of(source, motion, joints, frozenset(hide), duration, strict)
     if file is not None:
-        _export(shown, file)
+        export(shown, file)
     else:
-        _serve(shown, open_browser)
+        serve(shown, open_browser)
 
 
 @main.command()
@@ -221,7 +222,7 @@ def driveline(
     if watch:
         from ..report.drive_line_page import scene as turning
 
-        _serve(turning(found), open_browser)
+        serve(turning(found), open_browser)
     if check and not found.verdict.passed:
         raise SystemExit(1)
 
@@ -302,23 +303,7 @@ def clearance(directory: Path | None, as_json: bool, **options: Any) -> None:
     run(ScanOptions(**options), directory, as_json)
 
 
-def _export(shown: View, file: Path) -> None:
-    """Write a scene as one HTML file."""
-    try:
-        click.echo(f"Scene: {shown.export(file)}")
-    except OSError as error:
-        raise click.ClickException(f"{file}: cannot be written ({error})") from error
-
-
-def _serve(shown: View, open_browser: bool) -> None:
-    """Serve a scene until Ctrl-C."""
-    click.echo(f"Scene: {shown.url} (Ctrl-C ends it)")
-    if open_browser and not shown.open():
-        click.echo("No browser has opened it here: open the address, or --export a file.", err=True)
-    try:
-        shown.serve()
-    except KeyboardInterrupt:
-        shown.close()
+main.add_command(vibration)
 
 
 def _print_table(rows: list[Row]) -> None:

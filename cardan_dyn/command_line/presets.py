@@ -56,6 +56,17 @@ PRESETS: Mapping[str, Preset] = {
     "universal_joint": Preset(held_deg={"joint_angle": 35.0}, loads=_OUT),
     "ring_joint": Preset(held_deg={"joint_angle": 35.0}, loads=_OUT),
     "thoma_rig": Preset(held_deg={"joint_angle": 8.5}, speed=100.0),
+    "elastic_thoma_rig": Preset(
+        held_deg={"joint_angle": 8.5, "tilt_z": 0.0, "tilt_y": 0.0}, speed=100.0
+    ),
+    "torsional_line_front": Preset(held_deg={"joint_angle": 20.0, "twist_in": 0.0}, speed=100.0),
+    "torsional_line_behind": Preset(held_deg={"joint_angle": 20.0, "twist_out": 0.0}, speed=100.0),
+    "torsional_line_both": Preset(
+        held_deg={"joint_angle": 20.0, "twist_in": 0.0, "twist_out": 0.0}, speed=100.0
+    ),
+    "elastic_double_shaft": Preset(
+        held_deg={"joint_angle_1": 20.0, "joint_angle_2": 20.0, "twist_middle": 0.0}, speed=100.0
+    ),
     "double_shaft_z": Preset(held_deg={"joint_angle_1": 30.0, "joint_angle_2": 30.0}, loads=_OUT),
     "double_shaft_w": Preset(held_deg={"joint_angle_1": 20.0, "joint_angle_2": 20.0}, loads=_OUT),
     "double_shaft_spatial": Preset(

@@ -1,4 +1,4 @@
-"""Figures: wrenches over angle and time, polar diagrams, orders, closed forms, lines, impacts.
+"""Figures: wrenches over angle and time, polar diagrams, orders, lines, impacts, vibration.
 
 Needs the extra `viz` (matplotlib). Every function that draws returns a `matplotlib.figure.Figure`,
 all in one look: units on every axis, line styles and markers that differ besides the colours, so
@@ -11,6 +11,7 @@ from .arrangement import arrangement
 from .bending_planes import bending_planes
 from .closed_forms import bending_polar, compared, speed_ratio, thoma_bending, torque_ratio
 from .contact_course import contact_course
+from .critical_speeds import campbell, critical_speed_map, orders_over_speed, stability_chart
 from .drive_lines import line_over_angle
 from .force_reversals import force_reversals
 from .impact_ranking import impact_ranking
@@ -24,13 +25,16 @@ from .pin_orbit import pin_orbit
 from .polar import force_polar, forces_in_place, moment_polar
 from .positions import universal_joint_positions
 from .style import save
+from .vibration import orbits, over_revolution, run_up
 
 __all__ = [
     "arrangement",
     "bending_planes",
     "bending_polar",
+    "campbell",
     "compared",
     "contact_course",
+    "critical_speed_map",
     "energy_over_time",
     "force_polar",
     "force_reversals",
@@ -38,9 +42,12 @@ __all__ = [
     "impact_ranking",
     "line_over_angle",
     "moment_polar",
+    "orbits",
     "order_amplitudes",
     "order_spectrum",
+    "orders_over_speed",
     "over_angle",
+    "over_revolution",
     "over_time",
     "peak_factor",
     "peak_influence",
@@ -48,8 +55,10 @@ __all__ = [
     "pin_orbit",
     "pin_peaks",
     "ratio_and_angle_error",
+    "run_up",
     "save",
     "speed_ratio",
+    "stability_chart",
     "thoma_bending",
     "torque_ratio",
     "universal_joint_positions",

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import ArgumentError, MissingExtraError, choices
@@ -36,6 +37,8 @@ _LINES: tuple[tuple[str, Any], ...] = (
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 POINTS = 36
 """About how many points are drawn of a result: every 10° of a revolution, clear of each other."""
+PER_MINUTE = 30.0 / np.pi
+"""A speed of rotation of 1 rad/s [1/min]."""
 TITLE_SIZE = 11
 """Font size of titles [pt]."""
 _TICK = 45.0
@@ -255,3 +258,27 @@ def drive_of(turn: Swept, drive: str | None) -> str:
     """
     refuse_grid(turn)
     return turn.drives[0] if drive is None else drive
+
+
+def abscissa(name: str, values: ArrayLike) -> Array:
+    """Return an abscissa `(N,)`.
+
+    Raises:
+        ArgumentError: it is none, or not finite.
+    """
+    course = np.asarray(values, dtype=float)
+    if course.ndim != 1 or not len(course) or not np.all(np.isfinite(course)):
+        raise ArgumentError(f"{name} has shape {course.shape}, expected finite numbers (N,)")
+    return course
+
+
+def ordinate(name: str, values: ArrayLike, at: Array) -> Array:
+    """Return a curve over an abscissa.
+
+    Raises:
+        ArgumentError: it has another shape.
+    """
+    line = np.asarray(values, dtype=float)
+    if line.shape != at.shape:
+        raise ArgumentError(f"{name!r} has shape {line.shape}, expected {at.shape}")
+    return line

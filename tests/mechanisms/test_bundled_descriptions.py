@@ -15,12 +15,17 @@ NEW = {
     "double_shaft_spatial",
     "double_shaft_w",
     "drive_line",
+    "elastic_double_shaft",
+    "elastic_thoma_rig",
     "four_bar",
     "needle_drive",
     "ring_joint",
     "slider_crank",
     "stewart_platform",
     "thoma_rig",
+    "torsional_line_behind",
+    "torsional_line_both",
+    "torsional_line_front",
 }
 
 

@@ -25,6 +25,7 @@ NAMES = (
     "grossmann",
     "run_time_against_error",
     "thoma",
+    "thoma_critical_speeds",
     "weisbach",
 )
 TIMEOUT = 120
@@ -34,6 +35,7 @@ SOURCES = {
     "dresig_thuemmel": "Karl-Marx-Stadt",
     "grossmann": "Schweizerische Bauzeitung 113 (1939)",
     "thoma": "Schweizerische Bauzeitung 75 (1920), no. 17, p. 187",
+    "thoma_critical_speeds": "Schweizerische Bauzeitung 75 (1920)",
     "weisbach": "§ 26",
 }
 

@@ -75,7 +75,11 @@ def test_words_of_other_programs_are_named_once() -> None:
 
 @pytest.mark.parametrize("name", cd.bundled_names())
 def test_bundled_descriptions_contain_no_unknown_word(name: str) -> None:
-    assert not cd.load(name).warnings
+    mechanism = cd.load(name)
+    # Springs are the one thing that waits to be taken.
+    springs = [line for line in mechanism.warnings if "elements=described_elements" in line]
+    assert list(mechanism.warnings) == springs
+    assert bool(springs) == bool(mechanism.joint_springs)
 
 
 def test_shapes_may_contain_anything() -> None:

@@ -1,0 +1,34 @@
+"""Showing: what commands do with a scene that they made, write it or serve it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from ..viewer.viewing import View
+
+
+def export(shown: View, file: Path) -> None:
+    """Write a scene as one HTML file.
+
+    Raises:
+        ClickException: it cannot be written.
+    """
+    try:
+        click.echo(f"Scene: {shown.export(file)}")
+    except OSError as error:
+        raise click.ClickException(f"{file}: cannot be written ({error})") from error
+
+
+def serve(shown: View, open_browser: bool) -> None:
+    """Serve a scene until Ctrl-C."""
+    click.echo(f"Scene: {shown.url} (Ctrl-C ends it)")
+    if open_browser and not shown.open():
+        click.echo("No browser has opened it here: open the address, or --export a file.", err=True)
+    try:
+        shown.serve()
+    except KeyboardInterrupt:
+        shown.close()

@@ -1,0 +1,102 @@
+"""The options of `cardan-dyn vibration`; what it does is imported when it is called."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from .showing import export, serve
+
+
+@click.command()
+@click.argument("source", metavar="NAME_OR_FILE")
+@click.option("--drive", metavar="JOINT", help="Joint that turns at constant speed.")
+@click.option(
+    "--free",
+    multiple=True,
+    metavar="JOINT",
+    help="Free coordinate; those with springs in the description without. May be repeated.",
+)
+@click.option(
+    "--held",
+    multiple=True,
+    metavar="JOINT=VALUE",
+    help="Joint that is held, in degrees (slides: metres); may be repeated.",
+)
+@click.option(
+    "--load",
+    "loads",
+    multiple=True,
+    metavar="JOINT=VALUE",
+    help="Effort on a joint [N·m, slides: N]; may be repeated.",
+)
+@click.option(
+    "--speed-rpm", type=float, nargs=2, help="Range of speeds; by the natural frequencies without."
+)
+@click.option(
+    "--order", "orders", type=float, multiple=True, help="Order to look at; may be repeated."
+)
+@click.option(
+    "--figures",
+    "directory",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Directory for the figures as SVG and PNG.",
+)
+@click.option(
+    "--chart",
+    metavar="JOINT=DEGREES",
+    help="With --figures: a chart of stability up to this angle of a held joint.",
+)
+@click.option("--mode", type=click.IntRange(1), help="Watch this mode, larger than life.")
+@click.option(
+    "--export",
+    "file",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="With --mode: write it as one HTML file instead.",
+)
+@click.option("--open/--no-open", "open_browser", default=True, help="Open a browser to --mode.")
+@click.option("--json", "as_json", is_flag=True, help="Print the critical speeds as JSON.")
+@click.option(
+    "--strict/--no-strict",
+    default=True,
+    help="Refuse inertias that no body has, and misspelled words.",
+)
+def vibration(
+    source: str,
+    drive: str | None,
+    free: tuple[str, ...],
+    held: tuple[str, ...],
+    loads: tuple[str, ...],
+    speed_rpm: tuple[float, float] | None,
+    orders: tuple[float, ...],
+    directory: Path | None,
+    chart: str | None,
+    mode: int | None,
+    file: Path | None,
+    open_browser: bool,
+    as_json: bool,
+    strict: bool,
+) -> None:
+    """Find the critical speeds of a mechanism on springs, resonances and instabilities.
+
+    NAME_OR_FILE is a bundled description or a file that states springs of joints, as
+    elastic_thoma_rig does.
+    """
+    from .vibration_command import Drawn, RigOptions, chart_of, found_speeds, mode_view, rig_scene
+    from .vibration_command import run as show
+
+    if chart is not None and directory is None:
+        raise click.UsageError("--chart needs --figures")
+    if file is not None and mode is None:
+        raise click.UsageError("--export needs --mode")
+    scene = rig_scene(source, RigOptions(drive, free, held, loads), strict)
+    wanted = Drawn(directory, chart_of(scene, chart), as_json)
+    found = found_speeds(scene, speed_rpm, orders)
+    show(scene, found, wanted)
+    if mode is not None:
+        shown = mode_view(scene, mode, found.low)
+        if file is not None:
+            export(shown, file)
+        else:
+            serve(shown, open_browser)

@@ -1,0 +1,279 @@
+"""Critical speeds: Campbell diagrams, maps over stiffness, orders over speed, stability charts.
+
+All take plain arrays in SI units and draw speeds of rotation in 1/min and frequencies in Hz.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array
+from ..errors import ArgumentError
+from .style import (
+    PER_MINUTE,
+    Axes,
+    Figure,
+    abscissa,
+    axes_grid,
+    curve_style,
+    legend,
+    line_style,
+    ordinate,
+    point_style,
+)
+
+_HERTZ = 0.5 / np.pi
+_SPEED = "speed [1/min]"
+_DECADES = 1e-6
+"""Least amplitude on a logarithmic scale, as a fraction of the greatest: rounding would stretch
+it."""
+KINDS = ("stable", "instability", "fold", "combination", "flutter", "no motion")
+"""What a number in a chart of stability means, from 0."""
+_FILLS = (
+    ("#ffffff", ""),
+    ("#e8b08f", "///"),
+    ("#9db9dc", "..."),
+    ("#a9cfae", "xxx"),
+    ("#cdb4d6", "\\\\\\"),
+    ("#d9d9d9", ""),
+)
+"""Colour and hatch of each kind: hatches tell them apart in a black-and-white print."""
+
+
+def campbell(
+    speed: ArrayLike,
+    frequency: ArrayLike,
+    *,
+    orders: Sequence[float] = (1, 2, 4),
+    whirl: ArrayLike | None = None,
+    critical: ArrayLike | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw natural frequencies over the speed of rotation, with the lines of orders.
+
+    Args:
+        speed: of rotation `(S,)` [rad/s].
+        frequency: natural frequencies `(S, n)` [rad/s]; nan or 0 where a mode does not swing.
+        orders: n of the lines n·Ω.
+        whirl: direction of each mode `(S, n)`: above zero forward, below backward, zero neither;
+            the side that most of a mode is on names its line.
+        critical: `(C, 2)` speeds and frequencies of critical speeds [rad/s], drawn as points.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: shapes that do not match.
+    """
+    at, modes = abscissa("speed", speed), np.asarray(frequency, dtype=float)
+    if modes.ndim != 2 or len(modes) != len(at):
+        raise ArgumentError(
+            f"frequency has shape {modes.shape}, expected (S, n) with the S = {len(at)} speeds"
+        )
+    sides = np.zeros(modes.shape) if whirl is None else np.asarray(whirl, dtype=float)
+    if sides.shape != modes.shape:
+        raise ArgumentError(f"whirl has shape {sides.shape}, expected {modes.shape} as frequency")
+    figure, axes = axes_grid()
+    for index in range(modes.shape[1]):
+        values = np.where(modes[:, index] > 0.0, modes[:, index], np.nan)
+        name = f"mode {index + 1}{_direction(sides[:, index])}"
+        style = curve_style(index, len(at))
+        axes.plot(at * PER_MINUTE, values * _HERTZ, **style, label=name)
+    top = float(np.nanmax(modes, initial=0.0)) * 1.15
+    for order in orders:
+        axes.plot(at * PER_MINUTE, order * at * _HERTZ, color="0.55", linewidth=0.9)
+        _name_order(axes, order, float(at[-1]), top)
+    if critical is not None:
+        places = np.asarray(critical, dtype=float).reshape(-1, 2)
+        style = {**point_style(0), "color": "black", "zorder": 3}
+        axes.plot(places[:, 0] * PER_MINUTE, places[:, 1] * _HERTZ, **style, label="critical speed")
+    axes.set_xlim(at[0] * PER_MINUTE, at[-1] * PER_MINUTE)
+    if top:
+        axes.set_ylim(0.0, top * _HERTZ)
+    axes.set_xlabel(_SPEED)
+    axes.set_ylabel("natural frequency [Hz]")
+    axes.set_title(title)
+    legend(figure, 3)
+    return figure
+
+
+def critical_speed_map(
+    stiffness: ArrayLike,
+    speeds: Mapping[str, ArrayLike],
+    *,
+    operating: tuple[float, float] | None = None,
+    label: str = "bearing stiffness [N/m]",
+    title: str = "",
+) -> Figure:
+    """Draw critical speeds over the stiffness of a support, both logarithmic.
+
+    Args:
+        stiffness: `(S,)`, greater than 0.
+        speeds: of each curve by its name `(S,)` [rad/s]; inf or nan where there is none.
+        operating: range of speeds of the machine [rad/s], drawn as a band.
+        label: of the abscissa, with its unit.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: shapes that do not match.
+    """
+    at = abscissa("stiffness", stiffness)
+    figure, axes = axes_grid()
+    for index, (name, values) in enumerate(speeds.items()):
+        line = ordinate(name, values, at) * PER_MINUTE
+        line = np.where(np.isfinite(line), line, np.nan)
+        axes.loglog(at, line, **curve_style(index, len(at)), label=name)
+    if operating is not None:
+        low, high = (end * PER_MINUTE for end in operating)
+        axes.axhspan(low, high, color="0.9", zorder=0, label="operating range")
+    axes.set_xlim(at[0], at[-1])
+    axes.set_xlabel(label)
+    axes.set_ylabel("critical speed [1/min]")
+    axes.set_title(title)
+    legend(figure, 3)
+    return figure
+
+
+def orders_over_speed(
+    speed: ArrayLike,
+    amplitudes: Mapping[str, ArrayLike],
+    *,
+    unit: str,
+    phases: Mapping[str, ArrayLike] | None = None,
+    critical: Mapping[str, float] | None = None,
+    logarithmic: bool = True,
+    title: str = "",
+) -> Figure:
+    """Draw amplitudes of orders over the speed of rotation, with their phases below.
+
+    Args:
+        speed: of rotation `(S,)` [rad/s].
+        amplitudes: of each curve by its name `(S,)`.
+        unit: of the amplitudes.
+        phases: of curves with these names `(S,)` [rad].
+        critical: names of critical speeds to where they are [rad/s].
+        logarithmic: amplitudes on a logarithmic scale.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: shapes that do not match.
+    """
+    at, given = abscissa("speed", speed), phases or {}
+    figure, grid = axes_grid(2 if given else 1, share_x=True)
+    panels = np.atleast_1d(grid)
+    greatest = 0.0
+    for index, (name, values) in enumerate(amplitudes.items()):
+        line, style = ordinate(name, values, at), curve_style(index, len(at))
+        panels[0].plot(at * PER_MINUTE, line, **style, label=name)
+        greatest = max(greatest, float(np.nanmax(np.abs(line), initial=0.0)))
+        if name in given:
+            turned = np.rad2deg(np.unwrap(ordinate(name, given[name], at)))
+            panels[1].plot(at * PER_MINUTE, turned, **style)
+    for name, place in (critical or {}).items():
+        for panel in panels:
+            panel.axvline(place * PER_MINUTE, color="0.55", linewidth=0.9, linestyle=":")
+        _over(panels[0], place * PER_MINUTE, name)
+    if logarithmic and greatest:
+        panels[0].set_yscale("log")
+        low, _ = panels[0].get_ylim()
+        panels[0].set_ylim(bottom=max(low, _DECADES * greatest))
+    panels[0].set_ylabel(f"amplitude [{unit}]")
+    if given:
+        panels[1].set_ylabel("phase [°]")
+    panels[-1].set_xlim(at[0] * PER_MINUTE, at[-1] * PER_MINUTE)
+    panels[-1].set_xlabel(_SPEED)
+    figure.suptitle(title)
+    legend(figure, 3)
+    return figure
+
+
+def stability_chart(
+    speed: ArrayLike,
+    angle: ArrayLike,
+    kind: ArrayLike,
+    *,
+    edges: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw where a mechanism is unstable over its speed and joint angle.
+
+    Args:
+        speed: of rotation `(S,)`, rising [rad/s].
+        angle: joint angles `(B,)`, rising [rad].
+        kind: `(S, B)` of `KINDS` by its number.
+        edges: curves by their names, as speeds [rad/s] and angles [rad]: edges of regions.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: shapes that do not match, or a number that is no kind.
+    """
+    at, angles = abscissa("speed", speed), abscissa("angle", angle)
+    kinds = np.asarray(kind)
+    if kinds.shape != (len(at), len(angles)):
+        raise ArgumentError(
+            f"kind has shape {kinds.shape}, expected (S, B) = {(len(at), len(angles))}"
+        )
+    if min(kinds.shape) < 2:
+        raise ArgumentError(f"a chart needs two speeds and two angles, not {kinds.shape}")
+    if np.any((kinds != np.rint(kinds)) | (kinds < 0) | (kinds >= len(KINDS))):
+        raise ArgumentError(f"kind holds numbers from 0 to {len(KINDS) - 1}: {', '.join(KINDS)}")
+    figure, axes = axes_grid()
+    across, up = at * PER_MINUTE, np.rad2deg(angles)
+    for number in range(1, len(KINDS)):
+        if np.any(kinds == number):
+            _fill(axes, across, up, kinds == number, number)
+    for index, (name, (places, of)) in enumerate((edges or {}).items()):
+        line = np.asarray(places, float) * PER_MINUTE, np.rad2deg(np.asarray(of, float))
+        axes.plot(*line, **line_style(index), label=name)
+    axes.set_xlim(across[0], across[-1])
+    axes.set_ylim(up[0], up[-1])
+    axes.grid(visible=False)
+    axes.set_xlabel(_SPEED)
+    axes.set_ylabel("joint angle [°]")
+    axes.set_title(title)
+    legend(figure, 4)
+    return figure
+
+
+def _direction(sides: Array) -> str:
+    """Return how a mode whirls, for its name."""
+    total = float(np.sum(np.sign(np.nan_to_num(sides))))
+    return ", forward" if total > 0.0 else ", backward" if total < 0.0 else ""
+
+
+def _name_order(axes: Axes, order: float, last: float, top: float) -> None:
+    """Write n× at the end of an order's line, where it leaves the figure."""
+    end = min(last, top / order) if order else last
+    axes.annotate(
+        f"{order:g}×",
+        (end * PER_MINUTE, order * end * _HERTZ),
+        xytext=(-4, -4),
+        textcoords="offset points",
+        ha="right",
+        va="top",
+        color="0.35",
+        fontsize=9,
+    )
+
+
+def _over(axes: Axes, place: float, name: str) -> None:
+    """Write a name at the upper end of a vertical line."""
+    axes.annotate(
+        name,
+        (place, 1.0),
+        xycoords=("data", "axes fraction"),
+        xytext=(0, 3),
+        textcoords="offset points",
+        ha="center",
+        color="0.35",
+        fontsize=9,
+    )
+
+
+def _fill(axes: Axes, across: Array, up: Array, inside: Array, number: int) -> None:
+    """Fill the region of a kind, and name it."""
+    color, hatch = _FILLS[number]
+    mask = inside.T.astype(float)
+    axes.contourf(across, up, mask, levels=[0.5, 1.5], colors=[color], hatches=[hatch])
+    axes.fill([], [], facecolor=color, hatch=hatch, label=KINDS[number])

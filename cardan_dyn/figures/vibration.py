@@ -1,0 +1,176 @@
+"""Vibration: free coordinates over a revolution, over their orbits and over a change of speed.
+
+All take plain arrays in SI units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import ArgumentError
+from .style import (
+    PER_MINUTE,
+    Figure,
+    abscissa,
+    angle_axis,
+    axes_grid,
+    curve_style,
+    legend,
+    line_style,
+    ordinate,
+    point_style,
+)
+
+
+def over_revolution(
+    position: ArrayLike, values: ArrayLike, names: Sequence[str], *, title: str = ""
+) -> Figure:
+    """Draw coordinates over a revolution of the drive.
+
+    Args:
+        position: of the drive `(P,)` [rad].
+        values: `(P, n)` [rad, or m of slides].
+        names: of the coordinates, n.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: shapes that do not match.
+    """
+    at, courses = abscissa("position", position), np.asarray(values, dtype=float)
+    if courses.shape != (len(at), len(names)):
+        raise ArgumentError(
+            f"values have shape {courses.shape}, expected (P, n) = {(len(at), len(names))}"
+        )
+    figure, axes = axes_grid()
+    for index, name in enumerate(names):
+        axes.plot(np.rad2deg(at), courses[:, index], **curve_style(index, len(at)), label=name)
+    angle_axis(axes, "position of the drive [°]", at)
+    axes.set_ylabel("free coordinates [rad, m]")
+    axes.set_title(title)
+    legend(figure, min(len(names), 4))
+    return figure
+
+
+def coefficients(
+    position: ArrayLike, matrices: Mapping[str, ArrayLike], names: Sequence[str]
+) -> Figure:
+    """Draw the entries of matrices over the position of the drive, an axes for each matrix.
+
+    Args:
+        position: of the drive `(N,)` [rad].
+        matrices: by name `(N, n, n)`.
+        names: of the n coordinates.
+
+    Raises:
+        ArgumentError: shapes that do not match.
+    """
+    at, size = abscissa("position", position), len(names)
+    figure, grid = axes_grid(len(matrices), size=(7.2, 1.4 + 2.4 * len(matrices)), share_x=True)
+    panels = np.atleast_1d(grid)
+    for panel, (what, given) in zip(panels, matrices.items(), strict=True):
+        values = np.asarray(given, dtype=float)
+        if values.shape != (len(at), size, size):
+            raise ArgumentError(
+                f"{what} has shape {values.shape}, expected {(len(at), size, size)}"
+            )
+        for index in range(size * size):
+            row, column = divmod(index, size)
+            entry = names[row] if row == column else f"{names[row]}, {names[column]}"
+            style = curve_style(index, len(at))
+            panel.plot(np.rad2deg(at), values[:, row, column], **style, label=entry)
+        panel.set_ylabel(what)
+    angle_axis(panels[-1], "position of the drive [°]", at)
+    legend(figure, min(size * size, 3))
+    return figure
+
+
+def orbits(paths: Mapping[str, ArrayLike], *, labels: tuple[str, str], title: str = "") -> Figure:
+    """Draw paths of two transverse coordinates with equal scales; a dot marks where each begins.
+
+    Args:
+        paths: by name `(N, 2)`.
+        labels: of both axes, with their units.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: a path is no curve in a plane.
+    """
+    figure, axes = axes_grid(size=(5.6, 5.6))
+    for index, (name, given) in enumerate(paths.items()):
+        path = np.asarray(given, dtype=float)
+        if path.ndim != 2 or path.shape[1] != 2 or not len(path):
+            raise ArgumentError(f"path {name!r} has shape {path.shape}, expected (N, 2)")
+        axes.plot(path[:, 0], path[:, 1], **line_style(index), label=name)
+        axes.plot(*path[:1].T, **{**point_style(index), "marker": "o"})
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(labels[0])
+    axes.set_ylabel(labels[1])
+    axes.set_title(title)
+    legend(figure, 2)
+    return figure
+
+
+def run_up(
+    speed: ArrayLike,
+    values: ArrayLike,
+    *,
+    unit: str,
+    predicted: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw a coordinate while the speed of rotation changes, beside what was predicted.
+
+    Args:
+        speed: of rotation at each sample `(N,)` [rad/s].
+        values: of the coordinate `(N,)`.
+        unit: of the coordinate.
+        predicted: curves by name, as speeds `(S,)` [rad/s] and amplitudes `(S,)`; each is drawn
+            to both sides.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: shapes that do not match.
+    """
+    at = np.asarray(speed, dtype=float)
+    course = ordinate("values", values, at)
+    figure, axes = axes_grid()
+    axes.plot(at * PER_MINUTE, course, color="0.6", linewidth=0.7, label="simulated")
+    for index, (name, (places, heights)) in enumerate((predicted or {}).items()):
+        speeds = np.asarray(places, dtype=float)
+        height = ordinate(name, heights, speeds)
+        for sign, text in ((1.0, name), (-1.0, None)):
+            axes.plot(speeds * PER_MINUTE, sign * height, **line_style(index), label=text)
+    axes.set_xlabel("speed [1/min]")
+    axes.set_ylabel(f"free coordinate [{unit}]")
+    axes.set_title(title)
+    legend(figure, 3)
+    return figure
+
+
+def multipliers(speed: ArrayLike, sizes: ArrayLike, *, title: str = "") -> Figure:
+    """Draw the sizes of Floquet multipliers over the speed of rotation; above 1, motions grow.
+
+    Args:
+        speed: of rotation `(S,)` [rad/s].
+        sizes: `(S, m)`.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: shapes that do not match.
+    """
+    at, every = abscissa("speed", speed), np.asarray(sizes, dtype=float)
+    if every.ndim != 2 or len(every) != len(at):
+        raise ArgumentError(f"sizes have shape {every.shape}, expected (S, m) with S = {len(at)}")
+    figure, axes = axes_grid()
+    for index in range(every.shape[1]):
+        style = curve_style(index, len(at))
+        axes.plot(at * PER_MINUTE, every[:, index], **style, label=f"multiplier {index + 1}")
+    axes.axhline(1.0, color="0.55", linewidth=0.9, linestyle=":")
+    axes.set_xlabel("speed [1/min]")
+    axes.set_ylabel("size of multipliers")
+    axes.set_title(title)
+    legend(figure, 4)
+    return figure

@@ -1,0 +1,34 @@
+"""Vibration: periodic motions about a drive at constant speed, and what becomes of small ones.
+
+A scene names as drives the coordinate that turns at constant speed, and after it the free ones;
+springs and dampers are among its elements. `scene.simulate(motion={driven: speed})` moves the same
+scene over time.
+"""
+
+from .campbell import Campbell, campbell
+from .critical_speeds import CriticalSpeed, CriticalSpeeds, critical_speeds
+from .floquet import Floquet, floquet
+from .forced_response import ForcedResponse, forced_response
+from .linearisation import Linearisation, linearise
+from .periodic_motion import PeriodicMotion, periodic_motion
+from .regions import Region
+from .run_up import RunUp, run_up
+
+__all__ = [
+    "Campbell",
+    "CriticalSpeed",
+    "CriticalSpeeds",
+    "Floquet",
+    "ForcedResponse",
+    "Linearisation",
+    "PeriodicMotion",
+    "Region",
+    "RunUp",
+    "campbell",
+    "critical_speeds",
+    "floquet",
+    "forced_response",
+    "linearise",
+    "periodic_motion",
+    "run_up",
+]

@@ -1,0 +1,72 @@
+"""Averaged model: the linear equation with its mean coefficients, and its modes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+
+_UNDAMPED = 1e-12
+"""Damping ratio that counts as rounding."""
+
+
+class Modes(NamedTuple):
+    """Modes of S linear equations of n coordinates, by ascending frequency.
+
+    Attributes:
+        value: complex eigenvalues `(S, n)` [1/s], imaginary part not negative: those that swing,
+            then real ones, of which the greater of each pair is kept.
+        shape: complex mode shapes `(S, n, n)`, a column for each, greatest entry 1.
+    """
+
+    value: Array
+    shape: Array
+
+    @property
+    def frequency(self) -> Array:
+        """Natural angular frequencies, damped `(S, n)` [rad/s]; 0 where a mode does not swing."""
+        return np.asarray(self.value.imag)
+
+    @property
+    def log_decrement(self) -> Array:
+        """Logarithm of the ratio of two swings that follow each other `(S, n)`."""
+        swings = self.frequency > 0.0
+        frequency = np.where(swings, self.frequency, 1.0)
+        return np.where(swings, -2.0 * np.pi * self.value.real / frequency, np.nan)
+
+    @property
+    def amplification(self) -> Array:
+        """Amplification factor Q = 1/(2ζ) `(S, n)`; infinite without damping."""
+        size = np.abs(self.value)
+        is_damped = -self.value.real > _UNDAMPED * size
+        return np.where(is_damped, size / np.where(is_damped, -2.0 * self.value.real, 1.0), np.inf)
+
+
+def modes(mass: Array, damping: Array, stiffness: Array) -> Modes:
+    """Return the modes of M ẍ + D ẋ + K x = 0.
+
+    Args:
+        mass: M `(S, n, n)`.
+        damping: D, likewise.
+        stiffness: K, likewise.
+    """
+    size, free, _ = mass.shape
+    matrix = np.zeros((size, 2 * free, 2 * free))
+    matrix[:, :free, free:] = np.eye(free)
+    matrix[:, free:, :free] = -np.linalg.solve(mass, stiffness)
+    matrix[:, free:, free:] = -np.linalg.solve(mass, damping)
+    values, vectors = np.linalg.eig(matrix)
+    scale = np.max(np.abs(values), axis=1, keepdims=True)
+    is_real = np.abs(values.imag) <= 1e-9 * scale
+    # Of each complex pair the upper one, of real ones the greater half.
+    rank = np.where(is_real, 1.0, 0.0) + np.where(is_real | (values.imag > 0.0), 0.0, 2.0)
+    key = np.where(is_real, -values.real, values.imag)
+    order = np.lexsort((key, rank), axis=1)[:, :free]
+    chosen = np.take_along_axis(values, order, axis=1)
+    real = np.take_along_axis(is_real, order, axis=1)
+    chosen = np.where(real, chosen.real + 0.0j, chosen)
+    shapes = np.take_along_axis(vectors[:, :free], order[:, None, :], axis=2)
+    largest = np.argmax(np.abs(shapes), axis=1)[:, None, :]
+    return Modes(chosen, shapes / np.take_along_axis(shapes, largest, axis=1))

@@ -1,0 +1,180 @@
+"""Campbell: natural frequencies and modes over the speed of the drive."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import permutations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ArgumentError
+from .averaged import Modes, modes
+from .coexisting import smallest
+from .motion_search import MotionSearch
+from .periodic_motion import limit, refuse_missed
+from .result import Result, frame_of
+from .rotating_scene import rotating_scene, speeds_of
+from .whirl import WhirlSense, sense_name
+
+if TYPE_CHECKING:
+    import pandas
+
+    from ..figures.style import Figure
+    from ..scene.scene import Scene
+
+_MOST_PERMUTED = 5
+"""Modes up to which all their orders are compared; more are followed one by one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Campbell(Result):
+    """Modes of the averaged equation about the periodic motion, S speeds, n modes.
+
+    A mode keeps its column from speed to speed. Speeds without a periodic motion have NaN.
+
+    Attributes:
+        scene: its drive at constant speed first.
+        speed: of the drive `(S,)` [rad/s].
+        frequency: damped natural angular frequencies `(S, n)` [rad/s]; 0 where a mode creeps.
+        decay: real parts of the eigenvalues `(S, n)` [1/s], negative where modes decay.
+        log_decrement: `(S, n)`; NaN where a mode creeps.
+        amplification: amplification factor 1/(2ζ) `(S, n)`, infinite without damping.
+        shape: complex mode shapes `(S, n, n)`: of coordinates, by modes.
+        whirl: `(S, n)` from -1, backward, to +1, forward; about 0 where a mode swings in a plane.
+    """
+
+    scene: Scene
+    speed: Array
+    frequency: Array
+    decay: Array
+    log_decrement: Array
+    amplification: Array
+    shape: Array
+    whirl: Array
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the free coordinates."""
+        return self.scene.drives[1:]
+
+    def separation_margin(self, orders: Any = (1, 2, 4)) -> Array:
+        """Return the distance `(S, n)` of each mode from the nearest order, as a fraction of it.
+
+        Args:
+            orders: cycles per revolution of the drive that excite.
+        """
+        lines = np.abs(self.speed)[:, None] * np.atleast_1d(np.asarray(orders, dtype=float))
+        if not lines.size or np.any(lines <= 0.0):
+            raise ArgumentError(f"orders is {orders!r}, expected positive numbers")
+        gaps = np.abs(self.frequency[:, :, None] - lines[:, None, :]) / lines[:, None, :]
+        return np.asarray(np.min(gaps, axis=2))
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a row for each speed and mode."""
+        rows = [
+            {
+                "speed": speed,
+                "mode": mode,
+                "frequency": self.frequency[row, mode],
+                "decay": self.decay[row, mode],
+                "log_decrement": self.log_decrement[row, mode],
+                "amplification": self.amplification[row, mode],
+                "whirl": sense_name(float(self.whirl[row, mode])),
+            }
+            for row, speed in enumerate(self.speed.tolist())
+            for mode in range(self.frequency.shape[1])
+        ]
+        units = ("rad/s", "", "rad/s", "1/s", "1", "1", "")
+        names = ("speed", "mode", "frequency", "decay", "log_decrement", "amplification", "whirl")
+        return frame_of(rows, dict(zip(names, units, strict=True)))
+
+    def plot(self, orders: Any = (1, 2, 4)) -> Figure:
+        """Draw natural frequencies over speed, with the lines of orders."""
+        from ..figures.critical_speeds import campbell
+
+        return campbell(self.speed, self.frequency, orders=orders, whirl=self.whirl)
+
+    def __repr__(self) -> str:
+        return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds>"
+
+
+def campbell(
+    scene: Scene, speed: Any, *, drive: str | None = None, within: float = 1.0
+) -> Campbell:
+    """Return natural frequencies and modes over speed.
+
+    Args:
+        scene: its other drives are free.
+        drive: see `periodic_motion`.
+        within: see `periodic_motion`.
+        speed: of the drive `(S,)` [rad/s].
+
+    Raises:
+        CardanError: see `periodic_motion`.
+    """
+    speeds, _ = speeds_of(speed)
+    return campbell_of(MotionSearch(rotating_scene(scene, drive), limit("within", within)), speeds)
+
+
+def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
+    """Return the modes that a search finds at speeds `(S,)`; see `campbell`."""
+    free = len(search.rotating.free)
+    shape = (len(speeds), free)
+    missing = complex(np.nan, np.nan)
+    value, shapes = np.full(shape, missing), np.full((*shape, free), missing)
+    whirl = np.full(shape, np.nan)
+    senses: dict[float, WhirlSense] = {}
+    for motions in smallest(search, speeds)[0]:
+        equation = motions.model.equation(motions.course)
+        found = modes(
+            *(
+                np.mean(item, axis=1)
+                for item in (equation.mass, equation.damping, equation.stiffness)
+            )
+        )
+        value[motions.index], shapes[motions.index] = found.value, found.shape
+        for index in motions.index.tolist():
+            sense = float(np.sign(speeds[index]))
+            if sense not in senses:
+                middle = np.mean(motions.course.q[0], axis=0)
+                senses[sense] = WhirlSense(search.rotating, middle, sense)
+            whirl[index] = senses[sense].of(shapes[index])
+    refuse_missed(search, speeds)
+    for before, row in zip(range(len(speeds) - 1), range(1, len(speeds)), strict=True):
+        order = _followed(shapes[before], value[before], shapes[row], value[row])
+        value[row], shapes[row], whirl[row] = (
+            value[row, order],
+            shapes[row][:, order],
+            whirl[row, order],
+        )
+    every = Modes(value, shapes)
+    return Campbell(
+        scene=search.rotating.scene,
+        speed=speeds,
+        frequency=every.frequency.copy(),
+        decay=value.real.copy(),
+        log_decrement=every.log_decrement,
+        amplification=every.amplification,
+        shape=shapes,
+        whirl=whirl,
+    )
+
+
+def _followed(before: Array, value_before: Array, shapes: Array, value: Array) -> Array:
+    """Return the order `(n,)` in which modes continue those of the speed before."""
+    count = shapes.shape[1]
+    if not (np.all(np.isfinite(before)) and np.all(np.isfinite(shapes))) or count == 1:
+        return np.arange(count)
+    sizes = np.linalg.norm(before, axis=0)[:, None] * np.linalg.norm(shapes, axis=0)
+    likeness = np.abs(before.conj().T @ shapes) / sizes
+    spread = float(np.max(np.abs(value))) or 1.0
+    likeness -= np.abs(value_before[:, None] - value) / spread
+    rows = np.arange(count)
+    if count <= _MOST_PERMUTED:
+        best = max(permutations(range(count)), key=lambda order: likeness[rows, list(order)].sum())
+        return np.array(best)
+    from scipy.optimize import linear_sum_assignment  # Few scenes have as many coordinates.
+
+    return np.asarray(linear_sum_assignment(-likeness)[1])

@@ -1,0 +1,176 @@
+"""Harmonic balance: periodic motions of a reduced model, by collocation and Newton's method.
+
+The motion is a Fourier sum with as many orders as the nodes of a period carry; the efforts vanish
+at all nodes. Many speeds and guesses are solved together.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from .periodic_grid import MOST_NODES, TAIL, derivatives, next_size, resampled, tail
+from .reduced_model import Course, LocalEquation, ReducedModel
+
+_MOST_STEPS = 30
+_CONVERGED = 1e-12
+"""Step, as a fraction of the range, at which Newton's method has converged quadratically: the next
+one would be rounding."""
+_LONGEST = 0.25
+"""Longest step, as a fraction of the half range."""
+_BEYOND = 1.02
+"""Way from the middle, in half ranges, beyond which a motion has left the model."""
+_NUMBERS = 8_000_000
+"""Numbers (64 MB) of Jacobians that are solved at a time."""
+_ROUGH = 3e-13
+"""Amplitude of the highest orders, in half ranges, that is rounding of the range."""
+
+
+class Found(NamedTuple):
+    """What Newton's method found from S guesses.
+
+    Attributes:
+        course: the motions.
+        converged: `(S,)` whether they are solutions within the ranges of the model.
+        sign: `(S,)` sign of the Jacobian's determinant, 0 where it is singular.
+    """
+
+    course: Course
+    converged: Array
+    sign: Array
+
+    def part(self, chosen: Array) -> Found:
+        """Return some of it, by a mask."""
+        course = Course(*(item[chosen] for item in self.course))
+        return Found(course, self.converged[chosen], self.sign[chosen])
+
+
+def course_of(q: Array, speed: Array, period: float) -> Course:
+    """Return motions from their positions `(S, N, n)` at the nodes of a period."""
+    first, second = derivatives(q.shape[1], period)
+    rate, bend = (np.einsum("ij,sjk->sik", item, q) for item in (first, second))
+    return Course(q, rate, bend, speed)
+
+
+def jacobian(equation: LocalEquation, speed: Array, period: float) -> Array:
+    """Return derivatives `(S, N n, N n)` of the efforts at all nodes by positions at all nodes."""
+    size, count, free = equation.efforts.shape
+    first, second = derivatives(count, period)
+    rows = np.einsum("s,sjab,jl->sjalb", speed**2, equation.mass, second, optimize=True)
+    rows += np.einsum("s,sjab,jl->sjalb", speed, equation.damping, first, optimize=True)
+    own = np.arange(count)
+    rows[:, own, :, own, :] += np.moveaxis(equation.stiffness, 1, 0)
+    return np.asarray(rows.reshape(size, count * free, count * free))
+
+
+def solved(model: ReducedModel, speed: Array, guess: Array) -> Found:
+    """Return motions near guesses.
+
+    Args:
+        model: on the nodes of the guesses.
+        speed: of the drive `(S,)` [rad/s].
+        guess: `(S, N, n)`.
+    """
+    count, free = guess.shape[1:]
+    each = max(1, _NUMBERS // (count * free) ** 2)
+    parts = [
+        _solved(model, speed[first : first + each], guess[first : first + each])
+        for first in range(0, len(speed), each)
+    ]
+    course = Course(
+        *(np.concatenate(items) for items in zip(*(p.course for p in parts), strict=True))
+    )
+    return Found(
+        course,
+        np.concatenate([part.converged for part in parts]),
+        np.concatenate([part.sign for part in parts]),
+    )
+
+
+def _solved(model: ReducedModel, speed: Array, guess: Array) -> Found:
+    size, count, free = guess.shape
+    q, sign = guess.copy(), np.zeros(size)
+    converged, active = np.zeros(size, dtype=bool), np.ones(size, dtype=bool)
+    for _ in range(_MOST_STEPS):
+        index = np.nonzero(active)[0]
+        if not index.size:
+            break
+        course = course_of(q[index], speed[index], model.period)
+        equation = model.equation(course)
+        matrix = jacobian(equation, speed[index], model.period)
+        step, signs = _newton(matrix, equation.efforts.reshape(len(index), -1))
+        step = step.reshape(len(index), count, free)
+        length = np.max(np.abs(step / model.half), axis=(1, 2))
+        sign[index] = signs
+        bad = ~np.isfinite(length)
+        factor = np.where(length > _LONGEST, _LONGEST / np.where(bad, 1.0, length), 1.0)
+        step[bad] = 0.0
+        q[index] += np.where(bad, 0.0, factor)[:, None, None] * step
+        way = np.max(np.abs((q[index] - model.centre) / model.half), axis=(1, 2))
+        gone = bad | (way > 3.0)
+        done = (length <= _CONVERGED) & ~gone
+        converged[index[done & (way <= _BEYOND)]] = True
+        active[index[done | gone]] = False
+    # Where steps have stopped short of the threshold at rounding, the last one tells.
+    course = course_of(q, speed, model.period)
+    if np.any(active):
+        index = np.nonzero(active)[0]
+        equation = model.equation(Course(*(item[index] for item in course)))
+        left = np.max(np.abs(equation.efforts), axis=1) / equation.scale
+        way = np.max(np.abs((q[index] - model.centre) / model.half), axis=(1, 2))
+        is_there = (np.max(left, axis=1) <= 1e-12) & (way <= _BEYOND)
+        converged[index[is_there]] = True
+    return Found(course, converged, sign)
+
+
+def _newton(matrix: Array, efforts: Array) -> tuple[Array, Array]:
+    """Return Newton steps `(S, K)`, not finite where the matrix is singular, and its signs."""
+    try:
+        steps = np.linalg.solve(matrix, -efforts[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        steps = np.full(efforts.shape, np.nan)
+        for index, (one, effort) in enumerate(zip(matrix, efforts, strict=True)):
+            try:
+                steps[index] = np.linalg.solve(one, -effort)
+            except np.linalg.LinAlgError:
+                continue
+    return steps, np.linalg.slogdet(matrix)[0]
+
+
+def resolved(
+    model: ReducedModel, speed: Array, guess: Array
+) -> list[tuple[ReducedModel, Array, Found]]:
+    """Return motions with as many orders as they need.
+
+    Args:
+        model: reduced model.
+        speed: of the drive `(S,)`.
+        guess: `(S, N, n)`; on the nodes of the model, or more.
+
+    Returns:
+        groups of the guesses that need the same number of nodes: the model on these, indices of
+        the guesses, and what was found.
+    """
+    count, index = max(model.count, guess.shape[1]), np.arange(len(speed))
+    groups = []
+    before = np.full(len(speed), np.inf)
+    while True:
+        model, guess = model.on(count), resampled(guess, count, 1)
+        found = solved(model, speed[index], guess)
+        q = found.course.q
+        greatest = np.max(np.abs(q), axis=1)
+        rough = np.max(
+            tail(q, 1) * greatest / np.maximum(TAIL * greatest, _ROUGH * model.half), axis=1
+        )
+        # Where more nodes bring nothing, rounding is what is left.
+        again = found.converged & (rough > 1.0) & (rough < 0.3 * before)
+        if count >= MOST_NODES:
+            again[:] = False
+        if not np.all(again):
+            groups.append((model, index[~again], found.part(~again)))
+        if not np.any(again):
+            return groups
+        index, guess, before = index[again], q[again], rough[again]
+        count = next_size(count + 1)

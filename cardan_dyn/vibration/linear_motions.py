@@ -1,0 +1,40 @@
+"""Linear motions: what the linear equations about the mean of a motion make of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+from .harmonic_balance import jacobian
+from .motion_search import Motions
+from .reduced_model import Course
+
+
+def resting(course: Course) -> Course:
+    """Return motions in which the free coordinates rest at their means."""
+    q = np.repeat(np.mean(course.q, axis=1, keepdims=True), course.q.shape[1], axis=1)
+    return Course(q, np.zeros_like(q), np.zeros_like(q), course.speed)
+
+
+def linear_motions(motions: Motions) -> tuple[Array, Array]:
+    """Return motions `(S, N, n)` by the linear equation about the mean of motions.
+
+    Returns:
+        with periodic coefficients, and with averaged ones.
+    """
+    model, course = motions.model, motions.course
+    rest = resting(course)
+    equation = model.equation(rest)
+    size, count, free = course.q.shape
+    matrix = jacobian(equation, course.speed, model.period)
+    step = np.linalg.solve(matrix, -equation.efforts.reshape(size, -1, 1))
+    linear = rest.q + step.reshape(size, count, free)
+    mean = [
+        np.mean(item, axis=1)[:, None]
+        for item in (equation.mass, equation.damping, equation.stiffness)
+    ]
+    turn = 2.0 * np.pi / model.period * np.fft.rfftfreq(count, 1.0 / count)
+    pace = 1j * turn[None, :, None, None] * course.speed[:, None, None, None]
+    dynamic = pace**2 * mean[0] + pace * mean[1] + mean[2]
+    spectrum = np.linalg.solve(dynamic, -np.fft.rfft(equation.efforts, axis=1)[..., None])[..., 0]
+    return linear, rest.q + np.fft.irfft(spectrum, count, axis=1)

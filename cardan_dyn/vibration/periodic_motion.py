@@ -1,0 +1,268 @@
+"""Periodic motion: what the free coordinates do while a drive turns at constant speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..checks import numbers
+from ..errors import ArgumentError, VibrationError
+from .coexisting import coexisting
+from .correction import corrected
+from .motion_search import Motions, MotionSearch
+from .periodic_grid import amplitudes
+from .result import Result, frame_of
+from .rotating_scene import rotating_scene, speeds_of
+
+if TYPE_CHECKING:
+    import pandas
+
+    from ..figures.style import Figure
+    from ..results.sweep import Sweep
+    from ..scene.scene import Scene
+
+_SHOWN = 1e-12
+"""Least amplitude that a table lists, as a fraction of the greatest."""
+
+
+class States(NamedTuple):
+    """Positions `(R, P, n)` of the free coordinates, and their rates by time."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicMotion(Result):
+    """Periodic motions of the free coordinates, a row for each; R rows, n free coordinates.
+
+    A row's motion repeats with `period`. Rows are in the order of the speeds that were asked for;
+    where several motions coexist, they follow each other, the smallest first. All have the period
+    of the equation: subharmonic ones are not looked for.
+
+    Attributes:
+        scene: its drive at constant speed first.
+        speed: `(R,)` of the drive [rad/s].
+        branch: `(R,)` number of the motion at its speed, from 0.
+        period: of the motion in the drive's position [rad].
+        order: `(K,)` cycles per revolution of the drive.
+        amplitude: complex `(R, K, n)`: q = Re Σ amplitude exp(i order φ), φ the drive's position
+            [rad or m].
+        residual: `(R,)` greatest effort that is left along a free coordinate, at the nodes of the
+            motion and between them, by inverse dynamics; as a fraction of the greatest sum of the
+            sizes of its terms.
+        index: `(R,)` sign of the determinant of the equation's Jacobian. Motions appear and vanish
+            in pairs of opposite signs, so that the sum over all of a speed is +1 unless one was
+            missed, or lies beyond what was searched.
+        missed: speeds without a motion to the reason.
+    """
+
+    scene: Scene
+    speed: Array
+    branch: Array
+    period: float
+    order: Array
+    amplitude: Array
+    residual: Array
+    index: Array
+    missed: Mapping[float, str] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.speed)
+
+    @property
+    def drive(self) -> str:
+        """Name of the coordinate that turns at constant speed."""
+        return self.scene.drives[0]
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the free coordinates."""
+        return self.scene.drives[1:]
+
+    def at(self, position: Any) -> States:
+        """Return the motions at positions `(P,)` of the drive [rad]."""
+        places = np.atleast_1d(numbers("position", position))
+        if places.ndim != 1:
+            raise ArgumentError(f"position has shape {places.shape}, expected (P,)")
+        waves = np.exp(1j * np.outer(places, self.order))
+        rates = 1j * self.order[:, None] * self.speed[:, None, None]
+        parts = (self.amplitude, rates * self.amplitude, rates**2 * self.amplitude)
+        return States(*((waves @ part).real for part in parts))
+
+    def sweep(self, row: int = 0, position: Any = None, *, scene: Scene | None = None) -> Sweep:
+        """Return the scene along a motion, with its wrenches and residuals.
+
+        Args:
+            row: of the motion.
+            position: of the drive `(P,)` [rad]; one revolution in steps that resolve the motion
+                if None.
+            scene: the same with other outputs, if wanted.
+
+        Raises:
+            CardanError: as `Scene.sweep`.
+        """
+        if position is None:
+            count = 2 * int(np.ceil(self.order[-1])) + 32
+            position = 2.0 * np.pi / count * np.arange(count)
+        places = np.atleast_1d(numbers("position", position))
+        states = self.at(places)
+        drive = np.ones(len(places))
+        return (scene or self.scene).sweep(
+            *(
+                np.column_stack([first, part[row]])
+                for first, part in zip(
+                    (places, self.speed[row] * drive, 0.0 * drive), states, strict=True
+                )
+            )
+        )
+
+    def orbit(self, first: str, second: str, row: int = 0, count: int = 361) -> Array:
+        """Return the path `(count, 2)` of two free coordinates over a revolution.
+
+        Raises:
+            ArgumentError: one is not free.
+        """
+        for name in (first, second):
+            if name not in self.free:
+                raise ArgumentError(f"{name!r} is not free; free: {', '.join(self.free)}")
+        q = self.at(np.linspace(0.0, 2.0 * np.pi, count)).position[row]
+        return q[:, [self.free.index(first), self.free.index(second)]]
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a row for each motion, coordinate and order, of amplitudes above rounding."""
+        sizes = np.abs(self.amplitude)
+        rows = [
+            {
+                "speed": self.speed[row],
+                "branch": int(self.branch[row]),
+                "coordinate": name,
+                "order": float(order),
+                "amplitude": sizes[row, wave, column],
+                "phase": float(np.angle(self.amplitude[row, wave, column])),
+                "residual": self.residual[row],
+            }
+            for row in range(len(self))
+            for column, name in enumerate(self.free)
+            for wave, order in enumerate(self.order)
+            if sizes[row, wave, column] > _SHOWN * np.max(sizes[row])
+        ]
+        return frame_of(
+            rows,
+            {
+                "speed": "rad/s",
+                "branch": "1",
+                "coordinate": "",
+                "order": "1/rev",
+                "amplitude": "rad or m",
+                "phase": "rad",
+                "residual": "1",
+            },
+        )
+
+    def plot(self, row: int = 0) -> Figure:
+        """Draw the free coordinates of a motion over a revolution."""
+        from ..figures.vibration import over_revolution
+
+        position = np.linspace(0.0, 2.0 * np.pi, 721)
+        return over_revolution(position, self.at(position).position[row], self.free)
+
+    def __repr__(self) -> str:
+        return (
+            f"<PeriodicMotion of {', '.join(self.free)}: {len(self)} motions at "
+            f"{len(set(self.speed.tolist()))} speeds, residual {np.max(self.residual):.1e}>"
+        )
+
+
+def periodic_motion(
+    scene: Scene, speed: Any, *, drive: str | None = None, within: float = 1.0
+) -> PeriodicMotion:
+    """Find the periodic motions of a scene whose drive turns at constant speed.
+
+    They are non-linear: Fourier sums whose efforts along the free coordinates vanish, found in an
+    interpolated model of these efforts and corrected by inverse dynamics of the scene itself.
+    Near forced resonances, where motions are large, further ones are searched from guesses of many
+    amplitudes and phases along the modes that resonate.
+
+    Args:
+        scene: its other drives are free, with springs and dampers among the elements.
+        speed: of the drive, a number or `(S,)` [rad/s].
+        drive: name of the drive; the scene's first one if None.
+        within: farthest that motions go from their mean [rad, or characteristic lengths].
+
+    Raises:
+        VibrationError: no motion was found at any of the speeds.
+        ArgumentError, MobilityError, ModelError: the scene has none, see `rotating_scene`.
+        AccuracyError: the efforts are not smooth, or a motion does not hold.
+        CardanError: as `Scene.sweep`.
+    """
+    search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
+    speeds, _ = speeds_of(speed)
+    primary = search.primary(speeds)
+    refuse_missed(search, speeds)
+    every = list(primary)
+    for motions in primary:
+        every += coexisting(search, motions, is_thorough=True)
+    return _collected(search, speeds, every)
+
+
+def limit(label: str, value: Any) -> float:
+    """Return a positive number.
+
+    Raises:
+        ArgumentError: it is none.
+    """
+    number = numbers(label, value)
+    if number.ndim or not number > 0.0:
+        raise ArgumentError(f"{label} is {value!r}, expected a positive number")
+    return float(number)
+
+
+def refuse_missed(search: MotionSearch, speeds: Array) -> None:
+    """Refuse if no speed has a motion.
+
+    Raises:
+        VibrationError: that is so.
+    """
+    if len(search.missed) == len(speeds):
+        raise VibrationError(next(iter(search.missed.values())), speed=float(speeds[0]))
+
+
+def _collected(search: MotionSearch, speeds: Array, every: list[Motions]) -> PeriodicMotion:
+    """Return all motions, corrected, as rows."""
+    rows: list[tuple[int, float, Array, float, float]] = []
+    divisor = 1
+    for motions in every:
+        mended, residual = corrected(search.build.efforts, motions)
+        divisor = motions.model.divisor
+        waves = amplitudes(mended.course.q, 1)
+        middle = waves[:, :1].real
+        sizes = np.max(np.abs(mended.course.q - middle) / search.rotating.units, axis=(1, 2))
+        rows += [
+            (int(motions.index[item]), float(sizes[item]), *rest)
+            for item, rest in enumerate(zip(waves, residual.tolist(), motions.sign, strict=True))
+        ]
+    rows.sort(key=lambda row: row[:2])
+    count = max(len(row[2]) for row in rows)
+    amplitude = np.zeros((len(rows), count, len(search.rotating.free)), dtype=complex)
+    for item, row in enumerate(rows):
+        amplitude[item, : len(row[2])] = row[2]
+    places = np.array([row[0] for row in rows])
+    branch = np.array([np.sum(places[:item] == place) for item, place in enumerate(places)])
+    period = search.rotating.period / divisor
+    return PeriodicMotion(
+        scene=search.rotating.scene,
+        speed=speeds[places],
+        branch=branch,
+        period=period,
+        order=2.0 * np.pi / period * np.arange(count),
+        amplitude=amplitude,
+        residual=np.array([row[3] for row in rows]),
+        index=np.array([row[4] for row in rows], dtype=int),
+        missed={float(speeds[item]): reason for item, reason in search.missed.items()},
+    )

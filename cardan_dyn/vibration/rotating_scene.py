@@ -1,0 +1,175 @@
+"""Rotating scene: a scene with one drive at constant speed, the other drives being free."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..checks import described, numbers, text
+from ..elements.bushing import Bushing
+from ..elements.element import Element
+from ..elements.joint_elements import Actuator, JointFriction, JointSpring
+from ..elements.point_spring import PointSpring
+from ..errors import ArgumentError, CardanError, MobilityError, ModelError, choices
+from ..forces.link_loads import Wrench
+
+if TYPE_CHECKING:
+    from ..scene.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class RotatingScene:
+    """A scene whose first drive turns at constant speed, and whose other drives are free.
+
+    Attributes:
+        scene: with its drives in that order.
+        period: way of the drive after which the mechanism repeats, its free coordinates at rest
+            [rad].
+    """
+
+    scene: Scene
+    period: float
+
+    @property
+    def drive(self) -> str:
+        """Name of the coordinate that turns at constant speed."""
+        return self.scene.drives[0]
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the free coordinates."""
+        return self.scene.drives[1:]
+
+    @property
+    def units(self) -> Array:
+        """Units of the free coordinates `(n,)`: 1 rad, or the characteristic length [m]."""
+        mechanism = self.scene.mechanism
+        return np.array(
+            [
+                mechanism.characteristic_length if mechanism.coordinates.named[name].slides else 1.0
+                for name in self.free
+            ]
+        )
+
+    @property
+    def start(self) -> Array:
+        """Positions `(1 + n,)` of drive and free coordinates at which the scene starts."""
+        mechanism, x = self.scene.mechanism, self.scene._solver.assembly.start
+        return np.asarray(x[mechanism.coordinates.columns_of(self.scene.drives)])
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether an element exerts what depends on speeds."""
+        return any(_damps(element) for element in self.scene.elements)
+
+
+def rotating_scene(scene: Scene, drive: str | None = None) -> RotatingScene:
+    """Return a scene as one that rotates.
+
+    Args:
+        scene: with several drives.
+        drive: name of that which turns at constant speed; the first one if None.
+
+    Raises:
+        ArgumentError: no such drive, nothing periodic, dry friction, an actuator that follows a
+            function of time, or loads of several values.
+        MobilityError: nothing is free.
+        ModelError: no body has mass.
+    """
+    drive = scene.drives[0] if drive is None else text("drive", drive)
+    if drive not in scene.drives:
+        raise ArgumentError(
+            f"drive {drive!r}: not a drive of the scene; drives: {choices(scene.drives, drive)}"
+        )
+    if len(scene.drives) == 1:
+        raise MobilityError(
+            f"{drive!r} is the scene's only drive, so that nothing is free to vibrate; name the "
+            "free coordinates as further drives: Scene(drive=[driven, free, …])"
+        )
+    for element in scene.elements:
+        _refuse(element)
+    for name, load in scene.loads.items():
+        sizes = (
+            (np.size(load.force), np.size(load.moment))
+            if isinstance(load, Wrench)
+            else (3 * np.size(load), 3)
+        )
+        if sizes != (3, 3):
+            raise ArgumentError(f"loads[{name!r}] has several values; a vibration takes one")
+    if not scene._solver.has_mass:
+        raise ModelError(f"{scene.mechanism.name}: no body has mass, so that nothing vibrates")
+    order = [drive, *(name for name in scene.drives if name != drive)]
+    if list(scene.drives) != order:
+        scene = scene.replace(drive=order)
+    return RotatingScene(scene, _period(scene))
+
+
+def _period(scene: Scene) -> float:
+    """Return the way of the first drive after which the mechanism repeats [rad].
+
+    Raises:
+        ArgumentError: there is none.
+    """
+    drive = scene.drives[0]
+    advice = "a vibration takes a drive that turns through, as a shaft does"
+    columns = scene.mechanism.coordinates.columns_of(scene.drives)
+    start = dict(zip(scene.drives, scene._solver.assembly.start[columns].tolist(), strict=True))
+    rest = {name: value for name, value in start.items() if name != drive}
+    alone = scene.replace(
+        drive=drive,
+        held={**scene.held, **rest},
+        start={name: value for name, value in scene.start.items() if name not in rest},
+    )
+    try:
+        period = alone._solver.assembly.period()
+    except CardanError as error:
+        raise ArgumentError(f"drive {drive!r} has no period ({error}); {advice}") from error
+    if period is None:
+        raise ArgumentError(f"drive {drive!r} does not come back to itself; {advice}")
+    return float(period)
+
+
+def speeds_of(value: Any) -> tuple[Array, bool]:
+    """Return speeds `(S,)` of the drive, and whether a single number was given.
+
+    Raises:
+        ArgumentError: not numeric, not finite, zero, or of more than one dimension.
+    """
+    if callable(value):
+        raise ArgumentError(
+            "speed is a function; a periodic motion needs a drive that is held at constant speed. "
+            "vibration.run_up and Scene.simulate(motion=…) follow a drive that speeds up"
+        )
+    speeds = numbers("speed", value)
+    if speeds.ndim > 1 or not speeds.size:
+        raise ArgumentError(f"speed has shape {speeds.shape}, expected a number or (S,)")
+    if np.any(speeds == 0.0):
+        raise ArgumentError("speed is 0; at rest, Scene.equilibrium says what a scene does")
+    return np.atleast_1d(speeds), not speeds.ndim
+
+
+def _damps(element: Element) -> bool:
+    if isinstance(element, Bushing):
+        return bool(np.any(element.damping))
+    return isinstance(element, (JointSpring, PointSpring)) and element.damping != 0.0
+
+
+def _refuse(element: Element) -> None:
+    """Refuse elements whose efforts are not smooth, or depend on time.
+
+    Raises:
+        ArgumentError: it is one of these.
+    """
+    if isinstance(element, JointFriction) and element.effort:
+        raise ArgumentError(
+            f"dry friction at {element.joint!r}: its jump is not smooth, so that it has no linear "
+            "vibration; use Scene.simulate, or damping of a JointSpring instead"
+        )
+    if isinstance(element, Actuator) and callable(element.effort):
+        raise ArgumentError(
+            f"the actuator at {element.joint!r} follows {described(element.effort)} of time; a "
+            "vibration takes a constant effort. Use Scene.simulate for functions of time"
+        )

@@ -1,0 +1,120 @@
+"""Stability: multipliers of periodic motions at many speeds of one design, and what they mean."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from .averaged import modes
+from .coexisting import smallest
+from .monodromy import first_order, monodromy
+from .motion_search import MotionSearch
+
+STABLE, FLIP, FOLD, COMBINATION = "stable", "instability", "fold", "combination"
+FLUTTER, NONE = "flutter", "no motion"
+_UNSTABLE = 1e-6
+"""Excess of a multiplier's size over 1 that is none of rounding: at a collision the latter parts
+multipliers by its root, some 1e-7. In a region that is entered at speed Ω₀, it is reached where
+(Ω - Ω₀)/width is about its square."""
+_REAL = 1e-6
+"""Imaginary part of a multiplier, as a fraction of its size, that counts as rounding."""
+
+
+class Stability(NamedTuple):
+    """What becomes of small disturbances at S speeds; NaN where there is no motion.
+
+    Attributes:
+        multipliers: complex `(S, 2n)` over one period, the greatest first.
+        trace, determinant: `(S,)` of the monodromy matrix.
+        liouville: `(S,)` the determinant by the integral of the damping.
+        kind: `(S,)` names.
+        coexisting: `(S,)` number of further motions that were found.
+        change: greatest change of a monodromy matrix when its elements were halved last.
+    """
+
+    multipliers: Array
+    trace: Array
+    determinant: Array
+    liouville: Array
+    kind: Array
+    coexisting: Array
+    change: float
+
+    @property
+    def excess(self) -> Array:
+        """`(S,)` size of the greatest multiplier less 1."""
+        return np.asarray(np.abs(self.multipliers[:, 0]) - 1.0)
+
+
+def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> Stability:
+    """Return what becomes of small disturbances of the smallest motion at each speed.
+
+    Args:
+        search: of the design.
+        speeds: `(S,)`.
+        others: whether further motions are counted.
+    """
+    size, order = len(speeds), 2 * len(search.rotating.free)
+    result = Stability(
+        multipliers=np.full((size, order), np.nan + 0j),
+        trace=np.full(size, np.nan),
+        determinant=np.full(size, np.nan),
+        liouville=np.full(size, np.nan),
+        kind=np.full(size, NONE, dtype="<U12"),
+        coexisting=np.zeros(size, dtype=int),
+        change=0.0,
+    )
+    change = 0.0
+    if others:
+        found_motions, counts = smallest(search, speeds)
+        result.coexisting[:] = counts
+    else:
+        found_motions = search.primary(speeds)
+    for motions in found_motions:
+        equation, index = motions.model.equation(motions.course), motions.index
+        speed = motions.course.speed
+        matrix = first_order(equation, speed)
+        period = motions.model.period
+        found, changed = monodromy(matrix, period)
+        change = max(change, changed)
+        values = np.linalg.eigvals(found).astype(complex)
+        rank = np.argsort(-np.abs(values), axis=1, kind="stable")
+        values = np.take_along_axis(values, rank, axis=1)
+        result.multipliers[index] = values
+        result.trace[index] = np.trace(found, axis1=1, axis2=2)
+        result.determinant[index] = np.linalg.det(found)
+        spur = np.mean(np.trace(matrix, axis1=2, axis2=3), axis=1)
+        result.liouville[index] = np.exp(period * spur)
+        averaged = modes(
+            *(
+                np.mean(item, axis=1)
+                for item in (equation.mass, equation.damping, equation.stiffness)
+            )
+        )
+        grows = np.any(averaged.value.real > _UNSTABLE * np.abs(averaged.value), axis=1)
+        result.kind[index] = _kinds(values, grows)
+    return result._replace(change=change)
+
+
+def _kinds(multipliers: Array, grows: Array) -> Array:
+    """Return the names `(S,)` of what multipliers `(S, m)`, greatest first, mean.
+
+    Args:
+        multipliers: of a period.
+        grows: `(S,)` whether the averaged equation is unstable itself.
+    """
+    first = multipliers[:, 0]
+    is_real = np.abs(first.imag) <= _REAL * np.abs(first)
+    kinds = np.where(is_real, np.where(first.real > 0.0, FOLD, FLIP), COMBINATION)
+    kinds = np.where(~is_real & grows, FLUTTER, kinds)
+    return np.where(np.abs(first) > 1.0 + _UNSTABLE, kinds, STABLE)
+
+
+def separation(multipliers: Array) -> Array:
+    """Return the least distance `(S,)` of two multipliers `(S, m)`, 0 where they collide."""
+    gaps = np.abs(multipliers[:, :, None] - multipliers[:, None, :])
+    own = np.arange(multipliers.shape[1])
+    gaps[:, own, own] = np.inf
+    return np.asarray(np.min(gaps, axis=(1, 2)))

@@ -1,0 +1,119 @@
+"""`cardan-dyn vibration`: critical speeds, figures and modes of rigs on springs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from testkit import elastic_rigs
+
+import cardan_dyn as cd
+from cardan_dyn.command_line import main
+from cardan_dyn.command_line.vibration_command import RigOptions, chart_of, found_speeds, rig_scene
+
+PER_MINUTE = 30.0 / np.pi
+NATURAL, DAMPING_RATIO = 20.0, 0.05
+KAPPA = np.tan(np.radians(5.0) / 2.0) ** 2
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Path:
+    """A flywheel behind a joint: linear, J = 1, ω_n = 20 rad/s."""
+    path = tmp_path / "line.urdf"
+    damping = 2.0 * DAMPING_RATIO * NATURAL
+    text = elastic_rigs.torsional_line(0.4, 1.0, None, NATURAL**2, damping_out=damping)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(main, ["vibration", *map(str, arguments)])
+
+
+def test_resonance_of_a_linear_line(rig: Path) -> None:
+    """ω_n/2 by the second order; the amplitude there is κ/(2ζ), a little more at its peak."""
+    ends = 8.0 * PER_MINUTE, 12.0 * PER_MINUTE
+    found = run(
+        *(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed-rpm", *ends, "--json")
+    )
+    assert found.exit_code == 0, found.output
+    content = json.loads(found.stdout)
+    assert (content["drive"], content["free"]) == ("bearing_in", ["twist_out"])
+    (row,) = content["critical_speeds"]
+    assert (row["kind"], row["order"], row["mode"]) == ("resonance", 2.0, 0)
+    assert row["speed"] == pytest.approx(NATURAL / 2.0, rel=0.01)
+    assert row["severity"] == pytest.approx(KAPPA / (2.0 * DAMPING_RATIO), rel=0.01)
+    assert row["amplification"] == pytest.approx(1.0 / (2.0 * DAMPING_RATIO), rel=1e-3)
+    # Numbers that JSON does not have, as the frequency of an instability, are null.
+    assert "NaN" not in found.stdout and "Infinity" not in found.stdout
+
+
+def test_table_figures_and_mode(rig: Path, tmp_path: Path) -> None:
+    ends = 9.0 * PER_MINUTE, 11.0 * PER_MINUTE
+    directory, page = tmp_path / "figures", tmp_path / "mode.html"
+    found = run(
+        *(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed-rpm", *ends),
+        *("--figures", directory, "--mode", 1, "--export", page),
+    )
+    assert found.exit_code == 0, found.output
+    assert "2× mode 1" in found.output and "[rad, of slides m]" in found.output
+    names = {"campbell", "orders", "multipliers"}
+    assert {path.stem for path in directory.glob("*.png")} == names
+    assert "torsional_line: mode 1, 3.179 Hz" in page.read_text(encoding="utf-8")
+
+
+def test_nothing_critical_is_said(rig: Path) -> None:
+    found = run(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed-rpm", 10, 20)
+    assert found.exit_code == 0, found.output
+    assert "torsional_line: no critical speed from 10 to 20 1/min" in found.output
+
+
+def test_scene_of_a_bundled_rig() -> None:
+    """Presets hold the bend angle; springs make the free coordinates."""
+    scene = rig_scene("elastic_thoma_rig", RigOptions())
+    assert scene.drives == ("bearing_in", "tilt_z", "tilt_y")
+    assert scene.held == {"joint_angle": pytest.approx(np.radians(8.5))}
+    assert len(scene.elements) == 4
+    other = rig_scene("torsional_line_both", RigOptions(held=("joint_angle=3", "twist_out=1")))
+    assert other.drives == ("bearing_in", "twist_in")
+    assert other.held == {
+        "joint_angle": pytest.approx(np.radians(3.0)),
+        "twist_out": pytest.approx(np.radians(1.0)),
+    }
+    assert chart_of(scene, "joint_angle=30") == ("joint_angle", pytest.approx(np.pi / 6.0))
+    assert chart_of(scene, None) is None
+
+
+def test_range_by_the_natural_frequencies(rig: Path) -> None:
+    options = RigOptions(drive="bearing_in", held=("joint_angle=2",))
+    found = found_speeds(rig_scene(str(rig), options), None, (2.0,))
+    damped = NATURAL * np.sqrt(1.0 - DAMPING_RATIO**2)
+    assert (found.low, found.high) == pytest.approx((0.2 * damped, 1.25 * damped), rel=1e-3)
+    assert [row.order for row in found] == [2.0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("universal_joint",), "has no free coordinate: none of its joints has a spring"),
+        (("elastic_thoma_rig", "--chart", "joint_angle=30"), "--chart needs --figures"),
+        (("elastic_thoma_rig", "--export", "a.html"), "--export needs --mode"),
+        (("elastic_thoma_rig", "--held", "joint_angle"), "--held 'joint_angle' is not"),
+        (
+            ("elastic_thoma_rig", "--chart", "tilt_z=3", "--figures", "there"),
+            "--chart 'tilt_z' is not held; held: joint_angle",
+        ),
+    ],
+)
+def test_refused(arguments: tuple[str, ...], message: str) -> None:
+    found = run(*arguments)
+    assert found.exit_code != 0
+    assert message in " ".join(found.output.split())
+
+
+def test_what_turns_has_to_be_known(rig: Path) -> None:
+    with pytest.raises(cd.ArgumentError, match="nothing says what turns: give --drive"):
+        rig_scene(str(rig), RigOptions(held=("joint_angle=5",)))

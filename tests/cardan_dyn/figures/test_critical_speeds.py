@@ -1,0 +1,97 @@
+import numpy as np
+import pytest
+
+from cardan_dyn import ArgumentError, figures
+
+SPEED = np.linspace(10.0, 100.0, 31)
+PER_MINUTE = 30.0 / np.pi
+ANGLE = np.radians([0.0, 10.0, 20.0])
+
+
+def curves(axes: object) -> dict[str, object]:
+    return {line.get_label(): line for line in axes.lines}  # type: ignore[attr-defined]
+
+
+def test_campbell_has_modes_orders_and_critical_speeds() -> None:
+    modes = np.stack([40.0 - 0.1 * SPEED, 40.0 + 0.1 * SPEED, 0.0 * SPEED], axis=1)
+    whirl = np.stack([-1.0 + 0.0 * SPEED, 1.0 + 0.0 * SPEED, 0.0 * SPEED], axis=1)
+    figure = figures.campbell(SPEED, modes, whirl=whirl, critical=[(20.0, 40.0)], orders=(1, 2))
+    (axes,) = figure.axes
+    found = curves(axes)
+    assert {"mode 1, backward", "mode 2, forward", "mode 3", "critical speed"} <= set(found)
+    forward = found["mode 2, forward"]
+    assert forward.get_xdata() == pytest.approx(SPEED * PER_MINUTE)
+    assert forward.get_ydata() == pytest.approx(modes[:, 1] / (2.0 * np.pi))
+    # A mode that does not swing is not drawn as one of frequency zero.
+    assert np.all(np.isnan(found["mode 3"].get_ydata()))
+    rays = [line for line in axes.lines if line.get_label().startswith("_")]
+    slopes = [line.get_ydata()[-1] / line.get_xdata()[-1] for line in rays]
+    # n× in Hz over 1/min is n / 60.
+    assert slopes == pytest.approx([1.0 / 60.0, 2.0 / 60.0])
+    assert [text.get_text() for text in axes.texts] == ["1×", "2×"]
+    assert found["critical speed"].get_xdata() == pytest.approx([20.0 * PER_MINUTE])
+    assert axes.get_xlabel() == "speed [1/min]" and axes.get_ylabel().endswith("[Hz]")
+
+
+def test_critical_speed_map_leaves_out_what_does_not_exist() -> None:
+    stiffness = np.array([1e4, 1e5, 1e6])
+    speeds = {"2× forward": [10.0, np.inf, 30.0], "2× backward": [5.0, 6.0, 7.0]}
+    (axes,) = figures.critical_speed_map(stiffness, speeds, operating=(8.0, 9.0)).axes
+    line = curves(axes)["2× forward"]
+    assert np.isnan(line.get_ydata()[1]) and line.get_ydata()[2] == pytest.approx(30.0 * PER_MINUTE)
+    assert axes.get_xscale() == axes.get_yscale() == "log"
+    assert "operating range" in axes.get_legend_handles_labels()[1]
+    assert axes.get_xlabel() == "bearing stiffness [N/m]"
+
+
+def test_orders_over_speed_with_phases() -> None:
+    amplitudes = {"2×": 1e-3 / SPEED, "4×": 1e-12 * SPEED}
+    phases = {"2×": np.linspace(0.0, 9.0, 31)}
+    figure = figures.orders_over_speed(
+        SPEED, amplitudes, unit="rad", phases=phases, critical={"ωₙ/2": 50.0}
+    )
+    top, bottom = figure.axes
+    assert curves(top)["2×"].get_ydata() == pytest.approx(1e-3 / SPEED)
+    assert top.get_ylabel() == "amplitude [rad]" and top.get_yscale() == "log"
+    # Rounding does not stretch the scale.
+    assert top.get_ylim()[0] >= 1e-10
+    assert bottom.lines[0].get_ydata() == pytest.approx(np.degrees(phases["2×"]))
+    assert bottom.get_ylabel() == "phase [°]"
+    assert [text.get_text() for text in top.texts] == ["ωₙ/2"]
+    (only,) = figures.orders_over_speed(SPEED, amplitudes, unit="m", logarithmic=False).axes
+    assert only.get_yscale() == "linear"
+
+
+def test_stability_chart_names_the_kinds_that_occur() -> None:
+    kind = np.zeros((31, 3), dtype=int)
+    kind[10:15, 1:], kind[20:25, 2], kind[0, 0] = 1, 3, 5
+    edges = {"first order": (SPEED[:3], ANGLE)}
+    (axes,) = figures.stability_chart(SPEED, ANGLE, kind, edges=edges).axes
+    labels = axes.get_legend_handles_labels()[1]
+    assert sorted(labels) == ["combination", "first order", "instability", "no motion"]
+    assert axes.get_ylim() == pytest.approx((0.0, 20.0))
+    assert axes.get_ylabel() == "joint angle [°]"
+    region = axes.collections[0].get_paths()[0].get_extents()
+    # Between the samples inside and those next to them.
+    inside = SPEED[[10, 14]] * PER_MINUTE
+    assert region.x0 < inside[0] and region.x1 > inside[1]
+    step = (SPEED[1] - SPEED[0]) * PER_MINUTE
+    assert region.width == pytest.approx(np.ptp(inside) + step)
+
+
+@pytest.mark.parametrize(
+    ("draw", "message"),
+    [
+        (lambda: figures.campbell(SPEED, SPEED), r"frequency has shape \(31,\)"),
+        (lambda: figures.campbell(SPEED, SPEED[:, None], whirl=[1.0]), "whirl has shape"),
+        (lambda: figures.campbell([np.nan], [[1.0]]), "speed has shape"),
+        (lambda: figures.critical_speed_map(SPEED, {"a": [1.0]}), "'a' has shape"),
+        (lambda: figures.orders_over_speed(SPEED, {"a": [1.0]}, unit="m"), "'a' has shape"),
+        (lambda: figures.stability_chart(SPEED, ANGLE, [[1]]), "kind has shape"),
+        (lambda: figures.stability_chart(SPEED, ANGLE, np.full((31, 3), 6)), "from 0 to 5"),
+        (lambda: figures.stability_chart([1.0], ANGLE, np.zeros((1, 3))), "two speeds and two"),
+    ],
+)
+def test_shapes_that_do_not_match(draw: object, message: str) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        draw()  # type: ignore[operator]

@@ -1,0 +1,66 @@
+import numpy as np
+import pytest
+
+from cardan_dyn import ArgumentError, figures
+from cardan_dyn.figures import vibration
+
+SPEED = np.linspace(10.0, 100.0, 31)
+
+
+def curves(axes: object) -> dict[str, object]:
+    return {line.get_label(): line for line in axes.lines}  # type: ignore[attr-defined]
+
+
+def test_orbits_have_equal_scales() -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 50)
+    path = np.stack([2.0 * np.cos(turn), np.sin(turn)], axis=1)
+    (axes,) = figures.orbits({"at 50 rad/s": path}, labels=("a [rad]", "b [rad]")).axes
+    assert axes.get_aspect() == 1.0
+    assert axes.lines[0].get_xydata() == pytest.approx(path)
+    assert axes.lines[1].get_xydata() == pytest.approx(path[:1])
+
+
+def test_run_up_draws_predictions_to_both_sides() -> None:
+    predicted = {"linear": (SPEED[:3], [1.0, 2.0, 3.0])}
+    (axes,) = figures.run_up(SPEED, np.sin(SPEED), unit="rad", predicted=predicted).axes
+    assert curves(axes)["simulated"].get_ydata() == pytest.approx(np.sin(SPEED))
+    assert [line.get_ydata()[2] for line in axes.lines[1:]] == [3.0, -3.0]
+
+
+def test_coordinates_and_coefficients_over_a_revolution() -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 37)
+    values = np.stack([np.sin(turn), np.cos(turn)], axis=1)
+    (axes,) = figures.over_revolution(turn, values, ("tilt_z", "tilt_y")).axes
+    assert list(curves(axes)) == ["tilt_z", "tilt_y"]
+    assert axes.lines[1].get_ydata() == pytest.approx(np.cos(turn))
+    matrices = {"mass": np.ones((37, 2, 2)), "stiffness": np.zeros((37, 2, 2))}
+    mass, stiffness = vibration.coefficients(turn, matrices, ("tilt_z", "tilt_y")).axes
+    assert [line.get_label() for line in mass.lines] == [
+        "tilt_z",
+        "tilt_z, tilt_y",
+        "tilt_y, tilt_z",
+        "tilt_y",
+    ]
+    assert stiffness.get_ylabel() == "stiffness"
+
+
+def test_multipliers_over_speed() -> None:
+    sizes = np.column_stack([SPEED, 1.0 / SPEED])
+    (axes,) = vibration.multipliers(SPEED, sizes, title="growth").axes
+    assert axes.lines[1].get_ydata() == pytest.approx(1.0 / SPEED)
+    assert axes.get_title() == "growth"
+
+
+@pytest.mark.parametrize(
+    ("draw", "message"),
+    [
+        (lambda: figures.orbits({"a": SPEED}, labels=("", "")), "path 'a' has shape"),
+        (lambda: figures.run_up(SPEED, [1.0], unit="m"), "'values' has shape"),
+        (lambda: figures.over_revolution(SPEED, SPEED, ("a",)), "values have shape"),
+        (lambda: vibration.coefficients(SPEED, {"mass": SPEED}, ("a",)), "mass has shape"),
+        (lambda: vibration.multipliers(SPEED, SPEED), "sizes have shape"),
+    ],
+)
+def test_shapes_that_do_not_match(draw: object, message: str) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        draw()  # type: ignore[operator]

@@ -1,0 +1,47 @@
+"""Modes of linear equations with constant coefficients."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cardan_dyn.vibration.averaged import modes
+
+
+def of(mass: object, damping: object, stiffness: object) -> tuple:
+    return modes(*(np.array([item], dtype=float) for item in (mass, damping, stiffness)))
+
+
+def test_a_damped_oscillator() -> None:
+    ratio, omega = 0.05, 3.0
+    found = of([[2.0]], [[4.0 * ratio * omega]], [[2.0 * omega**2]])
+    assert found.frequency[0, 0] == pytest.approx(omega * np.sqrt(1.0 - ratio**2))
+    expected = 2.0 * np.pi * ratio / np.sqrt(1.0 - ratio**2)
+    assert found.log_decrement[0, 0] == pytest.approx(expected)
+    assert found.amplification[0, 0] == pytest.approx(10.0)
+
+
+def test_a_gyroscopic_rotor() -> None:
+    """A q̈ + G J q̇ + c q = 0: ω² ∓ G ω - 1 = 0, circles forwards and backwards."""
+    gyro = 0.3
+    found = of(np.eye(2), [[0.0, gyro], [-gyro, 0.0]], np.eye(2))
+    half = gyro / 2.0
+    expected = [np.hypot(1.0, half) - half, np.hypot(1.0, half) + half]
+    np.testing.assert_allclose(found.frequency[0], expected, rtol=1e-13)
+    np.testing.assert_allclose(np.abs(found.shape[0]), np.ones((2, 2)), rtol=1e-12)
+    turns = found.shape[0, 1] / found.shape[0, 0]
+    # q_1 + i q_2 = e^{iωt} turns forwards, at the higher frequency.
+    np.testing.assert_allclose(turns, [1j, -1j], atol=1e-12)
+    assert np.all(np.isinf(found.amplification))
+
+
+def test_a_creeping_mode_has_no_decrement() -> None:
+    found = of([[1.0]], [[5.0]], [[4.0]])
+    assert found.frequency[0, 0] == 0.0
+    assert found.value[0, 0].real == pytest.approx(-1.0)
+    assert np.isnan(found.log_decrement[0, 0])
+
+
+def test_swinging_modes_come_before_creeping_ones() -> None:
+    found = of(np.eye(2), np.diag([5.0, 0.0]), np.diag([4.0, 9.0]))
+    np.testing.assert_allclose(found.frequency[0], [3.0, 0.0], atol=1e-12)

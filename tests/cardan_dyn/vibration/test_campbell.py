@@ -1,0 +1,71 @@
+"""Natural frequencies and modes over speed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit import elastic_rigs
+
+from cardan_dyn import ArgumentError, VibrationError, vibration
+from cardan_dyn.vibration import Campbell
+
+POLAR = 0.1
+
+
+@pytest.fixture(scope="module")
+def found() -> Campbell:
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(POLAR), np.radians(1.0))
+    return vibration.campbell(scene, [0.1, 0.7, 1.9])
+
+
+def test_frequencies_of_the_gyroscopic_rotor(found: Campbell) -> None:
+    """A λ² + (d ∓ i Θ Ω) λ + c = 0."""
+    for row, speed in enumerate(found.speed):
+        for mode, sense in ((0, -1.0), (1, 1.0)):
+            roots = np.roots([1.0, 0.02 - 1j * sense * POLAR * speed, 1.0])
+            expected = roots[np.argmax(roots.imag)]
+            assert found.frequency[row, mode] == pytest.approx(expected.imag, rel=1e-4)
+            assert found.decay[row, mode] == pytest.approx(expected.real, rel=1e-3)
+            assert found.whirl[row, mode] == pytest.approx(sense, abs=0.01)
+            decrement = -2.0 * np.pi * expected.real / expected.imag
+            assert found.log_decrement[row, mode] == pytest.approx(decrement, rel=1e-3)
+            factor = -0.5 * abs(expected) / expected.real
+            assert found.amplification[row, mode] == pytest.approx(factor, rel=1e-3)
+
+
+def test_a_drive_that_turns_back_swaps_forward_and_backward() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(POLAR), np.radians(1.0))
+    back = vibration.campbell(scene, [-1.9])
+    slow, fast = np.argsort(back.frequency[0])
+    assert back.whirl[0, slow] == pytest.approx(-1.0, abs=0.01)
+    assert back.whirl[0, fast] == pytest.approx(1.0, abs=0.01)
+
+
+def test_separation_margin(found: Campbell) -> None:
+    margin = found.separation_margin((1, 4))
+    frequency = found.frequency[1, 0]
+    expected = min(abs(frequency - n * 0.7) / (n * 0.7) for n in (1, 4))
+    assert margin[1, 0] == pytest.approx(expected)
+    with pytest.raises(ArgumentError, match="expected positive numbers"):
+        found.separation_margin((0, 1))
+
+
+def test_modes_keep_their_columns_where_frequencies_cross() -> None:
+    # Two springs without coupling but by the joint's angle, which is small.
+    line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0)
+    scene = elastic_rigs.scene(line, np.radians(2.0))
+    found = vibration.campbell(scene, np.linspace(0.7, 1.4, 8))
+    assert np.max(np.abs(np.diff(found.frequency, axis=0))) < 1e-2
+
+
+def test_tables_and_figures(found: Campbell) -> None:
+    frame = found.to_dataframe()
+    assert frame.whirl.tolist() == ["backward", "forward"] * 3
+    assert found.plot().axes
+    assert "3 speeds" in repr(found)
+
+
+def test_without_any_motion() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.3)
+    with pytest.raises(VibrationError):
+        vibration.campbell(scene, 0.5, within=0.05)

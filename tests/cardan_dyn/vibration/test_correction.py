@@ -1,0 +1,66 @@
+"""Corrections of periodic motions by sweeps of their scene."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from testkit import elastic_rigs
+
+from cardan_dyn import AccuracyError
+from cardan_dyn.vibration.correction import along, corrected
+from cardan_dyn.vibration.harmonic_balance import course_of
+from cardan_dyn.vibration.motion_search import Motions, MotionSearch
+from cardan_dyn.vibration.rotating_scene import rotating_scene
+
+
+@pytest.fixture(scope="module")
+def search() -> MotionSearch:
+    return MotionSearch(
+        rotating_scene(elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(30.0)))
+    )
+
+
+@pytest.fixture(scope="module")
+def motions(search: MotionSearch) -> Motions:
+    (found,) = search.primary(np.array([0.7, 0.8]))
+    return found
+
+
+def disturbed(motions: Motions, by: float) -> Motions:
+    wave = by * np.cos(6.0 * motions.model.positions)[None, :, None]
+    course = motions.course
+    moved = course_of(course.q + wave, course.speed, motions.model.period)
+    return replace(motions, course=moved)
+
+
+def test_small_errors_are_corrected(search: MotionSearch, motions: Motions) -> None:
+    found, residual = corrected(search.build.efforts, disturbed(motions, 1e-6))
+    np.testing.assert_allclose(found.course.q, motions.course.q, atol=1e-12)
+    assert np.max(residual) < 1e-10
+
+
+def test_residual_is_that_of_the_scene(search: MotionSearch, motions: Motions) -> None:
+    found, residual = corrected(search.build.efforts, motions)
+    course = found.course
+    position = np.column_stack([found.model.positions, course.q[1, :, 0]])
+    speed, acceleration = course.velocities[1], course.accelerations[1]
+    sweep = search.rotating.scene.sweep(
+        position, speed, np.column_stack([0.0 * acceleration, acceleration])
+    )
+    scale = found.model.equation(course).scale[1, 0]
+    assert np.max(np.abs(sweep.drive_effort[:, 1])) / scale <= residual[1] * (1.0 + 1e-6) + 1e-15
+
+
+def test_efforts_between_the_nodes(search: MotionSearch, motions: Motions) -> None:
+    moved = disturbed(motions, 1e-3)
+    shifted = along(search.build.efforts, moved.model, moved.course, 1.0)
+    here = along(search.build.efforts, moved.model, moved.course)
+    # A whole step leads to the next node.
+    np.testing.assert_allclose(shifted, np.roll(here, -1, axis=1), atol=1e-11)
+
+
+def test_large_errors_are_refused(search: MotionSearch, motions: Motions) -> None:
+    with pytest.raises(AccuracyError, match="do not vanish along the periodic motion"):
+        corrected(search.build.efforts, disturbed(motions, 0.8))

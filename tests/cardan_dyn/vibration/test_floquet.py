@@ -1,0 +1,109 @@
+"""Floquet multipliers over speed and design."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from testkit import elastic_rigs
+
+from cardan_dyn import ArgumentError, vibration
+from cardan_dyn.vibration import Floquet
+
+
+@pytest.fixture(scope="module")
+def chart() -> Floquet:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.1)
+    angles = np.radians([5.0, 20.0, 40.0])
+    return vibration.floquet(scene, np.linspace(0.8, 1.2, 9), held={"joint_angle": angles})
+
+
+def test_the_unstable_wedge_of_a_chart(chart: Floquet) -> None:
+    assert chart.kind.shape == (3, 9)
+    assert chart.multipliers.shape == (3, 9, 2)
+    counts = np.sum(chart.kind == "instability", axis=1)
+    # 1 ± a β²/4, in steps of 0.05.
+    assert counts.tolist() == [1, 1, 3]
+    assert np.all(chart.is_stable == (chart.kind == "stable"))
+    assert np.max(np.abs(chart.determinant - 1.0)) < 1e-11
+    assert np.max(np.abs(chart.trace[chart.is_stable])) <= 2.0 + 1e-10
+    assert chart.growth[2, 4] > chart.growth[1, 4] > 1e-3
+    assert chart.period == pytest.approx(np.pi)
+
+
+def test_a_design_of_a_chart_is_the_scene_that_holds_it(chart: Floquet) -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(20.0))
+    alone = vibration.floquet(scene, chart.speed)
+    np.testing.assert_allclose(alone.trace, chart.trace[1], atol=1e-11)
+
+
+def test_workers_change_nothing(chart: Floquet) -> None:
+    held = {"joint_angle": np.radians([5.0, 20.0, 40.0, 10.0, 11.0, 12.0, 13.0, 14.0])}
+    shared = vibration.floquet(chart.scene, chart.speed[:3], held=held, workers=2)
+    np.testing.assert_array_equal(shared.trace[:3], chart.trace[:, :3])
+
+
+def test_null_test_with_the_spring_behind() -> None:
+    """Multipliers e^{±iπ/r}, never unstable."""
+    line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=0.5, inertia_out=0.5)
+    scene = elastic_rigs.scene(line, np.radians(40.0))
+    speed = np.array([0.3, 0.45, 0.62, 0.97, 1.03, 1.9])
+    found = vibration.floquet(scene, speed, edges=True)
+    np.testing.assert_allclose(found.trace, 2.0 * np.cos(np.pi / speed), atol=1e-11)
+    assert found.regions == ()
+
+
+def test_springs_on_both_sides_have_a_combined_region() -> None:
+    line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0)
+    scene = elastic_rigs.scene(line, np.radians(15.0))
+    found = vibration.floquet(scene, np.linspace(1.4, 1.8, 9), edges=True)
+    (region,) = found.regions
+    # ω² = 3 ∓ √5 in units of k/(2 J).
+    frequencies = np.sqrt(3.0 + np.array([-1.0, 1.0]) * np.sqrt(5.0))
+    assert region.kind == "combination"
+    assert region.lower < np.mean(frequencies) < region.upper
+
+
+def test_a_uniform_double_joint_is_unstable_all_the_same() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.double_joint(), np.radians(20.0))
+    found = vibration.floquet(scene, np.linspace(0.9, 1.1, 9), edges=True)
+    (region,) = found.regions
+    assert region.lower == pytest.approx(0.9696, abs=5e-5)
+    assert region.upper == pytest.approx(1.0318, abs=5e-5)
+
+
+def test_flutter_under_a_load_along_the_shaft() -> None:
+    """From about T_L = 4 ζ c on."""
+    urdf = elastic_rigs.elastic_rig(damping_ratio=0.02)
+    kinds = []
+    for load in (0.07, 0.09):
+        options = {"loads": {"shaft_out": [0.0, 0.0, 0.0, -load, 0.0, 0.0]}}
+        scene = elastic_rigs.scene(urdf, np.radians(5.0), **options)
+        kinds.append(vibration.floquet(scene, [0.31, 0.7]).kind.tolist())
+    assert kinds == [["stable", "stable"], ["flutter", "flutter"]]
+
+
+def test_tables_figures_and_files(chart: Floquet, tmp_path: Path) -> None:
+    frame = chart.to_dataframe()
+    assert len(frame) == 27
+    assert set(frame.columns) >= {"joint_angle", "speed", "kind", "growth"}
+    assert chart.plot().axes
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.3)
+    assert vibration.floquet(scene, [0.6, 0.7, 0.8]).plot().axes
+    chart.save(tmp_path / "chart.npz")
+    with np.load(tmp_path / "chart.npz") as stored:
+        np.testing.assert_array_equal(stored["trace"], chart.trace)
+        assert stored["held.joint_angle"].shape == (3,)
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(chart)).trace, chart.trace)
+    assert "27 points" in repr(chart)
+
+
+def test_what_is_asked_for_wrongly(chart: Floquet) -> None:
+    with pytest.raises(ArgumentError, match="regions were not asked for"):
+        _ = vibration.floquet(chart.scene, 0.7).regions
+    with pytest.raises(ArgumentError, match="ascending speeds"):
+        vibration.floquet(chart.scene, [1.0, 0.9], edges=True)
+    with pytest.raises(ArgumentError, match="same number for each joint"):
+        vibration.floquet(chart.scene, 1.0, held={"joint_angle": 0.3})

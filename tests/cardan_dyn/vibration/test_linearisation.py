@@ -1,0 +1,73 @@
+"""Linearisation about periodic motions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shooting import periodic
+from testkit import elastic_rigs
+from tilting_shaft import TiltingShaft
+from vibrating_lines import SpringInFront
+
+from cardan_dyn import ArgumentError, vibration
+
+BETA = np.radians(20.0)
+
+
+def test_monodromy_against_shooting() -> None:
+    speed = 0.8
+    system = TiltingShaft(BETA, speed, 0.3, 1.2, 1.5, 0.02)
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(0.3, 1.2, 1.5, 0.02), BETA)
+    found = vibration.linearise(scene, speed)
+    shot = periodic(system, np.zeros(4))
+    np.testing.assert_allclose(found.monodromy(), shot.monodromy, atol=1e-11)
+    expected = sorted(shot.multipliers, key=lambda value: (round(abs(value), 9), value.imag))
+    values = sorted(found.multipliers(), key=lambda value: (round(abs(value), 9), value.imag))
+    np.testing.assert_allclose(values, expected, atol=1e-10)
+    assert found.derivative_error < 1e-8
+    assert found.model_error < 1e-12
+
+
+def test_it_is_not_about_the_uniform_motion() -> None:
+    """Near r = 1/2 the latter invents an instability."""
+    r, zeta = 0.5, 0.02
+    system = SpringInFront(BETA, r, 0.5, zeta)
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=2.0 * zeta), BETA)
+    found = vibration.linearise(scene, r)
+    shot = periodic(system, np.r_[found.motion[0], 0.0])
+    assert np.trace(found.monodromy()) == pytest.approx(shot.trace, abs=1e-10)
+
+
+def test_gyroscopic_terms_and_fourier_coefficients() -> None:
+    """At a small angle: A on the diagonal, ±Θ Ω beside the damping, c; forced at order 2."""
+    speed, polar, beta = 0.9, 0.1, np.radians(0.5)
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(polar), beta)
+    found = vibration.linearise(scene, speed)
+    y, z = (found.free.index(name) for name in ("tilt_y", "tilt_z"))
+    mean = found.fourier("damping")[0]
+    assert mean[y, z] == pytest.approx(polar * speed, rel=1e-3)
+    assert mean[z, y] == pytest.approx(-polar * speed, rel=1e-3)
+    np.testing.assert_allclose(found.fourier("mass")[0].real, np.eye(2), atol=1e-4)
+    np.testing.assert_allclose(found.fourier("stiffness")[0].real, np.eye(2), atol=1e-4)
+    forcing = np.abs(found.fourier("forcing"))
+    assert np.argmax(np.max(forcing, axis=1)[1:]) == 0
+    assert found.order[:3].tolist() == [0.0, 2.0, 4.0]
+    # The swing of Θ Ω² φ₂'' across the shaft, by Thoma's small-angle form.
+    size = polar * speed**2 * beta * (1.0 - np.cos(beta))
+    assert np.max(forcing[1]) == pytest.approx(size, rel=1e-3)
+
+
+def test_modes_and_tables() -> None:
+    found = vibration.linearise(elastic_rigs.scene(elastic_rigs.torsional_line(), 0.1), 0.3)
+    assert found.modes().frequency[0, 0] == pytest.approx(1.0, abs=1e-4)
+    frame = found.to_dataframe()
+    assert "stiffness[twist_in, twist_in]" in frame
+    assert found.plot().axes
+    with pytest.raises(ArgumentError, match="'speed' has no coefficients"):
+        found.fourier("speed")
+
+
+def test_one_speed_at_a_time() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.1)
+    with pytest.raises(ArgumentError, match="takes one speed"):
+        vibration.linearise(scene, [0.3, 0.4])  # type: ignore[arg-type]

@@ -1,0 +1,70 @@
+"""Monodromy matrices against exponentials, Mathieu's functions and tight tolerances."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from scipy.special import mathieu_a, mathieu_b
+
+from cardan_dyn.vibration.monodromy import first_order, gauss, monodromy
+from cardan_dyn.vibration.periodic_grid import nodes
+from cardan_dyn.vibration.reduced_model import LocalEquation
+
+
+def test_gauss_points_integrate_to_their_order() -> None:
+    points, inner, outer = gauss(8)
+    for power in range(16):
+        assert outer @ points**power == pytest.approx(1.0 / (power + 1.0), abs=1e-15)
+    for power in range(8):
+        exact = points ** (power + 1) / (power + 1.0)
+        np.testing.assert_allclose(inner @ points**power, exact, atol=1e-15)
+
+
+def test_constant_coefficients() -> None:
+    matrix = np.array([[0.0, 1.0], [-7.0, -0.4]])
+    found, change = monodromy(np.tile(matrix, (1, 15, 1, 1)), np.pi)
+    np.testing.assert_allclose(found[0], expm(np.pi * matrix), atol=1e-14)
+    assert change < 1e-13
+
+
+@pytest.mark.parametrize("q", [0.5, 5.0])
+def test_mathieus_equation_at_its_edges(q: float) -> None:
+    """y'' + (a - 2 q cos 2x) y = 0 over π: the trace is ±2 at characteristic values."""
+    x = nodes(15, np.pi)
+    for value, trace in (
+        (mathieu_a(2, q), 2.0),
+        (mathieu_b(2, q), 2.0),
+        (mathieu_a(1, q), -2.0),
+        (mathieu_b(3, q), -2.0),
+    ):
+        matrix = np.zeros((1, 15, 2, 2))
+        matrix[..., 0, 1] = 1.0
+        matrix[0, :, 1, 0] = 2.0 * q * np.cos(2.0 * x) - value
+        found, _ = monodromy(matrix, np.pi)
+        assert np.trace(found[0]) == pytest.approx(trace, abs=1e-11)
+        assert np.linalg.det(found[0]) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_two_coordinates_against_an_integration() -> None:
+    count, speed = 21, np.array([0.7])
+    x = nodes(count, np.pi)
+    mass = np.zeros((count, 2, 2))
+    mass[:, 0, 0], mass[:, 1, 1] = 1.0 + 0.2 * np.cos(2.0 * x), 2.0
+    mass[:, 0, 1] = mass[:, 1, 0] = 0.3 * np.sin(2.0 * x)
+    damping = np.tile([[0.1, 0.4], [-0.4, 0.05]], (count, 1, 1))
+    stiffness = np.tile([[2.0, 0.1], [0.0, 3.0]], (count, 1, 1))
+    empty = np.zeros((1, 0))
+    equation = LocalEquation(empty, empty, mass[None], damping[None], stiffness[None])
+    found, _ = monodromy(first_order(equation, speed), np.pi)
+
+    def rate(phi: float, y: np.ndarray) -> np.ndarray:
+        state = y.reshape(4, 4)
+        c, s = np.cos(2.0 * phi), np.sin(2.0 * phi)
+        here = np.array([[1.0 + 0.2 * c, 0.3 * s], [0.3 * s, 2.0]])
+        pull = stiffness[0] @ state[:2] / 0.49 + damping[0] @ state[2:] / 0.7
+        return np.concatenate([state[2:], -np.linalg.solve(here, pull)]).ravel()
+
+    run = solve_ivp(rate, (0.0, np.pi), np.eye(4).ravel(), "DOP853", rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(found[0], run.y[:, -1].reshape(4, 4), atol=1e-11)

@@ -1,0 +1,56 @@
+"""Searches for periodic motions: ranges, what is carried, and what is missed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shooting import periodic
+from testkit import elastic_rigs
+from vibrating_lines import SpringInFront
+
+from cardan_dyn.vibration.motion_search import MotionSearch
+from cardan_dyn.vibration.rotating_scene import rotating_scene
+
+BETA = np.radians(15.0)
+
+
+def search(urdf: str, beta: float, within: float = 1.0, **options: object) -> MotionSearch:
+    return MotionSearch(rotating_scene(elastic_rigs.scene(urdf, beta, **options)), within)
+
+
+def test_ranges_grow_only_where_motions_are_large() -> None:
+    finder = search(elastic_rigs.torsional_line(), BETA)
+    found = finder.primary(np.array([0.3, 0.5, 1.5]))
+    ranges = {int(place): float(item.model.half[0]) for item in found for place in item.index}
+    assert ranges[0] == ranges[2] == 0.05
+    assert ranges[1] > 0.3
+    assert not finder.missed
+
+
+def test_a_load_moves_the_middle() -> None:
+    # A mean torque of 0.4 N·m twists the shaft by 0.4 rad, beyond the first range.
+    finder = search(elastic_rigs.torsional_line(), 0.1, loads={"bearing_out": -0.4})
+    (found,) = finder.primary(np.array([0.8]))
+    assert found.model.half[0] == 0.05
+    assert np.mean(found.course.q) == pytest.approx(-0.4, abs=0.01)
+
+
+def test_motions_beyond_what_is_searched_are_missed() -> None:
+    finder = search(elastic_rigs.torsional_line(), BETA, within=0.1)
+    found = finder.primary(np.array([0.3, 0.5]))
+    assert [item.index.tolist() for item in found] == [[0]]
+    assert list(finder.missed) == [1]
+    assert "no periodic motion was found at a speed of 0.5 rad/s" in finder.missed[1]
+
+
+def test_motions_are_carried_from_neighbouring_speeds() -> None:
+    """Beside a fold Newton's method from rest leads nowhere."""
+    finder = search(elastic_rigs.torsional_line(damping_in=0.04), np.radians(45.0))
+    (found,) = finder.primary(np.array([0.51]))
+    assert not finder.missed
+    start = np.r_[found.course.q[0, 0], found.course.rate[0, 0]]
+    shot = periodic(SpringInFront(np.radians(45.0), 0.51, 0.5, 0.02), start)
+    np.testing.assert_allclose(shot.start, start, atol=1e-9)
+    assert 0.4 < np.max(np.abs(found.course.q)) < 0.6
+    assert finder.primary(np.array([0.51]), carry=False) == []
+    assert list(finder.missed) == [0]

@@ -1,0 +1,130 @@
+"""Periodic motions as users get them."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shooting import orders, periodic
+from testkit import elastic_rigs
+from tilting_shaft import TiltingShaft
+
+import cardan_dyn as cd
+from cardan_dyn import ArgumentError, VibrationError, vibration
+from cardan_dyn.vibration import PeriodicMotion
+
+SPEED = 0.51303
+LINE = elastic_rigs.torsional_line(damping_in=0.1)
+
+
+@pytest.fixture(scope="module")
+def rig() -> cd.Scene:
+    return elastic_rigs.scene(elastic_rigs.elastic_rig(), np.radians(5.0))
+
+
+@pytest.fixture(scope="module")
+def found(rig: cd.Scene) -> PeriodicMotion:
+    return vibration.periodic_motion(rig, [SPEED, 0.9])
+
+
+def test_amplitudes_against_shooting(found: PeriodicMotion) -> None:
+    system = TiltingShaft(np.radians(5.0), SPEED)
+    state = found.at(0.0)
+    start = np.r_[state.position[0, 0], state.velocity[0, 0] / SPEED]
+    shot = periodic(system, start)
+    np.testing.assert_allclose(shot.start, start, atol=1e-13)
+    expected = orders(system, shot.start)
+    for wave, order in enumerate(found.order[:8]):
+        factor = 2.0 if wave else 1.0
+        assert order == 2.0 * wave
+        np.testing.assert_allclose(found.amplitude[0, wave], factor * expected[wave], atol=1e-12)
+    assert np.max(found.residual) < 1e-11
+    assert found.branch.tolist() == [0, 0]
+    assert found.index.tolist() == [1, 1]
+
+
+def test_steady_part_of_a_simulation() -> None:
+    scene = elastic_rigs.scene(LINE, np.radians(20.0))
+    speed, turns = 0.7, 40
+    duration = 2.0 * np.pi / speed * (turns + 1)
+    motion = vibration.periodic_motion(scene, speed)
+    begin = motion.at(0.0)
+    run = scene.simulate(
+        duration,
+        position={"twist_in": begin.position[0, 0, 0] + 1e-3},
+        speed={"twist_in": begin.velocity[0, 0, 0]},
+        motion={"bearing_in": speed},
+        rtol=1e-12,
+    )
+    late = np.linspace(duration * turns / (turns + 1), duration, 50)
+    steady = run.at(late)
+    # Damping has reduced the disturbance by e^-18.
+    np.testing.assert_allclose(
+        np.asarray(steady.position)[:, 1], motion.at(speed * late).position[0, :, 0], atol=1e-8
+    )
+
+
+def test_sweep_needs_no_effort_along_free_coordinates(found: PeriodicMotion) -> None:
+    turn = found.sweep(1)
+    assert np.max(np.abs(turn.drive_effort[:, 1:])) < 1e-14
+    assert turn.balance_residual < 1e-10
+    assert turn.speed[0, 0] == 0.9
+
+
+def test_several_motions_are_rows_of_one_speed() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))
+    found = vibration.periodic_motion(scene, [0.4975, 1.2])
+    assert found.speed.tolist() == [0.4975] * 4 + [1.2]
+    assert found.branch.tolist() == [0, 1, 2, 3, 0]
+    swings = np.max(np.abs(found.at(np.linspace(0.0, np.pi, 100)).position), axis=(1, 2))
+    assert np.all(np.diff(swings[:4]) > -1e-9)
+    assert "5 motions at 2 speeds" in repr(found)
+
+
+def test_linear_resonance_without_damping_is_refused() -> None:
+    # A spring behind the joint: the equation is linear, its resonance has no periodic motion.
+    line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=2.0)
+    scene = elastic_rigs.scene(line, np.radians(15.0))
+    with pytest.raises(VibrationError, match="no periodic motion was found") as caught:
+        vibration.periodic_motion(scene, 1.0)
+    assert caught.value.speed == 1.0
+    found = vibration.periodic_motion(scene, [0.8, 1.0])
+    assert found.speed.tolist() == [0.8]
+    assert list(found.missed) == [1.0]
+
+
+def test_orbits_and_tables(found: PeriodicMotion) -> None:
+    orbit = found.orbit("tilt_y", "tilt_z")
+    assert orbit.shape == (361, 2)
+    np.testing.assert_allclose(orbit[0], orbit[-1], atol=1e-17)
+    frame = found.to_dataframe()
+    first = frame[(frame.speed == SPEED) & (frame.coordinate == "tilt_y") & (frame.order == 2.0)]
+    column = found.free.index("tilt_y")
+    assert first.amplitude.item() == pytest.approx(abs(found.amplitude[0, 1, column]))
+    assert frame.attrs["units"]["speed"] == "rad/s"
+    with pytest.raises(ArgumentError, match="'bearing_in' is not free"):
+        found.orbit("bearing_in", "tilt_z")
+
+
+def test_copies_and_files(found: PeriodicMotion, tmp_path: Path) -> None:
+    for twin in (copy.deepcopy(found), pickle.loads(pickle.dumps(found))):
+        np.testing.assert_array_equal(twin.amplitude, found.amplitude)
+        assert not twin.amplitude.flags.writeable
+    found.save(tmp_path / "motion.npz")
+    with np.load(tmp_path / "motion.npz") as stored:
+        np.testing.assert_array_equal(stored["amplitude"], found.amplitude)
+    assert found.plot().axes
+
+
+def test_positions_are_a_row(found: PeriodicMotion) -> None:
+    with pytest.raises(ArgumentError, match="expected \\(P,\\)"):
+        found.at([[0.0, 1.0]])
+
+
+@pytest.mark.parametrize("within", [0.0, -1.0, [1.0, 2.0], "far"])
+def test_ranges_are_positive_numbers(rig: cd.Scene, within: object) -> None:
+    with pytest.raises(ArgumentError, match="within"):
+        vibration.periodic_motion(rig, 1.0, within=within)  # type: ignore[arg-type]

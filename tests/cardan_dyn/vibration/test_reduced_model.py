@@ -1,0 +1,72 @@
+"""Reduced models against equations by hand, with complex steps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit import elastic_rigs
+from tilting_shaft import TiltingShaft
+
+from cardan_dyn.vibration.harmonic_balance import course_of
+from cardan_dyn.vibration.model_build import ModelBuild
+from cardan_dyn.vibration.reduced_model import Course, ReducedModel
+from cardan_dyn.vibration.rotating_scene import rotating_scene
+
+BETA, SPEED = np.radians(20.0), 0.8
+SYSTEM = TiltingShaft(BETA, SPEED, 0.3, 1.2, 1.5, 0.02)
+STEP = 1e-100
+
+
+@pytest.fixture(scope="module")
+def model() -> ReducedModel:
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(0.3, 1.2, 1.5, 0.02), BETA)
+    return ModelBuild(rotating_scene(scene)).model(np.zeros(2), np.full(2, 0.25))
+
+
+@pytest.fixture(scope="module")
+def course(model: ReducedModel) -> Course:
+    x = 2.0 * model.positions
+    q = np.stack([0.1 * np.cos(x) + 0.02, 0.12 * np.sin(x) - 0.05 * np.cos(2.0 * x)], axis=1)
+    return course_of(q[None], np.array([SPEED]), model.period)
+
+
+def test_efforts_are_mass_times_what_is_missing(model: ReducedModel, course: Course) -> None:
+    equation = model.equation(course)
+    missing = np.array(
+        [
+            course.bend[0, k] - SYSTEM(phi, course.q[0, k], course.rate[0, k])
+            for k, phi in enumerate(model.positions)
+        ]
+    )
+    expected = SPEED**2 * np.einsum("nij,nj->ni", equation.mass[0], missing)
+    np.testing.assert_allclose(equation.efforts[0], expected, atol=1e-12)
+    np.testing.assert_allclose(model.efforts(course), equation.efforts, atol=1e-15)
+
+
+def test_derivatives_against_complex_steps(model: ReducedModel, course: Course) -> None:
+    """Of r = M (q̈ - f) where r vanishes: -M ∂f; the accelerations follow the equation here."""
+    bend = np.array(
+        [SYSTEM(phi, course.q[0, k], course.rate[0, k]) for k, phi in enumerate(model.positions)]
+    )[None]
+    equation = model.equation(course._replace(bend=bend))
+    assert np.max(np.abs(equation.efforts)) < 1e-12
+    for k, phi in enumerate(model.positions):
+        q, rate = (item[0, k].astype(complex) for item in (course.q, course.rate))
+        for column in range(2):
+            step = np.eye(2)[column] * 1j * STEP
+            stiff = SPEED**2 * SYSTEM(phi, q + step, rate).imag / STEP
+            damp = SPEED * SYSTEM(phi, q, rate + step).imag / STEP
+            mass = equation.mass[0, k]
+            np.testing.assert_allclose(
+                equation.stiffness[0, k, :, column], -mass @ stiff, atol=2e-11
+            )
+            np.testing.assert_allclose(equation.damping[0, k, :, column], -mass @ damp, atol=1e-12)
+
+
+def test_more_nodes_carry_the_same_functions(model: ReducedModel) -> None:
+    finer = model.on(3 * model.count)
+    q = np.full((1, model.count, 2), 0.07)
+    coarse = model.terms(q)
+    fine = finer.terms(np.full((1, finer.count, 2), 0.07))
+    for first, second in zip(coarse, fine, strict=True):
+        np.testing.assert_allclose(second[:, ::3], first, atol=1e-13)

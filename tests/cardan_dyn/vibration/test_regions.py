@@ -1,0 +1,80 @@
+"""Edges of unstable regions against shooting, theory and simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shooting import edge, periodic
+from testkit import elastic_rigs
+from vibrating_lines import SpringInFront
+
+from cardan_dyn import vibration
+
+
+def test_first_region_of_a_spring_in_front() -> None:
+    """15°, a = 1/2: 0.9911629395 … 1.0084989812, found between coarse steps."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))
+    (found,) = vibration.floquet(scene, [0.7, 0.85, 0.97, 1.1, 1.2], edges=True).regions
+    assert found.kind == "instability"
+    assert found.lower == pytest.approx(0.9911629395, abs=1e-8)
+    assert found.upper == pytest.approx(1.0084989812, abs=1e-8)
+    assert found.is_closed
+    assert found.width == pytest.approx(0.0173, abs=1e-4)
+    assert found.growth > 0.0
+
+
+def test_narrow_third_region() -> None:
+    """45°: 3.9e-3 wide about 1/3."""
+    beta = np.radians(45.0)
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), beta)
+    (found,) = vibration.floquet(scene, np.linspace(0.31, 0.37, 7), edges=True).regions
+    assert found.width == pytest.approx(3.9e-3, abs=5e-5)
+
+    def trace(speed: float) -> float:
+        return periodic(SpringInFront(beta, speed), np.array([0.0, 0.05])).trace + 2.0
+
+    assert found.lower == pytest.approx(edge(trace, 0.3372, 0.3374, 1e-10), abs=1e-6)
+
+
+def test_damping_closes_the_first_region() -> None:
+    """From ζ = a β²/4 on."""
+    beta = np.radians(15.0)
+    limit = float(0.125 * beta**2)
+    for factor, count in ((0.9, 1), (1.1, 0)):
+        line = elastic_rigs.torsional_line(damping_in=2.0 * factor * limit)
+        found = vibration.floquet(
+            elastic_rigs.scene(line, beta), np.linspace(0.95, 1.05, 11), edges=True
+        )
+        assert len(found.regions) == count
+
+
+def test_a_region_that_goes_on_is_not_closed() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(30.0))
+    (found,) = vibration.floquet(scene, [0.98, 1.0, 1.2], edges=True).regions
+    assert found.lower == 0.98
+    assert not found.is_closed
+
+
+def test_a_simulation_grows_inside_and_stays_bounded_outside() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(20.0))
+    (found,) = vibration.floquet(scene, np.linspace(0.9, 1.1, 9), edges=True).regions
+    sizes = {}
+    for name, speed in (
+        ("inside", found.lower + 0.02 * found.width),
+        ("outside", found.lower - 0.02 * found.width),
+    ):
+        motion = vibration.periodic_motion(scene, speed)
+        begin = motion.at(0.0)
+        duration = 200.0 * np.pi / speed
+        run = scene.simulate(
+            duration,
+            position={"twist_in": begin.position[0, 0, 0] + 1e-7},
+            speed={"twist_in": begin.velocity[0, 0, 0] + 1e-7},
+            motion={"bearing_in": speed},
+            rtol=1e-10,
+        )
+        times = np.linspace(0.0, duration, 4001)
+        gap = np.asarray(run.at(times).position)[:, 1] - motion.at(speed * times).position[0, :, 0]
+        sizes[name] = np.max(np.abs(gap[3600:]))
+    assert sizes["outside"] < 5e-6
+    assert sizes["inside"] > 10.0 * sizes["outside"]

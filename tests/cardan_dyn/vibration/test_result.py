@@ -1,0 +1,54 @@
+"""What results have in common."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from collections.abc import Mapping
+from dataclasses import FrozenInstanceError, dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cardan_dyn import ArgumentError, CardanError
+from cardan_dyn.vibration.result import Result, frame_of
+
+
+@dataclass(frozen=True, eq=False)
+class Some(Result):
+    values: np.ndarray
+    speed: float
+    names: tuple[str, ...]
+    held: Mapping[str, np.ndarray]
+    other: object = None
+
+
+@pytest.fixture
+def some() -> Some:
+    return Some(np.arange(3.0), 2.5, ("a", "b"), {"angle": np.ones(2)}, object)
+
+
+def test_nothing_can_be_changed(some: Some) -> None:
+    with pytest.raises(FrozenInstanceError):
+        some.speed = 1.0  # type: ignore[misc]
+    for twin in (some, copy.deepcopy(some), copy.copy(some), pickle.loads(pickle.dumps(some))):
+        with pytest.raises(ValueError, match="read-only"):
+            twin.values[0] = 1.0
+
+
+def test_files(some: Some, tmp_path: Path) -> None:
+    some.save(tmp_path / "some.npz")
+    with np.load(tmp_path / "some.npz") as stored:
+        assert set(stored) == {"values", "speed", "names", "held.angle"}
+        assert stored["speed"] == 2.5
+    with pytest.raises(CardanError, match="cannot be written"):
+        some.save(tmp_path / "missing" / "some.npz")
+    with pytest.raises(ArgumentError, match="expected a path"):
+        some.save(3)  # type: ignore[arg-type]
+
+
+def test_tables() -> None:
+    frame = frame_of([{"speed": 1.0}], {"speed": "rad/s"})
+    assert frame.attrs["units"] == {"speed": "rad/s"}
+    assert list(frame_of([], {"speed": "rad/s"}).columns) == ["speed"]

@@ -1,0 +1,98 @@
+"""Scenes that rotate, and what is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from testkit import elastic_rigs
+
+import cardan_dyn as cd
+from cardan_dyn import ArgumentError, MobilityError, ModelError, VibrationError, vibration
+from cardan_dyn.vibration.rotating_scene import rotating_scene, speeds_of
+
+LINE = elastic_rigs.torsional_line()
+
+
+@pytest.fixture(scope="module")
+def line() -> cd.Scene:
+    return elastic_rigs.scene(LINE, 0.3)
+
+
+def test_drive_comes_first_and_the_period_is_a_revolution(line: cd.Scene) -> None:
+    turned = line.replace(drive=["twist_in", "bearing_in"])
+    rotating = rotating_scene(turned, "bearing_in")
+    assert (rotating.drive, rotating.free) == ("bearing_in", ("twist_in",))
+    assert rotating.period == 2.0 * np.pi
+    assert rotating.units.tolist() == [1.0]
+    assert not rotating.is_damped
+
+
+def test_start_is_where_the_scene_starts(line: cd.Scene) -> None:
+    moved = rotating_scene(line.replace(start={"bearing_in": 0.0, "twist_in": 0.2}))
+    assert moved.start == pytest.approx([0.0, 0.2], abs=1e-12)
+
+
+def test_nothing_free_is_refused() -> None:
+    scene = cd.Scene(cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 0.3})
+    with pytest.raises(MobilityError, match="only drive, so that nothing is free"):
+        vibration.periodic_motion(scene, 10.0)
+
+
+def test_unknown_drive_is_refused(line: cd.Scene) -> None:
+    with pytest.raises(ArgumentError, match="'twist': not a drive of the scene"):
+        vibration.floquet(line, 1.0, drive="twist")
+
+
+@pytest.mark.parametrize(
+    ("element", "message"),
+    [
+        (cd.JointFriction("twist_in", 0.1), "dry friction at 'twist_in'"),
+        (cd.Actuator("twist_in", np.sin), "actuator at 'twist_in' follows"),
+    ],
+)
+def test_what_is_not_smooth_or_periodic_is_refused(
+    line: cd.Scene, element: Any, message: str
+) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        vibration.periodic_motion(line.replace(elements=[*line.elements, element]), 0.7)
+
+
+def test_a_spring_that_winds_up_is_refused(line: cd.Scene) -> None:
+    # On the output, which turns on and on.
+    wound = line.replace(elements=[*line.elements, cd.JointSpring("bearing_out", 0.1)])
+    with pytest.raises(ArgumentError, match="does a spring wind up"):
+        vibration.periodic_motion(wound, 0.7)
+
+
+SLIDE = """<robot name="slide"><link name="base"/><link name="cart"/><link name="arm"><inertial>
+<mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="slide" type="prismatic"><parent link="base"/><child link="cart"/><axis xyz="1 0 0"/>
+<limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
+<joint name="turn" type="continuous"><parent link="cart"/><child link="arm"/><axis xyz="0 0 1"/>
+</joint></robot>"""
+
+
+def test_a_drive_that_does_not_come_back_is_refused() -> None:
+    scene = cd.Scene(cd.load(SLIDE), drive=["slide", "turn"])
+    with pytest.raises(ArgumentError, match="'slide' does not come back to itself"):
+        rotating_scene(scene)
+
+
+def test_a_motion_that_is_not_isolated_is_refused(line: cd.Scene) -> None:
+    # Driven by its own twist, the shaft as a whole is without a spring: it may start anywhere.
+    with pytest.raises(VibrationError, match="not isolated"):
+        vibration.periodic_motion(line, 0.7, drive="twist_in")
+
+
+def test_massless_mechanisms_are_refused() -> None:
+    text = LINE.replace("<inertial>", "<!--").replace("</inertial>", "-->")
+    with pytest.raises(ModelError, match="no body has mass"):
+        vibration.periodic_motion(elastic_rigs.scene(text, 0.3), 1.0)
+
+
+@pytest.mark.parametrize("speed", [0.0, [1.0, 0.0], np.ones((2, 2)), [], np.nan, "fast", np.sin])
+def test_speeds_that_are_none(speed: Any) -> None:
+    with pytest.raises(ArgumentError, match="speed"):
+        speeds_of(speed)

@@ -1,0 +1,33 @@
+"""Senses of whirl."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit import elastic_rigs
+
+from cardan_dyn.vibration.rotating_scene import rotating_scene
+from cardan_dyn.vibration.whirl import WhirlSense, sense_name
+
+SHAPES = np.array([[1.0, 1.0, 1.0, 2.0], [-1j, 1j, 0.5, -1j]])
+"""Circles in both senses, a line and an ellipse of y and z."""
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_circles_lines_and_ellipses(sense: float) -> None:
+    rotating = rotating_scene(
+        elastic_rigs.scene(elastic_rigs.elastic_rig(), np.radians(5.0), ["tilt_y", "tilt_z"])
+    )
+    # From y to z is forward about x; u e^{iωt} with u_z = -i u_y turns from y to z.
+    found = WhirlSense(rotating, np.zeros(2), sense).of(SHAPES)
+    np.testing.assert_allclose(found, sense * np.array([1.0, -1.0, 0.0, 0.8]), atol=0.01)
+
+
+def test_torsion_does_not_whirl() -> None:
+    rotating = rotating_scene(elastic_rigs.scene(elastic_rigs.torsional_line(), 0.2))
+    found = WhirlSense(rotating, np.zeros(1), 1.0).of(np.array([[1.0 + 0j]]))
+    assert abs(found[0]) < 1e-12
+
+
+def test_names() -> None:
+    assert [sense_name(value) for value in (0.9, -0.5, 0.02)] == ["forward", "backward", "planar"]
