@@ -12,6 +12,7 @@ from ..checks import described, numbers, text
 from ..elements.bushing import Bushing
 from ..elements.element import Element
 from ..elements.joint_elements import Actuator, JointFriction, JointSpring
+from ..elements.pin_contact import PinContact
 from ..elements.point_spring import PointSpring
 from ..errors import ArgumentError, CardanError, MobilityError, ModelError, choices
 from ..forces.link_loads import Wrench
@@ -167,6 +168,11 @@ def _refuse(element: Element) -> None:
         raise ArgumentError(
             f"dry friction at {element.joint!r}: its jump is not smooth, so that it has no linear "
             "vibration; use Scene.simulate, or damping of a JointSpring instead"
+        )
+    if isinstance(element, PinContact):
+        raise ArgumentError(
+            f"the pin of {element.link_b!r} has play in its bush: it strikes, which no linear "
+            "vibration knows; use Scene.simulate"
         )
     if isinstance(element, Actuator) and callable(element.effort):
         raise ArgumentError(

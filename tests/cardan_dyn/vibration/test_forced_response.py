@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
+from analytic.whirl import moments_of_output_torque, tilts
 from cardan_dyn import ArgumentError, ModelError, vibration
 from cardan_dyn.vibration import ForcedResponse
 
@@ -123,3 +124,23 @@ def test_what_is_asked_for_wrongly() -> None:
         response([0.3], frame="shaft")
     with pytest.raises(ModelError, match="no joint 'bearing'"):
         response([0.3], joints="bearing")
+
+
+@pytest.mark.parametrize("beta", [5.0, 20.0])
+def test_a_constant_output_torque_whirls_forwards_alone(beta: float) -> None:
+    """Orders 2 and 4 by a steady load instead of inertia: forwards, tan²(β/2) times each other."""
+    torque, angle = 1e-5, np.radians(beta)
+    urdf = elastic_rigs.elastic_rig(polar=1e-9, damping_ratio=0.05)
+    scene = elastic_rigs.scene(urdf, angle, loads={"shaft_out": [0.0, 0.0, 0.0, -torque, 0.0, 0.0]})
+    speed = 0.1
+    found = vibration.forced_response(scene, [speed], joints=[])
+    still = []
+    for order in (2, 4):
+        forward, backward = (side[0] for side in found.whirls("tilt_y", "tilt_z", order))
+        moments = moments_of_output_torque(angle, order, torque)
+        expected = tilts(moments, order, speed, 1e-9, 1.0, 1.0, 0.1).forward
+        assert forward == pytest.approx(abs(complex(expected)), rel=1e-3)
+        assert backward < 1e-3 * forward
+        still.append(forward * abs(1.0 - (order * speed) ** 2 + 0.1j * order * speed))
+    ratio = {5.0: 0.0019, 20.0: 0.031}[beta]
+    assert still[1] / still[0] == pytest.approx(ratio, rel=0.01)

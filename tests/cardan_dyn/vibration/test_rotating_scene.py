@@ -50,6 +50,12 @@ def test_unknown_drive_is_refused(line: cd.Scene) -> None:
     [
         (cd.JointFriction("twist_in", 0.1), "dry friction at 'twist_in'"),
         (cd.Actuator("twist_in", np.sin), "actuator at 'twist_in' follows"),
+        (
+            cd.PinContact(
+                "base", (0, 0, 0), (1, 0, 0), "shaft_in", (0, 0, 0), 1e-4, cd.LinearContact(1e8)
+            ),
+            "has play in its bush",
+        ),
     ],
 )
 def test_what_is_not_smooth_or_periodic_is_refused(
