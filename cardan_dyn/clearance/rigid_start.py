@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import mapping
 from ..errors import ArgumentError, IndeterminateError, choices
-from .arguments import period_of, pins_of, positive, single, speed_of
+from .arguments import drive_of, period_of, pins_of, positive, single, speed_of
 from .determinate import what_is_open
 from .force_source import across
 from .opened_joint import OpenedJoint
@@ -45,6 +45,7 @@ class RigidStart:
         joints: str | Collection[str],
         position: Any = None,
         bearings: Any = None,
+        rotor: Any = None,
     ) -> None:
         """Check what is asked for.
 
@@ -54,12 +55,13 @@ class RigidStart:
             joints: that have play.
             position: of the drive [rad]; where all forces are far from a reversal if None.
             bearings: see `reach`.
+            rotor: inertia that turns with the drive [kg m²]; None if its motion is prescribed.
 
         Raises:
             ArgumentError: the speed is zero, there are several drives, or no joints.
             ModelError: a joint has no pin.
         """
-        self._scene, self.speed = scene, speed_of(speed)
+        self._scene, self._rotor, self.speed = scene, rotor, speed_of(speed)
         self._period = period_of(scene._solver)
         self.joints, _ = pins_of(scene._problem, joints)
         if not self.joints:
@@ -96,21 +98,20 @@ class RigidStart:
         return float(positions[np.argmax(least)])
 
     def reduced_mass(self, name: str) -> float:
-        """Return the mass that moves when the force of a joint does, its drive prescribed [kg].
+        """Return the mass that moves when the force of a joint does [kg].
 
         Raises:
             IndeterminateError: the force is statically indeterminate.
         """
         scene = self._scene
-        coordinates = scene.mechanism.coordinates
-        fixed = coordinates.rates_of([*scene.drives, *scene.held])
+        fixed, rotors = drive_of(scene._problem, self._rotor)
         sweep = scene.sweep(np.array([self.position]), self.speed)
         if reason := what_is_open(scene._solver, sweep, name):
             raise IndeterminateError(
                 f"damping_ratio of joint {name!r}: {reason}, or give law=LinearContact(stiffness, "
                 "damping) instead"
             )
-        mobility = OpenedJoint(scene.mechanism, name, fixed, {}).mobility(sweep.motion._x[0])
+        mobility = OpenedJoint(scene.mechanism, name, fixed, rotors).mobility(sweep.motion._x[0])
         force = across(sweep, name)[0]
         direction = force if np.any(force) else mobility.axes[0]
         return mobility.reduced_mass(direction)
