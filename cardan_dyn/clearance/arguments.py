@@ -100,10 +100,13 @@ def pins_of(
     """Return the joints that turn about one axis, and why others are left out.
 
     Raises:
+        ArgumentError: no names are asked for.
         ModelError: one that is asked for is none, or unknown.
     """
     pins, left_out = [], {}
     names = problem.mechanism.joints if asked is None else asked
+    if not isinstance(names, Collection):
+        raise ArgumentError(f"joints is {described(asked)}, expected names of joints")
     names = [names] if isinstance(names, str) else names
     for name in names:
         parts = problem.mechanism.joint(name).parts

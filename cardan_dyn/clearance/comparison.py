@@ -125,10 +125,10 @@ def compare(scan: Scan | PinScan, simulation: ContactSimulation) -> Comparison:
         raise ArgumentError(
             f"the scan is of {scan.speed:g} rad/s, the simulation of {simulation.speed:g} rad/s"
         )
-    steps = simulation.t
+    steps = simulation.steps
     parts = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
     times = (steps[:-1, None] + np.diff(steps)[:, None] * parts).ravel()
-    fine = simulation.at(times)
+    fine = simulation.at(np.concatenate([times, steps[-1:]]))
     result = []
     for name in joints:
         course = fine[name]

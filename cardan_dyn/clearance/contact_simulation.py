@@ -123,6 +123,11 @@ class ContactSimulation(Mapping[str, JointContact]):
         return self.trajectory.t
 
     @property
+    def steps(self) -> Array:
+        """Times `(S,)` of the steps of the simulation [s], also if `at` was given others."""
+        return read_only(self.trajectory._run.times)
+
+    @property
     def reason(self) -> str:
         """Why it ended before its time; empty if it did not."""
         return self.trajectory.reason
@@ -207,7 +212,7 @@ class ContactSimulation(Mapping[str, JointContact]):
 
         Kinetic and potential energy, less the work of drive and loads and what was turned to heat.
         """
-        trajectory = self.trajectory
+        trajectory = self.trajectory.at(self.steps)
         energy = trajectory.kinetic_energy + trajectory.potential_energy - trajectory.work
         begun = trajectory.at([0.0])
         error = energy - (begun.kinetic_energy[0] + begun.potential_energy[0])

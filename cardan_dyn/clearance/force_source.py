@@ -12,6 +12,7 @@ from ..checks import described
 from ..errors import AccuracyError, ArgumentError, IndeterminateError
 from ..response.operating_points import solved_motion
 from ..response.response import Response
+from .determinate import what_is_open
 from .force_course import ForceCourse
 
 if TYPE_CHECKING:
@@ -123,14 +124,13 @@ class ForceSource:
                 courses[name] = ForceCourse(force, period, inertial)
         return PinForces(positions, forces, courses)
 
-    @staticmethod
-    def _is_unique(turn: Sweep, name: str, left_out: dict[str, str] | None) -> bool:
+    def _is_unique(self, turn: Sweep, name: str, left_out: dict[str, str] | None) -> bool:
         """Return whether the force across a pin follows from the laws of motion alone.
 
         Raises:
             IndeterminateError: it does not, and is refused.
         """
-        reason = what_is_open(turn, name)
+        reason = what_is_open(self.solver, turn, name)
         if reason and left_out is None:
             raise IndeterminateError(f"joint {name!r}: {reason}")
         if reason and left_out is not None:
@@ -146,20 +146,6 @@ class ForceSource:
         if not isinstance(self._given, Response):
             return turn
         return _PLACED.setdefault(self._given, {}).setdefault(len(turn), turn)
-
-
-def what_is_open(sweep: Sweep, name: str) -> str:
-    """Return which force across the pin is statically indeterminate, empty if none."""
-    axis = sweep.mechanism.joint(name).parts[0].axis
-    across = np.abs(axis) < 1.0 - 1e-9
-    unique = sweep[name].unique[:3]
-    if np.all(unique[across]):
-        return ""
-    names = "".join(letter for letter, bad in zip("xyz", across & ~unique, strict=True) if bad)
-    return (
-        f"its force {names} is statically indeterminate; give compliances= to the scene, or free "
-        "the mechanism of what holds it twice"
-    )
 
 
 def across(sweep: Sweep, name: str, placed: Sweep | None = None) -> Array:

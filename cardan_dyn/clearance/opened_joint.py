@@ -15,6 +15,8 @@ from .opened_mechanism import OpenedMechanism, across
 _WEIGHTLESS = 1e-13
 """Eigenvalue of the inertia along the ways that are left, as a fraction of the greatest, that
 counts as none."""
+_HELD = 1e-9
+"""Part of a motion that counts as none."""
 
 
 class Mobility(NamedTuple):
@@ -77,7 +79,7 @@ class OpenedJoint:
             fixed: velocity coordinates that are driven or held.
             rotors: velocity coordinates that move freely to inertias that turn with them [kg m²].
         """
-        self._name = joint
+        self._name, self._length = joint, mechanism.characteristic_length
         (part,) = mechanism.joint(joint).parts
         self._body, self._axes = part.id, np.array(across(part.axis))
         slides = [("prismatic", axis) for axis in self._axes]
@@ -102,3 +104,12 @@ class OpenedJoint:
         apart = ways[self._opened.added[self._body]]
         axes = (self._opened.rotation(self._body) @ self._axes.T).T
         return Mobility(axes, apart @ np.linalg.solve(own, apart.T))
+
+    def gives_way(self, x: Array) -> bool:
+        """Return whether it can move along both slides.
+
+        Args:
+            x: `(size,)` closed coordinates of the mechanism.
+        """
+        apart = self._opened.ways(x).rates[self._opened.added[self._body]] / self._length
+        return bool(np.linalg.matrix_rank(apart, tol=_HELD) == 2)

@@ -9,9 +9,10 @@ import numpy as np
 
 from ..arrays import Array
 from ..checks import mapping
-from ..errors import ArgumentError, choices
-from .arguments import period_of, pins_of, positive, single, speed_of
-from .force_source import across, what_is_open
+from ..errors import ArgumentError, IndeterminateError, choices
+from .arguments import drive_of, period_of, pins_of, positive, single, speed_of
+from .determinate import what_is_open
+from .force_source import across
 from .opened_joint import OpenedJoint
 from .opened_scene import Opened, Play
 
@@ -44,6 +45,7 @@ class RigidStart:
         joints: str | Collection[str],
         position: Any = None,
         bearings: Any = None,
+        rotor: Any = None,
     ) -> None:
         """Check what is asked for.
 
@@ -53,12 +55,13 @@ class RigidStart:
             joints: that have play.
             position: of the drive [rad]; where all forces are far from a reversal if None.
             bearings: see `reach`.
+            rotor: inertia that turns with the drive [kg m²]; None if its motion is prescribed.
 
         Raises:
             ArgumentError: the speed is zero, there are several drives, or no joints.
             ModelError: a joint has no pin.
         """
-        self._scene, self.speed = scene, speed_of(speed)
+        self._scene, self._rotor, self.speed = scene, rotor, speed_of(speed)
         self._period = period_of(scene._solver)
         self.joints, _ = pins_of(scene._problem, joints)
         if not self.joints:
@@ -89,18 +92,26 @@ class RigidStart:
         sweep = self._scene.sweep(positions, self.speed)
         least = np.ones(_SEARCHED)
         for name in self.joints:
-            sizes = np.linalg.norm(_bearing_force(sweep, name, self.reach.get(name)), axis=1)
+            sizes = np.linalg.norm(self._force(sweep, name, self.reach.get(name)), axis=1)
             if np.any(sizes > 0.0):
                 least = np.minimum(least, sizes / np.max(sizes))
         return float(positions[np.argmax(least)])
 
     def reduced_mass(self, name: str) -> float:
-        """Return the mass that moves when the force of a joint does, its drive prescribed [kg]."""
+        """Return the mass that moves when the force of a joint does [kg].
+
+        Raises:
+            IndeterminateError: the force is statically indeterminate.
+        """
         scene = self._scene
-        coordinates = scene.mechanism.coordinates
-        fixed = coordinates.rates_of([*scene.drives, *scene.held])
+        fixed, rotors = drive_of(scene._problem, self._rotor)
         sweep = scene.sweep(np.array([self.position]), self.speed)
-        mobility = OpenedJoint(scene.mechanism, name, fixed, {}).mobility(sweep.motion._x[0])
+        if reason := what_is_open(scene._solver, sweep, name):
+            raise IndeterminateError(
+                f"damping_ratio of joint {name!r}: {reason}, or give law=LinearContact(stiffness, "
+                "damping) instead"
+            )
+        mobility = OpenedJoint(scene.mechanism, name, fixed, rotors).mobility(sweep.motion._x[0])
         force = across(sweep, name)[0]
         direction = force if np.any(force) else mobility.axes[0]
         return mobility.reduced_mass(direction)
@@ -139,10 +150,9 @@ class RigidStart:
             result.update(zip(opened.joint(item.joint).coordinates[:-1], moving, strict=True))
         return result
 
-    @staticmethod
-    def _places(sweep: Any, opened: Mechanism, play: Play) -> Array:
+    def _places(self, sweep: Any, opened: Mechanism, play: Play) -> Array:
         """Return the places `(N, k)` of a pin along its slides and tilts where walls bear it."""
-        force = _bearing_force(sweep, play.joint, play.reach)
+        force = self._force(sweep, play.joint, play.reach)
         sizes = np.linalg.norm(force, axis=1)
         parts = opened.joint(play.joint).parts
         result = np.zeros((len(force), len(parts) - 1))
@@ -163,28 +173,27 @@ class RigidStart:
             result[k, 2:] = [tilt @ (bush @ part.axis) for part in parts[2:4]]
         return result
 
+    def _force(self, sweep: Any, name: str, reach: float | None) -> Array:
+        """Return the force `(N, 3)` on a pin, or on its first bearing, in the world [N].
 
-def _bearing_force(sweep: Any, name: str, reach: float | None) -> Array:
-    """Return the force `(N, 3)` on a pin, or on its first bearing, in the world [N].
+        Of two bearings, it is that of the moment that both exert, F = (m × a) / (2 r). Where it is
+        not unique, it is zero.
 
-    Of two bearings, it is that of the moment that both exert, F = (m × a) / (2 r). Where it is not
-    unique, it is zero.
-
-    Args:
-        sweep: without play.
-        name: of the joint.
-        reach: of its bearings, see `Play`.
-    """
-    none = np.zeros((len(sweep), 3))
-    if reach is None:
-        return none if what_is_open(sweep, name) else across(sweep, name)
-    joint = sweep.mechanism.joint(name)
-    beside = np.abs(joint.parts[0].axis) < 1.0 - 1e-9
-    if not np.all(sweep[name].unique[3:][beside]):
-        return none
-    axis = sweep.rotation(name) @ joint.parts[0].axis
-    moment = np.asarray(sweep.wrench(name, "world").moment)
-    return np.asarray(np.cross(moment, axis) / (2.0 * reach))
+        Args:
+            sweep: without play.
+            name: of the joint.
+            reach: of its bearings, see `Play`.
+        """
+        none = np.zeros((len(sweep), 3))
+        if reach is None:
+            return none if what_is_open(self._scene._solver, sweep, name) else across(sweep, name)
+        joint = sweep.mechanism.joint(name)
+        beside = np.abs(joint.parts[0].axis) < 1.0 - 1e-9
+        if not np.all(sweep[name].unique[3:][beside]):
+            return none
+        axis = sweep.rotation(name) @ joint.parts[0].axis
+        moment = np.asarray(sweep.wrench(name, "world").moment)
+        return np.asarray(np.cross(moment, axis) / (2.0 * reach))
 
 
 def _depth(play: Play, force: float) -> float:

@@ -41,7 +41,8 @@ def simulate(
     """Simulate a mechanism whose pins have play in their bushes.
 
     Joints are opened across their axes; pins begin pressed into their walls by the forces of the
-    mechanism without play. How that differs from what follows decays with the damping.
+    mechanism without play. How that differs from what follows decays with the damping. The bush
+    belongs to a joint's parent or a loop's predecessor: friction acts where its wall is touched.
 
     Args:
         scene: with one drive that turns.
@@ -50,7 +51,8 @@ def simulate(
         play: difference 2 s of the diameters of bush and pin [m], of all joints or by name.
         law: of the contact, likewise, such as `HuntCrossley`.
         stiffness: instead of a law, that of a `LinearContact`, likewise [N/m].
-        damping_ratio: of that, by the reduced mass where the simulation begins; from 0 to below 1.
+        damping_ratio: of that, by the reduced mass where the simulation begins, as a scan with the
+            same rotor has it; from 0 to below 1.
         friction: coefficient of Coulomb's friction along the wall, likewise.
         pin_radius: of pins whose surfaces slide as they turn, likewise [m].
         bearings: joints whose pin has two bearings, to their distance from its origin [m].
@@ -66,7 +68,7 @@ def simulate(
         ModelError: a joint has no pin, or the others hold it whatever its play.
         CardanError: as `Scene.simulate`.
     """
-    begun = RigidStart(scene, speed, joints, position, bearings)
+    begun = RigidStart(scene, speed, joints, position, bearings, rotor)
     contact = _Contact(law, stiffness, damping_ratio_of(damping_ratio), play, friction, pin_radius)
     plays = contact.plays(begun)
     found = opened(scene, plays, _not_negative("rotor", rotor or 0.0))

@@ -15,7 +15,7 @@ from analytic.impact import Start
 
 from ..clearance import PinGeometry, Scan, scan
 from ..errors import ArgumentError
-from ..mechanism.mechanism import load
+from ..mechanism.mechanism import Mechanism, load
 from .presets import default_scene, slides
 from .view_command import parsed_assignments
 
@@ -79,8 +79,9 @@ class ScanOptions(NamedTuple):
             ArgumentError: options do not fit each other.
             CardanError: as `load`, `Scene` and `clearance.scan` do.
         """
-        speed, stiffness = self._speed(), self._stiffness()
+        speed = self._speed()
         mechanism = load(self.source, strict=self.strict)
+        stiffness = self._stiffness(mechanism)
         held = {
             name: value if slides(mechanism, name) else float(np.deg2rad(value))
             for name, value in parsed_assignments(self.held, "--held").items()
@@ -95,7 +96,7 @@ class ScanOptions(NamedTuple):
         return scan(
             scene,
             speed,
-            play=_by_joint(self.plays, "--play", "1e-4"),
+            play=_by_joint(self.plays, "--play", "1e-4", mechanism),
             stiffness=stiffness,
             joints=self.joints or None,
             damping_ratio=self.damping_ratio,
@@ -113,7 +114,7 @@ class ScanOptions(NamedTuple):
             raise ArgumentError("give the speed of the drive either by --speed or by --speed-rpm")
         return self.speed if self.speed is not None else _RAD_PER_S * (self.speed_rpm or 0.0)
 
-    def _stiffness(self) -> Any:
+    def _stiffness(self, mechanism: Mechanism) -> Any:
         """Return stiffness or geometry.
 
         Raises:
@@ -127,7 +128,7 @@ class ScanOptions(NamedTuple):
             raise ArgumentError(
                 "--seat-stiffness goes with --pin; --stiffness is that of the whole"
             )
-        return _by_joint(self.stiffnesses, "--stiffness", "1e8")
+        return _by_joint(self.stiffnesses, "--stiffness", "1e8", mechanism)
 
 
 def run(options: ScanOptions, directory: Path | None, as_json: bool) -> None:
@@ -274,15 +275,26 @@ def save_figures(scanned: Scan, directory: Path) -> None:
         figures.save(figures.peak_influence(striking, parameters), directory / "peak_influence")
 
 
-def _by_joint(values: tuple[str, ...], option: str, example: str) -> float | Mapping[str, float]:
-    """Return a number of all joints, or numbers by joint.
+def _by_joint(
+    values: tuple[str, ...], option: str, example: str, mechanism: Mechanism
+) -> float | Mapping[str, float]:
+    """Return a number of all joints, or numbers by joint; VALUE is of those that have no other.
 
     Raises:
-        ArgumentError: neither VALUE once nor JOINT=VALUE.
+        ArgumentError: VALUE more than once, or neither VALUE nor JOINT=VALUE.
+        ModelError: no such joint.
     """
-    if len(values) == 1 and "=" not in values[0]:
-        try:
-            return float(values[0])
-        except ValueError:
-            raise ArgumentError(f"{option} {values[0]!r} is no number, as {example}") from None
-    return parsed_assignments(values, option, f"JOINT=VALUE, as crank_pin={example}")
+    plain = [value for value in values if "=" not in value]
+    named = tuple(value for value in values if "=" in value)
+    if len(plain) > 1:
+        raise ArgumentError(f"{option} is {' and '.join(plain)}; of all joints it is one number")
+    given = parsed_assignments(named, option, f"JOINT=VALUE, as crank_pin={example}")
+    for name in given:
+        mechanism.joint(name)
+    if not plain:
+        return given
+    try:
+        common = float(plain[0])
+    except ValueError:
+        raise ArgumentError(f"{option} {plain[0]!r} is no number, as {example}") from None
+    return {**dict.fromkeys(mechanism.joints, common), **given} if given else common

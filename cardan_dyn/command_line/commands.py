@@ -237,8 +237,8 @@ def driveline(
     multiple=True,
     required=True,
     metavar="[JOINT=]VALUE",
-    help="Difference of the diameters of bush and pin [m], of all joints or of one; may be "
-    "repeated.",
+    help="Difference of the diameters of bush and pin [m], of one joint, or of all that have no "
+    "other; may be repeated.",
 )
 @click.option(
     "--stiffness",

@@ -110,3 +110,17 @@ def test_bearings_of_a_pin() -> None:
         assert item.reversal.doubts == ()
         assert item.rigid < item.estimate
         assert abs(item.error) < 0.05
+
+
+def test_it_does_not_matter_at_which_times_a_simulation_is_looked_at() -> None:
+    scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+    contact = {"play": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
+    simulation = clearance.simulate(
+        scene, 300.0, joints="coupler_pin", turns=2.3, rtol=1e-7, **contact
+    )
+    scan = clearance.scan(scene, 300.0, joints=["coupler_pin"], **contact)
+    wanted = clearance.compare(scan, simulation)
+    for other in (simulation.evenly(20), simulation.at([0.01, 0.0])):
+        for one, two in zip(wanted, clearance.compare(scan, other), strict=True):
+            np.testing.assert_array_equal(two.simulated, one.simulated)
+        assert other.energy_residual == simulation.energy_residual

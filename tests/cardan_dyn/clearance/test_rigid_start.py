@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
+from cardan_dyn import clearance
 from cardan_dyn.clearance.opened_scene import Play, opened
 from cardan_dyn.clearance.rigid_start import RigidStart
 
@@ -89,3 +90,36 @@ def test_bearings_begin_pressed_by_the_moment_that_they_pass_on(pins: list[str])
     first, second = at.element_force[0], at.element_force[1]
     assert first.pressure[0] > 100.0
     np.testing.assert_allclose(first.force, -second.force, rtol=1e-6, atol=1e-6)
+
+
+def test_damping_follows_from_the_mass_of_a_drive_that_gives_way() -> None:
+    """By hand: the force turns the rotor as well, by its moment about the crank's bearing."""
+    masses = {}
+    for rotor in (None, 1e9, 0.01, 0.0):
+        masses[rotor] = RigidStart(scene(), 200.0, "crank_pin", 0.8, rotor=rotor).reduced_mass(
+            "crank_pin"
+        )
+    assert masses[1e9] == pytest.approx(masses[None], rel=1e-9)
+    force = scene().sweep([0.8], 200.0).wrench("crank_pin", "world").force[0]
+    away = force / np.linalg.norm(force)
+    lever = 0.045 * (np.cos(0.8) * away[1] - np.sin(0.8) * away[0])
+    crank = 0.0074013863873 + 4.9746767871 * 0.0006829987718**2
+    for rotor in (0.01, 0.0):
+        expected = 1.0 / (1.0 / masses[None] + lever**2 / (crank + rotor))
+        assert expected < 0.99 * masses[None]
+        assert masses[rotor] == pytest.approx(expected, rel=1e-9)
+    for rotor in (None, 0.01):
+        found = clearance.simulate(
+            scene(),
+            200.0,
+            joints="crank_pin",
+            play=1e-4,
+            stiffness=1e8,
+            damping_ratio=0.2,
+            position=0.8,
+            rotor=rotor,
+            turns=1e-3,
+        )
+        (contact,) = found.trajectory.elements
+        wanted = 0.4 * np.sqrt(1e8 * masses[rotor])
+        assert contact.law.damping == pytest.approx(wanted, rel=1e-9)  # type: ignore[attr-defined]

@@ -151,6 +151,7 @@ def test_numbers_that_overflow_are_named(drive: cd.Scene) -> None:
         ({"stiffness": -1.0}, ArgumentError, "stiffness is -1"),
         ({"play": {"coupler_pin": 1e-4}}, ArgumentError, "play has no value for joint"),
         ({"speed": 0.0}, ArgumentError, "speed is 0"),
+        ({"joints": 3}, ArgumentError, "joints is 3"),
         ({"joints": ["needle_guide"]}, ModelError, "has no pin"),
         ({"joints": ["needle"]}, ModelError, "needle"),
         ({"damping_ratio": 1.0}, ArgumentError, "damping_ratio"),

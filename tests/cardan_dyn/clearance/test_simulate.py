@@ -235,6 +235,7 @@ def test_it_ends_after_as_many_impacts_as_it_may() -> None:
     [
         ({"joints": "piston_guide"}, cd.ModelError, "it has no pin"),
         ({"joints": "nothing"}, cd.ModelError, "no joint 'nothing'"),
+        ({"joints": 3}, cd.ArgumentError, "joints is 3"),
         ({"joints": []}, cd.ArgumentError, "joints is empty"),
         ({"joints": ["crank_pin", "crank_pin"]}, cd.ArgumentError, "twice"),
         ({"play": 0.0}, cd.ArgumentError, "play is 0, expected a positive number"),

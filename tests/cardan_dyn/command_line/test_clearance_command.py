@@ -107,6 +107,8 @@ def test_figures(tmp_path: Path) -> None:
         (("--speed", "300", *CONTACT, "--seat-stiffness", "1"), "--seat-stiffness goes with --pin"),
         (("--speed", "300", "--play", "x", "--stiffness", "1e8"), "--play 'x' is no number"),
         (("--speed", "300", "--play", "a=x", "--stiffness", "1e8"), "is not JOINT=VALUE"),
+        (("--speed", "300", *CONTACT, "--play", "coupler=1e-4"), "did you mean 'coupler_pin'"),
+        (("--speed", "300", *CONTACT, "--play", "2e-4"), "--play is 1e-4 and 2e-4"),
         (("--speed", "0", *CONTACT), "speed is 0"),
         (("--speed", "300", *CONTACT, "--joint", "needle_guide"), "has no pin"),
         (("--speed", "300", "--play", "-1", "--stiffness", "1e8"), "play is -1"),
@@ -116,3 +118,13 @@ def test_messages(options: tuple[str, ...], message: str) -> None:
     result = run("needle_drive", *options)
     assert result.exit_code == 1
     assert message in " ".join(result.stderr.split())
+
+
+def test_one_joint_may_differ_from_all_others() -> None:
+    options = ("--speed", "300", *CONTACT, "--json")
+    result = run("needle_drive", *options, "--play", "coupler_pin=2e-4")
+    found = {item["joint"]: item["peak"] for item in json.loads(result.output)["joints"]}
+    drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+    for name, play in (("coupler_pin", 2e-4), ("needle_pin", 1e-4)):
+        expected = scan(drive, 300.0, play=play, stiffness=1e8)[name].peak
+        assert found[name] == pytest.approx(expected, rel=1e-12)
