@@ -94,6 +94,24 @@ def of_joint(label: str, given: Any, name: str) -> tuple[str, Any]:
     return f"{label}[{name!r}]", given[name]
 
 
+def refuse_unknown(joints: Collection[str], **given: Any) -> None:
+    """Refuse values by name of joints that a mechanism does not have.
+
+    Args:
+        joints: names of its joints.
+        given: arguments; those that are no mappings hold for all joints.
+
+    Raises:
+        ArgumentError: a name is unknown.
+    """
+    for label, values in given.items():
+        for name in values if isinstance(values, Mapping) else ():
+            if name not in joints:
+                raise ArgumentError(
+                    f"{label} names {described(name)}, which is no joint; {choices(joints, name)}"
+                )
+
+
 def pins_of(
     problem: Problem, asked: str | Collection[str] | None
 ) -> tuple[list[str], dict[str, str]]:

@@ -21,6 +21,7 @@ from .arguments import (
     period_of,
     pins_of,
     play_of,
+    refuse_unknown,
     speed_of,
     start_of,
     stiffness_of,
@@ -166,6 +167,7 @@ def scan(
     period = period_of(source.solver)
     fixed, rotors = drive_of(source.problem, rotor)
     wanted, left_out = pins_of(source.problem, joints)
+    refuse_unknown(source.problem.mechanism.joints, play=play, stiffness=stiffness)
     contacts = {
         name: Contact(stiffness_of(stiffness, name), play_of(play, name), *kind) for name in wanted
     }

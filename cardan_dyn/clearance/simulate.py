@@ -10,7 +10,7 @@ import numpy as np
 from ..checks import described
 from ..elements.contact_laws import ContactLaw, LinearContact
 from ..errors import ArgumentError
-from .arguments import damping_ratio_of, of_joint, positive, single
+from .arguments import damping_ratio_of, of_joint, positive, refuse_unknown, single
 from .contact_simulation import ContactSimulation
 from .opened_scene import Play, opened
 from .rigid_start import RigidStart
@@ -69,6 +69,8 @@ def simulate(
         CardanError: as `Scene.simulate`.
     """
     begun = RigidStart(scene, speed, joints, position, bearings, rotor)
+    values = {"play": play, "law": law, "stiffness": stiffness, "friction": friction}
+    refuse_unknown(scene.mechanism.joints, pin_radius=pin_radius, **values)
     contact = _Contact(law, stiffness, damping_ratio_of(damping_ratio), play, friction, pin_radius)
     plays = contact.plays(begun)
     found = opened(scene, plays, _not_negative("rotor", rotor or 0.0))

@@ -16,6 +16,7 @@ from cardan_dyn.clearance.arguments import (
     pins_of,
     play_of,
     positive,
+    refuse_unknown,
     speed_of,
     start_of,
     stiffness_of,
@@ -72,3 +73,9 @@ def test_of_scenes() -> None:
     slide = cd.Scene(crank, drive="piston_guide", start={"crank_bearing": 1.0})
     with pytest.raises(ArgumentError, match="piston_guide does not come back"):
         period_of(slide._solver)
+
+
+def test_names_of_no_joint_are_refused() -> None:
+    refuse_unknown(["a", "b"], play={"a": 1.0}, stiffness=3.0, law=None)
+    with pytest.raises(ArgumentError, match="play names 'c', which is no joint; a, b"):
+        refuse_unknown(["a", "b"], stiffness=1.0, play={"a": 1.0, "c": 2.0})

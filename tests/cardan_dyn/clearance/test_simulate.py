@@ -241,6 +241,7 @@ def test_it_ends_after_as_many_impacts_as_it_may() -> None:
         ({"play": 0.0}, cd.ArgumentError, "play is 0, expected a positive number"),
         ({"play": np.nan}, cd.ArgumentError, "play"),
         ({"play": {"piston_pin": 1e-4}}, cd.ArgumentError, "play has no value for joint"),
+        ({"play": {"crank_pin": 1e-4, "pin": 1e-4}}, cd.ArgumentError, "'pin', which is no joint"),
         ({"stiffness": -1.0}, cd.ArgumentError, "stiffness is -1"),
         ({"stiffness": None}, cd.ArgumentError, "either law= or stiffness="),
         ({"law": cd.LinearContact(1e8)}, cd.ArgumentError, "either law= or stiffness="),
