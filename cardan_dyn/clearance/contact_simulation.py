@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from ..arrays import Array
-from ..elements.pin_contact import ContactForce
+from ..elements.link_motions import LinkMotions
 from ..errors import ModelError, choices
 from ..frozen import read_only
 from ..simulation.trajectory import Trajectory
@@ -18,6 +18,8 @@ from ..simulation.trajectory import Trajectory
 if TYPE_CHECKING:
     import pandas
     from numpy.typing import ArrayLike
+
+    from ..elements.pin_contact import ContactForce, PinContact
 
 _SPEED, _MASS = 0.1, 1.0
 """A touch [m/s, kg] by which laws are judged."""
@@ -60,7 +62,9 @@ class JointContact:
         force: `(N,)` by which the wall presses the pin [N].
         friction: `(N,)` along the wall on the pin, in the sense of a turn about the axis [N].
         depth: `(N,)` of the pin in the wall, negative in the play [m].
-        offset: `(N, 3)` of the pin from the axis of its bush, in world axes [m]: the orbit.
+        offset: `(N, 3)` of the pin from the axis of its bush, in world axes [m].
+        orbit: `(N, 2)` the same as the bush sees it, along two of its directions that are normal to
+            its axis and to each other [m].
         vector: `(N, 3)` force on the pin, in world axes [N].
         impacts: all of the simulation, in order of time.
     """
@@ -72,6 +76,7 @@ class JointContact:
     friction: Array
     depth: Array
     offset: Array
+    orbit: Array
     vector: Array
     impacts: tuple[PinImpact, ...]
 
@@ -159,8 +164,7 @@ class ContactSimulation(Mapping[str, JointContact]):
         if bearing not in self._indices:
             raise ModelError(f"no joint {bearing!r} has play; {choices(self._indices, bearing)}")
         index = self._indices[bearing]
-        force = self.trajectory.element_force[index]
-        assert isinstance(force, ContactForce)
+        force = cast("ContactForce", self.trajectory.element_force[index])
         return JointContact(
             bearing,
             self.t,
@@ -169,8 +173,22 @@ class ContactSimulation(Mapping[str, JointContact]):
             read_only(force.friction),
             read_only(force.depth),
             read_only(force.offset),
+            read_only(self._orbit(index, force.offset)),
             read_only(force.force),
             tuple(item for item in self.impacts if item.bearing == bearing),
+        )
+
+    def _orbit(self, index: int, offset: Array) -> Array:
+        """Return offsets `(N, 3)` in the world as the bush of a contact sees them, `(N, 2)`."""
+        trajectory = self.trajectory
+        contact = cast("PinContact", trajectory.elements[index])
+        bush = LinkMotions(trajectory.mechanism, [contact.link_a]).at(*trajectory._counted())
+        first = np.cross(contact.axis_a, np.eye(3)[np.argmin(np.abs(contact.axis_a))])
+        first /= np.linalg.norm(first)
+        ways = np.stack([first, np.cross(contact.axis_a, first)], axis=1)
+        turned = bush[contact.link_a].rotation @ ways
+        return np.asarray(
+            np.einsum("nij,ni->nj", np.broadcast_to(turned, (len(offset), 3, 2)), offset)
         )
 
     def __iter__(self) -> Iterator[str]:

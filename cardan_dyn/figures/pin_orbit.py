@@ -7,7 +7,7 @@ import numpy as np
 from ..arrays import Array
 from ..clearance.contact_simulation import ContactSimulation, JointContact
 from ..errors import ArgumentError
-from .polar import across, columns_of
+from .polar import columns_of
 from .style import TITLE_SIZE, Figure, axes_grid, legend, line_style, point_style
 
 _PER_STEP = 4
@@ -20,7 +20,7 @@ _CIRCLE = 361
 def pin_orbit(
     simulation: ContactSimulation, joint: str, *, plane: str | None = None, title: str = ""
 ) -> Figure:
-    """Draw the orbit of a pin in its bush, in world axes: free in the play, or pressed to the wall.
+    """Draw the orbit of a pin as its bush sees it: free in the play, or pressed to the wall.
 
     The circle bounds the play: beyond it, the pin has entered the wall. Each impact begins at a
     point on it.
@@ -28,7 +28,7 @@ def pin_orbit(
     Args:
         simulation: from `clearance.simulate`.
         joint: with play, or one of its bearings.
-        plane: `xy`, `yz` or `zx`, instead of the plane most nearly across the pin.
+        plane: `xy`, `yz` or `zx` of the world, instead of the plane across the bush's axis.
         title: of the figure.
 
     Raises:
@@ -46,9 +46,7 @@ def pin_orbit(
     bounds = bounds[(bounds > times[0]) & (bounds < times[-1])]
     course = simulation.at(np.unique(np.concatenate([between, bounds, times[-1:]])))[joint]
     radius = float(np.median(np.linalg.norm(course.offset, axis=1) - course.depth))
-    drawn_in = plane or across(_axis(course.offset))
-    columns = columns_of(drawn_in)
-    way = _MICRO * course.offset[:, columns]
+    way = _MICRO * _drawn(course, plane)
     lines = _states(course, np.array([(item.start, item.end) for item in impacts]).reshape(-1, 2))
     figure, axes = axes_grid(size=(6.2, 6.6))
     turn = np.linspace(0.0, 2.0 * np.pi, _CIRCLE)
@@ -59,10 +57,11 @@ def pin_orbit(
         axes.plot(*np.where(state[:, None], way, np.nan).T, **style, label=label)
     starts = [item.start for item in impacts if times[0] < item.start <= times[-1]]
     if starts:
-        points = _MICRO * simulation.at(starts)[joint].offset[:, columns]
+        points = _MICRO * _drawn(simulation.at(starts)[joint], plane)
         axes.plot(*points.T, **point_style(2), label="impact begins")
-    for letter, name in zip(drawn_in, ("x", "y"), strict=True):
-        getattr(axes, f"set_{name}label")(f"{letter} from the bush's axis, world axes [µm]")
+    for letter, name in zip(plane or "12", ("x", "y"), strict=True):
+        of = f"{letter} from the bush's axis, world axes" if plane else f"way {letter} in the bush"
+        getattr(axes, f"set_{name}label")(f"{of} [µm]")
     axes.set_aspect("equal")
     figure.suptitle(title or f"Orbit of the pin in {joint}", fontsize=TITLE_SIZE)
     legend(figure, 4)
@@ -85,7 +84,6 @@ def _states(course: JointContact, impacts: Array) -> dict[str, Array]:
     return states
 
 
-def _axis(offset: Array) -> Array:
-    """Return the direction across the plane of offsets `(N, 3)`."""
-    scale = float(np.max(np.abs(offset))) or 1.0
-    return np.asarray(np.linalg.svd(offset / scale, full_matrices=False)[2][2])
+def _drawn(course: JointContact, plane: str | None) -> Array:
+    """Return the ways `(N, 2)` of a pin in a plane of the world, or in its bush if None [m]."""
+    return course.orbit if plane is None else course.offset[:, columns_of(plane)]

@@ -29,6 +29,11 @@ def test_courses_fit_the_trajectory(found: clearance.ContactSimulation) -> None:
     np.testing.assert_allclose(np.linalg.norm(course.offset, axis=1), distance, atol=1e-15)
     np.testing.assert_allclose(course.depth, distance - 5e-5, atol=1e-15)
     np.testing.assert_allclose(course.position, course.position[0] + 300.0 * course.t, rtol=1e-12)
+    # Both are as the bush sees it, in directions that a fixed turn leads to each other.
+    turn, *_ = np.linalg.lstsq(slides, course.orbit, rcond=None)
+    np.testing.assert_allclose(turn @ turn.T, np.eye(2), atol=1e-9)
+    assert np.linalg.det(turn) == pytest.approx(1.0)
+    np.testing.assert_allclose(slides @ turn, course.orbit, atol=1e-14)
     assert np.array_equal(course.is_pressed, course.force > 0.0)
     assert 0 < np.count_nonzero(course.is_pressed) < 200
 
