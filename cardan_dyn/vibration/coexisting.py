@@ -7,21 +7,25 @@ finds there to the speed that was asked for, step by step.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from ..arrays import Array
 from .averaged import modes
-from .harmonic_balance import Found, resolved, solved
+from .harmonic_balance import ROUGHLY, solved
 from .linear_motions import linear_motions
+from .model_build import ROUGH
 from .motion_search import Motions, MotionSearch
-from .periodic_grid import resampled
-from .reduced_model import Course, ReducedModel
+from .periodic_grid import next_size, resampled
+from .reduced_model import ReducedModel
 
 _WINDOW = 0.2
 """Relative distance from a forced resonance within which other motions are searched."""
 _MOST_ORDER = 12
+_MULTIPLES = 5
+"""Nodes of a search, as a multiple of the order of the resonance."""
 _LARGE = 5e-3
 """Amplitude, in units of the coordinates, from which on a motion is large enough for others."""
 _BENT = 3e-3
@@ -38,31 +42,32 @@ _AROUND = (0.02,)
 """Relative distances of neighbouring speeds, the farthest first."""
 _SAME = 1e-6
 """Difference of two motions, as a fraction of their range, at which they are the same."""
+_ROUGHLY_SAME = 1e-3
+"""The same where models are rough."""
+_Key = tuple[int, int]
+"""Index of a speed, and number of a neighbouring one from the speed itself."""
 
 
 class _Known:
-    """What was found at each of some speeds, without repetitions."""
+    """Motions at some speeds, without repetitions."""
 
-    def __init__(self, half: Array) -> None:
-        self._half = half
-        self._of: dict[tuple[int, int], list[Array]] = {}
-        self.found: list[tuple[tuple[int, int], ReducedModel, Course, float]] = []
+    def __init__(self, half: Array, same: float) -> None:
+        self._half, self._same = half, same
+        self._of: dict[_Key, list[tuple[Array, float]]] = {}
 
-    def at(self, key: tuple[int, int]) -> list[Array]:
-        """Return the motions `(N, n)` at a speed."""
+    def at(self, key: _Key) -> list[tuple[Array, float]]:
+        """Return the motions `(N, n)` at a speed, with their signs."""
         return self._of.setdefault(key, [])
 
-    def add(
-        self, keys: list[tuple[int, int]], groups: list[tuple[ReducedModel, Array, Found]]
-    ) -> None:
-        """Add those of groups of motions that are new at the speeds of their guesses."""
-        for model, index, found in groups:
-            for item in np.nonzero(found.converged)[0].tolist():
-                q, key = found.course.q[item], keys[int(index[item])]
-                if all(_gap(q, other, self._half) > _SAME for other in self.at(key)):
-                    self.at(key).append(q)
-                    course = Course(*(part[item : item + 1] for part in found.course))
-                    self.found.append((key, model, course, float(found.sign[item])))
+    def add(self, key: _Key, q: Array, sign: float) -> bool:
+        """Add a motion, and return whether it is new. Those of other signs are others."""
+        is_new = all(
+            sign != other or _gap(q, known, self._half) > self._same
+            for known, other in self.at(key)
+        )
+        if is_new:
+            self.at(key).append((q, sign))
+        return is_new
 
 
 def coexisting(
@@ -73,7 +78,8 @@ def coexisting(
     Args:
         search: that found the motions.
         motions: one for each speed.
-        is_thorough: whether neighbouring speeds are searched as well.
+        is_thorough: whether neighbouring speeds are searched as well. Without, they are where what
+            was found cannot be all, since motions come in pairs of opposite signs.
     """
     middle = np.mean(motions.course.q, axis=1)
     size = np.max(np.abs(motions.course.q - middle[:, None]) / search.rotating.units, axis=(1, 2))
@@ -85,43 +91,105 @@ def coexisting(
     near = [index for index in range(len(size)) if size[index] > _LARGE and resonances[index]]
     if not near:
         return []
-    wanted = _SPREAD * float(np.max(size[near]))
-    model = search.widest(np.mean(middle[near], axis=0), wanted)
-    known = _Known(model.half)
+    centre = np.mean(middle[near], axis=0)
+    rough = search.widest(centre, _SPREAD * float(np.max(size[near])), ROUGH)
+    known = _Known(rough.half, _ROUGHLY_SAME)
     for index in near:
-        known.at((index, 0)).append(motions.course.q[index])
+        known.add((index, 0), motions.course.q[index], float(motions.sign[index]))
+    _search(rough, motions, resonances, near, known, is_thorough)
+    if not is_thorough:
+        odd = [index for index in near if sum(sign for _, sign in known.at((index, 0))) != 1.0]
+        if odd:
+            _search(rough, motions, resonances, odd, known, is_thorough=True)
+    return _refined(search, motions, [(index, known.at((index, 0))[1:]) for index in near])
+
+
+def _search(
+    rough: ReducedModel,
+    motions: Motions,
+    resonances: list[list[tuple[int, Array]]],
+    near: list[int],
+    known: _Known,
+    is_thorough: bool,
+) -> None:
+    """Add what guesses lead to in a rough model.
+
+    Args:
+        rough: a wide model.
+        motions: one for each speed.
+        resonances: of each, see `_resonances`.
+        near: indices of the motions beside which others are searched.
+        known: what was found; others are added.
+        is_thorough: whether neighbouring speeds are searched as well.
+    """
     steps = len(_AROUND) if is_thorough else 0
-    guesses: list[Array] = []
-    keys: list[tuple[int, int]] = []
     shares = list(product(_SHARES, _PHASES))
     if is_thorough:
         shares += product((*_SHARES, *_MORE_SHARES), _MORE_PHASES)
         shares += product(_MORE_SHARES, _PHASES)
+    keys: list[_Key] = []
+    guesses: list[Array] = []
     for index in near:
+        # Motions near a resonance have multiples of its order.
+        orders = max(order for order, _ in resonances[index])
+        model = rough.on(max(rough.count, next_size(_MULTIPLES * orders + 1)))
+        middle = np.mean(motions.course.q[index], axis=0)
         own = [
             guess
             for order, shape in resonances[index]
-            for guess in _guesses(model, order, shape, middle[index], shares)
+            for guess in _guesses(model, order, shape, middle, shares)
         ]
         for step in range(-steps, steps + 1):
             guesses += own
             keys += [(index, step)] * len(own)
-    _solve(model, motions, known, keys, guesses)
+    _solve(rough, motions, known, keys, guesses)
     # From the farthest speeds inwards: what exists at one of them begins the search at the next.
     for step in range(steps, 0, -1):
         pairs = [
             ((index, side * (step - 1)), q)
             for index in near
             for side in (-1, 1)
-            for q in known.at((index, side * step))
+            for q, _ in known.at((index, side * step))
         ]
-        if pairs:
-            _solve(model, motions, known, [key for key, _ in pairs], [q for _, q in pairs])
-    return [
-        Motions(fine, motions.index[[key[0]]], course, np.array([sign]))
-        for key, fine, course, sign in known.found
-        if key[1] == 0
-    ]
+        _solve(rough, motions, known, [key for key, _ in pairs], [q for _, q in pairs])
+
+
+def _solve(
+    rough: ReducedModel, motions: Motions, known: _Known, keys: list[_Key], guesses: list[Array]
+) -> None:
+    """Add what guesses `(N, n)` lead to at the speeds of keys to what is known there."""
+    counts = np.array([len(guess) for guess in guesses])
+    for count in np.unique(counts).tolist():
+        index = np.nonzero(counts == count)[0].tolist()
+        speed = np.array([motions.course.speed[keys[i][0]] * _ratio(keys[i][1]) for i in index])
+        found = solved(rough.on(count), speed, np.stack([guesses[i] for i in index]), ROUGHLY)
+        for item in np.nonzero(found.converged)[0].tolist():
+            known.add(keys[index[item]], found.course.q[item], float(found.sign[item]))
+
+
+def _refined(
+    search: MotionSearch, motions: Motions, rough: list[tuple[int, list[tuple[Array, float]]]]
+) -> list[Motions]:
+    """Return those of rough motions, of each index, that are motions and not yet known."""
+    items = [(index, q) for index, every in rough for q, _ in every]
+    if not items:
+        return []
+    known = _Known(search.rotating.units, _SAME)
+    for index in {index for index, _ in items}:
+        known.add((index, 0), motions.course.q[index], float(motions.sign[index]))
+    count = max(len(q) for _, q in items)
+    found = search.refined(
+        motions.course.speed,
+        np.array([index for index, _ in items]),
+        np.stack([resampled(q, count) for _, q in items]),
+    )
+    result = []
+    for group in found:
+        for item, index in enumerate(group.index.tolist()):
+            if known.add((index, 0), group.course.q[item], float(group.sign[item])):
+                one = group.part(slice(item, item + 1))
+                result.append(replace(one, index=motions.index[[index]]))
+    return result
 
 
 def smallest(search: MotionSearch, speeds: Array) -> tuple[list[Motions], Array]:
@@ -150,28 +218,6 @@ def _sizes(motions: Motions) -> Array:
     """Return how far motions go from their means `(S,)`."""
     q = motions.course.q
     return np.max(np.abs(q - np.mean(q, axis=1, keepdims=True)), axis=(1, 2))
-
-
-def _solve(
-    model: ReducedModel,
-    motions: Motions,
-    known: _Known,
-    keys: list[tuple[int, int]],
-    guesses: list[Array],
-) -> None:
-    """Add what guesses `(N, n)` lead to at the speeds of keys to what is known there."""
-    count = max(model.count, *(len(guess) for guess in guesses))
-    speed = np.array([motions.course.speed[index] * _ratio(step) for index, step in keys])
-    stacked = np.array([resampled(guess, count) for guess in guesses])
-    rough = solved(model.on(count), speed, stacked)
-    # Many guesses lead to the same motion, of which one is resolved.
-    first = _Known(model.half)
-    first.add(keys, [(model, np.arange(len(keys)), rough)])
-    if first.found:
-        chosen = [key for key, *_ in first.found]
-        q = np.concatenate([course.q for _, _, course, _ in first.found])
-        places = np.concatenate([course.speed for _, _, course, _ in first.found])
-        known.add(chosen, resolved(model, places, q))
 
 
 def _ratio(step: int) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import AccuracyError, VibrationError
 from .efforts import FreeEfforts
-from .harmonic_balance import course_of, jacobian
+from .harmonic_balance import course_of, jacobian, newton_steps
 from .motion_search import Motions
 from .reduced_model import Course, ReducedModel
 
@@ -38,7 +38,6 @@ def corrected(efforts: FreeEfforts, motions: Motions) -> tuple[Motions, Array]:
         AccuracyError: the interpolated equation and the sweeps disagree.
     """
     model, course = motions.model, motions.course
-    size, count, free = course.q.shape
     equation = model.equation(course)
     matrix = jacobian(equation, course.speed, model.period)
     _refuse_singular(matrix, course.speed)
@@ -46,8 +45,8 @@ def corrected(efforts: FreeEfforts, motions: Motions) -> tuple[Motions, Array]:
     left = along(efforts, model, course)
     best, least = course, np.max(np.abs(left) / scale, axis=(1, 2))
     for _ in range(_STEPS):
-        step = np.linalg.solve(matrix, -left.reshape(size, -1, 1))[..., 0]
-        course = course_of(course.q + step.reshape(size, count, free), course.speed, model.period)
+        step = newton_steps(matrix, left)
+        course = course_of(course.q + step, course.speed, model.period)
         left = along(efforts, model, course)
         found = np.max(np.abs(left) / scale, axis=(1, 2))
         better = found < least

@@ -212,7 +212,7 @@ def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     """
     sizes: dict[float, float] = {}
     for motions in search.primary(speeds[[0, len(speeds) // 2, -1]]):
-        efforts = motions.model.efforts(resting(motions.course))
+        efforts = motions.middle.efforts(resting(motions.course))
         forcing = np.max(np.abs(amplitudes(efforts, 1)), axis=(0, 2))
         orders = 2.0 * np.pi / motions.model.period * np.arange(len(forcing))
         for order, size in zip(orders.tolist(), forcing.tolist(), strict=True):

@@ -11,12 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
+from ..elements.joint_elements import JointSpring
 from .rotating_scene import RotatingScene
+
+if TYPE_CHECKING:
+    from ..scene.scene import Scene
 
 _BLOCK = 20_000
 """Positions that are assembled at a time: some 100 MB."""
@@ -61,7 +65,17 @@ class FreeEfforts:
         self._free = len(rotating.free)
         self._scene = rotating.scene.replace(outputs=[])
         self._bare = self._scene.replace(elements=None, loads=None, gravity=None)
-        self._is_damped = rotating.is_damped
+        # Dampers of the coordinates themselves are known without a sweep.
+        self._own = np.zeros((self._free, 1 + self._free))
+        named, others = rotating.scene.mechanism.coordinates.named, []
+        columns = {named[name].column: index for index, name in enumerate(rotating.free)}
+        for item in rotating.damping:
+            at = columns.get(named[item.joint].column) if isinstance(item, JointSpring) else None
+            if isinstance(item, JointSpring) and at is not None:
+                self._own[at, 1 + at] += item.damping
+            else:
+                others.append(item)
+        self._dampers = self._scene.replace(elements=others) if others else None
         self._massless = {
             name: 0.0 for name, (body, _) in rotating.scene.mechanism.links.items() if body
         }
@@ -102,9 +116,9 @@ class FreeEfforts:
         def of_bodies(speed: Array, acceleration: Array) -> Array:
             return self._bare.sweep(bare, speed, acceleration).drive_effort[:, 1:]
 
-        def of_dampers(speed: Array) -> Array:
+        def of_dampers(scene: Scene, speed: Array) -> Array:
             ways = (
-                self._scene.sweep(assembled, sense * speed, inertia=self._massless).drive_effort
+                scene.sweep(damped, sense * speed, inertia=self._massless).drive_effort
                 for sense in (0.5, -0.5)
             )
             return (next(ways) - next(ways))[:, 1:]
@@ -119,9 +133,10 @@ class FreeEfforts:
                 both = of_bodies(units[i] + units[j], rest)
                 quadratic[:, :, i, j] = 0.5 * (both - alone[i] - alone[j])
                 quadratic[:, :, j, i] = quadratic[:, :, i, j]
-        linear = np.zeros((count, free, 1 + free))
-        if self._is_damped:
-            linear = np.stack([of_dampers(unit) for unit in units], axis=2)
+        linear = np.tile(self._own, (count, 1, 1))
+        if self._dampers is not None:
+            damped = replace(assembled, solver=self._dampers._solver)
+            linear += np.stack([of_dampers(self._dampers, unit) for unit in units], axis=2)
         static = self._scene.sweep(assembled).drive_effort[:, 1:]
         return Terms(mass, quadratic, linear, static)
 

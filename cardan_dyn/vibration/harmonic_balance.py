@@ -15,15 +15,17 @@ from .periodic_grid import MOST_NODES, TAIL, derivatives, next_size, resampled, 
 from .reduced_model import Course, LocalEquation, ReducedModel
 
 _MOST_STEPS = 30
-_CONVERGED = 1e-12
+CONVERGED = 1e-12
 """Step, as a fraction of the range, at which Newton's method has converged quadratically: the next
 one would be rounding."""
+ROUGHLY = 1e-6
+"""The same in a rough model, whose motions are refined."""
 _LONGEST = 0.25
 """Longest step, as a fraction of the half range."""
 _BEYOND = 1.02
 """Way from the middle, in half ranges, beyond which a motion has left the model."""
-_NUMBERS = 8_000_000
-"""Numbers (64 MB) of Jacobians that are solved at a time."""
+_NUMBERS = 2_000_000
+"""Numbers (16 MB) of Jacobians that are solved at a time."""
 _ROUGH = 3e-13
 """Amplitude of the highest orders, in half ranges, that is rounding of the range."""
 
@@ -41,8 +43,8 @@ class Found(NamedTuple):
     converged: Array
     sign: Array
 
-    def part(self, chosen: Array) -> Found:
-        """Return some of it, by a mask."""
+    def part(self, chosen: Array | slice) -> Found:
+        """Return some of it, by a mask or a slice."""
         course = Course(*(item[chosen] for item in self.course))
         return Found(course, self.converged[chosen], self.sign[chosen])
 
@@ -55,29 +57,61 @@ def course_of(q: Array, speed: Array, period: float) -> Course:
 
 
 def jacobian(equation: LocalEquation, speed: Array, period: float) -> Array:
-    """Return derivatives `(S, N n, N n)` of the efforts at all nodes by positions at all nodes."""
+    """Return derivatives `(S, n N, n N)` of the efforts at all nodes by positions at all nodes.
+
+    Rows and columns go through the nodes of the first coordinate, then through those of the second.
+    """
     size, count, free = equation.efforts.shape
     first, second = derivatives(count, period)
-    rows = np.einsum("s,sjab,jl->sjalb", speed**2, equation.mass, second, optimize=True)
-    rows += np.einsum("s,sjab,jl->sjalb", speed, equation.damping, first, optimize=True)
+    mass = (speed**2)[:, None, None, None] * equation.mass
+    damping = speed[:, None, None, None] * equation.damping
+    matrix = np.empty((size, free, count, free, count))
     own = np.arange(count)
-    rows[:, own, :, own, :] += np.moveaxis(equation.stiffness, 1, 0)
-    return np.asarray(rows.reshape(size, count * free, count * free))
+    for row, column in np.ndindex(free, free):
+        block = matrix[:, row, :, column]
+        np.multiply(mass[:, :, row, column, None], second, out=block)
+        block += damping[:, :, row, column, None] * first
+        block[:, own, own] += equation.stiffness[:, :, row, column]
+    return matrix.reshape(size, free * count, free * count)
 
 
-def solved(model: ReducedModel, speed: Array, guess: Array) -> Found:
+def newton_steps(matrix: Array, efforts: Array) -> Array:
+    """Return the changes of positions `(S, N, n)` that take away efforts, by a Jacobian.
+
+    They are not finite where it is singular.
+
+    Args:
+        matrix: see `jacobian`.
+        efforts: `(S, N, n)`.
+    """
+    size, count, free = efforts.shape
+    sides = -np.swapaxes(efforts, 1, 2).reshape(size, free * count, 1)
+    try:
+        steps = np.linalg.solve(matrix, sides)
+    except np.linalg.LinAlgError:
+        steps = np.full(sides.shape, np.nan)
+        for index, (one, side) in enumerate(zip(matrix, sides, strict=True)):
+            try:
+                steps[index] = np.linalg.solve(one, side)
+            except np.linalg.LinAlgError:
+                continue
+    return np.asarray(np.swapaxes(steps.reshape(size, free, count), 1, 2))
+
+
+def solved(model: ReducedModel, speed: Array, guess: Array, converged: float = CONVERGED) -> Found:
     """Return motions near guesses.
 
     Args:
         model: on the nodes of the guesses.
         speed: of the drive `(S,)` [rad/s].
         guess: `(S, N, n)`.
+        converged: step, as a fraction of the range, after which no other follows.
     """
     count, free = guess.shape[1:]
     each = max(1, _NUMBERS // (count * free) ** 2)
     parts = [
-        _solved(model, speed[first : first + each], guess[first : first + each])
-        for first in range(0, len(speed), each)
+        _solved(model, speed[first : first + each], guess[first : first + each], converged)
+        for first in range(0, max(len(speed), 1), each)
     ]
     course = Course(
         *(np.concatenate(items) for items in zip(*(p.course for p in parts), strict=True))
@@ -89,8 +123,8 @@ def solved(model: ReducedModel, speed: Array, guess: Array) -> Found:
     )
 
 
-def _solved(model: ReducedModel, speed: Array, guess: Array) -> Found:
-    size, count, free = guess.shape
+def _solved(model: ReducedModel, speed: Array, guess: Array, threshold: float) -> Found:
+    size = len(guess)
     q, sign = guess.copy(), np.zeros(size)
     converged, active = np.zeros(size, dtype=bool), np.ones(size, dtype=bool)
     for _ in range(_MOST_STEPS):
@@ -100,17 +134,16 @@ def _solved(model: ReducedModel, speed: Array, guess: Array) -> Found:
         course = course_of(q[index], speed[index], model.period)
         equation = model.equation(course)
         matrix = jacobian(equation, speed[index], model.period)
-        step, signs = _newton(matrix, equation.efforts.reshape(len(index), -1))
-        step = step.reshape(len(index), count, free)
+        step = newton_steps(matrix, equation.efforts)
         length = np.max(np.abs(step / model.half), axis=(1, 2))
-        sign[index] = signs
         bad = ~np.isfinite(length)
         factor = np.where(length > _LONGEST, _LONGEST / np.where(bad, 1.0, length), 1.0)
         step[bad] = 0.0
         q[index] += np.where(bad, 0.0, factor)[:, None, None] * step
         way = np.max(np.abs((q[index] - model.centre) / model.half), axis=(1, 2))
         gone = bad | (way > 3.0)
-        done = (length <= _CONVERGED) & ~gone
+        done = (length <= threshold) & ~gone
+        sign[index[done]] = np.linalg.slogdet(matrix[done])[0]
         converged[index[done & (way <= _BEYOND)]] = True
         active[index[done | gone]] = False
     # Where steps have stopped short of the threshold at rounding, the last one tells.
@@ -122,21 +155,9 @@ def _solved(model: ReducedModel, speed: Array, guess: Array) -> Found:
         way = np.max(np.abs((q[index] - model.centre) / model.half), axis=(1, 2))
         is_there = (np.max(left, axis=1) <= 1e-12) & (way <= _BEYOND)
         converged[index[is_there]] = True
+        matrix = jacobian(equation, speed[index], model.period)
+        sign[index] = np.linalg.slogdet(matrix)[0]
     return Found(course, converged, sign)
-
-
-def _newton(matrix: Array, efforts: Array) -> tuple[Array, Array]:
-    """Return Newton steps `(S, K)`, not finite where the matrix is singular, and its signs."""
-    try:
-        steps = np.linalg.solve(matrix, -efforts[..., None])[..., 0]
-    except np.linalg.LinAlgError:
-        steps = np.full(efforts.shape, np.nan)
-        for index, (one, effort) in enumerate(zip(matrix, efforts, strict=True)):
-            try:
-                steps[index] = np.linalg.solve(one, -effort)
-            except np.linalg.LinAlgError:
-                continue
-    return steps, np.linalg.slogdet(matrix)[0]
 
 
 def resolved(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
-from .harmonic_balance import jacobian
+from .harmonic_balance import jacobian, newton_steps
 from .motion_search import Motions
 from .reduced_model import Course
 
@@ -22,13 +22,12 @@ def linear_motions(motions: Motions) -> tuple[Array, Array]:
     Returns:
         with periodic coefficients, and with averaged ones.
     """
-    model, course = motions.model, motions.course
+    model, course = motions.middle, motions.course
     rest = resting(course)
     equation = model.equation(rest)
-    size, count, free = course.q.shape
+    count = course.q.shape[1]
     matrix = jacobian(equation, course.speed, model.period)
-    step = np.linalg.solve(matrix, -equation.efforts.reshape(size, -1, 1))
-    linear = rest.q + step.reshape(size, count, free)
+    linear = rest.q + newton_steps(matrix, equation.efforts)
     mean = [
         np.mean(item, axis=1)[:, None]
         for item in (equation.mass, equation.damping, equation.stiffness)

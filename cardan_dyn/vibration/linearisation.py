@@ -181,7 +181,7 @@ def linearise(
         mass=equation.mass[0].copy(),
         damping=equation.damping[0].copy(),
         stiffness=equation.stiffness[0].copy(),
-        forcing=-model.efforts(resting(course))[0],
+        forcing=-motions.middle.efforts(resting(course))[0],
         derivative_error=_derivative_error(search, motions, equation.stiffness[0]),
         model_error=model.error,
     )

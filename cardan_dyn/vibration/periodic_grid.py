@@ -38,13 +38,17 @@ def derivatives(count: int, period: float) -> tuple[Array, Array]:
 
 
 def resampled(values: Array, count: int, axis: int = 0) -> Array:
-    """Return values at N nodes as values at another odd number of nodes, not less."""
+    """Return values at N nodes as values at another odd number of nodes.
+
+    With fewer nodes, the highest orders are left out.
+    """
     size = values.shape[axis]
     if size == count:
         return values
     spectrum = np.moveaxis(np.fft.rfft(values, axis=axis), axis, -1)
     padded = np.zeros((*spectrum.shape[:-1], count // 2 + 1), dtype=complex)
-    padded[..., : spectrum.shape[-1]] = spectrum
+    kept = min(spectrum.shape[-1], padded.shape[-1])
+    padded[..., :kept] = spectrum[..., :kept]
     return np.moveaxis(np.fft.irfft(padded, count, axis=-1) * (count / size), -1, axis)
 
 

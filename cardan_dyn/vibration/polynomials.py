@@ -37,15 +37,15 @@ class Polynomials:
         Args:
             degrees: see the attribute; at least 1.
         """
-        self.degrees, self._degree = degrees, max(degrees)
+        self.degrees = degrees
         self.powers = np.array(_powers(degrees))
         self.nodes = self._chosen()
-        self._inverse = np.linalg.inv(self.values(self.nodes))
+        self._inverse = np.linalg.inv(self.values(self.nodes).T)
 
     def _chosen(self) -> Array:
         count = len(self.degrees)
         if count == 1:
-            size = self._degree + 1
+            size = self.degrees[0] + 1
             return np.cos(np.pi * (np.arange(size) + 0.5) / size)[:, None]
         from scipy.linalg import qr  # Where one coordinate is free, nothing else needs it.
 
@@ -57,7 +57,7 @@ class Polynomials:
             amount = max(4 * len(self.powers), _MOST_CANDIDATES // 4)
             roots = np.sqrt(np.array([2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37][:count]))
             candidates = np.cos(np.pi * (np.outer(np.arange(1, amount + 1), roots) % 1.0))
-        _, _, order = qr(self.values(candidates).T, mode="economic", pivoting=True)
+        _, _, order = qr(self.values(candidates), mode="economic", pivoting=True)
         return np.asarray(candidates[order[: len(self.powers)]])
 
     def coefficients(self, values: Array) -> Array:
@@ -65,39 +65,44 @@ class Polynomials:
         return np.asarray(self._inverse @ values)
 
     def values(self, points: Array) -> Array:
-        """Return all polynomials `(..., P)` at points `(..., n)`."""
-        return self._product(self._factors(points)[0], None)
+        """Return all polynomials `(P, ...)` at points `(..., n)`."""
+        return self._product(self._factors(points, with_slopes=False)[0])
 
     def with_gradients(self, points: Array) -> tuple[Array, Array]:
-        """Return all polynomials `(..., P)` at points `(..., n)`, and gradients `(..., n, P)`."""
+        """Return all polynomials `(P, ...)` at points `(..., n)`, and gradients `(n, P, ...)`."""
         factors, slopes = self._factors(points)
-        values = self._product(factors, None)
-        rates = [
-            self._product(factors, (index, slopes[..., index, :]))
-            for index in range(points.shape[-1])
+        gradients = [
+            self._product([*factors[:index], slopes[index], *factors[index + 1 :]])
+            for index in range(len(factors))
         ]
-        return values, np.stack(rates, axis=-2)
+        return self._product(factors), np.stack(gradients)
 
-    def _product(self, factors: Array, replaced: tuple[int, Array] | None) -> Array:
-        result = np.ones(())
-        for index in range(factors.shape[-2]):
-            row = factors[..., index, :]
-            if replaced is not None and replaced[0] == index:
-                row = replaced[1]
-            result = result * row[..., self.powers[:, index]]
+    def _product(self, factors: list[Array]) -> Array:
+        """Return the products `(P, ...)` of rows of factors `(d + 1, ...)` of each coordinate."""
+        result = factors[0][self.powers[:, 0]]
+        for index, factor in enumerate(factors[1:], 1):
+            result *= factor[self.powers[:, index]]
         return np.asarray(result)
 
-    def _factors(self, points: Array) -> tuple[Array, Array]:
-        """Return Chebyshev polynomials `(..., n, degree + 1)` and their derivatives."""
-        values, slopes = (
-            [np.ones_like(points), points],
-            [np.zeros_like(points), np.ones_like(points)],
-        )
-        for _ in range(2, self._degree + 1):
-            values.append(2.0 * points * values[-1] - values[-2])
-            slopes.append(2.0 * values[-2] + 2.0 * points * slopes[-1] - slopes[-2])
-        kept = slice(self._degree + 1)
-        return np.stack(values[kept], axis=-1), np.stack(slopes[kept], axis=-1)
+    def _factors(
+        self, points: Array, *, with_slopes: bool = True
+    ) -> tuple[list[Array], list[Array]]:
+        """Return Chebyshev polynomials `(d + 1, ...)` of each coordinate, and their derivatives."""
+        every: tuple[list[Array], list[Array]] = [], []
+        for index, degree in enumerate(self.degrees):
+            x = points[..., index]
+            values, slopes = np.ones((2, degree + 1, *x.shape), dtype=x.dtype)
+            values[1], slopes[0] = x, 0.0
+            for power in range(2, degree + 1):
+                values[power] = 2.0 * x * values[power - 1] - values[power - 2]
+            every[0].append(values)
+            if with_slopes:
+                for power in range(2, degree + 1):
+                    slopes[power] = (
+                        2.0 * values[power - 1] + 2.0 * x * slopes[power - 1] - slopes[power - 2]
+                    )
+                every[1].append(slopes)
+        return every
 
 
 def _powers(degrees: tuple[int, ...], room: float = 1.0 + 1e-9) -> list[tuple[int, ...]]:

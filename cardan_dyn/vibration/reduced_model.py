@@ -7,6 +7,7 @@ coordinates within a range, so that their derivatives are those of polynomials.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -68,7 +69,8 @@ class ReducedModel:
         free: n, number of free coordinates.
         period: of the terms in the drive's position [rad], a divisor of the mechanism's.
         divisor: how many of them the mechanism's period holds.
-        centre, half: middle and half width of the ranges of the free coordinates `(n,)`.
+        centre: middle of the ranges of the free coordinates at the nodes of one period `(N, n)`.
+        half: half width of the ranges `(n,)`.
         basis: polynomials of the free coordinates, in units of `half` about `centre`.
         coefficients: `(N, P, F)` of all terms at the nodes of one period.
         error: greatest difference from terms at positions between the nodes, as a fraction of the
@@ -96,27 +98,43 @@ class ReducedModel:
 
     def on(self, count: int) -> ReducedModel:
         """Return the same on another number of nodes, not less."""
-        return replace(self, coefficients=resampled(self.coefficients, count))
+        coefficients, centre = (resampled(item, count) for item in (self.coefficients, self.centre))
+        return replace(self, coefficients=coefficients, centre=centre)
 
     def terms(self, q: Array) -> Terms:
         """Return the terms at nodes, of free coordinates `(S, N, n)`; arrays `(S, N, …)`."""
-        values = self.basis.values((q - self.centre) / self.half)
-        return Terms.of_flat(self._at(values), self.free)
+        return self._terms(self.basis.values(self._inside(q)))
 
-    def _at(self, values: Array) -> Array:
-        """Return columns of terms `(S, N, F)` from polynomials `(S, N, P)`."""
-        return np.swapaxes(np.swapaxes(values, 0, 1) @ self.coefficients, 0, 1)
+    def _inside(self, q: Array) -> Array:
+        """Return places in the range `(N, S, n)` of free coordinates `(S, N, n)`."""
+        return np.swapaxes((q - self.centre) / self.half, 0, 1)
+
+    @cached_property
+    def _columns(self) -> tuple[Array, Array]:
+        """Coefficients `(N, K, P)` of the terms that differ, and which of them each term is.
+
+        Many terms vanish, and mixed ones are there twice.
+        """
+        flat = self.coefficients.reshape(-1, self.coefficients.shape[-1])
+        _, first, inverse = np.unique(flat, axis=1, return_index=True, return_inverse=True)
+        return np.ascontiguousarray(np.swapaxes(self.coefficients[..., first], 1, 2)), inverse
+
+    def _terms(self, values: Array) -> Terms:
+        """Return terms `(S, N, …)` from polynomials or their gradients `(P, N, S)`."""
+        coefficients, inverse = self._columns
+        found = np.moveaxis(coefficients @ np.swapaxes(values, 0, 1), 2, 0)
+        return Terms.of_flat(found[..., inverse], self.free)
 
     def equation(self, course: Course) -> LocalEquation:
         """Return efforts and their derivatives along motions at the nodes."""
-        values, gradients = self.basis.with_gradients((course.q - self.centre) / self.half)
+        values, gradients = self.basis.with_gradients(self._inside(course.q))
         w, acceleration = course.velocities, course.accelerations
-        terms = Terms.of_flat(self._at(values), self.free)
+        terms = self._terms(values)
         spun = np.einsum("...ijk,...k->...ij", terms.quadratic, w)
         efforts, scale = _efforts(terms, w, acceleration)
         stiffness = np.empty(terms.mass.shape)
         for index in range(self.free):
-            rates = Terms.of_flat(self._at(gradients[..., index, :]) / self.half[index], self.free)
+            rates = self._terms(gradients[index] / self.half[index])
             stiffness[..., index] = _efforts(rates, w, acceleration)[0]
         damping = 2.0 * spun[..., 1:] + terms.linear[..., 1:]
         return LocalEquation(efforts, scale, terms.mass, damping, stiffness)

@@ -62,9 +62,9 @@ class RotatingScene:
         return np.asarray(x[mechanism.coordinates.columns_of(self.scene.drives)])
 
     @property
-    def is_damped(self) -> bool:
-        """Whether an element exerts what depends on speeds."""
-        return any(_damps(element) for element in self.scene.elements)
+    def damping(self) -> list[Element]:
+        """Elements that exert what depends on speeds."""
+        return [element for element in self.scene.elements if _damps(element)]
 
 
 def rotating_scene(scene: Scene, drive: str | None = None) -> RotatingScene:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from shooting import periodic
 from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
+import cardan_dyn.vibration.coexisting as module
 from cardan_dyn.vibration.coexisting import coexisting, smallest
 from cardan_dyn.vibration.motion_search import MotionSearch
 from cardan_dyn.vibration.rotating_scene import rotating_scene
@@ -59,3 +61,16 @@ def test_where_the_linear_equation_holds_nothing_is_searched() -> None:
     finder = search(0.4)
     (first,) = finder.primary(np.array([0.5, 0.9]))
     assert coexisting(finder, first, is_thorough=True) == []
+
+
+@pytest.mark.parametrize("phase", [0.25, 0.5])
+def test_where_one_of_a_pair_was_found_the_other_is_searched(
+    phase: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # These guesses alone lead to one of the two further motions.
+    monkeypatch.setattr(module, "_SHARES", (0.5,))
+    monkeypatch.setattr(module, "_PHASES", (phase,))
+    finder = search(0.04, np.radians(45.0))
+    (first,) = finder.primary(np.array([0.505]))
+    others = coexisting(finder, first)
+    assert sorted(float(item.sign[0]) for item in others) == [-1.0, 1.0]

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from testkit import elastic_rigs
+from tilting_shaft import TiltingShaft
 
 from cardan_dyn import AccuracyError
-from cardan_dyn.vibration.model_build import ModelBuild
-from cardan_dyn.vibration.periodic_grid import interpolation
+from cardan_dyn.vibration.harmonic_balance import course_of
+from cardan_dyn.vibration.model_build import FINE, ROUGH, ModelBuild
+from cardan_dyn.vibration.periodic_grid import interpolation, nodes
 from cardan_dyn.vibration.rotating_scene import rotating_scene
 
 RIG = elastic_rigs.elastic_rig()
@@ -31,7 +33,7 @@ def test_error_holds_between_the_nodes(urdf: str, free: int, half: float) -> Non
     exact = builder.efforts.terms(np.column_stack([drive, q])).flat()
     weights = interpolation(drive, model.count, model.period)
     values = model.basis.values(q / half)
-    found = np.einsum("kn,npf,kp->kf", weights, model.coefficients, values)
+    found = np.einsum("kn,npf,pk->kf", weights, model.coefficients, values)
     assert np.max(np.abs(found - exact)) < 1e-12
 
 
@@ -53,3 +55,37 @@ def test_what_is_not_smooth_within_its_range_is_refused() -> None:
     # Tilted by a right angle, the joint locks.
     with pytest.raises(AccuracyError, match="no smooth functions of the free coordinates"):
         build(RIG, 0.3).model(np.zeros(2), np.full(2, 1.25))
+
+
+def test_a_model_about_a_large_motion() -> None:
+    """Against the shaft's equations by hand, at places between those of the model."""
+    beta, speed, half, turns = 0.8, 0.9, np.full(2, 0.02), nodes(31, np.pi)
+
+    def motion(x: np.ndarray) -> np.ndarray:
+        return np.stack([0.4 * np.cos(2.0 * x) - 0.2, 0.5 * np.sin(2.0 * x)], axis=-1)
+
+    builder = build(RIG, beta)
+    with pytest.raises(AccuracyError):
+        builder.model(np.zeros(2), np.full(2, 0.6))
+    model = builder.along(motion(turns), half, 2)
+    assert model.error < 1e-11
+    np.testing.assert_allclose(model.centre, motion(model.positions), atol=1e-14)
+    way = 0.7 * half * np.stack([np.sin(4.0 * model.positions), np.cos(2.0 * model.positions)], 1)
+    course = course_of((model.centre + way)[None], np.array([speed]), model.period)
+    equation, system = model.equation(course), TiltingShaft(beta, speed)
+    missing = [
+        course.bend[0, k] - system(phi, course.q[0, k], course.rate[0, k])
+        for k, phi in enumerate(model.positions)
+    ]
+    expected = speed**2 * np.einsum("nij,nj->ni", equation.mass[0], np.array(missing))
+    np.testing.assert_allclose(equation.efforts[0], expected, atol=1e-10)
+
+
+def test_rough_models_are_small() -> None:
+    builder = build(RIG, 0.3)
+    fine, rough = (
+        builder.model(np.zeros(2), np.full(2, 0.2), wanted=wanted) for wanted in (FINE, ROUGH)
+    )
+    assert fine.error < 1e-12
+    assert 1e-9 < rough.error < 1e-3
+    assert 4 * rough.coefficients.size < fine.coefficients.size

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from shooting import periodic
 from testkit import elastic_rigs
+from tilting_shaft import TiltingShaft
 from vibrating_lines import SpringInFront
 
+from cardan_dyn.vibration.coexisting import coexisting
 from cardan_dyn.vibration.motion_search import MotionSearch
 from cardan_dyn.vibration.rotating_scene import rotating_scene
 
@@ -54,3 +56,18 @@ def test_motions_are_carried_from_neighbouring_speeds() -> None:
     assert 0.4 < np.max(np.abs(found.course.q)) < 0.6
     assert finder.primary(np.array([0.51]), carry=False) == []
     assert list(finder.missed) == [0]
+
+
+def test_a_motion_larger_than_any_model_of_a_range() -> None:
+    """A shaft at 45° that tilts by 20° and more: it has a model about itself."""
+    finder, speed = search(elastic_rigs.elastic_rig(), np.radians(45.0)), np.array([0.473])
+    (first,) = finder.primary(speed)
+    (second,) = coexisting(finder, first)
+    assert second.model.half.tolist() == [0.02, 0.02]
+    assert np.max(np.abs(second.course.q)) > 0.33
+    mean = np.mean(second.course.q[0], axis=0)
+    assert np.max(np.abs(mean - second.middle.centre) / second.middle.half) < 1.0
+    assert second.middle.count == second.model.count
+    start = np.r_[second.course.q[0, 0], second.course.rate[0, 0]]
+    shot = periodic(TiltingShaft(np.radians(45.0), speed[0]), start)
+    np.testing.assert_allclose(shot.start, start, atol=1e-9)

@@ -43,6 +43,9 @@ def test_values_between_and_on_the_nodes() -> None:
 def test_resampling_and_amplitudes() -> None:
     values = wave(nodes(9, PERIOD))[:, None]
     np.testing.assert_allclose(resampled(values, 21)[:, 0], wave(nodes(21, PERIOD)), atol=1e-14)
+    # With fewer nodes, what they cannot carry is left out.
+    rough = 0.3 + np.sin(2.0 * nodes(5, PERIOD))
+    np.testing.assert_allclose(resampled(values, 5)[:, 0], rough, atol=1e-15)
     found = amplitudes(values)[:, 0]
     np.testing.assert_allclose(found, [0.3, -1j, 0.0, 0.0, -0.2], atol=1e-15)
 

@@ -15,7 +15,7 @@ def test_monomials_within_the_degrees_are_exact(degrees: tuple[int, ...]) -> Non
     points = random.uniform(-1.0, 1.0, (40, len(degrees)))
     for powers in basis.powers:
         values, exact = (np.prod(x**powers, axis=1) for x in (basis.nodes, points))
-        found = basis.values(points) @ basis.coefficients(values[:, None])[:, 0]
+        found = basis.values(points).T @ basis.coefficients(values[:, None])[:, 0]
         np.testing.assert_allclose(found, exact, atol=2e-13)
 
 
@@ -28,7 +28,7 @@ def test_gradients_against_complex_steps() -> None:
         stepped = points.astype(complex)
         stepped[:, column] += 1e-100j
         expected = basis.values(stepped).imag / 1e-100
-        np.testing.assert_allclose(gradients[:, column], expected, rtol=1e-13, atol=1e-13)
+        np.testing.assert_allclose(gradients[column], expected, rtol=1e-13, atol=1e-13)
 
 
 def test_a_smooth_function_converges_geometrically() -> None:
@@ -40,7 +40,7 @@ def test_a_smooth_function_converges_geometrically() -> None:
     for degree in (4, 8, 16):
         basis = polynomials((degree, degree))
         coefficients = basis.coefficients(function(basis.nodes)[:, None])[:, 0]
-        errors.append(np.max(np.abs(basis.values(points) @ coefficients - function(points))))
+        errors.append(np.max(np.abs(basis.values(points).T @ coefficients - function(points))))
     assert errors[1] < 0.05 * errors[0]
     assert errors[2] < 0.01 * errors[1]
 

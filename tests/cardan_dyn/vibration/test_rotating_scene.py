@@ -26,7 +26,7 @@ def test_drive_comes_first_and_the_period_is_a_revolution(line: cd.Scene) -> Non
     assert (rotating.drive, rotating.free) == ("bearing_in", ("twist_in",))
     assert rotating.period == 2.0 * np.pi
     assert rotating.units.tolist() == [1.0]
-    assert not rotating.is_damped
+    assert rotating.damping == []
 
 
 def test_start_is_where_the_scene_starts(line: cd.Scene) -> None:

@@ -1,0 +1,55 @@
+"""Degrees of polynomials that terms need."""
+
+from __future__ import annotations
+
+import numpy as np
+from testkit import elastic_rigs
+
+from cardan_dyn.vibration.degrees import needed_degrees
+from cardan_dyn.vibration.polynomials import polynomials
+from cardan_dyn.vibration.rotating_scene import rotating_scene
+from cardan_dyn.vibration.term_samples import TermSamples
+
+DRIVE = np.array([0.4, 1.3, 2.9])
+
+
+def sampled(urdf: str, beta: float) -> TermSamples:
+    return TermSamples(rotating_scene(elastic_rigs.scene(urdf, beta)))
+
+
+def error_of(samples: TermSamples, degrees: tuple[int, ...], half: np.ndarray) -> float:
+    """Greatest error at places of no design."""
+    basis = polynomials(degrees)
+    inside = np.random.default_rng(8).uniform(-1.0, 1.0, (50, len(half)))
+    still = np.zeros((3, len(half)))
+    exact, terms = (samples.about(DRIVE, still, half * ways) for ways in (inside, basis.nodes))
+    found = basis.values(inside).T @ basis.coefficients(terms)
+    return float(np.max(np.abs(found - exact) / samples.kinds(exact)))
+
+
+def test_errors_are_what_was_wanted() -> None:
+    samples, half = sampled(elastic_rigs.elastic_rig(), 0.5), np.full(2, 0.1)
+    before = 0
+    for wanted in (1e-3, 1e-6, 1e-12):
+        degrees, error = needed_degrees(samples, DRIVE, np.zeros((3, 2)), half, wanted)
+        assert error <= wanted
+        assert error_of(samples, degrees, half) < 10.0 * wanted
+        assert sum(degrees) > before
+        before = sum(degrees)
+
+
+def test_a_coordinate_that_terms_hardly_depend_on_takes_a_low_degree() -> None:
+    """The inertia behind the outer shaft is linear in its twist."""
+    line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0, fork_inertia=0.1)
+    samples, half = sampled(line, 0.5), np.full(2, 0.2)
+    (first, second), error = needed_degrees(samples, DRIVE, np.zeros((3, 2)), half, 1e-13)
+    assert error < 1e-13
+    assert first > 8
+    assert second == 1
+
+
+def test_what_is_not_smooth_is_said() -> None:
+    # Tilted by a right angle, the joint locks.
+    samples = sampled(elastic_rigs.elastic_rig(), 0.3)
+    _, error = needed_degrees(samples, DRIVE, np.zeros((3, 2)), np.full(2, 1.25), 1e-13)
+    assert not error < 1e-6
