@@ -47,6 +47,7 @@ class Floquet(Result):
             `fold`: above +1; `combination`: two modes together; `flutter`: by loads that turn with
             their links or whirl, in the averaged equation as well; `no motion`: none was found.
         coexisting: number of further motions found beside the smallest, near forced resonances.
+            They come in pairs: where it is odd, one was not found, or lies beyond `within`.
         change: greatest change of a monodromy matrix when its integration was refined last.
         region: unstable intervals of each design, in C order; empty lists unless asked for.
     """

@@ -85,6 +85,16 @@ class PeriodicMotion(Result):
         """Names of the free coordinates."""
         return self.scene.drives[1:]
 
+    @property
+    def incomplete(self) -> Array:
+        """Speeds `(K,)` at which further motions exist that were not found [rad/s].
+
+        They are farther than `within`, or the search has missed them: the sum of `index` tells.
+        """
+        speeds = np.unique(self.speed)
+        sums = [int(np.sum(self.index[self.speed == speed])) for speed in speeds]
+        return np.asarray(speeds[np.array(sums) != 1])
+
     def at(self, position: Any) -> States:
         """Return the motions at positions `(P,)` of the drive [rad]."""
         places = np.atleast_1d(numbers("position", position))
@@ -173,9 +183,11 @@ class PeriodicMotion(Result):
         return over_revolution(position, self.at(position).position[row], self.free)
 
     def __repr__(self) -> str:
+        more = self.incomplete
+        missing = f"; others exist at {len(more)} of them that were not found" if more.size else ""
         return (
             f"<PeriodicMotion of {', '.join(self.free)}: {len(self)} motions at "
-            f"{len(set(self.speed.tolist()))} speeds, residual {np.max(self.residual):.1e}>"
+            f"{len(set(self.speed.tolist()))} speeds{missing}, residual {np.max(self.residual):.1e}>"
         )
 
 

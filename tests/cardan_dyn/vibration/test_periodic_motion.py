@@ -84,6 +84,18 @@ def test_several_motions_are_rows_of_one_speed() -> None:
     assert "5 motions at 2 speeds" in repr(found)
 
 
+def test_motions_that_were_not_found_are_said_to_exist() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=0.04), np.radians(45.0))
+    every = vibration.periodic_motion(scene, [0.505, 0.8])
+    assert every.speed.tolist() == [0.505] * 3 + [0.8]
+    assert every.incomplete.tolist() == []
+    assert "not found" not in repr(every)
+    # The largest swings by 0.72 rad; without it, the indices do not add up.
+    some = vibration.periodic_motion(scene, [0.505, 0.8], within=0.6)
+    assert some.incomplete.tolist() == [0.505]
+    assert "others exist at 1 of them that were not found" in repr(some)
+
+
 def test_linear_resonance_without_damping_is_refused() -> None:
     # A spring behind the joint: the equation is linear, its resonance has no periodic motion.
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=2.0)
