@@ -187,7 +187,8 @@ class PeriodicMotion(Result):
         missing = f"; others exist at {len(more)} of them that were not found" if more.size else ""
         return (
             f"<PeriodicMotion of {', '.join(self.free)}: {len(self)} motions at "
-            f"{len(set(self.speed.tolist()))} speeds{missing}, residual {np.max(self.residual):.1e}>"
+            f"{len(set(self.speed.tolist()))} speeds{missing}, residual "
+            f"{np.max(self.residual):.1e}>"
         )
 
 
