@@ -12,13 +12,12 @@ import time
 from typing import Any
 
 import numpy as np
-import pinocchio
 
 import cardan_dyn as cd
 from cardan_dyn import clearance
 
 from .records import Record, markdown, save
-from .timing import least_seconds, quick
+from .timing import least_seconds, quick, rnea_seconds
 
 NAME = "hammering"
 TURNS, FAST_TURNS = 100, 2
@@ -30,19 +29,6 @@ _WITHIN = (1.05, 1.95)
 """Turns over which peaks are compared, after the start has died away."""
 
 
-def _reference(mechanism: cd.Mechanism) -> float:
-    """Return the time of one `pin.rnea` call [s]."""
-    model = mechanism.model
-    data, q = model.createData(), pinocchio.neutral(model)
-    v = np.zeros(model.nv)
-
-    def calls() -> None:
-        for _ in range(100):
-            pinocchio.rnea(model, data, q, v, v)
-
-    return least_seconds({"R": calls}, repeats=10)["R"] / 100.0
-
-
 def _scan(fast: bool) -> Record:
     scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
 
@@ -50,7 +36,7 @@ def _scan(fast: bool) -> Record:
         clearance.scan(scene, _SPEED, **_CONTACT)  # type: ignore[arg-type]
 
     seconds = least_seconds({"scan": scan}, repeats=3 if fast else 30)["scan"]
-    unit = _reference(scene.mechanism)
+    unit = rnea_seconds(scene.mechanism)
     values = {"turns": 1, "seconds": seconds, "R": unit}
     return Record(NAME, "scan of a six-bar", cd.__version__, "", values, None, None, seconds / unit)
 
@@ -68,7 +54,7 @@ def _simulations(pin: str, fast: bool) -> list[Record]:
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
     given: dict[str, Any] = {"joints": pin, **_CONTACT}
     exact, _ = _peaks(clearance.simulate(scene, _SPEED, turns=2.0, rtol=1e-12, **given), pin)
-    unit, records = _reference(scene.mechanism), []
+    unit, records = rnea_seconds(scene.mechanism), []
     turns = FAST_TURNS if fast else TURNS
     for rtol in quick(TOLERANCES, fast):
         begin = time.process_time()

@@ -32,6 +32,7 @@ TASKS = (
     "long_time",
     "thousand_periods",
     "hammering",
+    "stability_charts",
     "stress_simulation",
     "stress",
 )

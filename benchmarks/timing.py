@@ -6,6 +6,11 @@ import gc
 import time
 from collections.abc import Callable, Mapping, Sequence
 
+import numpy as np
+import pinocchio
+
+import cardan_dyn as cd
+
 _TURN = 0.005  # Least time that a candidate runs when it has its turn [s].
 
 
@@ -44,6 +49,19 @@ def least_seconds(
             gc.enable()
             used[name] += turn
     return least
+
+
+def rnea_seconds(mechanism: cd.Mechanism) -> float:
+    """Return R, the time of one `pin.rnea` call from Python on a mechanism's model [s]."""
+    model = mechanism.model
+    data, q = model.createData(), pinocchio.neutral(model)
+    v = np.zeros(model.nv)
+
+    def calls() -> None:
+        for _ in range(100):
+            pinocchio.rnea(model, data, q, v, v)
+
+    return least_seconds({"R": calls}, repeats=10)["R"] / 100.0
 
 
 def quick(values: Sequence[float], fast: bool) -> Sequence[float]:

@@ -24,6 +24,8 @@ _AROUND = (0.09, 0.07, 0.05, 0.035, 0.025, 0.018, 0.012, 0.007, 0.003)
 """Relative distances of the speeds along which motions are carried to one that has none."""
 _OFF_CENTRE = 0.1
 """Distance between the middles of two ranges, in half widths, at which one serves for both."""
+_SHRINK = 0.8
+"""Ratio of a range to the last one that could not be computed."""
 _MOST_RANGES = 12
 _ROOM = 1.05
 """Range of the model in which motions are refined, as a multiple of their own."""
@@ -164,7 +166,7 @@ class MotionSearch:
                     if share < 2.0 * _FIRST:
                         raise
                     self._refused[error] = share
-            share *= 0.6
+            share *= _SHRINK
 
     def _at(
         self, model: ReducedModel, speeds: Array, left: Array

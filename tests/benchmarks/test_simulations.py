@@ -18,6 +18,7 @@ from benchmarks import (
     free_spin,
     hammering,
     long_time,
+    stability_charts,
     stress_simulation,
     thousand_periods,
 )
@@ -182,3 +183,15 @@ def test_hammering_is_timed_and_its_peaks_converge() -> None:
     assert coarse.error is not None and fine.error is not None
     assert fine.error < 1e-5 and fine.error < coarse.error < 1e-2
     assert "needle" in (hammering.__doc__ or "") and "R;" in hammering.answer(records)
+
+
+def test_charts_of_stability_are_timed_and_exact() -> None:
+    records = stability_charts.measure(fast=True)
+    assert len(records) == 3
+    first = records[0]
+    assert first.method == "one elastic shaft"
+    assert first.error is not None and first.error < 1e-11
+    assert all(record.ratio and record.parameters["unstable"] < 32 for record in records)
+    # At 45° the tilting shaft has speeds at which its motion is larger than can be computed.
+    assert [record.parameters["without motion"] for record in records[:2]] == [0, 0]
+    assert "8 speeds at 4 angles" in stability_charts.answer(records)
