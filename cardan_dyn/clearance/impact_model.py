@@ -14,8 +14,9 @@ from analytic.impact import PeakExponents, Start, peak_exponents
 from analytic.impact import reversal as undamped
 
 from ..arrays import Array
+from ..checks import positive
 from ..errors import ArgumentError
-from .arguments import damping_ratio_of, positive, start_of
+from .arguments import damping_ratio_of, start_of
 from .pin_geometry import PinGeometry
 
 _MOST_STEPS = 100
