@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from .reduced_model import LocalEquation
 
 _UNDAMPED = 1e-12
 """Damping ratio that counts as rounding."""
@@ -42,6 +43,13 @@ class Modes(NamedTuple):
         size = np.abs(self.value)
         is_damped = -self.value.real > _UNDAMPED * size
         return np.where(is_damped, size / np.where(is_damped, -2.0 * self.value.real, 1.0), np.inf)
+
+
+def averaged(equation: LocalEquation) -> tuple[Array, Array, Array]:
+    """Return mass, damping and stiffness `(S, n, n)` of S motions, averaged over their period."""
+    return tuple(
+        np.mean(item, axis=1) for item in (equation.mass, equation.damping, equation.stiffness)
+    )
 
 
 def modes(mass: Array, damping: Array, stiffness: Array) -> Modes:

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import flag
+from ..checks import flag, positives
 from ..errors import ArgumentError, VibrationError
 from .campbell import Campbell, campbell_of
 from .linear_motions import resting
 from .motion_search import MotionSearch
-from .periodic_grid import amplitudes
-from .periodic_motion import limit
+from .periodic_grid import amplitudes, orders_of
+from .periodic_motion import search_of
 from .regions import Region, regions
 from .result import Result, frame_of
-from .rotating_scene import rotating_scene, speeds_of
+from .rotating_scene import speeds_of
 from .stability import stability
 from .whirl import sense_name
 
@@ -175,9 +175,10 @@ def critical_speeds(
     if len(speeds) == 2:
         speeds = np.linspace(speeds[0], speeds[1], _SPEEDS)
     instabilities = flag("instabilities", instabilities)
-    search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
+    given = None if orders is None else sorted(set(positives("orders", orders).tolist()))
+    search = search_of(scene, drive, within)
     found = campbell_of(search, speeds)
-    wanted = _exciting(search, speeds) if orders is None else _orders(orders)
+    wanted = _exciting(search, speeds) if given is None else given
     rows = [
         _resonance(search, found, order, mode, crossing)
         for order in wanted
@@ -197,13 +198,6 @@ def critical_speeds(
     )
 
 
-def _orders(given: Any) -> list[float]:
-    orders = np.atleast_1d(np.asarray(given, dtype=float))
-    if orders.ndim != 1 or not np.all(np.isfinite(orders)) or np.any(orders <= 0.0):
-        raise ArgumentError(f"orders is {given!r}, expected positive numbers")
-    return sorted(set(orders.tolist()))
-
-
 def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     """Return the orders up to the highest that force the free coordinates.
 
@@ -214,8 +208,8 @@ def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     for motions in search.primary(speeds[[0, len(speeds) // 2, -1]]):
         efforts = motions.middle.efforts(resting(motions.course))
         forcing = np.max(np.abs(amplitudes(efforts, 1)), axis=(0, 2))
-        orders = 2.0 * np.pi / motions.model.period * np.arange(len(forcing))
-        for order, size in zip(orders.tolist(), forcing.tolist(), strict=True):
+        waves = orders_of(len(forcing), motions.model.period)
+        for order, size in zip(waves.tolist(), forcing.tolist(), strict=True):
             sizes[order] = max(size, sizes.get(order, 0.0))
     if not sizes:
         raise VibrationError(next(iter(search.missed.values())))

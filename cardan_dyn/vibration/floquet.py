@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import flag, mapping, numbers, whole
+from ..checks import flag, mapping, numbers, positive, whole
 from ..dynamics.workers import in_order, shares_of
 from ..errors import ArgumentError
 from .motion_search import MotionSearch
-from .periodic_motion import limit
 from .regions import Region, regions
 from .result import Result, frame_of
 from .rotating_scene import rotating_scene, speeds_of
@@ -159,7 +158,7 @@ def floquet(
         CardanError: see `periodic_motion`; speeds without a motion are marked instead.
     """
     workers, edges = whole("workers", workers), flag("edges", edges)
-    within = limit("within", within)
+    within = positive("within", within)
     speeds, _ = speeds_of(speed)
     if edges and (np.any(np.diff(speeds) <= 0.0) or speeds[0] * speeds[-1] < 0.0):
         raise ArgumentError("edges: give ascending speeds of one sense")

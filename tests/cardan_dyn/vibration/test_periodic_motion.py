@@ -132,7 +132,7 @@ def test_copies_and_files(found: PeriodicMotion, tmp_path: Path) -> None:
 
 
 def test_positions_are_a_row(found: PeriodicMotion) -> None:
-    with pytest.raises(ArgumentError, match="expected \\(P,\\)"):
+    with pytest.raises(ArgumentError, match="position has shape"):
         found.at([[0.0, 1.0]])
 
 
