@@ -35,6 +35,8 @@ _HIGHEST = 8
 """Highest order that is looked at unless others are asked for."""
 _HALF_WIDTHS = 3.0
 """Range around a crossing in which the greatest amplitude is looked for, in half-power widths."""
+_WIDEST = 0.5
+"""The same at the most, as a fraction of the speed, where an order follows a frequency closely."""
 _PLACES, _ROUNDS = 13, 4
 _LEAST_DAMPING = 1e-7
 """Damping ratio below which a resonance counts as undamped: its amplitude has no bound."""
@@ -55,7 +57,8 @@ class CriticalSpeed(NamedTuple):
             m], infinite without damping, NaN where motions near it were not found, as they are
             larger than `within` allows; growth rate of an instability [1/s].
         amplification: amplification factor 1/(2ζ) of the mode; NaN for an instability.
-        lower, upper: edges of an instability; speeds of half power of a resonance [rad/s].
+        lower, upper: edges of an instability; speeds of half power of a resonance, to first order
+            in its damping ratio [rad/s].
     """
 
     speed: float
@@ -221,33 +224,47 @@ def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     ]
 
 
-def _crossings(found: Campbell, order: float, mode: int) -> list[float]:
-    """Return the speeds at which an order meets a mode's frequency, between those of the modes."""
+class _Crossing(NamedTuple):
+    """A speed at which an order meets a mode's frequency, and how fast they part there.
+
+    Attributes:
+        speed: of the drive [rad/s].
+        slope: by how much order times speed grows faster than the frequency, per rad/s.
+    """
+
+    speed: float
+    slope: float
+
+
+def _crossings(found: Campbell, order: float, mode: int) -> list[_Crossing]:
+    """Return where an order meets a mode's frequency, between the speeds of the modes."""
     # Speeds without a motion lie at undamped resonances: their neighbours tell where.
     is_there = np.isfinite(found.frequency[:, mode])
     speed = found.speed[is_there]
     gap = order * np.abs(speed) - found.frequency[is_there, mode]
-    places = np.nonzero(gap[1:] * gap[:-1] <= 0.0)[0]
-    shares = gap[places] / (gap[places] - gap[places + 1])
-    return (speed[places] + shares * np.diff(speed)[places]).tolist()
+    # A crossing at one of the speeds belongs to the interval that begins there.
+    places = np.nonzero((gap[:-1] == 0.0) | (gap[:-1] * gap[1:] < 0.0))[0]
+    slopes = np.diff(gap)[places] / np.diff(speed)[places]
+    at = speed[places] - np.where(gap[places] == 0.0, 0.0, gap[places] / slopes)
+    return [_Crossing(*pair) for pair in zip(at.tolist(), slopes.tolist(), strict=True)]
 
 
 def _resonance(
-    search: MotionSearch, found: Campbell, order: float, mode: int, crossing: float
+    search: MotionSearch, found: Campbell, order: float, mode: int, crossing: _Crossing
 ) -> CriticalSpeed:
     """Return the critical speed near a crossing."""
     is_there = np.isfinite(found.frequency[:, mode])
     near = np.column_stack([found.frequency[:, mode], found.decay[:, mode]])[is_there]
-    row = int(np.argmin(np.where(is_there, np.abs(found.speed - crossing), np.inf)))
+    row = int(np.argmin(np.where(is_there, np.abs(found.speed - crossing.speed), np.inf)))
     known = found.speed[is_there]
-    frequency, decay = (float(np.interp(crossing, known, column)) for column in near.T)
+    frequency, decay = (float(np.interp(crossing.speed, known, column)) for column in near.T)
     ratio = -decay / np.hypot(frequency, decay)
-    speed, severity, half = crossing, np.inf, 0.0
+    speed, severity, half = crossing.speed, np.inf, 0.0
     if ratio > _LEAST_DAMPING:
-        half = ratio * abs(crossing)
-        speed, severity = _peak(
-            search, order, crossing, _HALF_WIDTHS * half, found.shape[row], mode
-        )
+        # At half power, order and natural frequency are as far apart as the mode decays.
+        half = abs(decay / crossing.slope) if crossing.slope else np.inf
+        width = min(_HALF_WIDTHS * half, _WIDEST * abs(speed))
+        speed, severity = _peak(search, order, speed, width, found.shape[row], mode)
     return CriticalSpeed(
         speed=float(speed),
         kind="resonance",
@@ -296,6 +313,8 @@ def _shares(search: MotionSearch, speeds: Array, order: float, shapes: Array, mo
     sizes = np.full(len(speeds), np.nan)
     for motions in search.primary(speeds):
         waves = amplitudes(motions.course.q, 1)
+        # Where the drive turns back, exp(i order φ) goes the other way in time than modes do.
+        waves = np.where(motions.course.speed[:, None, None] < 0.0, waves.conj(), waves)
         wave = order * motions.model.period / (2.0 * np.pi)
         sizes[motions.index] = 0.0
         if abs(wave - round(wave)) < 1e-9 and round(wave) < waves.shape[1]:
