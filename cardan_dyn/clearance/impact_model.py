@@ -10,8 +10,9 @@ import numpy as np
 
 from analytic.damped_impact import damped_peak, flight
 from analytic.damped_impact import peak_exponents as damped_exponents
-from analytic.impact import PeakExponents, Start, peak_exponents
+from analytic.impact import Start
 from analytic.impact import reversal as undamped
+from analytic.peak_exponents import PeakExponents, peak_exponents
 
 from ..arrays import Array
 from ..checks import positive
