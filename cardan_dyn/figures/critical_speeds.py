@@ -14,6 +14,7 @@ from ..arrays import Array
 from ..errors import ArgumentError
 from .style import (
     PER_MINUTE,
+    SPEED,
     Axes,
     Figure,
     abscissa,
@@ -22,11 +23,11 @@ from .style import (
     legend,
     line_style,
     ordinate,
+    ordinates,
     point_style,
 )
 
 _HERTZ = 0.5 / np.pi
-_SPEED = "speed [1/min]"
 _DECADES = 1e-6
 """Least amplitude on a logarithmic scale, as a fraction of the greatest: rounding would stretch
 it."""
@@ -66,11 +67,8 @@ def campbell(
     Raises:
         ArgumentError: shapes that do not match.
     """
-    at, modes = abscissa("speed", speed), np.asarray(frequency, dtype=float)
-    if modes.ndim != 2 or len(modes) != len(at):
-        raise ArgumentError(
-            f"frequency has shape {modes.shape}, expected (S, n) with the S = {len(at)} speeds"
-        )
+    at = abscissa("speed", speed)
+    modes = ordinates("frequency", frequency, at)
     sides = np.zeros(modes.shape) if whirl is None else np.asarray(whirl, dtype=float)
     if sides.shape != modes.shape:
         raise ArgumentError(f"whirl has shape {sides.shape}, expected {modes.shape} as frequency")
@@ -91,9 +89,7 @@ def campbell(
     axes.set_xlim(at[0] * PER_MINUTE, at[-1] * PER_MINUTE)
     if top:
         axes.set_ylim(0.0, top * _HERTZ)
-    axes.set_xlabel(_SPEED)
-    axes.set_ylabel("natural frequency [Hz]")
-    axes.set_title(title)
+    axes.set(xlabel=SPEED, ylabel="natural frequency [Hz]", title=title)
     legend(figure, 3)
     return figure
 
@@ -128,9 +124,7 @@ def critical_speed_map(
         low, high = (end * PER_MINUTE for end in operating)
         axes.axhspan(low, high, color="0.9", zorder=0, label="operating range")
     axes.set_xlim(at[0], at[-1])
-    axes.set_xlabel(label)
-    axes.set_ylabel("critical speed [1/min]")
-    axes.set_title(title)
+    axes.set(xlabel=label, ylabel="critical speed [1/min]", title=title)
     legend(figure, 3)
     return figure
 
@@ -182,7 +176,7 @@ def orders_over_speed(
     if given:
         panels[1].set_ylabel("phase [°]")
     panels[-1].set_xlim(at[0] * PER_MINUTE, at[-1] * PER_MINUTE)
-    panels[-1].set_xlabel(_SPEED)
+    panels[-1].set_xlabel(SPEED)
     figure.suptitle(title)
     legend(figure, 3)
     return figure
@@ -229,9 +223,7 @@ def stability_chart(
     axes.set_xlim(across[0], across[-1])
     axes.set_ylim(up[0], up[-1])
     axes.grid(visible=False)
-    axes.set_xlabel(_SPEED)
-    axes.set_ylabel("joint angle [°]")
-    axes.set_title(title)
+    axes.set(xlabel=SPEED, ylabel="joint angle [°]", title=title)
     legend(figure, 4)
     return figure
 

@@ -82,7 +82,7 @@ def test_stability_chart_names_the_kinds_that_occur() -> None:
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
-        (lambda: figures.campbell(SPEED, SPEED), r"frequency has shape \(31,\)"),
+        (lambda: figures.campbell(SPEED, SPEED), r"'frequency' has shape \(31,\)"),
         (lambda: figures.campbell(SPEED, SPEED[:, None], whirl=[1.0]), "whirl has shape"),
         (lambda: figures.campbell([np.nan], [[1.0]]), "speed has shape"),
         (lambda: figures.critical_speed_map(SPEED, {"a": [1.0]}), "'a' has shape"),

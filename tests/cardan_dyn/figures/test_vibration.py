@@ -61,9 +61,9 @@ def test_multipliers_over_speed() -> None:
     [
         (lambda: figures.orbits({"a": SPEED}, labels=("", "")), "path 'a' has shape"),
         (lambda: figures.run_up(SPEED, [1.0], unit="m"), "'values' has shape"),
-        (lambda: figures.over_revolution(SPEED, SPEED, ("a",)), "values have shape"),
+        (lambda: figures.over_revolution(SPEED, SPEED, ("a",)), "'values' has shape"),
         (lambda: vibration.coefficients(SPEED, {"mass": SPEED}, ("a",)), "mass has shape"),
-        (lambda: vibration.multipliers(SPEED, SPEED), "sizes have shape"),
+        (lambda: vibration.multipliers(SPEED, SPEED), "'sizes' has shape"),
     ],
 )
 def test_shapes_that_do_not_match(draw: object, message: str) -> None:
