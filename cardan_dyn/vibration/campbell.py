@@ -103,9 +103,9 @@ def campbell(
 
     Args:
         scene: its other drives are free.
+        speed: of the drive, a number or `(S,)` [rad/s].
         drive: see `periodic_motion`.
         within: see `periodic_motion`.
-        speed: of the drive `(S,)` [rad/s].
 
     Raises:
         CardanError: see `periodic_motion`.

@@ -38,6 +38,7 @@ _HALF_WIDTHS = 3.0
 _WIDEST = 0.5
 """The same at the most, as a fraction of the speed, where an order follows a frequency closely."""
 _PLACES, _ROUNDS = 13, 4
+"""Speeds at which that range is looked at, and rounds, each some five times as fine as the last."""
 _LEAST_DAMPING = 1e-7
 """Damping ratio below which a resonance counts as undamped: its amplitude has no bound."""
 
@@ -165,8 +166,8 @@ def critical_speeds(
         orders: cycles per revolution of the drive that are looked at; all up to 8 that force the
             free coordinates if None.
         drive: see `periodic_motion`.
-        within: see `periodic_motion`.
         instabilities: whether unstable intervals are looked for.
+        within: see `periodic_motion`.
 
     Raises:
         VibrationError: no periodic motion was found.
@@ -242,10 +243,12 @@ def _crossings(found: Campbell, order: float, mode: int) -> list[_Crossing]:
     is_there = np.isfinite(found.frequency[:, mode])
     speed = found.speed[is_there]
     gap = order * np.abs(speed) - found.frequency[is_there, mode]
-    # A crossing at one of the speeds belongs to the interval that begins there.
-    places = np.nonzero((gap[:-1] == 0.0) | (gap[:-1] * gap[1:] < 0.0))[0]
+    # A crossing at one of the speeds belongs to the interval that begins there, or to the last.
+    is_met = (gap[:-1] == 0.0) | (gap[:-1] * gap[1:] < 0.0)
+    is_met[-1:] |= gap[-1:] == 0.0
+    places = np.nonzero(is_met)[0]
     slopes = np.diff(gap)[places] / np.diff(speed)[places]
-    at = speed[places] - np.where(gap[places] == 0.0, 0.0, gap[places] / slopes)
+    at = speed[places] - gap[places] / np.where(slopes == 0.0, 1.0, slopes)
     return [_Crossing(*pair) for pair in zip(at.tolist(), slopes.tolist(), strict=True)]
 
 

@@ -184,11 +184,11 @@ def forced_response(
 
     Args:
         scene: its other drives are free.
+        speed: of the drive, a number or `(S,)` [rad/s].
         drive: see `periodic_motion`.
-        within: see `periodic_motion`.
-        speed: of the drive `(S,)` [rad/s].
         joints: whose wrenches are wanted; the scene's outputs if None, none for an empty list.
         frame: axes of the wrenches, `parent`, `joint` or `world`.
+        within: see `periodic_motion`.
 
     Raises:
         CardanError: see `periodic_motion`; speeds without a motion are marked instead.

@@ -152,9 +152,9 @@ def linearise(
 
     Args:
         scene: its other drives are free.
+        speed: of the drive, a number [rad/s].
         drive: see `periodic_motion`.
         within: see `periodic_motion`.
-        speed: of the drive, a number [rad/s].
 
     Raises:
         CardanError: see `periodic_motion`.

@@ -17,6 +17,7 @@ from .periodic_grid import interpolation
 from .reduced_model import LocalEquation
 
 _STAGES = 8
+"""Gauss points of an element: the method is of twice that order."""
 _PHASE = 1.2
 """Greatest phase of the fastest motion in an element [rad] at the first try."""
 _STANDS = 3e-14
@@ -24,6 +25,7 @@ _STANDS = 3e-14
 the error is then that divided by 2^16, and rounding."""
 _MOST_HALVINGS = 5
 _NUMBERS = 8_000_000
+"""Numbers (64 MB) of the elements' equations that are solved at a time."""
 
 
 def first_order(equation: LocalEquation, speed: Array) -> Array:

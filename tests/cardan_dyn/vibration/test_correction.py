@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
-from cardan_dyn import AccuracyError
-from cardan_dyn.vibration.correction import along, corrected
+from cardan_dyn import AccuracyError, VibrationError
+from cardan_dyn.vibration.correction import _refuse_singular, along, corrected
 from cardan_dyn.vibration.harmonic_balance import course_of, solved
 from cardan_dyn.vibration.motion_search import Motions, MotionSearch
 from cardan_dyn.vibration.periodic_grid import resampled
@@ -78,6 +78,17 @@ def test_orders_that_nodes_do_not_carry_are_noticed(search: MotionSearch, motion
     with pytest.raises(AccuracyError, match="do not vanish along the periodic motion") as caught:
         corrected(search.build.efforts, coarse[9])
     assert caught.value.residual > caught.value.tolerance
+
+
+def test_equations_that_are_stiff_are_not_singular() -> None:
+    """Stiff scenes with many orders have conditions of 1e7 and more; equations that lack a
+    direction one of 1e16."""
+    speed = np.array([0.7, 0.8])
+    matrices = [np.diag([1.0, 1.0, least]) for least in (1e-9, 1e-15)]
+    _refuse_singular(np.stack([matrices[0]] * 2), speed)
+    with pytest.raises(VibrationError, match="not isolated") as caught:
+        _refuse_singular(np.stack(matrices), speed)
+    assert caught.value.speed == 0.8
 
 
 def test_large_errors_are_refused(search: MotionSearch, motions: Motions) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from testkit import elastic_rigs
 
 from cardan_dyn import ArgumentError, vibration
 from cardan_dyn.vibration import CriticalSpeeds
+from cardan_dyn.vibration.critical_speeds import _crossings
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +88,16 @@ def test_half_power_at_the_ends_of_a_resonance() -> None:
     response = vibration.forced_response(scene, [row.lower, row.speed, row.upper], joints=[])
     size, _ = response.whirls("tilt_y", "tilt_z", 2)
     assert size[[0, 2]] == pytest.approx(np.sqrt(0.5) * size[1], rel=5.0 * ratio)
+
+
+def test_a_crossing_at_a_speed_of_the_modes_is_one() -> None:
+    """A frequency of 4 rad/s that grows by half of the speed's growth, and order 2."""
+    for speeds in (np.linspace(1.0, 5.0, 5), np.linspace(2.0, 4.0, 3), np.array([1.0, 2.2, 5.0])):
+        for speed in (speeds, -speeds[::-1]):
+            found = SimpleNamespace(speed=speed, frequency=3.0 + 0.5 * np.abs(speed)[:, None])
+            (crossing,) = _crossings(found, 2.0, 0)
+            assert crossing.speed == pytest.approx(2.0 * np.sign(speed[0]))
+            assert crossing.slope == pytest.approx(1.5 * np.sign(speed[0]))
 
 
 def test_orders_that_force_are_found() -> None:
