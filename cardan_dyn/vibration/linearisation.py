@@ -98,7 +98,7 @@ class Linearisation(Result):
         return modes(*averaged(self._equation))
 
     def monodromy(self) -> Array:
-        """Return what a period makes of (δq, dδq/dφ) `(2n, 2n)`."""
+        """Return what a period makes of (δq, dδq/ds) `(2n, 2n)`, s = |φ| the way of the drive."""
         matrix = first_order(self._equation, np.array([self.speed]))
         return monodromy(matrix, self.period)[0][0]
 

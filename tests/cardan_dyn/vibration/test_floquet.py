@@ -61,6 +61,16 @@ def test_growth_is_that_of_the_fastest_disturbance() -> None:
     assert vibration.floquet(scene, -speed).growth == pytest.approx([expected], rel=1e-8)
 
 
+def test_a_damped_line_is_stable_in_both_senses() -> None:
+    line = elastic_rigs.torsional_line(damping_in=0.1)
+    found = vibration.floquet(elastic_rigs.scene(line, 0.3), [0.7, -0.7])
+    assert found.kind.tolist() == ["stable", "stable"]
+    np.testing.assert_allclose(found.trace[1], found.trace[0], rtol=1e-10)
+    np.testing.assert_allclose(found.determinant, found.liouville, rtol=1e-11)
+    # The determinant is exp(-∮ d/J dt), below one.
+    assert np.all(found.determinant < 0.9)
+
+
 def test_further_motions_are_counted() -> None:
     """Below a half of the natural frequency its resonance is bent: several motions coexist."""
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))

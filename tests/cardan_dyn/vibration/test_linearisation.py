@@ -33,6 +33,20 @@ def test_monodromy_against_shooting() -> None:
     assert 0.0 < found.model_error < 1e-12
 
 
+def test_disturbances_go_forwards_in_time_where_the_drive_turns_back() -> None:
+    """By shooting over the drive's position, at negative speed backwards in time: the inverse."""
+    speed = -0.8
+    system = TiltingShaft(BETA, speed, 0.3, 1.2, 1.5, 0.02)
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(0.3, 1.2, 1.5, 0.02), BETA)
+    found = vibration.linearise(scene, speed)
+    shot = periodic(system, np.zeros(4))
+    back = np.diag([1.0, 1.0, -1.0, -1.0])
+    np.testing.assert_allclose(
+        found.monodromy(), back @ np.linalg.inv(shot.monodromy) @ back, atol=1e-10
+    )
+    assert np.all(np.abs(found.multipliers()) < 1.0)
+
+
 def test_it_is_not_about_the_uniform_motion() -> None:
     """Near r = 1/2 the latter invents an instability."""
     r, zeta = 0.5, 0.02
