@@ -80,8 +80,8 @@ def campbell(
         axes.plot(at * PER_MINUTE, values * _HERTZ, **style, label=name)
     top = float(np.nanmax(modes, initial=0.0)) * 1.15
     for order in orders:
-        axes.plot(at * PER_MINUTE, order * at * _HERTZ, color="0.55", linewidth=0.9)
-        _name_order(axes, order, float(at[-1]), top)
+        axes.plot(at * PER_MINUTE, order * np.abs(at) * _HERTZ, color="0.55", linewidth=0.9)
+        _name_order(axes, order, float(at[np.argmax(np.abs(at))]), top)
     if critical is not None:
         places = np.asarray(critical, dtype=float).reshape(-1, 2)
         style = {**point_style(0), "color": "black", "zorder": 3}
@@ -234,12 +234,19 @@ def _direction(sides: Array) -> str:
     return ", forward" if total > 0.0 else ", backward" if total < 0.0 else ""
 
 
-def _name_order(axes: Axes, order: float, last: float, top: float) -> None:
-    """Write n× at the end of an order's line, where it leaves the figure."""
-    end = min(last, top / order) if order else last
+def _name_order(axes: Axes, order: float, fastest: float, top: float) -> None:
+    """Write n× at the end of an order's line, where it leaves the figure.
+
+    Args:
+        axes: of the figure.
+        order: n.
+        fastest: speed of rotation at the end of the line, which may be negative [rad/s].
+        top: greatest frequency that is drawn [rad/s].
+    """
+    end = np.copysign(min(abs(fastest), top / order), fastest) if order else fastest
     axes.annotate(
         f"{order:g}×",
-        (end * PER_MINUTE, order * end * _HERTZ),
+        (end * PER_MINUTE, order * abs(end) * _HERTZ),
         xytext=(-4, -4),
         textcoords="offset points",
         ha="right",
