@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
+from ..checks import numbers
 from ..errors import ArgumentError
 from .style import (
     PER_MINUTE,
@@ -65,7 +66,7 @@ def campbell(
         title: of the figure.
 
     Raises:
-        ArgumentError: shapes that do not match.
+        ArgumentError: shapes that do not match, or orders that are no numbers.
     """
     at = abscissa("speed", speed)
     modes = ordinates("frequency", frequency, at)
@@ -79,7 +80,7 @@ def campbell(
         style = curve_style(index, len(at))
         axes.plot(at * PER_MINUTE, values * _HERTZ, **style, label=name)
     top = float(np.nanmax(modes, initial=0.0)) * 1.15
-    for order in orders:
+    for order in np.atleast_1d(numbers("orders", orders)).tolist():
         axes.plot(at * PER_MINUTE, order * np.abs(at) * _HERTZ, color="0.55", linewidth=0.9)
         _name_order(axes, order, float(at[np.argmax(np.abs(at))]), top)
     if critical is not None:

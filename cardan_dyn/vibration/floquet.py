@@ -112,13 +112,21 @@ class Floquet(Result):
         )
 
     def plot(self) -> Figure:
-        """Draw multipliers over speed, or a chart of the growth over speed and design."""
+        """Draw multipliers over speed, or a chart of the kinds over speed and design.
+
+        Raises:
+            ArgumentError: designs differ in several joints, or there are too few for a chart.
+        """
         if self.kind.ndim == 1:
             from ..figures.vibration import multipliers
 
             return multipliers(self.speed, np.abs(self.multipliers))
         from ..figures.critical_speeds import KINDS, stability_chart
 
+        if len(self.held) != 1:
+            raise ArgumentError(
+                f"designs differ in {', '.join(self.held)}; a chart has one joint as its ordinate"
+            )
         (angle,) = self.held.values()
         numbers_of = {name: number for number, name in enumerate(KINDS)}
         kinds = np.vectorize(lambda kind: numbers_of[str(kind)])(self.kind)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import positive, several
+from ..checks import positive, several, whole
 from ..errors import ArgumentError, VibrationError
 from .coexisting import coexisting
 from .correction import corrected
@@ -116,7 +116,11 @@ class PeriodicMotion(Result):
         return np.asarray(speeds[np.array(sums) != 1])
 
     def at(self, position: Any) -> States:
-        """Return the motions at positions `(P,)` of the drive [rad]."""
+        """Return the motions at positions `(P,)` of the drive [rad].
+
+        Raises:
+            ArgumentError: the positions are no finite numbers, or of another shape.
+        """
         return states(self.order, self.amplitude, self.speed, several("position", position))
 
     def sweep(self, row: int = 0, position: Any = None, *, scene: Scene | None = None) -> Sweep:
@@ -129,8 +133,10 @@ class PeriodicMotion(Result):
             scene: the same with other outputs, if wanted.
 
         Raises:
+            ArgumentError: no such row, or positions that are no numbers.
             CardanError: as `Scene.sweep`.
         """
+        row = self._row(row)
         if position is None:
             count = 2 * int(np.ceil(self.order[-1])) + 32
             position = 2.0 * np.pi / count * np.arange(count)
@@ -139,16 +145,34 @@ class PeriodicMotion(Result):
         return (scene or self.scene).sweep(*every)
 
     def orbit(self, first: str, second: str, row: int = 0, count: int = 361) -> Array:
-        """Return the path `(count, 2)` of two free coordinates over a revolution.
+        """Return the path `(count, 2)` of two free coordinates over a revolution [rad or m].
+
+        Args:
+            first: name of the coordinate in the first column.
+            second: of that in the second.
+            row: of the motion.
+            count: number of points, of which the last is the first.
 
         Raises:
-            ArgumentError: one is not free.
+            ArgumentError: one is not free, no such row, or no count.
         """
+        row, count = self._row(row), whole("count", count, 2)
         for name in (first, second):
             if name not in self.free:
                 raise ArgumentError(f"{name!r} is not free; free: {', '.join(self.free)}")
         q = self.at(np.linspace(0.0, 2.0 * np.pi, count)).position[row]
         return q[:, [self.free.index(first), self.free.index(second)]]
+
+    def _row(self, row: int) -> int:
+        """Return the number of a motion.
+
+        Raises:
+            ArgumentError: there is none of that number.
+        """
+        number = whole("row", row, 0)
+        if number >= len(self):
+            raise ArgumentError(f"row {number} does not exist; motions: 0 to {len(self) - 1}")
+        return number
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each motion, coordinate and order, of amplitudes above rounding."""
@@ -182,11 +206,15 @@ class PeriodicMotion(Result):
         )
 
     def plot(self, row: int = 0) -> Figure:
-        """Draw the free coordinates of a motion over a revolution."""
+        """Draw the free coordinates of a motion over a revolution.
+
+        Raises:
+            ArgumentError: no such row.
+        """
         from ..figures.vibration import over_revolution
 
         position = np.linspace(0.0, 2.0 * np.pi, 721)
-        return over_revolution(position, self.at(position).position[row], self.free)
+        return over_revolution(position, self.at(position).position[self._row(row)], self.free)
 
     def __repr__(self) -> str:
         more = self.incomplete

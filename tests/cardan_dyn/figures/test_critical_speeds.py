@@ -96,6 +96,7 @@ def test_stability_chart_names_the_kinds_that_occur() -> None:
         (lambda: figures.campbell(SPEED, SPEED), r"'frequency' has shape \(31,\)"),
         (lambda: figures.campbell(SPEED, SPEED[:, None], whirl=[1.0]), "whirl has shape"),
         (lambda: figures.campbell([np.nan], [[1.0]]), "speed has shape"),
+        (lambda: figures.campbell(SPEED, SPEED[:, None], orders="2"), "orders is not an array"),
         (lambda: figures.critical_speed_map(SPEED, {"a": [1.0]}), "'a' has shape"),
         (lambda: figures.orders_over_speed(SPEED, {"a": [1.0]}, unit="m"), "'a' has shape"),
         (lambda: figures.stability_chart(SPEED, ANGLE, [[1]]), "kind has shape"),

@@ -155,6 +155,16 @@ def test_copies_and_files(found: PeriodicMotion, tmp_path: Path) -> None:
     assert found.plot().axes
 
 
+def test_rows_that_do_not_exist_are_refused(found: PeriodicMotion) -> None:
+    for call in (found.sweep, found.plot, lambda row: found.orbit("tilt_y", "tilt_z", row)):
+        with pytest.raises(ArgumentError, match="row 2 does not exist; motions: 0 to 1"):
+            call(2)
+        with pytest.raises(ArgumentError, match="row is -1"):
+            call(-1)
+    with pytest.raises(ArgumentError, match="count is 0"):
+        found.orbit("tilt_y", "tilt_z", count=0)
+
+
 def test_positions_are_a_row(found: PeriodicMotion) -> None:
     with pytest.raises(ArgumentError, match="position has shape"):
         found.at([[0.0, 1.0]])
