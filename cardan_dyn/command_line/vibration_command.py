@@ -186,8 +186,8 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
 
     Args:
         scene: see `rig_scene`.
-        number: of the mode, from 1 for the lowest.
-        speed: of the drive at which it is taken [rad/s].
+        number: of the mode, from 1, as the table has it: by frequency at its lowest speed.
+        speed: of the drive at which it is taken, that lowest one [rad/s].
 
     Raises:
         ArgumentError: no such mode.
@@ -197,10 +197,10 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
     from ..viewer.viewing import view
 
     found = campbell(scene, np.array([speed]))
-    order = np.argsort(found.frequency[0])
-    if not 1 <= number <= len(order):
-        raise ArgumentError(f"--mode {number} does not exist; modes: 1 to {len(order)}")
-    mode = int(order[number - 1])
+    count = found.frequency.shape[1]
+    if not 1 <= number <= count:
+        raise ArgumentError(f"--mode {number} does not exist; modes: 1 to {count}")
+    mode = number - 1
     hertz = found.frequency[0, mode] / (2.0 * np.pi)
     title = f"{scene.mechanism.name}: mode {number}, {hertz:.4g} Hz at {speed / _RAD_PER_S:.4g} rpm"
     swing = mode_sweep(scene, found.shape[0][:, mode])

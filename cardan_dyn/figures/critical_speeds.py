@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
+from ..checks import numbers
 from ..errors import ArgumentError
 from .style import (
     PER_MINUTE,
+    SPEED,
     Axes,
     Figure,
     abscissa,
@@ -22,11 +24,11 @@ from .style import (
     legend,
     line_style,
     ordinate,
+    ordinates,
     point_style,
 )
 
 _HERTZ = 0.5 / np.pi
-_SPEED = "speed [1/min]"
 _DECADES = 1e-6
 """Least amplitude on a logarithmic scale, as a fraction of the greatest: rounding would stretch
 it."""
@@ -64,13 +66,10 @@ def campbell(
         title: of the figure.
 
     Raises:
-        ArgumentError: shapes that do not match.
+        ArgumentError: shapes that do not match, or orders that are no numbers.
     """
-    at, modes = abscissa("speed", speed), np.asarray(frequency, dtype=float)
-    if modes.ndim != 2 or len(modes) != len(at):
-        raise ArgumentError(
-            f"frequency has shape {modes.shape}, expected (S, n) with the S = {len(at)} speeds"
-        )
+    at = abscissa("speed", speed)
+    modes = ordinates("frequency", frequency, at)
     sides = np.zeros(modes.shape) if whirl is None else np.asarray(whirl, dtype=float)
     if sides.shape != modes.shape:
         raise ArgumentError(f"whirl has shape {sides.shape}, expected {modes.shape} as frequency")
@@ -81,9 +80,9 @@ def campbell(
         style = curve_style(index, len(at))
         axes.plot(at * PER_MINUTE, values * _HERTZ, **style, label=name)
     top = float(np.nanmax(modes, initial=0.0)) * 1.15
-    for order in orders:
-        axes.plot(at * PER_MINUTE, order * at * _HERTZ, color="0.55", linewidth=0.9)
-        _name_order(axes, order, float(at[-1]), top)
+    for order in np.atleast_1d(numbers("orders", orders)).tolist():
+        axes.plot(at * PER_MINUTE, order * np.abs(at) * _HERTZ, color="0.55", linewidth=0.9)
+        _name_order(axes, order, float(at[np.argmax(np.abs(at))]), top)
     if critical is not None:
         places = np.asarray(critical, dtype=float).reshape(-1, 2)
         style = {**point_style(0), "color": "black", "zorder": 3}
@@ -91,9 +90,7 @@ def campbell(
     axes.set_xlim(at[0] * PER_MINUTE, at[-1] * PER_MINUTE)
     if top:
         axes.set_ylim(0.0, top * _HERTZ)
-    axes.set_xlabel(_SPEED)
-    axes.set_ylabel("natural frequency [Hz]")
-    axes.set_title(title)
+    axes.set(xlabel=SPEED, ylabel="natural frequency [Hz]", title=title)
     legend(figure, 3)
     return figure
 
@@ -128,9 +125,7 @@ def critical_speed_map(
         low, high = (end * PER_MINUTE for end in operating)
         axes.axhspan(low, high, color="0.9", zorder=0, label="operating range")
     axes.set_xlim(at[0], at[-1])
-    axes.set_xlabel(label)
-    axes.set_ylabel("critical speed [1/min]")
-    axes.set_title(title)
+    axes.set(xlabel=label, ylabel="critical speed [1/min]", title=title)
     legend(figure, 3)
     return figure
 
@@ -182,7 +177,7 @@ def orders_over_speed(
     if given:
         panels[1].set_ylabel("phase [°]")
     panels[-1].set_xlim(at[0] * PER_MINUTE, at[-1] * PER_MINUTE)
-    panels[-1].set_xlabel(_SPEED)
+    panels[-1].set_xlabel(SPEED)
     figure.suptitle(title)
     legend(figure, 3)
     return figure
@@ -229,9 +224,7 @@ def stability_chart(
     axes.set_xlim(across[0], across[-1])
     axes.set_ylim(up[0], up[-1])
     axes.grid(visible=False)
-    axes.set_xlabel(_SPEED)
-    axes.set_ylabel("joint angle [°]")
-    axes.set_title(title)
+    axes.set(xlabel=SPEED, ylabel="joint angle [°]", title=title)
     legend(figure, 4)
     return figure
 
@@ -242,12 +235,19 @@ def _direction(sides: Array) -> str:
     return ", forward" if total > 0.0 else ", backward" if total < 0.0 else ""
 
 
-def _name_order(axes: Axes, order: float, last: float, top: float) -> None:
-    """Write n× at the end of an order's line, where it leaves the figure."""
-    end = min(last, top / order) if order else last
+def _name_order(axes: Axes, order: float, fastest: float, top: float) -> None:
+    """Write n× at the end of an order's line, where it leaves the figure.
+
+    Args:
+        axes: of the figure.
+        order: n.
+        fastest: speed of rotation at the end of the line, which may be negative [rad/s].
+        top: greatest frequency that is drawn [rad/s].
+    """
+    end = np.copysign(min(abs(fastest), top / order), fastest) if order else fastest
     axes.annotate(
         f"{order:g}×",
-        (end * PER_MINUTE, order * end * _HERTZ),
+        (end * PER_MINUTE, order * abs(end) * _HERTZ),
         xytext=(-4, -4),
         textcoords="offset points",
         ha="right",

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..errors import ArgumentError
 from .style import (
     PER_MINUTE,
+    SPEED,
     Figure,
     abscissa,
     angle_axis,
@@ -21,6 +22,7 @@ from .style import (
     legend,
     line_style,
     ordinate,
+    ordinates,
     point_style,
 )
 
@@ -39,11 +41,8 @@ def over_revolution(
     Raises:
         ArgumentError: shapes that do not match.
     """
-    at, courses = abscissa("position", position), np.asarray(values, dtype=float)
-    if courses.shape != (len(at), len(names)):
-        raise ArgumentError(
-            f"values have shape {courses.shape}, expected (P, n) = {(len(at), len(names))}"
-        )
+    at = abscissa("position", position)
+    courses = ordinates("values", values, at, len(names))
     figure, axes = axes_grid()
     for index, name in enumerate(names):
         axes.plot(np.rad2deg(at), courses[:, index], **curve_style(index, len(at)), label=name)
@@ -106,9 +105,7 @@ def orbits(paths: Mapping[str, ArrayLike], *, labels: tuple[str, str], title: st
         axes.plot(path[:, 0], path[:, 1], **line_style(index), label=name)
         axes.plot(*path[:1].T, **{**point_style(index), "marker": "o"})
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel(labels[0])
-    axes.set_ylabel(labels[1])
-    axes.set_title(title)
+    axes.set(xlabel=labels[0], ylabel=labels[1], title=title)
     legend(figure, 2)
     return figure
 
@@ -143,9 +140,7 @@ def run_up(
         height = ordinate(name, heights, speeds)
         for sign, text in ((1.0, name), (-1.0, None)):
             axes.plot(speeds * PER_MINUTE, sign * height, **line_style(index), label=text)
-    axes.set_xlabel("speed [1/min]")
-    axes.set_ylabel(f"free coordinate [{unit}]")
-    axes.set_title(title)
+    axes.set(xlabel=SPEED, ylabel=f"free coordinate [{unit}]", title=title)
     legend(figure, 3)
     return figure
 
@@ -161,16 +156,13 @@ def multipliers(speed: ArrayLike, sizes: ArrayLike, *, title: str = "") -> Figur
     Raises:
         ArgumentError: shapes that do not match.
     """
-    at, every = abscissa("speed", speed), np.asarray(sizes, dtype=float)
-    if every.ndim != 2 or len(every) != len(at):
-        raise ArgumentError(f"sizes have shape {every.shape}, expected (S, m) with S = {len(at)}")
+    at = abscissa("speed", speed)
+    every = ordinates("sizes", sizes, at)
     figure, axes = axes_grid()
     for index in range(every.shape[1]):
         style = curve_style(index, len(at))
         axes.plot(at * PER_MINUTE, every[:, index], **style, label=f"multiplier {index + 1}")
     axes.axhline(1.0, color="0.55", linewidth=0.9, linestyle=":")
-    axes.set_xlabel("speed [1/min]")
-    axes.set_ylabel("size of multipliers")
-    axes.set_title(title)
+    axes.set(xlabel=SPEED, ylabel="size of multipliers", title=title)
     legend(figure, 4)
     return figure

@@ -7,9 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from .reduced_model import LocalEquation
 
 _UNDAMPED = 1e-12
 """Damping ratio that counts as rounding."""
+_REAL = 1e-9
+"""Imaginary part of an eigenvalue, as a fraction of the greatest of all, that is rounding: of a
+double one it is the root of eps."""
 
 
 class Modes(NamedTuple):
@@ -44,11 +48,18 @@ class Modes(NamedTuple):
         return np.where(is_damped, size / np.where(is_damped, -2.0 * self.value.real, 1.0), np.inf)
 
 
+def averaged(equation: LocalEquation) -> tuple[Array, Array, Array]:
+    """Return mass, damping and stiffness `(S, n, n)` of S motions, averaged over their period."""
+    return tuple(
+        np.mean(item, axis=1) for item in (equation.mass, equation.damping, equation.stiffness)
+    )
+
+
 def modes(mass: Array, damping: Array, stiffness: Array) -> Modes:
-    """Return the modes of M ẍ + D ẋ + K x = 0.
+    """Return the modes of M ẍ + D ẋ + K x = 0, by the eigenvalues of its first-order form.
 
     Args:
-        mass: M `(S, n, n)`.
+        mass: M `(S, n, n)`, regular.
         damping: D, likewise.
         stiffness: K, likewise.
     """
@@ -59,7 +70,7 @@ def modes(mass: Array, damping: Array, stiffness: Array) -> Modes:
     matrix[:, free:, free:] = -np.linalg.solve(mass, damping)
     values, vectors = np.linalg.eig(matrix)
     scale = np.max(np.abs(values), axis=1, keepdims=True)
-    is_real = np.abs(values.imag) <= 1e-9 * scale
+    is_real = np.abs(values.imag) <= _REAL * scale
     # Of each complex pair the upper one, of real ones the greater half.
     rank = np.where(is_real, 1.0, 0.0) + np.where(is_real | (values.imag > 0.0), 0.0, 2.0)
     key = np.where(is_real, -values.real, values.imag)

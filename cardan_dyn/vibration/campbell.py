@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..errors import ArgumentError
-from .averaged import Modes, modes
+from ..checks import positives
+from .averaged import Modes, averaged, modes
 from .coexisting import smallest
 from .motion_search import MotionSearch
-from .periodic_motion import limit, refuse_missed
+from .periodic_motion import refuse_missed, search_of
 from .result import Result, frame_of
-from .rotating_scene import rotating_scene, speeds_of
+from .rotating_scene import speeds_of
 from .whirl import WhirlSense, sense_name
 
 if TYPE_CHECKING:
@@ -54,20 +54,16 @@ class Campbell(Result):
     shape: Array
     whirl: Array
 
-    @property
-    def free(self) -> tuple[str, ...]:
-        """Names of the free coordinates."""
-        return self.scene.drives[1:]
-
     def separation_margin(self, orders: Any = (1, 2, 4)) -> Array:
         """Return the distance `(S, n)` of each mode from the nearest order, as a fraction of it.
 
         Args:
-            orders: cycles per revolution of the drive that excite.
+            orders: cycles per revolution of the drive that excite, a number or `(K,)`.
+
+        Raises:
+            ArgumentError: an order is no positive number.
         """
-        lines = np.abs(self.speed)[:, None] * np.atleast_1d(np.asarray(orders, dtype=float))
-        if not lines.size or np.any(lines <= 0.0):
-            raise ArgumentError(f"orders is {orders!r}, expected positive numbers")
+        lines = np.abs(self.speed)[:, None] * positives("orders", orders)
         gaps = np.abs(self.frequency[:, :, None] - lines[:, None, :]) / lines[:, None, :]
         return np.asarray(np.min(gaps, axis=2))
 
@@ -107,15 +103,15 @@ def campbell(
 
     Args:
         scene: its other drives are free.
+        speed: of the drive, a number or `(S,)` [rad/s].
         drive: see `periodic_motion`.
         within: see `periodic_motion`.
-        speed: of the drive `(S,)` [rad/s].
 
     Raises:
         CardanError: see `periodic_motion`.
     """
     speeds, _ = speeds_of(speed)
-    return campbell_of(MotionSearch(rotating_scene(scene, drive), limit("within", within)), speeds)
+    return campbell_of(search_of(scene, drive, within), speeds)
 
 
 def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
@@ -128,12 +124,7 @@ def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
     senses: dict[float, WhirlSense] = {}
     for motions in smallest(search, speeds)[0]:
         equation = motions.model.equation(motions.course)
-        found = modes(
-            *(
-                np.mean(item, axis=1)
-                for item in (equation.mass, equation.damping, equation.stiffness)
-            )
-        )
+        found = modes(*averaged(equation))
         value[motions.index], shapes[motions.index] = found.value, found.shape
         for index in motions.index.tolist():
             sense = float(np.sign(speeds[index]))

@@ -14,6 +14,7 @@ from .motion_search import Motions
 from .reduced_model import Course, ReducedModel
 
 _STEPS = 3
+"""Newton steps, each with the derivatives of the interpolated equation."""
 _MOST_CONDITION = 1e12
 """Condition number of the equation's Jacobian from which on its motion may be anywhere: that of
 stiff scenes with many orders is about 1e7."""

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import flag
+from ..checks import flag, positives
 from ..errors import ArgumentError, VibrationError
 from .campbell import Campbell, campbell_of
 from .linear_motions import resting
 from .motion_search import MotionSearch
-from .periodic_grid import amplitudes
-from .periodic_motion import limit
+from .periodic_grid import amplitudes, orders_of
+from .periodic_motion import search_of
 from .regions import Region, regions
 from .result import Result, frame_of
-from .rotating_scene import rotating_scene, speeds_of
+from .rotating_scene import speeds_of
 from .stability import stability
 from .whirl import sense_name
 
@@ -35,7 +35,10 @@ _HIGHEST = 8
 """Highest order that is looked at unless others are asked for."""
 _HALF_WIDTHS = 3.0
 """Range around a crossing in which the greatest amplitude is looked for, in half-power widths."""
+_WIDEST = 0.5
+"""The same at the most, as a fraction of the speed, where an order follows a frequency closely."""
 _PLACES, _ROUNDS = 13, 4
+"""Speeds at which that range is looked at, and rounds, each some five times as fine as the last."""
 _LEAST_DAMPING = 1e-7
 """Damping ratio below which a resonance counts as undamped: its amplitude has no bound."""
 
@@ -55,7 +58,8 @@ class CriticalSpeed(NamedTuple):
             m], infinite without damping, NaN where motions near it were not found, as they are
             larger than `within` allows; growth rate of an instability [1/s].
         amplification: amplification factor 1/(2ζ) of the mode; NaN for an instability.
-        lower, upper: edges of an instability; speeds of half power of a resonance [rad/s].
+        lower, upper: edges of an instability; speeds of half power of a resonance, to first order
+            in its damping ratio [rad/s].
     """
 
     speed: float
@@ -162,8 +166,8 @@ def critical_speeds(
         orders: cycles per revolution of the drive that are looked at; all up to 8 that force the
             free coordinates if None.
         drive: see `periodic_motion`.
-        within: see `periodic_motion`.
         instabilities: whether unstable intervals are looked for.
+        within: see `periodic_motion`.
 
     Raises:
         VibrationError: no periodic motion was found.
@@ -175,9 +179,10 @@ def critical_speeds(
     if len(speeds) == 2:
         speeds = np.linspace(speeds[0], speeds[1], _SPEEDS)
     instabilities = flag("instabilities", instabilities)
-    search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
+    given = None if orders is None else sorted(set(positives("orders", orders).tolist()))
+    search = search_of(scene, drive, within)
     found = campbell_of(search, speeds)
-    wanted = _exciting(search, speeds) if orders is None else _orders(orders)
+    wanted = _exciting(search, speeds) if given is None else given
     rows = [
         _resonance(search, found, order, mode, crossing)
         for order in wanted
@@ -197,13 +202,6 @@ def critical_speeds(
     )
 
 
-def _orders(given: Any) -> list[float]:
-    orders = np.atleast_1d(np.asarray(given, dtype=float))
-    if orders.ndim != 1 or not np.all(np.isfinite(orders)) or np.any(orders <= 0.0):
-        raise ArgumentError(f"orders is {given!r}, expected positive numbers")
-    return sorted(set(orders.tolist()))
-
-
 def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     """Return the orders up to the highest that force the free coordinates.
 
@@ -214,8 +212,8 @@ def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     for motions in search.primary(speeds[[0, len(speeds) // 2, -1]]):
         efforts = motions.middle.efforts(resting(motions.course))
         forcing = np.max(np.abs(amplitudes(efforts, 1)), axis=(0, 2))
-        orders = 2.0 * np.pi / motions.model.period * np.arange(len(forcing))
-        for order, size in zip(orders.tolist(), forcing.tolist(), strict=True):
+        waves = orders_of(len(forcing), motions.model.period)
+        for order, size in zip(waves.tolist(), forcing.tolist(), strict=True):
             sizes[order] = max(size, sizes.get(order, 0.0))
     if not sizes:
         raise VibrationError(next(iter(search.missed.values())))
@@ -227,33 +225,49 @@ def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     ]
 
 
-def _crossings(found: Campbell, order: float, mode: int) -> list[float]:
-    """Return the speeds at which an order meets a mode's frequency, between those of the modes."""
+class _Crossing(NamedTuple):
+    """A speed at which an order meets a mode's frequency, and how fast they part there.
+
+    Attributes:
+        speed: of the drive [rad/s].
+        slope: by how much order times speed grows faster than the frequency, per rad/s.
+    """
+
+    speed: float
+    slope: float
+
+
+def _crossings(found: Campbell, order: float, mode: int) -> list[_Crossing]:
+    """Return where an order meets a mode's frequency, between the speeds of the modes."""
     # Speeds without a motion lie at undamped resonances: their neighbours tell where.
     is_there = np.isfinite(found.frequency[:, mode])
     speed = found.speed[is_there]
     gap = order * np.abs(speed) - found.frequency[is_there, mode]
-    places = np.nonzero(gap[1:] * gap[:-1] <= 0.0)[0]
-    shares = gap[places] / (gap[places] - gap[places + 1])
-    return (speed[places] + shares * np.diff(speed)[places]).tolist()
+    # A crossing at one of the speeds belongs to the interval that begins there, or to the last.
+    is_met = (gap[:-1] == 0.0) | (gap[:-1] * gap[1:] < 0.0)
+    is_met[-1:] |= gap[-1:] == 0.0
+    places = np.nonzero(is_met)[0]
+    slopes = np.diff(gap)[places] / np.diff(speed)[places]
+    at = speed[places] - gap[places] / np.where(slopes == 0.0, 1.0, slopes)
+    return [_Crossing(*pair) for pair in zip(at.tolist(), slopes.tolist(), strict=True)]
 
 
 def _resonance(
-    search: MotionSearch, found: Campbell, order: float, mode: int, crossing: float
+    search: MotionSearch, found: Campbell, order: float, mode: int, crossing: _Crossing
 ) -> CriticalSpeed:
     """Return the critical speed near a crossing."""
     is_there = np.isfinite(found.frequency[:, mode])
     near = np.column_stack([found.frequency[:, mode], found.decay[:, mode]])[is_there]
-    row = int(np.argmin(np.where(is_there, np.abs(found.speed - crossing), np.inf)))
+    row = int(np.argmin(np.where(is_there, np.abs(found.speed - crossing.speed), np.inf)))
     known = found.speed[is_there]
-    frequency, decay = (float(np.interp(crossing, known, column)) for column in near.T)
+    frequency, decay = (float(np.interp(crossing.speed, known, column)) for column in near.T)
     ratio = -decay / np.hypot(frequency, decay)
-    speed, severity, half = crossing, np.inf, 0.0
+    speed, severity, half = crossing.speed, np.inf, 0.0
     if ratio > _LEAST_DAMPING:
-        half = ratio * abs(crossing)
-        speed, severity = _peak(
-            search, order, crossing, _HALF_WIDTHS * half, found.shape[row], mode
-        )
+        # At half power, order and natural frequency are as far apart as the mode decays.
+        half = abs(decay / crossing.slope) if crossing.slope else np.inf
+        width = min(_HALF_WIDTHS * half, _WIDEST * abs(speed))
+        speed, severity = _peak(search, order, speed, width, found.shape[row], mode)
     return CriticalSpeed(
         speed=float(speed),
         kind="resonance",
@@ -302,6 +316,8 @@ def _shares(search: MotionSearch, speeds: Array, order: float, shapes: Array, mo
     sizes = np.full(len(speeds), np.nan)
     for motions in search.primary(speeds):
         waves = amplitudes(motions.course.q, 1)
+        # Where the drive turns back, exp(i order φ) goes the other way in time than modes do.
+        waves = np.where(motions.course.speed[:, None, None] < 0.0, waves.conj(), waves)
         wave = order * motions.model.period / (2.0 * np.pi)
         sizes[motions.index] = 0.0
         if abs(wave - round(wave)) < 1e-9 and round(wave) < waves.shape[1]:

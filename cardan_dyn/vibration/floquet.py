@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import flag, mapping, numbers, whole
+from ..checks import flag, mapping, numbers, positive, whole
 from ..dynamics.workers import in_order, shares_of
 from ..errors import ArgumentError
 from .motion_search import MotionSearch
-from .periodic_motion import limit
 from .regions import Region, regions
 from .result import Result, frame_of
 from .rotating_scene import rotating_scene, speeds_of
@@ -41,7 +40,7 @@ class Floquet(Result):
         period: over which the multipliers are taken, in the drive's position [rad]: half a
             revolution where the equation repeats after it.
         multipliers: complex `(..., 2n)`, the greatest first; NaN without a motion.
-        trace, determinant: of the monodromy matrix of (δq, dδq/dφ).
+        trace, determinant: of the monodromy matrix of (δq, dδq/ds), s = |φ| the way of the drive.
         liouville: the determinant once more, by the integral of the damping.
         kind: `stable`; `instability`: a multiplier below -1, motions of twice the period grow;
             `fold`: above +1; `combination`: two modes together; `flutter`: by loads that turn with
@@ -113,13 +112,21 @@ class Floquet(Result):
         )
 
     def plot(self) -> Figure:
-        """Draw multipliers over speed, or a chart of the growth over speed and design."""
+        """Draw multipliers over speed, or a chart of the kinds over speed and design.
+
+        Raises:
+            ArgumentError: designs differ in several joints, or there are too few for a chart.
+        """
         if self.kind.ndim == 1:
             from ..figures.vibration import multipliers
 
             return multipliers(self.speed, np.abs(self.multipliers))
         from ..figures.critical_speeds import KINDS, stability_chart
 
+        if len(self.held) != 1:
+            raise ArgumentError(
+                f"designs differ in {', '.join(self.held)}; a chart has one joint as its ordinate"
+            )
         (angle,) = self.held.values()
         numbers_of = {name: number for number, name in enumerate(KINDS)}
         kinds = np.vectorize(lambda kind: numbers_of[str(kind)])(self.kind)
@@ -159,7 +166,7 @@ def floquet(
         CardanError: see `periodic_motion`; speeds without a motion are marked instead.
     """
     workers, edges = whole("workers", workers), flag("edges", edges)
-    within = limit("within", within)
+    within = positive("within", within)
     speeds, _ = speeds_of(speed)
     if edges and (np.any(np.diff(speeds) <= 0.0) or speeds[0] * speeds[-1] < 0.0):
         raise ArgumentError("edges: give ascending speeds of one sense")

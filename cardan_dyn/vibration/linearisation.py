@@ -9,17 +9,17 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ArgumentError
-from .averaged import Modes, modes
+from .averaged import Modes, averaged, modes
 from .coexisting import smallest
 from .correction import corrected
 from .linear_motions import resting
 from .monodromy import first_order, monodromy
 from .motion_search import Motions, MotionSearch
-from .periodic_grid import amplitudes
-from .periodic_motion import limit, refuse_missed
+from .periodic_grid import amplitudes, orders_of
+from .periodic_motion import refuse_missed, search_of
 from .reduced_model import LocalEquation
 from .result import Result, frame_of
-from .rotating_scene import rotating_scene, speeds_of
+from .rotating_scene import speeds_of
 
 if TYPE_CHECKING:
     import pandas
@@ -69,14 +69,9 @@ class Linearisation(Result):
     model_error: float
 
     @property
-    def free(self) -> tuple[str, ...]:
-        """Names of the free coordinates."""
-        return self.scene.drives[1:]
-
-    @property
     def order(self) -> Array:
         """Orders of the Fourier coefficients `(K,)` [cycles per revolution of the drive]."""
-        return 2.0 * np.pi / self.period * np.arange((len(self.position) + 1) // 2)
+        return orders_of((len(self.position) + 1) // 2, self.period)
 
     def fourier(self, name: str) -> Array:
         """Return Fourier coefficients `(K, …)`: Re Σ c exp(i order φ).
@@ -92,19 +87,20 @@ class Linearisation(Result):
             raise ArgumentError(f"{name!r} has no coefficients; names: {', '.join(names)}")
         return amplitudes(getattr(self, name))
 
+    @property
+    def _equation(self) -> LocalEquation:
+        """The coefficients as those of one motion, whose efforts vanish."""
+        none, coefficients = np.zeros((1, 0)), (self.mass, self.damping, self.stiffness)
+        return LocalEquation(none, none, *(item[None] for item in coefficients))
+
     def modes(self) -> Modes:
         """Return the modes of the averaged equation, arrays with one row."""
-        return modes(
-            *(np.mean(item, axis=0)[None] for item in (self.mass, self.damping, self.stiffness))
-        )
+        return modes(*averaged(self._equation))
 
     def monodromy(self) -> Array:
-        """Return what a period makes of (δq, dδq/dφ) `(2n, 2n)`."""
-        empty = np.zeros((1, 0))
-        equation = LocalEquation(
-            empty, empty, self.mass[None], self.damping[None], self.stiffness[None]
-        )
-        return monodromy(first_order(equation, np.array([self.speed])), self.period)[0][0]
+        """Return what a period makes of (δq, dδq/ds) `(2n, 2n)`, s = |φ| the way of the drive."""
+        matrix = first_order(self._equation, np.array([self.speed]))
+        return monodromy(matrix, self.period)[0][0]
 
     def multipliers(self) -> Array:
         """Return the complex Floquet multipliers `(2n,)` of a period, the greatest first."""
@@ -156,9 +152,9 @@ def linearise(
 
     Args:
         scene: its other drives are free.
+        speed: of the drive, a number [rad/s].
         drive: see `periodic_motion`.
         within: see `periodic_motion`.
-        speed: of the drive, a number [rad/s].
 
     Raises:
         CardanError: see `periodic_motion`.
@@ -166,7 +162,7 @@ def linearise(
     speeds, is_single = speeds_of(speed)
     if not is_single:
         raise ArgumentError("linearise takes one speed; Floquet and Campbell take many")
-    search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
+    search = search_of(scene, drive, within)
     found, _ = smallest(search, speeds)
     refuse_missed(search, speeds)
     motions, _ = corrected(search.build.efforts, found[0])

@@ -17,6 +17,7 @@ from .periodic_grid import interpolation
 from .reduced_model import LocalEquation
 
 _STAGES = 8
+"""Gauss points of an element: the method is of twice that order."""
 _PHASE = 1.2
 """Greatest phase of the fastest motion in an element [rad] at the first try."""
 _STANDS = 3e-14
@@ -24,21 +25,26 @@ _STANDS = 3e-14
 the error is then that divided by 2^16, and rounding."""
 _MOST_HALVINGS = 5
 _NUMBERS = 8_000_000
+"""Numbers (64 MB) of the elements' equations that are solved at a time."""
 
 
 def first_order(equation: LocalEquation, speed: Array) -> Array:
-    """Return A `(S, N, 2n, 2n)` of dy/dφ = A y with y = (δq, dδq/dφ)."""
-    free = equation.mass.shape[-1]
-    sides = np.concatenate(
-        [
-            equation.stiffness / speed[:, None, None, None] ** 2,
-            equation.damping / speed[:, None, None, None],
-        ],
-        axis=-1,
-    )
+    """Return A `(S, N, 2n, 2n)` of dy/ds = A y with y = (δq, dδq/ds), s = |φ| the drive's way.
+
+    Nodes are at equidistant ways from position 0 on, in the sense in which the drive turns, so that
+    disturbances are followed forwards in time where the drive turns back as well.
+
+    Args:
+        equation: along S motions, at nodes of ascending positions.
+        speed: of the drive `(S,)` [rad/s].
+    """
+    free, pace = equation.mass.shape[-1], np.abs(speed)[:, None, None, None]
+    sides = np.concatenate([equation.stiffness / pace**2, equation.damping / pace], axis=-1)
     matrix = np.zeros((*equation.mass.shape[:2], 2 * free, 2 * free))
     matrix[..., :free, free:] = np.eye(free)
     matrix[..., free:, :] = -np.linalg.solve(equation.mass, sides)
+    turns_back = speed < 0.0
+    matrix[turns_back] = np.roll(matrix[turns_back][:, ::-1], 1, axis=1)
     return matrix
 
 

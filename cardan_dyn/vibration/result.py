@@ -17,9 +17,27 @@ from ..frozen import read_only
 if TYPE_CHECKING:
     import pandas
 
+    from ..scene.scene import Scene
+
 
 class Result:
-    """Base of frozen dataclasses that hold results: arrays are read-only, in copies as well."""
+    """Base of frozen dataclasses that hold results: arrays are read-only, in copies as well.
+
+    Attributes:
+        scene: its drive at constant speed first.
+    """
+
+    scene: Scene
+
+    @property
+    def drive(self) -> str:
+        """Name of the coordinate that turns at constant speed."""
+        return self.scene.drives[0]
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the free coordinates."""
+        return self.scene.drives[1:]
 
     def __post_init__(self) -> None:
         for value in self.__dict__.values():

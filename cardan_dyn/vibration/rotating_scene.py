@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described, numbers, text
+from ..checks import described, several, text
 from ..elements.bushing import Bushing
 from ..elements.element import Element
 from ..elements.joint_elements import Actuator, JointFriction, JointSpring
@@ -144,12 +144,10 @@ def speeds_of(value: Any) -> tuple[Array, bool]:
             "speed is a function; a periodic motion needs a drive that is held at constant speed. "
             "vibration.run_up and Scene.simulate(motion=…) follow a drive that speeds up"
         )
-    speeds = numbers("speed", value)
-    if speeds.ndim > 1 or not speeds.size:
-        raise ArgumentError(f"speed has shape {speeds.shape}, expected a number or (S,)")
+    speeds = several("speed", value)
     if np.any(speeds == 0.0):
         raise ArgumentError("speed is 0; at rest, Scene.equilibrium says what a scene does")
-    return np.atleast_1d(speeds), not speeds.ndim
+    return speeds, not np.ndim(value)
 
 
 def _damps(element: Element) -> bool:

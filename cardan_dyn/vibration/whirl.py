@@ -10,8 +10,12 @@ from .periodic_grid import nodes
 from .rotating_scene import RotatingScene
 
 _POSITIONS = 16
+"""Drive positions over a period at which ellipses are looked at, and averaged."""
 _TURNS = 1e-3
 """Speed of a link [rad/s per rad/s of the drive] below which it does not turn."""
+
+_PLANAR = 0.1
+"""Sense below which an ellipse is so thin that its mode counts as swinging in a plane."""
 
 
 class WhirlSense:
@@ -69,6 +73,7 @@ class WhirlSense:
                 ends = np.einsum("kin,nm->kmi", moved[index], shapes)
                 axis = self._axis[index][:, None, :]
                 ends = ends - np.sum(ends * axis, axis=-1, keepdims=True) * axis
+                # Of Re(a exp(iωt)), from a's real part towards minus its imaginary one.
                 turned = np.cross(ends.real, -ends.imag)
                 forward += weight * np.mean(2.0 * np.sum(turned * axis, axis=-1), axis=0)
                 size += weight * np.mean(np.sum(np.abs(ends) ** 2, axis=-1), axis=0)
@@ -76,7 +81,7 @@ class WhirlSense:
 
 
 def sense_name(sense: float) -> str:
-    """Return the word for a sense: `forward`, `backward`, or `planar`."""
-    if abs(sense) < 0.1:
+    """Return the word for a sense from -1 to +1: `forward`, `backward`, or `planar`."""
+    if abs(sense) < _PLANAR:
         return "planar"
     return "forward" if sense > 0.0 else "backward"

@@ -42,6 +42,9 @@ def test_coordinates_and_coefficients_over_a_revolution() -> None:
         "tilt_y",
     ]
     assert stiffness.get_ylabel() == "stiffness"
+    uneven = {"damping": np.broadcast_to([[1.0, 2.0], [3.0, 4.0]], (37, 2, 2))}
+    (damping,) = vibration.coefficients(turn, uneven, ("tilt_z", "tilt_y")).axes
+    assert [line.get_ydata()[0] for line in damping.lines] == [1.0, 2.0, 3.0, 4.0]
 
 
 def test_multipliers_over_speed() -> None:
@@ -49,6 +52,8 @@ def test_multipliers_over_speed() -> None:
     (axes,) = vibration.multipliers(SPEED, sizes, title="growth").axes
     assert axes.lines[1].get_ydata() == pytest.approx(1.0 / SPEED)
     assert axes.get_title() == "growth"
+    # From one on, motions grow.
+    assert set(axes.lines[2].get_ydata()) == {1.0}
 
 
 @pytest.mark.parametrize(
@@ -56,9 +61,9 @@ def test_multipliers_over_speed() -> None:
     [
         (lambda: figures.orbits({"a": SPEED}, labels=("", "")), "path 'a' has shape"),
         (lambda: figures.run_up(SPEED, [1.0], unit="m"), "'values' has shape"),
-        (lambda: figures.over_revolution(SPEED, SPEED, ("a",)), "values have shape"),
+        (lambda: figures.over_revolution(SPEED, SPEED, ("a",)), "'values' has shape"),
         (lambda: vibration.coefficients(SPEED, {"mass": SPEED}, ("a",)), "mass has shape"),
-        (lambda: vibration.multipliers(SPEED, SPEED), "sizes have shape"),
+        (lambda: vibration.multipliers(SPEED, SPEED), "'sizes' has shape"),
     ],
 )
 def test_shapes_that_do_not_match(draw: object, message: str) -> None:

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
+import cardan_dyn as cd
 from cardan_dyn import ArgumentError, VibrationError, vibration
 from cardan_dyn.vibration import Campbell
+from cardan_dyn.vibration.campbell import _followed
 
 POLAR = 0.1
 
@@ -41,6 +43,35 @@ def test_a_drive_that_turns_back_swaps_forward_and_backward() -> None:
     assert back.whirl[0, fast] == pytest.approx(1.0, abs=0.01)
 
 
+def test_modes_keep_their_sense_in_space_where_the_drive_turns_back() -> None:
+    """What whirls forwards, faster by its gyroscopic moment, is backward for the other rotation."""
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(POLAR), np.radians(1.0))
+    found = vibration.campbell(scene, [1.9, -1.9])
+    np.testing.assert_allclose(found.whirl, [[-1.0, 1.0], [1.0, -1.0]], atol=0.01)
+    np.testing.assert_allclose(found.frequency[1], found.frequency[0, ::-1], rtol=1e-9)
+
+
+@pytest.mark.parametrize("count", [3, 7])
+def test_modes_are_followed_by_their_shapes(count: int) -> None:
+    """Whether all orders are compared or not."""
+    random = np.random.default_rng(count)
+    shapes = random.normal(size=(count, count)) + 1j * random.normal(size=(count, count))
+    value = 1j * np.arange(1.0, count + 1.0)
+    order = random.permutation(count)
+    near = shapes + 0.01 * random.normal(size=shapes.shape)
+    found = _followed(shapes, value, near[:, order], value[order])
+    np.testing.assert_array_equal(order[found], np.arange(count))
+
+
+@pytest.mark.parametrize("count", [2, 6])
+def test_modes_of_nearly_one_shape_are_followed_by_their_frequencies(count: int) -> None:
+    random = np.random.default_rng(count)
+    before, after = 1.0 + 0.03 * random.normal(size=(2, count, count)) + 0.0j
+    value, order = 1j * np.arange(1.0, count + 1.0), np.roll(np.arange(count), 1)
+    found = _followed(before, value, after, 1.01 * value[order])
+    np.testing.assert_array_equal(order[found], np.arange(count))
+
+
 def test_separation_margin(found: Campbell) -> None:
     margin = found.separation_margin((1, 4))
     frequency = found.frequency[1, 0]
@@ -48,6 +79,8 @@ def test_separation_margin(found: Campbell) -> None:
     assert margin[1, 0] == pytest.approx(expected)
     with pytest.raises(ArgumentError, match="expected positive numbers"):
         found.separation_margin((0, 1))
+    with pytest.raises(ArgumentError, match="orders is not finite"):
+        found.separation_margin(np.nan)
 
 
 def test_modes_keep_their_columns_where_frequencies_cross() -> None:
@@ -63,6 +96,22 @@ def test_tables_and_figures(found: Campbell) -> None:
     assert frame.whirl.tolist() == ["backward", "forward"] * 3
     assert found.plot().axes
     assert "3 speeds" in repr(found)
+
+
+def test_a_rotor_on_slides() -> None:
+    """It whirls in no sense: one mode along each slide, √(k/m)."""
+    stiffness, mass = np.array([100.0, 130.0]), 1.7
+    rig = cd.load(elastic_rigs.sliding_rotor(mass, stiffness=stiffness.tolist()))
+    scene = cd.Scene(
+        rig,
+        drive=["turn", "y", "z"],
+        held={"x": 0.0, "yaw": 0.0},
+        elements=cd.described_elements(rig),
+    )
+    found = vibration.campbell(scene, [3.0, 12.0])
+    np.testing.assert_allclose(found.frequency, [np.sqrt(stiffness / mass)] * 2, rtol=1e-12)
+    np.testing.assert_allclose(found.whirl, np.zeros((2, 2)), atol=1e-9)
+    assert set(found.to_dataframe().whirl) == {"planar"}
 
 
 def test_without_any_motion() -> None:

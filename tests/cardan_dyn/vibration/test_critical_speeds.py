@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from testkit import elastic_rigs
 
 from cardan_dyn import ArgumentError, vibration
 from cardan_dyn.vibration import CriticalSpeeds
+from cardan_dyn.vibration.critical_speeds import _crossings
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +58,77 @@ def test_instabilities_stand_beside_resonances() -> None:
     assert kinds["resonance"].speed == pytest.approx(0.5, abs=5e-3)
 
 
+def test_peak_of_a_strongly_damped_mode() -> None:
+    """A spring behind the joint is forced by the series φ₂ = φ + Σ κᵏ sin(2 k φ)/k, κ = tan²(β/2).
+
+    Amplitudes κ r²/|1 - r² + 2 i ζ r|, r = 2 Ω/ω_n, are greatest at r = 1/√(1 - 2 ζ²).
+    """
+    natural, ratio, beta = 20.0, 0.2, np.radians(5.0)
+    line = elastic_rigs.torsional_line(
+        0.4, 1.0, None, natural**2, damping_out=2.0 * ratio * natural
+    )
+    found = vibration.critical_speeds(
+        elastic_rigs.scene(line, beta), [7.0, 14.0], orders=2, instabilities=False
+    )
+    (row,) = found
+    assert row.speed == pytest.approx(0.5 * natural / np.sqrt(1.0 - 2.0 * ratio**2), rel=1e-3)
+    size = np.tan(beta / 2.0) ** 2 / (2.0 * ratio * np.sqrt(1.0 - ratio**2))
+    assert row.severity == pytest.approx(size, rel=1e-5)
+    assert row.amplification == pytest.approx(0.5 / ratio, rel=1e-6)
+    assert row.frequency == pytest.approx(natural * np.sqrt(1.0 - ratio**2), rel=1e-6)
+
+
+def test_half_power_at_the_ends_of_a_resonance() -> None:
+    """To first order in the damping ratio."""
+    ratio = 1e-3
+    urdf = elastic_rigs.elastic_rig(damping_ratio=ratio)
+    scene = elastic_rigs.scene(urdf, np.radians(2.0))
+    found = vibration.critical_speeds(scene, [0.45, 0.6], orders=2, instabilities=False)
+    (row,) = (row for row in found if row.whirl == "forward")
+    response = vibration.forced_response(scene, [row.lower, row.speed, row.upper], joints=[])
+    size, _ = response.whirls("tilt_y", "tilt_z", 2)
+    assert size[[0, 2]] == pytest.approx(np.sqrt(0.5) * size[1], rel=5.0 * ratio)
+
+
+def test_a_crossing_at_a_speed_of_the_modes_is_one() -> None:
+    """A frequency of 4 rad/s that grows by half of the speed's growth, and order 2."""
+    for speeds in (np.linspace(1.0, 5.0, 5), np.linspace(2.0, 4.0, 3), np.array([1.0, 2.2, 5.0])):
+        for speed in (speeds, -speeds[::-1]):
+            found = SimpleNamespace(speed=speed, frequency=3.0 + 0.5 * np.abs(speed)[:, None])
+            (crossing,) = _crossings(found, 2.0, 0)
+            assert crossing.speed == pytest.approx(2.0 * np.sign(speed[0]))
+            assert crossing.slope == pytest.approx(1.5 * np.sign(speed[0]))
+
+
+def test_orders_that_force_are_found() -> None:
+    """Without unbalance even ones alone, of which each is tan²(β/2) times the one before."""
+    line = elastic_rigs.torsional_line(damping_in=0.02)
+    scene = elastic_rigs.scene(line, np.radians(10.0))
+    found = vibration.critical_speeds(scene, [0.2, 0.3], instabilities=False)
+    assert found.orders == (2.0, 4.0, 6.0, 8.0)
+
+
+def test_a_drive_that_turns_back_has_the_same_critical_speeds(rig: CriticalSpeeds) -> None:
+    back = vibration.critical_speeds(rig.scene, [-0.6, -0.2], orders=(2, 4), instabilities=False)
+    expected = [row for row in rig if row.order in (2.0, 4.0)]
+    assert len(back) == len(expected) == 4
+    for row, other in zip(reversed(back.rows), expected, strict=True):
+        assert (row.order, row.whirl) == (other.order, other.whirl)
+        assert row.speed == pytest.approx(-other.speed, rel=1e-4)
+        assert row.severity == pytest.approx(other.severity, rel=1e-3, abs=1e-8)
+        assert (row.lower, row.upper) == pytest.approx((-other.upper, -other.lower), rel=1e-4)
+
+
+def test_severity_is_unknown_where_motions_are_too_large() -> None:
+    """κ/(2 ζ) = 1.55 rad exceeds the range of one radian, whose greatest amplitude is no peak."""
+    line = elastic_rigs.torsional_line(0.5, 1.0, None, 1.0, damping_out=0.02)
+    scene = elastic_rigs.scene(line, np.radians(20.0))
+    found = vibration.critical_speeds(scene, [0.45, 0.55], orders=2, instabilities=False)
+    (row,) = found
+    assert np.isnan(row.severity)
+    assert row.speed == pytest.approx(0.5, rel=1e-3)
+
+
 def test_undamped_resonances_have_no_bound() -> None:
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=0.5)
     found = vibration.critical_speeds(
@@ -83,5 +156,10 @@ def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
 def test_what_is_asked_for_wrongly(rig: CriticalSpeeds) -> None:
     with pytest.raises(ArgumentError, match="two or more ascending"):
         vibration.critical_speeds(rig.scene, [0.6, 0.2])
-    with pytest.raises(ArgumentError, match="orders is"):
-        vibration.critical_speeds(rig.scene, [0.2, 0.6], orders=-1)
+    for orders, message in (
+        (-1, "orders holds -1, expected positive"),
+        ("two", "orders is not an array of real numbers"),
+        ([2.0, np.nan], "orders is not finite"),
+    ):
+        with pytest.raises(ArgumentError, match=message):
+            vibration.critical_speeds(rig.scene, [0.2, 0.6], orders=orders)

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shooting import periodic
 from testkit import elastic_rigs
+from vibrating_lines import SpringInFront
 
 from cardan_dyn import ArgumentError, vibration
 from cardan_dyn.vibration import Floquet
@@ -47,6 +49,52 @@ def test_workers_change_nothing(chart: Floquet) -> None:
     )
     np.testing.assert_array_equal(shared.trace, alone.trace)
     np.testing.assert_allclose(shared.trace[:3], chart.trace[:, :3], atol=1e-12)
+
+
+def test_growth_is_that_of_the_fastest_disturbance() -> None:
+    """ln|λ| over the time π/Ω of half a turn; forwards and backwards alike."""
+    beta, speed = np.radians(20.0), 1.0
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), beta)
+    shot = periodic(SpringInFront(beta, speed), np.zeros(2))
+    expected = np.log(np.max(np.abs(shot.multipliers))) * speed / np.pi
+    assert vibration.floquet(scene, speed).growth == pytest.approx([expected], rel=1e-8)
+    assert vibration.floquet(scene, -speed).growth == pytest.approx([expected], rel=1e-8)
+
+
+def test_a_damped_line_is_stable_in_both_senses() -> None:
+    line = elastic_rigs.torsional_line(damping_in=0.1)
+    found = vibration.floquet(elastic_rigs.scene(line, 0.3), [0.7, -0.7])
+    assert found.kind.tolist() == ["stable", "stable"]
+    np.testing.assert_allclose(found.trace[1], found.trace[0], rtol=1e-10)
+    np.testing.assert_allclose(found.determinant, found.liouville, rtol=1e-11)
+    # The determinant is exp(-∮ d/J dt), below one.
+    assert np.all(found.determinant < 0.9)
+
+
+def test_further_motions_are_counted() -> None:
+    """Below a half of the natural frequency its resonance is bent: several motions coexist."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))
+    found = vibration.floquet(scene, [0.4975, 1.2])
+    every = vibration.periodic_motion(scene, [0.4975, 1.2])
+    counts = [int(np.sum(every.speed == speed)) - 1 for speed in found.speed]
+    assert found.coexisting.tolist() == counts
+    assert counts[0] > 0 == counts[1]
+    # Of a well resolved integration, and never nothing.
+    assert 0.0 < found.change < 1e-11
+
+
+def test_designs_of_different_periods_are_not_compared() -> None:
+    """A weight beside the axis, which acts along it where both shafts are in line."""
+    urdf = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=0.5)
+    plain = '<link name="flywheel"><inertial>'
+    heavy = urdf.replace(plain, f'{plain}<origin xyz="0 0.1 0"/>')
+    assert heavy != urdf
+    scene = elastic_rigs.scene(heavy, 0.3, gravity=(0.5, 0.0, 0.0))
+    for angle, period in ((0.0, np.pi), (0.3, 2.0 * np.pi)):
+        found = vibration.floquet(scene, 0.7, held={"joint_angle": [angle]})
+        assert found.period == pytest.approx(period)
+    with pytest.raises(ArgumentError, match="some designs repeat after half a revolution"):
+        vibration.floquet(scene, 0.7, held={"joint_angle": [0.0, 0.3]})
 
 
 def test_null_test_with_the_spring_behind() -> None:
@@ -107,6 +155,10 @@ def test_tables_figures_and_files(chart: Floquet, tmp_path: Path) -> None:
 def test_what_is_asked_for_wrongly(chart: Floquet) -> None:
     with pytest.raises(ArgumentError, match="regions were not asked for"):
         _ = vibration.floquet(chart.scene, 0.7).regions
+    both = {"joint_angle_1": [0.1, 0.2], "joint_angle_2": [0.1, 0.2]}
+    double = elastic_rigs.scene(elastic_rigs.double_joint(), 0.1)
+    with pytest.raises(ArgumentError, match="designs differ in joint_angle_1, joint_angle_2"):
+        vibration.floquet(double, [0.6, 0.7], held=both).plot()
     with pytest.raises(ArgumentError, match="ascending speeds"):
         vibration.floquet(chart.scene, [1.0, 0.9], edges=True)
     with pytest.raises(ArgumentError, match="same number for each joint"):

@@ -37,6 +37,21 @@ def test_error_holds_between_the_nodes(urdf: str, free: int, half: float) -> Non
     assert np.max(np.abs(found - exact)) < 1e-12
 
 
+def test_error_of_a_coarse_model_is_said() -> None:
+    """Quadratic polynomials leave about what the third order of a swing by 0.4 rad is."""
+    builder = build(elastic_rigs.torsional_line(), 0.5)
+    half = 0.4
+    model = builder._built(np.zeros((31, 1)), np.array([half]), (2,), 2)
+    random = np.random.default_rng(6)
+    drive, q = random.uniform(0.0, np.pi, 200), random.uniform(-half, half, (200, 1))
+    exact = builder.efforts.terms(np.column_stack([drive, q])).mass[:, 0, 0]
+    weights = interpolation(drive, model.count, model.period)
+    values = model.basis.values(q / half)
+    found = np.einsum("kn,npf,pk->kf", weights, model.coefficients, values)[:, 0]
+    gap = np.max(np.abs(found - exact)) / np.max(exact)
+    assert model.error > 0.3 * gap > 1e-4
+
+
 def test_unbalance_takes_the_whole_revolution() -> None:
     heavy = '<link name="shaft_out"><inertial>'
     unbalanced = RIG.replace(heavy, f'{heavy}<origin xyz="0.1 0.01 0"/>')

@@ -47,6 +47,28 @@ def test_mathieus_equation_at_its_edges(q: float) -> None:
         assert np.linalg.det(found[0]) == pytest.approx(1.0, abs=1e-12)
 
 
+def test_elements_are_halved_where_coefficients_are_sharp() -> None:
+    """A stiffness with a bump a twentieth of a radian wide: single elements do not resolve it."""
+    count = 255
+
+    def stiffness(x: np.ndarray) -> np.ndarray:
+        return 1.3 + 30.0 * np.exp(200.0 * (np.cos(2.0 * x) - 1.0))
+
+    matrix = np.zeros((1, count, 2, 2))
+    matrix[..., 0, 1] = 1.0
+    matrix[0, :, 1, 0] = -stiffness(nodes(count, np.pi))
+    found, change = monodromy(matrix, np.pi)
+
+    def rate(x: float, y: np.ndarray) -> np.ndarray:
+        return np.r_[y[2:], -stiffness(np.asarray(x)) * y[:2]]
+
+    run = solve_ivp(
+        rate, (0.0, np.pi), np.eye(2).ravel(), "DOP853", rtol=3e-14, atol=1e-16, max_step=0.005
+    )
+    np.testing.assert_allclose(found[0].ravel(), run.y[:, -1], atol=3e-13)
+    assert change < 1e-10
+
+
 def test_two_coordinates_against_an_integration() -> None:
     count, speed = 21, np.array([0.7])
     x = nodes(count, np.pi)

@@ -15,6 +15,8 @@ from tilting_shaft import TiltingShaft
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, VibrationError, vibration
 from cardan_dyn.vibration import PeriodicMotion
+from cardan_dyn.vibration.coexisting import coexisting
+from cardan_dyn.vibration.periodic_motion import _collected, search_of
 
 SPEED = 0.51303
 LINE = elastic_rigs.torsional_line(damping_in=0.1)
@@ -96,6 +98,18 @@ def test_motions_that_were_not_found_are_said_to_exist() -> None:
     assert "others exist at 1 of them that were not found" in repr(some)
 
 
+def test_rows_of_a_speed_are_sorted_by_size() -> None:
+    """However they were found."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))
+    search, speeds = search_of(scene, None, 1.0), np.array([0.4975])
+    (first,) = search.primary(speeds)
+    every = [*reversed(coexisting(search, first)), first]
+    found = _collected(search, speeds, every)
+    assert found.branch.tolist() == list(range(len(every)))
+    places = np.linspace(0.0, np.pi, 100)
+    assert np.all(np.diff(np.ptp(found.at(places).position, axis=(1, 2))) > 0.0)
+
+
 def test_linear_resonance_without_damping_is_refused() -> None:
     # A spring behind the joint: the equation is linear, its resonance has no periodic motion.
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=2.0)
@@ -112,10 +126,20 @@ def test_orbits_and_tables(found: PeriodicMotion) -> None:
     orbit = found.orbit("tilt_y", "tilt_z")
     assert orbit.shape == (361, 2)
     np.testing.assert_allclose(orbit[0], orbit[-1], atol=1e-17)
+    # Its area, from y to z, is that of circles forwards less those backwards, n times each.
+    middle, way = 0.5 * (orbit[1:] + orbit[:-1]), np.diff(orbit, axis=0)
+    area = 0.5 * np.sum(middle[:, 0] * way[:, 1] - middle[:, 1] * way[:, 0])
+    y, z = (found.amplitude[0, :, found.free.index(name)] for name in ("tilt_y", "tilt_z"))
+    circles = 0.25 * (np.abs(y + 1j * z) ** 2 - np.abs(y - 1j * z) ** 2)
+    assert area == pytest.approx(np.pi * found.order @ circles, rel=1e-3)
+    assert area > 0.0
     frame = found.to_dataframe()
     first = frame[(frame.speed == SPEED) & (frame.coordinate == "tilt_y") & (frame.order == 2.0)]
     column = found.free.index("tilt_y")
     assert first.amplitude.item() == pytest.approx(abs(found.amplitude[0, 1, column]))
+    lines = frame[(frame.speed == 0.9) & (frame.coordinate == "tilt_y")]
+    summed = np.sum(lines.amplitude * np.cos(0.7 * lines.order + lines.phase))
+    assert summed == pytest.approx(found.at(0.7).position[1, 0, column], rel=1e-9)
     assert frame.attrs["units"]["speed"] == "rad/s"
     with pytest.raises(ArgumentError, match="'bearing_in' is not free"):
         found.orbit("bearing_in", "tilt_z")
@@ -131,8 +155,18 @@ def test_copies_and_files(found: PeriodicMotion, tmp_path: Path) -> None:
     assert found.plot().axes
 
 
+def test_rows_that_do_not_exist_are_refused(found: PeriodicMotion) -> None:
+    for call in (found.sweep, found.plot, lambda row: found.orbit("tilt_y", "tilt_z", row)):
+        with pytest.raises(ArgumentError, match="row 2 does not exist; motions: 0 to 1"):
+            call(2)
+        with pytest.raises(ArgumentError, match="row is -1"):
+            call(-1)
+    with pytest.raises(ArgumentError, match="count is 0"):
+        found.orbit("tilt_y", "tilt_z", count=0)
+
+
 def test_positions_are_a_row(found: PeriodicMotion) -> None:
-    with pytest.raises(ArgumentError, match="expected \\(P,\\)"):
+    with pytest.raises(ArgumentError, match="position has shape"):
         found.at([[0.0, 1.0]])
 
 

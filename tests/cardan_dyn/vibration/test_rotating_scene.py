@@ -29,6 +29,29 @@ def test_drive_comes_first_and_the_period_is_a_revolution(line: cd.Scene) -> Non
     assert rotating.damping == []
 
 
+def test_units_of_slides_are_characteristic_lengths() -> None:
+    rig = cd.load(elastic_rigs.sliding_rotor())
+    scene = cd.Scene(rig, drive=["turn", "y", "yaw"], held={"x": 0.0, "z": 0.0})
+    assert rig.characteristic_length not in (1.0, 2.0)
+    assert rotating_scene(scene).units.tolist() == [rig.characteristic_length, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("element", "is_damped"),
+    [
+        (cd.JointSpring("twist_in", 1.0, damping=0.1), True),
+        (cd.PointSpring("base", (0, 1, 0), "shaft_in", (0, 1, 1), 1.0, damping=0.1), True),
+        (cd.Bushing("base", "shaft_in", (0, 0, 0), [1.0] * 6, [0, 0, 0, 0.1, 0, 0]), True),
+        (cd.PointSpring("base", (0, 1, 0), "shaft_in", (0, 1, 1), 1.0), False),
+        (cd.Bushing("base", "shaft_in", (0, 0, 0), [1.0] * 6), False),
+        (cd.Actuator("twist_in", 2.0), False),
+    ],
+)
+def test_what_damps(line: cd.Scene, element: Any, is_damped: bool) -> None:
+    with_it = line.replace(elements=[*line.elements, element])
+    assert rotating_scene(with_it).damping == ([element] if is_damped else [])
+
+
 def test_start_is_where_the_scene_starts(line: cd.Scene) -> None:
     moved = rotating_scene(line.replace(start={"bearing_in": 0.0, "twist_in": 0.2}))
     assert moved.start == pytest.approx([0.0, 0.2], abs=1e-12)

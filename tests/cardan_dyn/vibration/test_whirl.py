@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
+import cardan_dyn as cd
 from cardan_dyn.vibration.rotating_scene import rotating_scene
 from cardan_dyn.vibration.whirl import WhirlSense, sense_name
 
@@ -21,6 +22,23 @@ def test_circles_lines_and_ellipses(sense: float) -> None:
     # From y to z is forward about x; u e^{iωt} with u_z = -i u_y turns from y to z.
     found = WhirlSense(rotating, np.zeros(2), sense).of(SHAPES)
     np.testing.assert_allclose(found, sense * np.array([1.0, -1.0, 0.0, 0.8]), atol=0.01)
+
+
+def test_ellipses_of_centre_and_rotation_are_weighed() -> None:
+    """By the radii of the circles in either sense of which each consists, u ± i v in y and z."""
+    scene = cd.Scene(
+        cd.load(elastic_rigs.sliding_rotor(1.7, 0.3, 0.4, 0.7)),
+        drive=["turn", "x", "y", "z", "yaw"],
+    )
+    shapes = np.random.default_rng(5).normal(size=(4, 8, 2)) @ np.array([1.0, 1.0j])
+    found = WhirlSense(rotating_scene(scene), np.zeros(4), 1.0).of(shapes)
+    _, y, z, yaw = shapes
+    circles = [
+        (weight, np.abs(u + 1j * v) ** 2, np.abs(u - 1j * v) ** 2)
+        for weight, u, v in ((1.7, y + 0.3 * yaw, z), (1.8 / 3.0, 0.0 * yaw, yaw))
+    ]
+    ahead, behind = (sum(item[0] * item[side] for item in circles) for side in (1, 2))
+    np.testing.assert_allclose(found, (ahead - behind) / (ahead + behind), atol=1e-12)
 
 
 def test_torsion_does_not_whirl() -> None:

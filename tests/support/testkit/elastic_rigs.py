@@ -134,6 +134,38 @@ def double_joint(
     )
 
 
+def sliding_rotor(
+    mass: float = 1.7,
+    reach: float = 0.3,
+    polar: float = 0.4,
+    diametral: float = 0.7,
+    stiffness: Sequence[float] = (100.0, 130.0),
+) -> str:
+    """A rotor without a joint, whose housing slides along `x`, `y` and `z` and tilts by `yaw`.
+
+    Args:
+        mass: of the rotor.
+        reach: of its centre of mass along its axis, from where the housing slides and tilts.
+        polar: moment of inertia about its axis.
+        diametral: that across it, about the centre of mass.
+        stiffness: of the springs of `y` and `z`; the other coordinates have none.
+    """
+    slide = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    across, up = (slide + _spring(value, 0.0) for value in stiffness)
+    return _robot(
+        "sliding_rotor",
+        *(_link(name) for name in ("base", "along", "across", "up", "housing")),
+        f'<link name="rotor"><inertial><origin xyz="{reach!r} 0 0"/><mass value="{mass!r}"/>'
+        f'<inertia ixx="{polar!r}" iyy="{diametral!r}" izz="{diametral!r}" ixy="0" ixz="0" '
+        'iyz="0"/></inertial></link>',
+        _joint("x", "base", "along", "prismatic", "1 0 0", inside=slide),
+        _joint("y", "along", "across", "prismatic", "0 1 0", inside=across),
+        _joint("z", "across", "up", "prismatic", "0 0 1", inside=up),
+        _joint("yaw", "up", "housing", axis="0 0 1"),
+        _joint("turn", "housing", "rotor"),
+    )
+
+
 def scene(urdf: str, beta: float, free: Sequence[str] | None = None, **options: object) -> cd.Scene:
     """Return a scene of one of these rigs: `bearing_in` driven, its springs, its bend angles held.
 
