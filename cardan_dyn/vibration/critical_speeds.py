@@ -104,8 +104,9 @@ class CriticalSpeeds(Result):
         }
 
     def stored(self) -> dict[str, Any]:
-        """Return what `save` writes."""
-        return {**super().stored(), **{f"table.{name}": of for name, of in self.table.items()}}
+        """Return what `save` writes, of the rows a column for each field."""
+        stored = {name: value for name, value in super().stored().items() if name != "rows"}
+        return {**stored, **{f"table.{name}": of for name, of in self.table.items()}}
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each critical speed."""
@@ -140,6 +141,8 @@ class CriticalSpeeds(Result):
                     f"- {row.lower:.6g} to {row.upper:.6g} rad/s: {row.kind}, growth "
                     f"{row.severity:.3g}/s"
                 )
+        if not self.rows:
+            lines.append("none")
         return "\n".join(lines)
 
     __repr__ = __str__

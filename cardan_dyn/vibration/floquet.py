@@ -91,6 +91,15 @@ class Floquet(Result):
             )
         return self.region[0]
 
+    def stored(self) -> dict[str, Any]:
+        """Return what `save` writes: of `region` a column for each field, and the design."""
+        every = [(design, *row) for design, found in enumerate(self.region) for row in found]
+        columns = zip(*every, strict=True) if every else [()] * (1 + len(Region._fields))
+        names = [f"region.{name}" for name in ("design", *Region._fields)]
+        regions = zip(names, map(np.array, columns), strict=True)
+        stored = {name: value for name, value in super().stored().items() if name != "region"}
+        return {**stored, **(dict(regions) if self.region else {})}
+
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each design and speed."""
         shape = self.kind.shape
