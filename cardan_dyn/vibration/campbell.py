@@ -16,7 +16,7 @@ from .motion_search import MotionSearch
 from .periodic_motion import limit, refuse_missed
 from .result import Result, frame_of
 from .rotating_scene import rotating_scene, speeds_of
-from .whirl import WhirlSense, sense_name
+from .whirl import WhirlSense, clear_senses, sense_name
 
 if TYPE_CHECKING:
     import pandas
@@ -90,11 +90,20 @@ class Campbell(Result):
         names = ("speed", "mode", "frequency", "decay", "log_decrement", "amplification", "whirl")
         return frame_of(rows, dict(zip(names, units, strict=True)))
 
-    def plot(self, orders: Any = (1, 2, 4)) -> Figure:
-        """Draw natural frequencies over speed, with the lines of orders."""
+    def plot(self, orders: Any = (1, 2, 4), *, critical: Any = None) -> Figure:
+        """Draw natural frequencies over speed, with the lines of orders.
+
+        Args:
+            orders: cycles per revolution of the drive, one or several.
+            critical: speeds and frequencies `(C, 2)` that are marked [rad/s].
+
+        Raises:
+            ArgumentError: orders are no numbers.
+        """
         from ..figures.critical_speeds import campbell
 
-        return campbell(self.speed, self.frequency, orders=orders, whirl=self.whirl)
+        whirl = clear_senses(self.whirl)
+        return campbell(self.speed, self.frequency, orders=orders, whirl=whirl, critical=critical)
 
     def __repr__(self) -> str:
         return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds>"

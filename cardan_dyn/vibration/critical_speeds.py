@@ -116,16 +116,8 @@ class CriticalSpeeds(Result):
 
     def plot(self) -> Figure:
         """Draw natural frequencies over speed with the orders, and the critical speeds."""
-        from ..figures.critical_speeds import campbell
-
         points = [(row.speed, row.frequency) for row in self.rows if row.kind == "resonance"]
-        return campbell(
-            self.campbell.speed,
-            self.campbell.frequency,
-            orders=self.orders,
-            whirl=self.campbell.whirl,
-            critical=np.array(points).reshape(-1, 2) if points else None,
-        )
+        return self.campbell.plot(self.orders, critical=points or None)
 
     def __str__(self) -> str:
         lines = [f"critical speeds from {self.low:g} to {self.high:g} rad/s"]

@@ -122,17 +122,37 @@ class Floquet(Result):
         )
 
     def plot(self) -> Figure:
-        """Draw multipliers over speed, or a chart of the growth over speed and design."""
-        if self.kind.ndim == 1:
+        """Draw multipliers over speed, or a chart of their kinds over speed and design.
+
+        The ordinate of a chart is the first joint whose positions all differ.
+
+        Raises:
+            ArgumentError: there are several designs, and no such joint.
+        """
+        if self.kind.ndim == 1 or len(self.kind) == 1:
             from ..figures.vibration import multipliers
 
-            return multipliers(self.speed, np.abs(self.multipliers))
+            sizes = np.abs(self.multipliers).reshape(len(self.speed), -1)
+            return multipliers(self.speed, sizes)
         from ..figures.critical_speeds import KINDS, stability_chart
 
-        (angle,) = self.held.values()
-        numbers_of = {name: number for number, name in enumerate(KINDS)}
+        name = next((key for key, of in self.held.items() if len(set(of.tolist())) == len(of)), "")
+        if not name:
+            raise ArgumentError(
+                f"a chart needs a joint whose positions all differ, not {', '.join(self.held)}; "
+                "draw `kind` yourself"
+            )
+        numbers_of = {kind: number for number, kind in enumerate(KINDS)}
         kinds = np.vectorize(lambda kind: numbers_of[str(kind)])(self.kind)
-        return stability_chart(self.speed, angle, kinds.T)
+        rows, columns = np.argsort(self.held[name]), np.argsort(self.speed)
+        others = [key for key in self.held if key != name]
+        return stability_chart(
+            self.speed[columns],
+            self.held[name][rows],
+            kinds[rows][:, columns].T,
+            joint=f"{name} with {', '.join(others)}" if others else name,
+            slides=self.scene.mechanism.coordinates.named[name].slides,
+        )
 
     def __repr__(self) -> str:
         count = int(np.sum(~self.is_stable))

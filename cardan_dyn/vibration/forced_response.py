@@ -19,7 +19,7 @@ from .motion_search import Motions, MotionSearch
 from .periodic_grid import amplitudes, next_size, nodes
 from .periodic_motion import PeriodicMotion, limit, refuse_missed
 from .reduced_model import Course
-from .result import Result, frame_of
+from .result import Result, frame_of, unit_of
 from .rotating_scene import rotating_scene, speeds_of
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ class ForcedResponse(Result):
             for name in self.free
             for order in chosen
         }
-        return orders_over_speed(self.speed, lines, unit="rad or m")
+        return orders_over_speed(self.speed, lines, unit=unit_of(self.scene))
 
     def __repr__(self) -> str:
         return (

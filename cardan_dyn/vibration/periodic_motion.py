@@ -15,7 +15,7 @@ from .coexisting import coexisting
 from .correction import corrected
 from .motion_search import Motions, MotionSearch
 from .periodic_grid import amplitudes
-from .result import Result, frame_of
+from .result import Result, frame_of, unit_of
 from .rotating_scene import rotating_scene, speeds_of
 
 if TYPE_CHECKING:
@@ -180,7 +180,8 @@ class PeriodicMotion(Result):
         from ..figures.vibration import over_revolution
 
         position = np.linspace(0.0, 2.0 * np.pi, 721)
-        return over_revolution(position, self.at(position).position[row], self.free)
+        values = self.at(position).position[row]
+        return over_revolution(position, values, self.free, unit=unit_of(self.scene))
 
     def __repr__(self) -> str:
         more = self.incomplete

@@ -17,6 +17,8 @@ from ..frozen import read_only
 if TYPE_CHECKING:
     import pandas
 
+    from ..scene.scene import Scene
+
 _NAMES = ("drive", "free")
 """Under which names of coordinates are stored."""
 
@@ -85,6 +87,13 @@ class Result:
                 np.savez_compressed(file, **self.stored())
         except OSError as error:
             raise CardanError(f"{path}: cannot be written ({error})") from error
+
+
+def unit_of(scene: Scene) -> str:
+    """Return the unit of the free coordinates of a scene, its drive at constant speed first."""
+    named = scene.mechanism.coordinates.named
+    kinds = {named[name].slides for name in scene.drives[1:]}
+    return "rad or m" if len(kinds) > 1 else "m" if True in kinds else "rad"
 
 
 def frame_of(rows: list[dict[str, Any]], units: Mapping[str, str]) -> pandas.DataFrame:

@@ -13,6 +13,9 @@ _POSITIONS = 16
 _TURNS = 1e-3
 """Speed of a link [rad/s per rad/s of the drive] below which it does not turn."""
 
+_PLANAR = 0.1
+"""Sense of whirl below which a mode counts as planar."""
+
 
 class WhirlSense:
     """Says how the modes of a rotating scene whirl.
@@ -76,7 +79,12 @@ class WhirlSense:
 
 
 def sense_name(sense: float) -> str:
-    """Return the word for a sense: `forward`, `backward`, or `planar`."""
-    if abs(sense) < 0.1:
-        return "planar"
-    return "forward" if sense > 0.0 else "backward"
+    """Return the word for a sense: `forward`, `backward`, or `planar`; none for NaN."""
+    if np.isnan(sense):
+        return ""
+    return {-1.0: "backward", 0.0: "planar", 1.0: "forward"}[float(clear_senses(np.array(sense)))]
+
+
+def clear_senses(senses: Array) -> Array:
+    """Return +1 for forward, -1 for backward, 0 for planar, of senses of any shape."""
+    return np.where(np.abs(senses) < _PLANAR, 0.0, np.sign(senses))

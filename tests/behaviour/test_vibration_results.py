@@ -139,3 +139,28 @@ def test_scenes_serve_several_threads_and_processes() -> None:
         for found in pool.map(work, twins):
             for own, other in zip(found, expected, strict=True):
                 np.testing.assert_array_equal(own, other)
+
+
+@pytest.mark.parametrize(
+    ("urdf", "unit", "mass"),
+    [
+        (elastic_rigs.torsional_line(damping_in=0.1), "rad", "kg·m²"),
+        (elastic_rigs.rotor(), "m", "kg"),
+    ],
+)
+def test_figures_have_the_units_of_what_they_draw(urdf: str, unit: str, mass: str) -> None:
+    scene = elastic_rigs.scene(urdf, 0.1)
+    speeds = [0.3, 0.4]
+    motion, response = (
+        vibration.periodic_motion(scene, 0.3),
+        vibration.forced_response(scene, speeds),
+    )
+    assert motion.plot().axes[0].get_ylabel() == f"free coordinates [{unit}]"
+    assert response.plot().axes[0].get_ylabel() == f"amplitude [{unit}]"
+    linear = vibration.linearise(scene, 0.3)
+    first, *_ = linear.plot().axes
+    assert first.get_ylabel() == f"mass [{mass}]"
+    # Over a whole period: what it begins with is what it ends with.
+    line = first.lines[0]
+    assert line.get_xdata()[-1] == pytest.approx(np.degrees(linear.period))
+    assert line.get_ydata()[-1] == line.get_ydata()[0]

@@ -7,7 +7,7 @@ import pytest
 from testkit import elastic_rigs
 
 from cardan_dyn.vibration.rotating_scene import rotating_scene
-from cardan_dyn.vibration.whirl import WhirlSense, sense_name
+from cardan_dyn.vibration.whirl import WhirlSense, clear_senses, sense_name
 
 SHAPES = np.array([[1.0, 1.0, 1.0, 2.0], [-1j, 1j, 0.5, -1j]])
 """Circles in both senses, a line and an ellipse of y and z."""
@@ -31,3 +31,9 @@ def test_torsion_does_not_whirl() -> None:
 
 def test_names() -> None:
     assert [sense_name(value) for value in (0.9, -0.5, 0.02)] == ["forward", "backward", "planar"]
+    assert sense_name(np.nan) == ""
+
+
+def test_clear_senses() -> None:
+    senses = clear_senses(np.array([[0.9, -0.5], [1e-17, -0.05]]))
+    np.testing.assert_array_equal(senses, [[1.0, -1.0], [0.0, 0.0]])
