@@ -72,11 +72,11 @@ class Campbell(Result):
         return np.asarray(np.min(gaps, axis=2))
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return a row for each speed and mode."""
+        """Return a row for each speed and mode, which are counted from 1 as in figures."""
         rows = [
             {
                 "speed": speed,
-                "mode": mode,
+                "mode": mode + 1,
                 "frequency": self.frequency[row, mode],
                 "decay": self.decay[row, mode],
                 "log_decrement": self.log_decrement[row, mode],

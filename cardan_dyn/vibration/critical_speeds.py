@@ -48,7 +48,8 @@ class CriticalSpeed(NamedTuple):
             the mode is damped, else of the crossing; of the fastest growth of an instability.
         kind: `resonance`, or that of an instability, see `Floquet`.
         order: cycles per revolution of the drive; NaN for an instability.
-        mode: number of the mode at the lowest speed, -1 for an instability.
+        mode: number of the mode, from 1, by ascending frequency at the lowest speed, 0 for an
+            instability; its column in `campbell` is one less.
         frequency: of the mode there [rad/s]; NaN for an instability.
         whirl: `forward`, `backward`, `planar`; empty for an instability.
         severity: greatest amplitude that the mode gives a free coordinate at that order [rad or
@@ -154,8 +155,9 @@ def critical_speeds(
     Args:
         scene: see `periodic_motion`.
         speed: the two ends of the range, or speeds at which modes are found `(S,)` [rad/s].
-        orders: cycles per revolution of the drive that are looked at; all up to 8 that force the
-            free coordinates if None.
+        orders: cycles per revolution of the drive that are looked at, one or several; all up to 8
+            that force the free coordinates if None. Orders that the motion does not have, such as
+            2.5, have no severity.
         drive: see `periodic_motion`.
         within: see `periodic_motion`.
         instabilities: whether unstable intervals are looked for.
@@ -253,7 +255,7 @@ def _resonance(
         speed=float(speed),
         kind="resonance",
         order=order,
-        mode=mode,
+        mode=mode + 1,
         frequency=frequency,
         whirl=sense_name(float(found.whirl[row, mode])),
         severity=float(severity),
@@ -310,7 +312,7 @@ def _unstable(region: Region) -> CriticalSpeed:
         speed=region.speed,
         kind=region.kind,
         order=np.nan,
-        mode=-1,
+        mode=0,
         frequency=np.nan,
         whirl="",
         severity=region.growth,

@@ -70,7 +70,13 @@ def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
     frame = rig.to_dataframe()
     assert len(frame) == len(rig)
     assert np.all(np.diff(frame.speed) >= 0.0)
-    assert "order 2 meets mode" in str(rig)
+    # Modes are counted from 1 by texts, tables and figures alike.
+    first = rig.rows[0]
+    assert f"order {first.order:g} meets mode {first.mode} " in str(rig)
+    assert {row.mode for row in rig} <= {1, 2}
+    at = rig.campbell.to_dataframe().query("mode == @first.mode")
+    of = np.interp(first.speed, at.speed, at.frequency)
+    assert first.frequency == pytest.approx(of, rel=1e-3)
     assert rig.plot().axes
     for twin in (copy.deepcopy(rig), pickle.loads(pickle.dumps(rig))):
         assert twin.rows == rig.rows
@@ -83,5 +89,6 @@ def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
 def test_what_is_asked_for_wrongly(rig: CriticalSpeeds) -> None:
     with pytest.raises(ArgumentError, match="two or more ascending"):
         vibration.critical_speeds(rig.scene, [0.6, 0.2])
+    assert str(vibration.critical_speeds(rig.scene, [2.0, 2.1])).endswith("2.1 rad/s\nnone")
     with pytest.raises(ArgumentError, match="orders is"):
         vibration.critical_speeds(rig.scene, [0.2, 0.6], orders=-1)
