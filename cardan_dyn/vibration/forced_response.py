@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import names
+from ..checks import names, numbers
 from ..errors import ArgumentError, choices
 from ..results.sweep_data import FRAMES
 from .coexisting import smallest
@@ -81,7 +81,7 @@ class ForcedResponse(Result):
         """Return the complex amplitude at an order, over speed.
 
         Args:
-            name: of a free coordinate, `(S,)`; or of a joint, `(S, 6)`.
+            name: of a free coordinate, `(S,)`; or of another joint, `(S, 6)`, see `wrench_of`.
             order: cycles per revolution of the drive.
 
         Raises:
@@ -113,6 +113,23 @@ class ForcedResponse(Result):
             raise ArgumentError(f"{first!r}, {second!r}: free coordinates are {choices(self.free)}")
         along, across = self.of(first, order), self.of(second, order)
         return 0.5 * np.abs(along + 1j * across), 0.5 * np.abs(along - 1j * across)
+
+    def wrench_of(self, joint: str, order: float) -> Array:
+        """Return the complex amplitudes `(S, 6)` of a joint's wrench at an order, over speed.
+
+        Args:
+            joint: whose wrench is meant, also where a free coordinate has its name.
+            order: cycles per revolution of the drive.
+
+        Raises:
+            ArgumentError: no such joint, or no such order.
+        """
+        if joint not in self.joints:
+            raise ArgumentError(f"{joint!r} has no wrench; joints: {choices(self.joints, joint)}")
+        wave = np.nonzero(np.abs(self.order - numbers("order", order)) < 1e-9)[0]
+        if not wave.size:
+            raise ArgumentError(f"order {order!r} is none of those up to {self.order[-1]:g}")
+        return self.wrench[:, wave[0], self.joints.index(joint)]
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each speed, order, and coordinate or wrench component."""

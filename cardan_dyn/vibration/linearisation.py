@@ -172,7 +172,7 @@ def linearise(
     """
     speeds, is_single = speeds_of(speed)
     if not is_single:
-        raise ArgumentError("linearise takes one speed; Floquet and Campbell take many")
+        raise ArgumentError("linearise takes one speed; vibration.campbell and floquet take many")
     search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
     found, _ = smallest(search, speeds)
     refuse_missed(search, speeds)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import numbers
+from ..checks import described, numbers
 from ..errors import ArgumentError, VibrationError
 from .coexisting import coexisting
 from .correction import corrected
@@ -115,8 +115,10 @@ class PeriodicMotion(Result):
             scene: the same with other outputs, if wanted.
 
         Raises:
+            ArgumentError: there is no such row.
             CardanError: as `Scene.sweep`.
         """
+        row = self._row(row)
         if position is None:
             count = 2 * int(np.ceil(self.order[-1])) + 32
             position = 2.0 * np.pi / count * np.arange(count)
@@ -135,14 +137,29 @@ class PeriodicMotion(Result):
     def orbit(self, first: str, second: str, row: int = 0, count: int = 361) -> Array:
         """Return the path `(count, 2)` of two free coordinates over a revolution.
 
+        `figures.orbits` draws it.
+
         Raises:
-            ArgumentError: one is not free.
+            ArgumentError: one is not free, or there is no such row.
         """
+        row = self._row(row)
         for name in (first, second):
             if name not in self.free:
                 raise ArgumentError(f"{name!r} is not free; free: {', '.join(self.free)}")
         q = self.at(np.linspace(0.0, 2.0 * np.pi, count)).position[row]
         return q[:, [self.free.index(first), self.free.index(second)]]
+
+    def _row(self, row: int) -> int:
+        """Return the number of a motion, counted from the end if negative.
+
+        Raises:
+            ArgumentError: there is no such motion.
+        """
+        if isinstance(row, bool) or not isinstance(row, (int, np.integer)):
+            raise ArgumentError(f"row is {described(row)}, expected a whole number")
+        if not -len(self) <= row < len(self):
+            raise ArgumentError(f"row {row} does not exist; the {len(self)} motions are 0, 1, …")
+        return int(row)
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each motion, coordinate and order, of amplitudes above rounding."""
@@ -176,7 +193,12 @@ class PeriodicMotion(Result):
         )
 
     def plot(self, row: int = 0) -> Figure:
-        """Draw the free coordinates of a motion over a revolution."""
+        """Draw the free coordinates of a motion over a revolution.
+
+        Raises:
+            ArgumentError: there is no such row.
+        """
+        row = self._row(row)
         from ..figures.vibration import over_revolution
 
         position = np.linspace(0.0, 2.0 * np.pi, 721)
@@ -244,7 +266,11 @@ def refuse_missed(search: MotionSearch, speeds: Array) -> None:
         VibrationError: that is so.
     """
     if len(search.missed) == len(speeds):
-        raise VibrationError(next(iter(search.missed.values())), speed=float(speeds[0]))
+        raise VibrationError(
+            f"{next(iter(search.missed.values()))}; a greater within= looks farther, and more "
+            "damping makes motions smaller",
+            speed=float(speeds[0]),
+        )
 
 
 def _collected(search: MotionSearch, speeds: Array, every: list[Motions]) -> PeriodicMotion:

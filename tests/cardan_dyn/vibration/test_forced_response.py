@@ -163,3 +163,22 @@ def test_unbalance_of_a_rotor_between_springs() -> None:
     # The spring's frame carries all of the disc's acceleration.
     carried = found.wrench[:, 1, found.joints.index("y"), 1]
     np.testing.assert_allclose(carried, -(stiffness + 1j * damping * speed) * swing, rtol=1e-9)
+
+
+def test_wrench_of_a_joint_that_is_a_free_coordinate() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.rotor(), 0.0)
+    found = vibration.forced_response(scene, [50.0, 60.0])
+    assert found.of("y", 1).shape == (2,)
+    wave = int(np.nonzero(found.order == 1.0)[0][0])
+    expected = found.wrench[:, wave, found.joints.index("y")]
+    np.testing.assert_array_equal(found.wrench_of("y", 1), expected)
+    np.testing.assert_array_equal(found.wrench_of("bearing_in", 1), found.of("bearing_in", 1))
+    for joint, order, message in (
+        ("x", 1, "'x' has no wrench; joints: bearing_in, y, z"),
+        ("y", 0.5, "order 0.5 is none of those"),
+        ("y", "1", "order is not an array of real numbers"),
+    ):
+        with pytest.raises(ArgumentError, match=message):
+            found.wrench_of(joint, order)  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match=r"'x' has no amplitudes; bearing_in, y, z$"):
+        found.of("x", 1)
