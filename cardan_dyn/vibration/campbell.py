@@ -149,6 +149,7 @@ def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
             if sense not in senses:
                 middle = np.mean(motions.course.q[0], axis=0)
                 senses[sense] = WhirlSense(search.rotating, middle, sense)
+            shapes[index] = senses[sense].parted(value[index], shapes[index])
             whirl[index] = senses[sense].of(shapes[index])
     refuse_missed(search, speeds)
     for before, row in zip(range(len(speeds) - 1), range(1, len(speeds)), strict=True):

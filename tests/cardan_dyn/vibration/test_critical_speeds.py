@@ -92,3 +92,18 @@ def test_what_is_asked_for_wrongly(rig: CriticalSpeeds) -> None:
     assert str(vibration.critical_speeds(rig.scene, [2.0, 2.1])).endswith("2.1 rad/s\nnone")
     with pytest.raises(ArgumentError, match="orders is"):
         vibration.critical_speeds(rig.scene, [0.2, 0.6], orders=-1)
+
+
+def test_unbalance_between_equal_springs_excites_forward_whirl_alone() -> None:
+    """Laval's rotor: its greatest amplitude is e/(2ζ√(1 - ζ²)), at ω_n/√(1 - 2ζ²)."""
+    mass, offset, stiffness, damping = 20.0, 1e-4, 2e6, 250.0
+    scene = elastic_rigs.scene(elastic_rigs.rotor(mass, offset, (stiffness,) * 2, damping), 0.0)
+    natural = np.sqrt(stiffness / mass)
+    ratio = damping / (2.0 * mass * natural)
+    found = vibration.critical_speeds(scene, [100.0, 600.0], orders=1, instabilities=False)
+    rows = {row.whirl: row for row in found}
+    assert set(rows) == {"forward", "backward"}
+    peak = offset / (2.0 * ratio * np.sqrt(1.0 - ratio**2))
+    assert rows["forward"].severity == pytest.approx(peak, rel=1e-5)
+    assert rows["forward"].speed == pytest.approx(natural / np.sqrt(1.0 - 2.0 * ratio**2), rel=1e-4)
+    assert rows["backward"].severity < 1e-9 * peak

@@ -53,3 +53,26 @@ def test_names() -> None:
 def test_clear_senses() -> None:
     senses = clear_senses(np.array([[0.9, -0.5], [1e-17, -0.05]]))
     np.testing.assert_array_equal(senses, [[1.0, -1.0], [0.0, 0.0]])
+
+
+def test_modes_of_one_frequency_are_parted_into_circles() -> None:
+    """Whatever combinations a solver returns; a third mode of its own frequency stays."""
+    scene = elastic_rigs.scene(elastic_rigs.rotor(), 0.0)
+    sense = WhirlSense(rotating_scene(scene), np.zeros(2), 1.0)
+    mixed = np.array([[1.0, 0.3 + 0.2j], [0.4j, 1.0]])
+    value = np.array([-1.0 + 300j, -1.0 + (300.0 + 1e-9) * 1j])
+    parted = sense.parted(value, mixed)
+    np.testing.assert_allclose(sense.of(parted), [-1.0, 1.0], atol=1e-14)
+    # From y to z is forward: z follows a quarter of a turn behind.
+    np.testing.assert_allclose(parted[1] / parted[0], [1j, -1j], atol=1e-14)
+    np.testing.assert_array_equal(np.max(np.abs(parted), axis=0), 1.0)
+    for other in ([300j, 301j], [-1.0, -1.0], [300j, -1.0 + 300j]):
+        np.testing.assert_array_equal(sense.parted(np.array(other), mixed), mixed)
+
+
+def test_torsion_of_one_frequency_is_left_as_it_is() -> None:
+    line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0)
+    rotating = rotating_scene(elastic_rigs.scene(line, 0.0))
+    mixed = np.array([[1.0, 0.3 + 0.2j], [0.4j, 1.0]])
+    found = WhirlSense(rotating, np.zeros(2), 1.0).parted(np.array([1j, 1j]), mixed)
+    np.testing.assert_array_equal(found, mixed)
