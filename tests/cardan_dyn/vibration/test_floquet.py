@@ -10,7 +10,7 @@ import pytest
 from testkit import elastic_rigs
 
 import cardan_dyn as cd
-from cardan_dyn import ArgumentError, vibration
+from cardan_dyn import ArgumentError, VibrationError, vibration
 from cardan_dyn.vibration import Floquet
 
 
@@ -142,3 +142,10 @@ def test_a_chart_over_a_slide_has_metres() -> None:
     (axes,) = vibration.floquet(scene, [0.7, 0.8], held={"way": [0.0, 0.5]}).plot().axes
     assert axes.get_ylabel() == "way [m]"
     assert axes.get_ylim() == pytest.approx((0.0, 0.5))
+
+
+def test_next_to_no_speed_is_refused() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=0.1), 0.1)
+    assert np.all(vibration.floquet(scene, [1e-3]).is_stable)
+    with pytest.raises(VibrationError, match="too often to be integrated: choose a greater speed"):
+        vibration.floquet(scene, 1e-9)
