@@ -45,6 +45,9 @@ class PeriodicMotion(Result):
     where several motions coexist, they follow each other, the smallest first. All have the period
     of the equation: subharmonic ones are not looked for.
 
+    A simulation goes on from a motion if the drive starts where the motion is looked at: with
+    `at(0.0)`, `position={drive: 0.0, free: …}`, since loops find a place for drives left out.
+
     Attributes:
         scene: its drive at constant speed first.
         speed: `(R,)` of the drive [rad/s].
