@@ -31,7 +31,7 @@ from .showing import export, serve
 @click.option(
     "--chart",
     metavar="JOINT=DEGREES",
-    help="With --figures: a chart of stability up to this angle of a held joint.",
+    help="With --figures: a chart of stability up to this angle of a held joint (slides: metres).",
 )
 @click.option("--mode", type=click.IntRange(1), help="Watch this mode, larger than life.")
 @options.written("--export", "file", "With --mode: write it as one HTML file instead.")
@@ -73,6 +73,6 @@ def vibration(
     if mode is not None:
         shown = mode_view(scene, mode, found.low)
         if file is not None:
-            export(shown, file)
+            export(shown, file, aside=as_json)
         else:
-            serve(shown, open_browser)
+            serve(shown, open_browser, aside=as_json)

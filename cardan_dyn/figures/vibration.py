@@ -26,9 +26,17 @@ from .style import (
     point_style,
 )
 
+_ROUNDING = 1e-9
+"""Part of the greatest entry of a matrix below which another one is rounding."""
+
 
 def over_revolution(
-    position: ArrayLike, values: ArrayLike, names: Sequence[str], *, title: str = ""
+    position: ArrayLike,
+    values: ArrayLike,
+    names: Sequence[str],
+    *,
+    unit: str = "rad, m",
+    title: str = "",
 ) -> Figure:
     """Draw coordinates over a revolution of the drive.
 
@@ -36,6 +44,7 @@ def over_revolution(
         position: of the drive `(P,)` [rad].
         values: `(P, n)` [rad, or m of slides].
         names: of the coordinates, n.
+        unit: of the coordinates.
         title: of the figure.
 
     Raises:
@@ -47,7 +56,7 @@ def over_revolution(
     for index, name in enumerate(names):
         axes.plot(np.rad2deg(at), courses[:, index], **curve_style(index, len(at)), label=name)
     angle_axis(axes, "position of the drive [°]", at)
-    axes.set_ylabel("free coordinates [rad, m]")
+    axes.set_ylabel(f"free coordinates [{unit}]")
     axes.set_title(title)
     legend(figure, min(len(names), 4))
     return figure
@@ -58,9 +67,11 @@ def coefficients(
 ) -> Figure:
     """Draw the entries of matrices over the position of the drive, an axes for each matrix.
 
+    Entries that are rounding beside the others of their matrix are left out.
+
     Args:
         position: of the drive `(N,)` [rad].
-        matrices: by name `(N, n, n)`.
+        matrices: by name, with its unit `(N, n, n)`.
         names: of the n coordinates.
 
     Raises:
@@ -75,8 +86,11 @@ def coefficients(
             raise ArgumentError(
                 f"{what} has shape {values.shape}, expected {(len(at), size, size)}"
             )
+        least = _ROUNDING * float(np.max(np.abs(values), initial=0.0))
         for index in range(size * size):
             row, column = divmod(index, size)
+            if np.max(np.abs(values[:, row, column])) <= least:
+                continue
             entry = names[row] if row == column else f"{names[row]}, {names[column]}"
             style = curve_style(index, len(at))
             panel.plot(np.rad2deg(at), values[:, row, column], **style, label=entry)

@@ -16,7 +16,7 @@ from .motion_search import MotionSearch
 from .periodic_motion import refuse_missed, search_of
 from .result import Result, frame_of
 from .rotating_scene import speeds_of
-from .whirl import WhirlSense, sense_name
+from .whirl import WhirlSense, clear_senses, sense_name
 
 if TYPE_CHECKING:
     import pandas
@@ -68,11 +68,11 @@ class Campbell(Result):
         return np.asarray(np.min(gaps, axis=2))
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return a row for each speed and mode."""
+        """Return a row for each speed and mode, which are counted from 1 as in figures."""
         rows = [
             {
                 "speed": speed,
-                "mode": mode,
+                "mode": mode + 1,
                 "frequency": self.frequency[row, mode],
                 "decay": self.decay[row, mode],
                 "log_decrement": self.log_decrement[row, mode],
@@ -86,11 +86,20 @@ class Campbell(Result):
         names = ("speed", "mode", "frequency", "decay", "log_decrement", "amplification", "whirl")
         return frame_of(rows, dict(zip(names, units, strict=True)))
 
-    def plot(self, orders: Any = (1, 2, 4)) -> Figure:
-        """Draw natural frequencies over speed, with the lines of orders."""
+    def plot(self, orders: Any = (1, 2, 4), *, critical: Any = None) -> Figure:
+        """Draw natural frequencies over speed, with the lines of orders.
+
+        Args:
+            orders: cycles per revolution of the drive, one or several.
+            critical: speeds and frequencies `(C, 2)` that are marked [rad/s].
+
+        Raises:
+            ArgumentError: orders are no numbers.
+        """
         from ..figures.critical_speeds import campbell
 
-        return campbell(self.speed, self.frequency, orders=orders, whirl=self.whirl)
+        whirl = clear_senses(self.whirl)
+        return campbell(self.speed, self.frequency, orders=orders, whirl=whirl, critical=critical)
 
     def __repr__(self) -> str:
         return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds>"
@@ -131,6 +140,7 @@ def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
             if sense not in senses:
                 middle = np.mean(motions.course.q[0], axis=0)
                 senses[sense] = WhirlSense(search.rotating, middle, sense)
+            shapes[index] = senses[sense].parted(value[index], shapes[index])
             whirl[index] = senses[sense].of(shapes[index])
     refuse_missed(search, speeds)
     for before, row in zip(range(len(speeds) - 1), range(1, len(speeds)), strict=True):

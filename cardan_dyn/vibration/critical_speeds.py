@@ -51,7 +51,8 @@ class CriticalSpeed(NamedTuple):
             the mode is damped, else of the crossing; of the fastest growth of an instability.
         kind: `resonance`, or that of an instability, see `Floquet`.
         order: cycles per revolution of the drive; NaN for an instability.
-        mode: number of the mode at the lowest speed, -1 for an instability.
+        mode: number of the mode, from 1, by ascending frequency at the lowest speed, 0 for an
+            instability; its column in `campbell` is one less.
         frequency: of the mode there [rad/s]; NaN for an instability.
         whirl: `forward`, `backward`, `planar`; empty for an instability.
         severity: greatest amplitude that the mode gives a free coordinate at that order [rad or
@@ -108,8 +109,9 @@ class CriticalSpeeds(Result):
         }
 
     def stored(self) -> dict[str, Any]:
-        """Return what `save` writes."""
-        return {**super().stored(), **{f"table.{name}": of for name, of in self.table.items()}}
+        """Return what `save` writes, of the rows a column for each field."""
+        stored = {name: value for name, value in super().stored().items() if name != "rows"}
+        return {**stored, **{f"table.{name}": of for name, of in self.table.items()}}
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each critical speed."""
@@ -119,16 +121,8 @@ class CriticalSpeeds(Result):
 
     def plot(self) -> Figure:
         """Draw natural frequencies over speed with the orders, and the critical speeds."""
-        from ..figures.critical_speeds import campbell
-
         points = [(row.speed, row.frequency) for row in self.rows if row.kind == "resonance"]
-        return campbell(
-            self.campbell.speed,
-            self.campbell.frequency,
-            orders=self.orders,
-            whirl=self.campbell.whirl,
-            critical=np.array(points).reshape(-1, 2) if points else None,
-        )
+        return self.campbell.plot(self.orders, critical=points or None)
 
     def __str__(self) -> str:
         lines = [f"critical speeds from {self.low:g} to {self.high:g} rad/s"]
@@ -144,6 +138,8 @@ class CriticalSpeeds(Result):
                     f"- {row.lower:.6g} to {row.upper:.6g} rad/s: {row.kind}, growth "
                     f"{row.severity:.3g}/s"
                 )
+        if not self.rows:
+            lines.append("none")
         return "\n".join(lines)
 
     __repr__ = __str__
@@ -163,8 +159,9 @@ def critical_speeds(
     Args:
         scene: see `periodic_motion`.
         speed: the two ends of the range, or speeds at which modes are found `(S,)` [rad/s].
-        orders: cycles per revolution of the drive that are looked at; all up to 8 that force the
-            free coordinates if None.
+        orders: cycles per revolution of the drive that are looked at, one or several; all up to 8
+            that force the free coordinates if None. Orders that the motion does not have, such as
+            2.5, have no severity.
         drive: see `periodic_motion`.
         instabilities: whether unstable intervals are looked for.
         within: see `periodic_motion`.
@@ -272,7 +269,7 @@ def _resonance(
         speed=float(speed),
         kind="resonance",
         order=order,
-        mode=mode,
+        mode=mode + 1,
         frequency=frequency,
         whirl=sense_name(float(found.whirl[row, mode])),
         severity=float(severity),
@@ -331,7 +328,7 @@ def _unstable(region: Region) -> CriticalSpeed:
         speed=region.speed,
         kind=region.kind,
         order=np.nan,
-        mode=-1,
+        mode=0,
         frequency=np.nan,
         whirl="",
         severity=region.growth,

@@ -90,6 +90,15 @@ class Floquet(Result):
             )
         return self.region[0]
 
+    def stored(self) -> dict[str, Any]:
+        """Return what `save` writes: of `region` a column for each field, and the design."""
+        every = [(design, *row) for design, found in enumerate(self.region) for row in found]
+        columns = zip(*every, strict=True) if every else [()] * (1 + len(Region._fields))
+        names = [f"region.{name}" for name in ("design", *Region._fields)]
+        regions = zip(names, map(np.array, columns), strict=True)
+        stored = {name: value for name, value in super().stored().items() if name != "region"}
+        return {**stored, **(dict(regions) if self.region else {})}
+
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each design and speed."""
         shape = self.kind.shape
@@ -112,25 +121,37 @@ class Floquet(Result):
         )
 
     def plot(self) -> Figure:
-        """Draw multipliers over speed, or a chart of the kinds over speed and design.
+        """Draw multipliers over speed, or a chart of their kinds over speed and design.
+
+        The ordinate of a chart is the first joint whose positions all differ.
 
         Raises:
-            ArgumentError: designs differ in several joints, or there are too few for a chart.
+            ArgumentError: there are several designs, and no such joint.
         """
-        if self.kind.ndim == 1:
+        if self.kind.ndim == 1 or len(self.kind) == 1:
             from ..figures.vibration import multipliers
 
-            return multipliers(self.speed, np.abs(self.multipliers))
+            sizes = np.abs(self.multipliers).reshape(len(self.speed), -1)
+            return multipliers(self.speed, sizes)
         from ..figures.critical_speeds import KINDS, stability_chart
 
-        if len(self.held) != 1:
+        name = next((key for key, of in self.held.items() if len(set(of.tolist())) == len(of)), "")
+        if not name:
             raise ArgumentError(
-                f"designs differ in {', '.join(self.held)}; a chart has one joint as its ordinate"
+                f"a chart needs a joint whose positions all differ, not {', '.join(self.held)}; "
+                "draw `kind` yourself"
             )
-        (angle,) = self.held.values()
-        numbers_of = {name: number for number, name in enumerate(KINDS)}
+        numbers_of = {kind: number for number, kind in enumerate(KINDS)}
         kinds = np.vectorize(lambda kind: numbers_of[str(kind)])(self.kind)
-        return stability_chart(self.speed, angle, kinds.T)
+        rows, columns = np.argsort(self.held[name]), np.argsort(self.speed)
+        others = [key for key in self.held if key != name]
+        return stability_chart(
+            self.speed[columns],
+            self.held[name][rows],
+            kinds[rows][:, columns].T,
+            joint=f"{name} with {', '.join(others)}" if others else name,
+            slides=self.scene.mechanism.coordinates.named[name].slides,
+        )
 
     def __repr__(self) -> str:
         count = int(np.sum(~self.is_stable))

@@ -18,7 +18,7 @@ from .linear_motions import linear_motions
 from .motion_search import Motions, MotionSearch
 from .periodic_grid import amplitudes, next_size, nodes, orders_of
 from .periodic_motion import missed_of, refuse_missed, search_of, states
-from .result import Result, frame_of
+from .result import Result, frame_of, unit_of
 from .rotating_scene import speeds_of
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class ForcedResponse(Result):
         """Return the complex amplitude at an order, over speed.
 
         Args:
-            name: of a free coordinate, `(S,)`; or of a joint, `(S, 6)`.
+            name: of a free coordinate, `(S,)`; or of another joint, `(S, 6)`, see `wrench_of`.
             order: cycles per revolution of the drive.
 
         Raises:
@@ -115,6 +115,23 @@ class ForcedResponse(Result):
             raise ArgumentError(f"{first!r}, {second!r}: free coordinates are {choices(self.free)}")
         along, across = self.of(first, order), self.of(second, order)
         return 0.5 * np.abs(along + 1j * across), 0.5 * np.abs(along - 1j * across)
+
+    def wrench_of(self, joint: str, order: float) -> Array:
+        """Return the complex amplitudes `(S, 6)` of a joint's wrench at an order, over speed.
+
+        Args:
+            joint: whose wrench is meant, also where a free coordinate has its name.
+            order: cycles per revolution of the drive.
+
+        Raises:
+            ArgumentError: no such joint, or no such order.
+        """
+        if joint not in self.joints:
+            raise ArgumentError(f"{joint!r} has no wrench; joints: {choices(self.joints, joint)}")
+        wave = np.nonzero(np.abs(self.order - numbers("order", order)) < 1e-9)[0]
+        if not wave.size:
+            raise ArgumentError(f"order {order!r} is none of those up to {self.order[-1]:g}")
+        return self.wrench[:, wave[0], self.joints.index(joint)]
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each speed, order, and coordinate or wrench component."""
@@ -162,7 +179,7 @@ class ForcedResponse(Result):
             for name in self.free
             for order in chosen
         }
-        return orders_over_speed(self.speed, lines, unit="rad or m")
+        return orders_over_speed(self.speed, lines, unit=unit_of(self.scene))
 
     def __repr__(self) -> str:
         return (

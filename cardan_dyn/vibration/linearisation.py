@@ -18,7 +18,7 @@ from .motion_search import Motions, MotionSearch
 from .periodic_grid import amplitudes, orders_of
 from .periodic_motion import refuse_missed, search_of
 from .reduced_model import LocalEquation
-from .result import Result, frame_of
+from .result import Result, frame_of, unit_of
 from .rotating_scene import speeds_of
 
 if TYPE_CHECKING:
@@ -33,6 +33,12 @@ _STENCIL = {1: 4.0 / 5.0, 2: -1.0 / 5.0, 3: 4.0 / 105.0, 4: -1.0 / 280.0}
 """Places and weights of central differences of eighth order."""
 _COMPARED = 12
 """Nodes at which derivatives are compared."""
+_UNITS = {
+    "rad": ("kg·m²", "N·m·s/rad", "N·m/rad"),
+    "m": ("kg", "N·s/m", "N/m"),
+    "rad or m": ("SI", "SI", "SI"),
+}
+"""Units of mass, damping and stiffness, by that of the free coordinates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,14 +132,15 @@ class Linearisation(Result):
         return frame_of(rows, {"order": "1/rev", **dict.fromkeys(columns, "SI")})
 
     def plot(self) -> Figure:
-        """Draw mass, damping and stiffness over the drive's position."""
+        """Draw mass, damping and stiffness over the drive's position, a whole period."""
         from ..figures.vibration import coefficients
 
-        return coefficients(
-            self.position,
-            {"mass": self.mass, "damping": self.damping, "stiffness": self.stiffness},
-            self.free,
-        )
+        names, units = ("mass", "damping", "stiffness"), _UNITS[unit_of(self.scene)]
+        closed = {
+            f"{name} [{unit}]": np.concatenate([getattr(self, name), getattr(self, name)[:1]])
+            for name, unit in zip(names, units, strict=True)
+        }
+        return coefficients(np.append(self.position, self.period), closed, self.free)
 
     def __repr__(self) -> str:
         return (
@@ -161,7 +168,7 @@ def linearise(
     """
     speeds, is_single = speeds_of(speed)
     if not is_single:
-        raise ArgumentError("linearise takes one speed; Floquet and Campbell take many")
+        raise ArgumentError("linearise takes one speed; vibration.campbell and floquet take many")
     search = search_of(scene, drive, within)
     found, _ = smallest(search, speeds)
     refuse_missed(search, speeds)

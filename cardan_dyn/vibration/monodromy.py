@@ -13,6 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from ..arrays import Array
+from ..errors import VibrationError
 from .periodic_grid import interpolation
 from .reduced_model import LocalEquation
 
@@ -24,6 +25,8 @@ _STANDS = 3e-14
 """Change of the result, as a fraction of its greatest number, at which elements are short enough:
 the error is then that divided by 2^16, and rounding."""
 _MOST_HALVINGS = 5
+_MOST_ELEMENTS = 50_000
+"""Elements at the first try, of some 10 000 swings in a period, that memory and time allow."""
 _NUMBERS = 8_000_000
 """Numbers (64 MB) of the elements' equations that are solved at a time."""
 
@@ -57,10 +60,19 @@ def monodromy(matrix: Array, period: float) -> tuple[Array, float]:
 
     Returns:
         `(S, m, m)`; and its greatest change when elements were halved last.
+
+    Raises:
+        VibrationError: the speed is next to none, so that a period takes too many elements.
     """
     fastest = np.sqrt(np.max(np.linalg.norm(matrix, axis=(2, 3)), initial=1.0))
     count = matrix.shape[1]
     elements = int(np.ceil(max(fastest * period / _PHASE, count / 12.0)))
+    if elements > _MOST_ELEMENTS:
+        swings = fastest * period / (2.0 * np.pi)
+        raise VibrationError(
+            f"while the drive goes through a period of {period:.4g} rad, free coordinates swing "
+            f"{swings:.1e} times, too often to be integrated: choose a greater speed"
+        )
     before = _over_period(matrix, period, elements)
     change = np.inf
     for _ in range(_MOST_HALVINGS):

@@ -15,7 +15,7 @@ from .coexisting import coexisting
 from .correction import corrected
 from .motion_search import Motions, MotionSearch
 from .periodic_grid import amplitudes, orders_of
-from .result import Result, frame_of
+from .result import Result, frame_of, unit_of
 from .rotating_scene import rotating_scene, speeds_of
 
 if TYPE_CHECKING:
@@ -74,6 +74,9 @@ class PeriodicMotion(Result):
     A row's motion repeats with `period`. Rows are in the order of the speeds that were asked for;
     where several motions coexist, they follow each other, the smallest first. All have the period
     of the equation: subharmonic ones are not looked for.
+
+    A simulation goes on from a motion if the drive starts where the motion is looked at: with
+    `at(0.0)`, `position={drive: 0.0, free: …}`, since loops find a place for drives left out.
 
     Attributes:
         scene: its drive at constant speed first.
@@ -153,6 +156,8 @@ class PeriodicMotion(Result):
             row: of the motion.
             count: number of points, of which the last is the first.
 
+        `figures.orbits` draws it.
+
         Raises:
             ArgumentError: one is not free, no such row, or no count.
         """
@@ -211,10 +216,12 @@ class PeriodicMotion(Result):
         Raises:
             ArgumentError: no such row.
         """
+        row = self._row(row)
         from ..figures.vibration import over_revolution
 
         position = np.linspace(0.0, 2.0 * np.pi, 721)
-        return over_revolution(position, self.at(position).position[self._row(row)], self.free)
+        values = self.at(position).position[row]
+        return over_revolution(position, values, self.free, unit=unit_of(self.scene))
 
     def __repr__(self) -> str:
         more = self.incomplete
@@ -278,7 +285,11 @@ def refuse_missed(search: MotionSearch, speeds: Array) -> None:
         VibrationError: that is so.
     """
     if len(search.missed) == len(speeds):
-        raise VibrationError(next(iter(search.missed.values())), speed=float(speeds[0]))
+        raise VibrationError(
+            f"{next(iter(search.missed.values()))}; a greater within= looks farther, and more "
+            "damping makes motions smaller",
+            speed=float(speeds[0]),
+        )
 
 
 def missed_of(search: MotionSearch, speeds: Array) -> dict[float, str]:

@@ -75,11 +75,18 @@ def rotating_scene(scene: Scene, drive: str | None = None) -> RotatingScene:
         drive: name of that which turns at constant speed; the first one if None.
 
     Raises:
-        ArgumentError: no such drive, nothing periodic, dry friction, an actuator that follows a
-            function of time, or loads of several values.
+        ArgumentError: no scene, no such drive, nothing periodic, dry friction, an actuator that
+            follows a function of time, or loads of several values.
         MobilityError: nothing is free.
         ModelError: no body has mass.
     """
+    from ..scene.scene import Scene  # Known to who has one.
+
+    if not isinstance(scene, Scene):
+        raise ArgumentError(
+            f"scene is {described(scene)}, expected a Scene whose drives are that which turns and "
+            "the free coordinates: Scene(mechanism, drive=[driven, free, …], elements=springs)"
+        )
     drive = scene.drives[0] if drive is None else text("drive", drive)
     if drive not in scene.drives:
         raise ArgumentError(
@@ -146,7 +153,10 @@ def speeds_of(value: Any) -> tuple[Array, bool]:
         )
     speeds = several("speed", value)
     if np.any(speeds == 0.0):
-        raise ArgumentError("speed is 0; at rest, Scene.equilibrium says what a scene does")
+        raise ArgumentError(
+            "speed is 0; at rest, Scene.equilibrium says what a scene does. Let a range begin a "
+            "little above"
+        )
     return speeds, not np.ndim(value)
 
 
@@ -174,6 +184,6 @@ def _refuse(element: Element) -> None:
         )
     if isinstance(element, Actuator) and callable(element.effort):
         raise ArgumentError(
-            f"the actuator at {element.joint!r} follows {described(element.effort)} of time; a "
-            "vibration takes a constant effort. Use Scene.simulate for functions of time"
+            f"the effort of the actuator at {element.joint!r} is a function of time; a vibration "
+            "takes a constant one. Use Scene.simulate for functions of time"
         )

@@ -52,7 +52,7 @@ def test_resonance_of_a_linear_line(rig: Path) -> None:
     content = json.loads(found.stdout)
     assert (content["drive"], content["free"]) == ("bearing_in", ["twist_out"])
     (row,) = content["critical_speeds"]
-    assert (row["kind"], row["order"], row["mode"]) == ("resonance", 2.0, 0)
+    assert (row["kind"], row["order"], row["mode"]) == ("resonance", 2.0, 1)
     assert row["speed"] == pytest.approx(NATURAL / 2.0, rel=0.01)
     assert row["severity"] == pytest.approx(KAPPA / (2.0 * DAMPING_RATIO), rel=0.01)
     assert row["amplification"] == pytest.approx(1.0 / (2.0 * DAMPING_RATIO), rel=1e-3)
@@ -160,3 +160,35 @@ def test_modes_are_numbered_as_in_the_table(rig: Path) -> None:
 def test_what_turns_has_to_be_known(rig: Path) -> None:
     with pytest.raises(cd.ArgumentError, match="nothing says what turns: give --drive"):
         rig_scene(str(rig), RigOptions(held=("joint_angle=5",)))
+
+
+def test_what_turns_is_known_where_one_joint_is_left(tmp_path: Path) -> None:
+    file = tmp_path / "rotor.urdf"
+    file.write_text(elastic_rigs.rotor(), encoding="utf-8")
+    assert rig_scene(str(file), RigOptions()).drives == ("bearing_in", "y", "z")
+    held = rig_scene(str(file), RigOptions(held=("z=0.001",)))
+    assert (held.drives, held.held) == (("bearing_in", "y"), {"z": 0.001})
+    with pytest.raises(cd.ArgumentError, match="a spring, unless it is driven or held"):
+        rig_scene(str(file), RigOptions(held=("y=0", "z=0")))
+    # What is driven is not free besides.
+    assert rig_scene(str(file), RigOptions("y", held=("bearing_in=0",))).drives == ("y", "z")
+
+
+def test_charts_of_slides_have_metres(tmp_path: Path) -> None:
+    file = tmp_path / "rotor.urdf"
+    file.write_text(elastic_rigs.rotor(), encoding="utf-8")
+    scene = rig_scene(str(file), RigOptions(held=("z=0",)))
+    assert chart_of(scene, "z=0.002") == ("z", 0.002)
+    with pytest.raises(cd.ArgumentError, match="--chart ends at 0, where it begins"):
+        chart_of(scene, "z=0")
+
+
+def test_data_stand_alone_on_standard_output(rig: Path, tmp_path: Path) -> None:
+    page = tmp_path / "mode.html"
+    found = run(
+        *(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed-rpm", 10, 20, "--json"),
+        *("--mode", 1, "--export", page),
+    )
+    assert found.exit_code == 0, found.output
+    assert json.loads(found.stdout)["critical_speeds"] == []
+    assert f"Scene: {page}" in found.stderr

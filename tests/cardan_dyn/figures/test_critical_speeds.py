@@ -73,6 +73,35 @@ def test_orders_over_speed_with_phases() -> None:
     assert only.get_yscale() == "linear"
 
 
+def test_campbell_of_a_drive_that_turns_back() -> None:
+    modes = np.full((31, 1), 40.0)
+    (axes,) = figures.campbell(-SPEED[::-1], modes, orders=2).axes
+    (ray,) = [line for line in axes.lines if line.get_label().startswith("_")]
+    assert ray.get_ydata() == pytest.approx(2.0 * SPEED[::-1] / (2.0 * np.pi))
+    (text,) = axes.texts
+    # Where the line leaves the figure: 15 % above the mode.
+    assert text.xy[0] == pytest.approx(-1.15 * 40.0 / 2.0 * PER_MINUTE)
+    assert text.xy[1] == pytest.approx(1.15 * 40.0 / (2.0 * np.pi))
+
+
+def test_rounding_has_no_name_in_a_legend() -> None:
+    amplitudes = {"y, 1×": 1e-3 / SPEED, "y, 2×": 1e-12 * SPEED, "z, 1×": 2e-3 / SPEED}
+    (axes,) = figures.orders_over_speed(SPEED, amplitudes, unit="m").axes
+    assert axes.get_legend_handles_labels()[1] == ["y, 1×", "z, 1×"]
+    (axes,) = figures.orders_over_speed(SPEED, amplitudes, unit="m", logarithmic=False).axes
+    assert len(axes.lines) == 3
+
+
+def test_a_chart_without_instability_says_so() -> None:
+    kind = np.zeros((31, 3), dtype=int)
+    (axes,) = figures.stability_chart(SPEED, ANGLE, kind, joint="offset", slides=True).axes
+    assert [text.get_text() for text in axes.texts] == ["stable everywhere"]
+    assert axes.get_ylabel() == "offset [m]"
+    assert axes.get_ylim() == pytest.approx((0.0, ANGLE[-1]))
+    kind[3, 1] = 1
+    assert not figures.stability_chart(SPEED, ANGLE, kind).axes[0].texts
+
+
 def test_stability_chart_names_the_kinds_that_occur() -> None:
     kind = np.zeros((31, 3), dtype=int)
     kind[10:15, 1:], kind[20:25, 2], kind[0, 0] = 1, 3, 5

@@ -33,6 +33,9 @@ def test_coordinates_and_coefficients_over_a_revolution() -> None:
     (axes,) = figures.over_revolution(turn, values, ("tilt_z", "tilt_y")).axes
     assert list(curves(axes)) == ["tilt_z", "tilt_y"]
     assert axes.lines[1].get_ydata() == pytest.approx(np.cos(turn))
+    assert axes.get_ylabel() == "free coordinates [rad, m]"
+    (axes,) = figures.over_revolution(turn, values, ("y", "z"), unit="m").axes
+    assert axes.get_ylabel() == "free coordinates [m]"
     matrices = {"mass": np.ones((37, 2, 2)), "stiffness": np.zeros((37, 2, 2))}
     mass, stiffness = vibration.coefficients(turn, matrices, ("tilt_z", "tilt_y")).axes
     assert [line.get_label() for line in mass.lines] == [
@@ -45,6 +48,11 @@ def test_coordinates_and_coefficients_over_a_revolution() -> None:
     uneven = {"damping": np.broadcast_to([[1.0, 2.0], [3.0, 4.0]], (37, 2, 2))}
     (damping,) = vibration.coefficients(turn, uneven, ("tilt_z", "tilt_y")).axes
     assert [line.get_ydata()[0] for line in damping.lines] == [1.0, 2.0, 3.0, 4.0]
+    # What is zero beside the rest has no line, and no name in the legend.
+    assert not stiffness.lines
+    matrices["mass"][:, 0, 1] = 1e-12
+    mass, _ = vibration.coefficients(turn, matrices, ("tilt_z", "tilt_y")).axes
+    assert "tilt_z, tilt_y" not in [line.get_label() for line in mass.lines]
 
 
 def test_multipliers_over_speed() -> None:

@@ -94,7 +94,12 @@ def test_modes_keep_their_columns_where_frequencies_cross() -> None:
 def test_tables_and_figures(found: Campbell) -> None:
     frame = found.to_dataframe()
     assert frame.whirl.tolist() == ["backward", "forward"] * 3
-    assert found.plot().axes
+    (axes,) = found.plot(2).axes
+    assert [text.get_text() for text in axes.texts] == ["2×"]
+    assert axes.get_legend_handles_labels()[1] == ["mode 1, backward", "mode 2, forward"]
+    for orders in ("two", None):
+        with pytest.raises(ArgumentError, match="orders is not an array of real numbers"):
+            found.plot(orders)
     assert "3 speeds" in repr(found)
 
 
@@ -118,3 +123,11 @@ def test_without_any_motion() -> None:
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.3)
     with pytest.raises(VibrationError):
         vibration.campbell(scene, 0.5, within=0.05)
+
+
+def test_torsion_is_named_without_a_whirl() -> None:
+    """Rounding of either sign, of the senses of planar modes, names nothing."""
+    line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0)
+    found = vibration.campbell(elastic_rigs.scene(line, 0.1), [0.3, 0.4])
+    assert found.plot().axes[0].get_legend_handles_labels()[1] == ["mode 1", "mode 2"]
+    assert set(found.to_dataframe().whirl) == {"planar"}

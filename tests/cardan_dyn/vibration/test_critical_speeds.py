@@ -143,7 +143,13 @@ def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
     frame = rig.to_dataframe()
     assert len(frame) == len(rig)
     assert np.all(np.diff(frame.speed) >= 0.0)
-    assert "order 2 meets mode" in str(rig)
+    # Modes are counted from 1 by texts, tables and figures alike.
+    first = rig.rows[0]
+    assert f"order {first.order:g} meets mode {first.mode} " in str(rig)
+    assert {row.mode for row in rig} <= {1, 2}
+    at = rig.campbell.to_dataframe().query("mode == @first.mode")
+    of = np.interp(first.speed, at.speed, at.frequency)
+    assert first.frequency == pytest.approx(of, rel=1e-3)
     assert rig.plot().axes
     for twin in (copy.deepcopy(rig), pickle.loads(pickle.dumps(rig))):
         assert twin.rows == rig.rows
@@ -156,6 +162,7 @@ def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
 def test_what_is_asked_for_wrongly(rig: CriticalSpeeds) -> None:
     with pytest.raises(ArgumentError, match="two or more ascending"):
         vibration.critical_speeds(rig.scene, [0.6, 0.2])
+    assert str(vibration.critical_speeds(rig.scene, [2.0, 2.1])).endswith("2.1 rad/s\nnone")
     for orders, message in (
         (-1, "orders holds -1, expected positive"),
         ("two", "orders is not an array of real numbers"),
@@ -163,3 +170,18 @@ def test_what_is_asked_for_wrongly(rig: CriticalSpeeds) -> None:
     ):
         with pytest.raises(ArgumentError, match=message):
             vibration.critical_speeds(rig.scene, [0.2, 0.6], orders=orders)
+
+
+def test_unbalance_between_equal_springs_excites_forward_whirl_alone() -> None:
+    """Laval's rotor: its greatest amplitude is e/(2ζ√(1 - ζ²)), at ω_n/√(1 - 2ζ²)."""
+    mass, offset, stiffness, damping = 20.0, 1e-4, 2e6, 250.0
+    scene = elastic_rigs.scene(elastic_rigs.rotor(mass, offset, (stiffness,) * 2, damping), 0.0)
+    natural = np.sqrt(stiffness / mass)
+    ratio = damping / (2.0 * mass * natural)
+    found = vibration.critical_speeds(scene, [100.0, 600.0], orders=1, instabilities=False)
+    rows = {row.whirl: row for row in found}
+    assert set(rows) == {"forward", "backward"}
+    peak = offset / (2.0 * ratio * np.sqrt(1.0 - ratio**2))
+    assert rows["forward"].severity == pytest.approx(peak, rel=1e-5)
+    assert rows["forward"].speed == pytest.approx(natural / np.sqrt(1.0 - 2.0 * ratio**2), rel=1e-4)
+    assert rows["backward"].severity < 1e-9 * peak

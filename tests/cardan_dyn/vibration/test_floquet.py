@@ -11,7 +11,8 @@ from shooting import periodic
 from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
-from cardan_dyn import ArgumentError, vibration
+import cardan_dyn as cd
+from cardan_dyn import ArgumentError, VibrationError, vibration
 from cardan_dyn.vibration import Floquet
 
 
@@ -163,3 +164,40 @@ def test_what_is_asked_for_wrongly(chart: Floquet) -> None:
         vibration.floquet(chart.scene, [1.0, 0.9], edges=True)
     with pytest.raises(ArgumentError, match="same number for each joint"):
         vibration.floquet(chart.scene, 1.0, held={"joint_angle": 0.3})
+
+
+def test_charts_of_several_joints_slides_and_single_designs() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.double_joint(), 0.1)
+    equal, angles = [0.1, 0.1, 0.1], np.array([0.3, 0.1, 0.2])
+    held = {"joint_angle_1": equal, "joint_angle_2": angles}
+    (axes,) = vibration.floquet(scene, [0.9, 0.7, 0.8], held=held).plot().axes
+    assert axes.get_ylabel() == "joint_angle_2 with joint_angle_1 [°]"
+    assert axes.get_ylim() == pytest.approx(np.degrees([0.1, 0.3]))
+    assert axes.get_xlim() == pytest.approx(np.array([0.7, 0.9]) * 30.0 / np.pi)
+    single = vibration.floquet(scene, [0.7, 0.8], held={"joint_angle_1": [0.2]})
+    assert single.plot().axes[0].get_ylabel() == "size of multipliers"
+    alike = vibration.floquet(scene, [0.7, 0.8], held={"joint_angle_1": equal})
+    with pytest.raises(ArgumentError, match="whose positions all differ, not joint_angle_1"):
+        alike.plot()
+
+
+def test_a_chart_over_a_slide_has_metres() -> None:
+    urdf = elastic_rigs.torsional_line().replace(
+        '<joint name="joint_angle"',
+        '<link name="table"/><joint name="way" type="prismatic"><parent link="base"/>'
+        '<child link="table"/><axis xyz="1 0 0"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint><joint name="joint_angle"',
+    )
+    rig, held = cd.load(urdf), {"joint_angle": 0.3, "way": 0.0}
+    elements = cd.described_elements(rig)
+    scene = cd.Scene(rig, drive=["bearing_in", "twist_in"], held=held, elements=elements)
+    (axes,) = vibration.floquet(scene, [0.7, 0.8], held={"way": [0.0, 0.5]}).plot().axes
+    assert axes.get_ylabel() == "way [m]"
+    assert axes.get_ylim() == pytest.approx((0.0, 0.5))
+
+
+def test_next_to_no_speed_is_refused() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=0.1), 0.1)
+    assert np.all(vibration.floquet(scene, [1e-3]).is_stable)
+    with pytest.raises(VibrationError, match="too often to be integrated: choose a greater speed"):
+        vibration.floquet(scene, 1e-9)

@@ -153,3 +153,41 @@ def test_a_constant_output_torque_whirls_forwards_alone(beta: float) -> None:
         still.append(forward * abs(1.0 - (order * speed) ** 2 + 0.1j * order * speed))
     ratio = {5.0: 0.0019, 20.0: 0.031}[beta]
     assert still[1] / still[0] == pytest.approx(ratio, rel=0.01)
+
+
+def test_unbalance_of_a_rotor_between_springs() -> None:
+    """Laval's rotor: e r²/((1 - r²) + 2iζr), r = Ω/ω_n, forward alone."""
+    mass, offset, stiffness, damping = 20.0, 1e-4, 2e6, 250.0
+    scene = elastic_rigs.scene(elastic_rigs.rotor(mass, offset, (stiffness,) * 2, damping), 0.0)
+    natural = np.sqrt(stiffness / mass)
+    speed = natural * np.array([0.2, 0.9, 1.0, 1.5])
+    found = vibration.forced_response(scene, speed)
+    swing = offset * mass * speed**2 / (stiffness - mass * speed**2 + 1j * damping * speed)
+    np.testing.assert_allclose(found.of("y", 1), swing, rtol=1e-11)
+    # The disc turns from y to z: z follows a quarter of a turn behind.
+    np.testing.assert_allclose(found.of("z", 1), -1j * swing, rtol=1e-11)
+    forward, backward = found.whirls("y", "z", 1)
+    np.testing.assert_allclose(forward, np.abs(swing), rtol=1e-11)
+    assert np.max(backward) < 1e-11 * np.max(forward)
+    # The spring's frame carries all of the disc's acceleration.
+    carried = found.wrench[:, 1, found.joints.index("y"), 1]
+    np.testing.assert_allclose(carried, -(stiffness + 1j * damping * speed) * swing, rtol=1e-9)
+
+
+def test_wrench_of_a_joint_that_is_a_free_coordinate() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.rotor(), 0.0)
+    found = vibration.forced_response(scene, [50.0, 60.0])
+    assert found.of("y", 1).shape == (2,)
+    wave = int(np.nonzero(found.order == 1.0)[0][0])
+    expected = found.wrench[:, wave, found.joints.index("y")]
+    np.testing.assert_array_equal(found.wrench_of("y", 1), expected)
+    np.testing.assert_array_equal(found.wrench_of("bearing_in", 1), found.of("bearing_in", 1))
+    for joint, order, message in (
+        ("x", 1, "'x' has no wrench; joints: bearing_in, y, z"),
+        ("y", 0.5, "order 0.5 is none of those"),
+        ("y", "1", "order is not an array of real numbers"),
+    ):
+        with pytest.raises(ArgumentError, match=message):
+            found.wrench_of(joint, order)  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match=r"'x' has no amplitudes; bearing_in, y, z$"):
+        found.of("x", 1)

@@ -114,7 +114,9 @@ def test_linear_resonance_without_damping_is_refused() -> None:
     # A spring behind the joint: the equation is linear, its resonance has no periodic motion.
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=2.0)
     scene = elastic_rigs.scene(line, np.radians(15.0))
-    with pytest.raises(VibrationError, match="no periodic motion was found") as caught:
+    with pytest.raises(
+        VibrationError, match=r"no periodic motion was .* greater within="
+    ) as caught:
         vibration.periodic_motion(scene, 1.0)
     assert caught.value.speed == 1.0
     found = vibration.periodic_motion(scene, [0.8, 1.0])

@@ -72,7 +72,10 @@ def test_unknown_drive_is_refused(line: cd.Scene) -> None:
     ("element", "message"),
     [
         (cd.JointFriction("twist_in", 0.1), "dry friction at 'twist_in'"),
-        (cd.Actuator("twist_in", np.sin), "actuator at 'twist_in' follows"),
+        (
+            cd.Actuator("twist_in", np.sin),
+            "effort of the actuator at 'twist_in' is a function of time",
+        ),
         (
             cd.PinContact(
                 "base", (0, 0, 0), (1, 0, 0), "shaft_in", (0, 0, 0), 1e-4, cd.LinearContact(1e8)
@@ -119,6 +122,13 @@ def test_massless_mechanisms_are_refused() -> None:
     text = LINE.replace("<inertial>", "<!--").replace("</inertial>", "-->")
     with pytest.raises(ModelError, match="no body has mass"):
         vibration.periodic_motion(elastic_rigs.scene(text, 0.3), 1.0)
+
+
+def test_what_is_no_scene_is_refused() -> None:
+    mechanism = cd.load(LINE)
+    for given in (mechanism, None, "elastic_thoma_rig"):
+        with pytest.raises(ArgumentError, match="expected a Scene whose drives are"):
+            vibration.campbell(given, 1.0)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("speed", [0.0, [1.0, 0.0], np.ones((2, 2)), [], np.nan, "fast", np.sin])

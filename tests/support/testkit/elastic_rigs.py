@@ -14,6 +14,8 @@ import cardan_dyn as cd
 
 _QUARTER = '<limit lower="-1.57" upper="1.57" effort="1e4" velocity="10"/>'
 
+_PLAY = '<limit lower="-0.01" upper="0.01" effort="1e6" velocity="10"/>'
+
 
 def elastic_rig(
     polar: float = 0.1,
@@ -163,6 +165,35 @@ def sliding_rotor(
         _joint("z", "across", "up", "prismatic", "0 0 1", inside=up),
         _joint("yaw", "up", "housing", axis="0 0 1"),
         _joint("turn", "housing", "rotor"),
+    )
+
+
+def rotor(
+    mass: float = 20.0,
+    offset: float = 1e-4,
+    stiffness: tuple[float, float] = (2e6, 2e6),
+    damping: float = 250.0,
+) -> str:
+    """A disc between springs: it slides across its axis along `y` and `z`, and spins.
+
+    Args:
+        mass: of the disc [kg].
+        offset: of its centre of mass, along y at zero [m].
+        stiffness: along y and z [N/m].
+        damping: along either [N·s/m].
+    """
+    along_y, along_z = (_spring(value, damping) for value in stiffness)
+    disc = (
+        f'<link name="disc"><inertial><origin xyz="0 {offset!r} 0"/><mass value="{mass!r}"/>'
+        '<inertia ixx="0.25" iyy="0.13" izz="0.13" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+    return _robot(
+        "rotor",
+        *(_link(name) for name in ("base", "slide", "carrier")),
+        disc,
+        _joint("y", "base", "slide", "prismatic", "0 1 0", inside=_PLAY + along_y),
+        _joint("z", "slide", "carrier", "prismatic", "0 0 1", inside=_PLAY + along_z),
+        _joint("bearing_in", "carrier", "disc"),
     )
 
 
