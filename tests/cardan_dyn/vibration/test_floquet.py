@@ -156,10 +156,6 @@ def test_tables_figures_and_files(chart: Floquet, tmp_path: Path) -> None:
 def test_what_is_asked_for_wrongly(chart: Floquet) -> None:
     with pytest.raises(ArgumentError, match="regions were not asked for"):
         _ = vibration.floquet(chart.scene, 0.7).regions
-    both = {"joint_angle_1": [0.1, 0.2], "joint_angle_2": [0.1, 0.2]}
-    double = elastic_rigs.scene(elastic_rigs.double_joint(), 0.1)
-    with pytest.raises(ArgumentError, match="designs differ in joint_angle_1, joint_angle_2"):
-        vibration.floquet(double, [0.6, 0.7], held=both).plot()
     with pytest.raises(ArgumentError, match="ascending speeds"):
         vibration.floquet(chart.scene, [1.0, 0.9], edges=True)
     with pytest.raises(ArgumentError, match="same number for each joint"):
