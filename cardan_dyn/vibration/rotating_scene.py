@@ -174,8 +174,9 @@ def _refuse(element: Element) -> None:
             f"the pin of {element.link_b!r} has play in its bush: it strikes, which no linear "
             "vibration knows; use Scene.simulate"
         )
-    if isinstance(element, Actuator) and callable(element.effort):
+    if isinstance(element, Actuator) and element.follows_time:
         raise ArgumentError(
             f"the actuator at {element.joint!r} follows {described(element.effort)} of time; a "
-            "vibration takes a constant effort. Use Scene.simulate for functions of time"
+            "vibration takes a constant effort, or one that follows the position of its joint "
+            "(of='position'). Use Scene.simulate for functions of time"
         )

@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
-from analytic.whirl import critical_speed, moments_of_output_torque, tilts
+import cardan_dyn as cd
+from analytic.whirl import (
+    critical_speed,
+    moments_of_input_torque,
+    moments_of_output_torque,
+    tilts,
+)
 from cardan_dyn import ArgumentError, ModelError, vibration
 from cardan_dyn.vibration import ForcedResponse
 
@@ -102,6 +108,33 @@ def test_wrenches_of_a_stiff_rig_are_those_of_a_rigid_one() -> None:
     for order in (2, 4):
         expected = 2.0 * np.exp(-1j * order * phi) @ exact / 64.0
         np.testing.assert_allclose(found.of("bearing_out", order)[0, 3:], expected, atol=1e-9)
+
+
+def test_a_constant_input_torque_has_no_fourth_order() -> None:
+    """A load over the rotation of shaft 2, such that shaft 1 carries the same torque throughout."""
+    beta, torque, speed = np.radians(20.0), 1e-6, 0.4
+    # Far less inertia than load.
+    urdf = elastic_rigs.elastic_rig(polar=1e-12)
+    ratio = np.tan(beta) ** 2
+
+    def even_input(turn: Any) -> Any:
+        return -torque / (np.cos(beta) * (1.0 + ratio * np.cos(turn) ** 2))
+
+    rig = elastic_rigs.scene(urdf, beta)
+    even = rig.replace(
+        elements=[*rig.elements, cd.Actuator("bearing_out", even_input, of="position")]
+    )
+    for scene, moments in (
+        (even, moments_of_input_torque),
+        (rig.replace(loads={"bearing_out": -torque}), moments_of_output_torque),
+    ):
+        found = vibration.forced_response(scene, [speed], joints=[])
+        for order in (2, 4, 6):
+            expected = tilts(moments(beta, order, torque), order, speed, 0.0, 1.0, 1.0, 0.02)
+            for circle, part in zip(found.whirls("tilt_y", "tilt_z", order), expected, strict=True):
+                assert circle[0] == pytest.approx(abs(part), abs=3e-12)
+    # What the tilt itself changes is of the square of the torque.
+    assert 1e-4 * torque * np.tan(beta) > 3e-12
 
 
 def test_unbalance_is_the_first_order() -> None:
