@@ -45,6 +45,7 @@ class RunUp(Result):
         speed: of the drive `(N,)` [rad/s].
         position: of the free coordinates `(N, n)` [rad or m].
         window: mean speeds of the drive in each revolution `(W,)` [rad/s].
+        window_time: times in the middle of them `(W,)` [s].
         envelope: half the way from peak to peak in each of them `(W, n)`.
         predicted_speed: `(S,)` [rad/s].
         predicted: half the way from peak to peak of the periodic motion there `(S, n)`; NaN where
@@ -67,6 +68,7 @@ class RunUp(Result):
     speed: Array
     position: Array
     window: Array
+    window_time: Array
     envelope: Array
     predicted_speed: Array
     predicted: Array
@@ -88,13 +90,27 @@ class RunUp(Result):
         """Names of the free coordinates."""
         return self.scene.drives[1:]
 
+    @property
+    def mean_speed(self) -> Array:
+        """Speed of the drive without what varies within a revolution `(N,)` [rad/s]."""
+        if not self._is_driven:
+            return self.speed
+        return np.interp(self.time, self.window_time, self.window)
+
+    @property
+    def _is_driven(self) -> bool:
+        """Whether a torque moves the drive."""
+        return not np.array_equal(self.predicted_lack, self.predicted_torque, equal_nan=True)
+
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return a row for each window and coordinate."""
+        """Return a row for each window and coordinate; NaN beyond what is predicted."""
         rows = []
         for column, name in enumerate(self.free):
             order = np.argsort(self.predicted_speed)
             curves = [
-                np.interp(self.window, self.predicted_speed[order], values[order, column])
+                np.interp(
+                    self.window, self.predicted_speed[order], values[order, column], np.nan, np.nan
+                )
                 for values in (self.predicted, self.linear)
             ]
             rows += [
@@ -119,7 +135,7 @@ class RunUp(Result):
         values = self.position[:, column] - np.mean(self.position[:, column])
         curves = {"periodic motion": self.predicted, "averaged": self.linear}
         return drawn(
-            self.speed,
+            self.mean_speed,
             values,
             unit="rad or m",
             predicted={
@@ -132,11 +148,10 @@ class RunUp(Result):
         from ..figures.vibration import torque_over_speed
 
         available = self.predicted_torque - self.predicted_lack
-        is_driven = bool(np.nanmax(np.abs(available)) > 0.0)
         return torque_over_speed(
             self.predicted_speed,
             self.predicted_torque,
-            available=available if is_driven else None,
+            available=available if self._is_driven else None,
             barriers=[(item.speed, item.torque) for item in self.barriers],
             held=self.captured_speed if self.is_captured else None,
         )
@@ -157,7 +172,8 @@ class RunUp(Result):
         by = self.captured_by
         captured = "" if by is None else f", captured at {self.captured_speed:.4g} rad/s by {by}"
         return (
-            f"<RunUp of {', '.join(self.free)} from {self.speed[0]:g} to {self.speed[-1]:g} rad/s "
+            f"<RunUp of {', '.join(self.free)} from {self.mean_speed[0]:g} to "
+            f"{self.mean_speed[-1]:g} rad/s "
             f"in {self.time[-1]:g} s{captured}>"
         )
 
@@ -221,6 +237,7 @@ def _compared(scene: Scene, run: Run, curve: TorqueCurve) -> RunUp:
         speed=run.speed,
         position=run.position,
         window=run.window.speed,
+        window_time=run.window.time,
         envelope=run.window.envelope,
         predicted_speed=found.speed,
         predicted=found.swing,
