@@ -159,6 +159,46 @@ def run_up(
     return figure
 
 
+def torque_over_speed(
+    speed: ArrayLike,
+    torque: ArrayLike,
+    *,
+    available: ArrayLike | None = None,
+    barriers: Sequence[tuple[float, float]] = (),
+    held: float | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw the mean torque that motions absorb over speed, beside what a drive has.
+
+    Args:
+        speed: of rotation `(S,)` [rad/s].
+        torque: absorbed `(S,)` [N·m].
+        available: of the drive `(S,)`, if it is driven by a torque.
+        barriers: speeds and torques of resonances, each marked.
+        held: speed at which the drive stays, if it does.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: shapes that do not match.
+    """
+    at = np.asarray(speed, dtype=float)
+    figure, axes = axes_grid()
+    axes.plot(at * PER_MINUTE, ordinate("torque", torque, at), **line_style(0), label="absorbed")
+    if available is not None:
+        given = ordinate("available", available, at)
+        axes.plot(at * PER_MINUTE, given, **line_style(1), label="of the drive")
+    for index, (place, height) in enumerate(barriers):
+        label = "" if index else "barrier"
+        axes.plot(place * PER_MINUTE, height, **point_style(2), label=label or None)
+    if held is not None:
+        axes.axvline(held * PER_MINUTE, color="0.55", linewidth=0.9, linestyle=":", label="held")
+    axes.set_xlabel("speed [1/min]")
+    axes.set_ylabel("mean torque [N·m]")
+    axes.set_title(title)
+    legend(figure, 4)
+    return figure
+
+
 def multipliers(speed: ArrayLike, sizes: ArrayLike, *, title: str = "") -> Figure:
     """Draw the sizes of Floquet multipliers over the speed of rotation; above 1, motions grow.
 

@@ -182,8 +182,9 @@ def _refuse(element: Element) -> None:
             f"the pin of {element.link_b!r} has play in its bush: it strikes, which no linear "
             "vibration knows; use Scene.simulate"
         )
-    if isinstance(element, Actuator) and callable(element.effort):
+    if isinstance(element, Actuator) and element.follows_time:
         raise ArgumentError(
             f"the effort of the actuator at {element.joint!r} is a function of time; a vibration "
-            "takes a constant one. Use Scene.simulate for functions of time"
+            "takes a constant one, or one that follows the position of its joint (of='position'). "
+            "Use Scene.simulate for functions of time"
         )

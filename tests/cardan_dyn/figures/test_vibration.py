@@ -27,6 +27,20 @@ def test_run_up_draws_predictions_to_both_sides() -> None:
     assert [line.get_ydata()[2] for line in axes.lines[1:]] == [3.0, -3.0]
 
 
+def test_torque_over_speed_marks_barriers_and_where_a_drive_is_held() -> None:
+    torque = np.sin(SPEED)
+    (axes,) = vibration.torque_over_speed(
+        SPEED, torque, available=0.5 + 0.0 * SPEED, barriers=[(2.0, 1.0), (3.0, 0.7)], held=1.5
+    ).axes
+    found = curves(axes)
+    assert found["absorbed"].get_ydata() == pytest.approx(torque)
+    assert set(found["of the drive"].get_ydata()) == {0.5}
+    assert found["barrier"].get_xdata()[0] == pytest.approx(2.0 * 30.0 / np.pi)
+    assert found["held"].get_xdata() == pytest.approx([1.5 * 30.0 / np.pi] * 2)
+    (plain,) = vibration.torque_over_speed(SPEED, torque).axes
+    assert list(curves(plain)) == ["absorbed"]
+
+
 def test_coordinates_and_coefficients_over_a_revolution() -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 37)
     values = np.stack([np.sin(turn), np.cos(turn)], axis=1)
@@ -72,6 +86,7 @@ def test_multipliers_over_speed() -> None:
         (lambda: figures.over_revolution(SPEED, SPEED, ("a",)), "'values' has shape"),
         (lambda: vibration.coefficients(SPEED, {"mass": SPEED}, ("a",)), "mass has shape"),
         (lambda: vibration.multipliers(SPEED, SPEED), "'sizes' has shape"),
+        (lambda: vibration.torque_over_speed(SPEED, [1.0]), "'torque' has shape"),
     ],
 )
 def test_shapes_that_do_not_match(draw: object, message: str) -> None:

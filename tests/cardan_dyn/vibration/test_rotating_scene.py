@@ -135,3 +135,14 @@ def test_what_is_no_scene_is_refused() -> None:
 def test_speeds_that_are_none(speed: Any) -> None:
     with pytest.raises(ArgumentError, match="speed"):
         speeds_of(speed)
+
+
+def test_an_actuator_that_follows_the_position_is_admitted_if_it_repeats(line: cd.Scene) -> None:
+    def pumped(turns: float) -> cd.Scene:
+        load = cd.Actuator("bearing_out", lambda x: -1e-3 * np.cos(turns * x), of="position")
+        return line.replace(elements=[*line.elements, load])
+
+    found = vibration.forced_response(pumped(3.0), [2.0], joints=[])
+    assert abs(found.of("twist_in", 3.0)[0]) > 1e-6
+    with pytest.raises(ArgumentError, match="after a period of bearing_in"):
+        vibration.forced_response(pumped(2.5), [2.0], joints=[])
