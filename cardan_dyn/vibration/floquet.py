@@ -41,7 +41,8 @@ class Floquet(Result):
         period: over which the multipliers are taken, in the drive's position [rad]: half a
             revolution where the equation repeats after it.
         multipliers: complex `(..., 2n)`, the greatest first; NaN without a motion.
-        trace, determinant: of the monodromy matrix of (δq, dδq/dφ).
+        trace, determinant: of the monodromy matrix of (δq, dδq/dx), x being the way that the drive
+            goes, whatever its sense.
         liouville: the determinant once more, by the integral of the damping.
         kind: `stable`; `instability`: a multiplier below -1, motions of twice the period grow;
             `fold`: above +1; `combination`: two modes together; `flutter`: by loads that turn with

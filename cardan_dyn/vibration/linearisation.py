@@ -99,7 +99,7 @@ class Linearisation(Result):
         )
 
     def monodromy(self) -> Array:
-        """Return what a period makes of (δq, dδq/dφ) `(2n, 2n)`."""
+        """Return what a period makes of (δq, dδq/dx) `(2n, 2n)`, x the way that the drive goes."""
         empty = np.zeros((1, 0))
         equation = LocalEquation(
             empty, empty, self.mass[None], self.damping[None], self.stiffness[None]

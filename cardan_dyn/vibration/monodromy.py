@@ -27,18 +27,19 @@ _NUMBERS = 8_000_000
 
 
 def first_order(equation: LocalEquation, speed: Array) -> Array:
-    """Return A `(S, N, 2n, 2n)` of dy/dφ = A y with y = (δq, dδq/dφ)."""
+    """Return A `(S, N, 2n, 2n)` of dy/dx = A y with y = (δq, dδq/dx).
+
+    The way x of the drive grows with time: where the drive turns backwards it is -φ, and the nodes
+    come in that order.
+    """
     free = equation.mass.shape[-1]
-    sides = np.concatenate(
-        [
-            equation.stiffness / speed[:, None, None, None] ** 2,
-            equation.damping / speed[:, None, None, None],
-        ],
-        axis=-1,
-    )
+    pace = np.abs(speed)[:, None, None, None]
+    sides = np.concatenate([equation.stiffness / pace**2, equation.damping / pace], axis=-1)
     matrix = np.zeros((*equation.mass.shape[:2], 2 * free, 2 * free))
     matrix[..., :free, free:] = np.eye(free)
     matrix[..., free:, :] = -np.linalg.solve(equation.mass, sides)
+    backwards = speed < 0.0
+    matrix[backwards] = np.roll(matrix[backwards, ::-1], 1, axis=1)
     return matrix
 
 
@@ -46,7 +47,7 @@ def monodromy(matrix: Array, period: float) -> tuple[Array, float]:
     """Return what one period makes of disturbances.
 
     Args:
-        matrix: A `(S, N, m, m)` at the nodes of a period, see `first_order`.
+        matrix: A `(S, N, m, m)` at the nodes of a period of the way, see `first_order`.
         period: of the coefficients [rad].
 
     Returns:

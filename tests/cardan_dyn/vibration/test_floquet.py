@@ -49,6 +49,16 @@ def test_workers_change_nothing(chart: Floquet) -> None:
     np.testing.assert_allclose(shared.trace[:3], chart.trace[:, :3], atol=1e-12)
 
 
+def test_a_damped_line_is_stable_in_both_senses() -> None:
+    """A plane contains both shafts, so that both senses are alike."""
+    line = elastic_rigs.torsional_line(damping_in=0.2)
+    scene = elastic_rigs.scene(line, np.radians(20.0))
+    ahead, back = vibration.floquet(scene, [0.4, 0.8]), vibration.floquet(scene, [-0.4, -0.8])
+    assert back.is_stable.all()
+    np.testing.assert_allclose(back.trace, ahead.trace, atol=1e-10)
+    np.testing.assert_allclose(back.growth, ahead.growth, atol=1e-10)
+
+
 def test_null_test_with_the_spring_behind() -> None:
     """Multipliers e^{±iπ/r}, never unstable."""
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=0.5, inertia_out=0.5)
