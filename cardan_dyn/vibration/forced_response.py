@@ -16,7 +16,7 @@ from .coexisting import smallest
 from .correction import corrected
 from .linear_motions import linear_motions
 from .motion_search import Motions, MotionSearch
-from .periodic_grid import amplitudes, next_size, nodes
+from .periodic_grid import amplitudes, nodes
 from .periodic_motion import PeriodicMotion, limit, refuse_missed
 from .reduced_model import Course
 from .result import Result, frame_of
@@ -202,10 +202,11 @@ def response_of(
     refuse_missed(search, speeds)
     rotating, free = search.rotating, len(search.rotating.free)
     divisor = found[0].model.divisor
-    most = next_size(max(motions.model.count for motions in found))
-    # Wrenches may repeat after the mechanism's whole period alone.
-    count = next_size(divisor * (most // 2) + most // 2 + 2)
+    most = max(motions.model.count for motions in found)
     size, waves = len(speeds), divisor * (most // 2) + 1
+    # Wrenches may repeat after the mechanism's whole period alone, and have higher orders than the
+    # motion, which are not to be taken for lower ones.
+    count = 3 * waves | 1
     kinds = {
         name: np.full((size, waves, free), np.nan + 0j)
         for name in ("amplitude", "linear", "averaged")
