@@ -11,12 +11,14 @@ from ..errors import AccuracyError, VibrationError
 from .efforts import FreeEfforts
 from .harmonic_balance import course_of, jacobian, newton_steps
 from .motion_search import Motions
-from .reduced_model import Course, ReducedModel
+from .reduced_model import Course, LocalEquation, ReducedModel
 
 _STEPS = 3
 _MOST_CONDITION = 1e12
 """Condition number of the equation's Jacobian from which on its motion may be anywhere: that of
 stiff scenes with many orders is about 1e7."""
+_LOOKED_AT = 3
+"""Motions of a group that tell whether the equation is singular at all."""
 _WORST = 1e-7
 """Effort, as a fraction of its terms, that may be left along a motion: interpolation leaves about
 1e-12, and orders beyond the nodes what their number allows."""
@@ -40,8 +42,11 @@ def corrected(efforts: FreeEfforts, motions: Motions) -> tuple[Motions, Array]:
     model, course = motions.model, motions.course
     equation = model.equation(course)
     matrix = jacobian(equation, course.speed, model.period)
-    _refuse_singular(matrix, course.speed)
     scale = np.where(equation.scale > 0.0, equation.scale, 1.0)[:, None]
+    conditions = _conditions(model, equation, course.speed)
+    for condition, at in zip(conditions.tolist(), course.speed.tolist(), strict=True):
+        if not condition < _MOST_CONDITION:
+            raise _not_isolated(at)
     left = along(efforts, model, course)
     best, least = course, np.max(np.abs(left) / scale, axis=(1, 2))
     for _ in range(_STEPS):
@@ -72,22 +77,46 @@ def corrected(efforts: FreeEfforts, motions: Motions) -> tuple[Motions, Array]:
     return replace(motions, course=best), residual
 
 
-def _refuse_singular(matrix: Array, speed: Array) -> None:
-    """Refuse motions at which the Jacobian `(S, K, K)` of the equation is singular.
+def refuse_unheld(found: list[Motions]) -> None:
+    """Refuse motions if the equation is singular about all that are looked at, a few of each group.
+
+    At a single speed two motions may meet; where it is singular at all, nothing holds a coordinate.
+
+    Args:
+        found: groups of motions.
 
     Raises:
-        VibrationError: there is one.
+        VibrationError: that is so.
     """
+    for motions in found:
+        size = len(motions.index)
+        part = motions.part(np.unique(np.linspace(0, size - 1, _LOOKED_AT).astype(int)))
+        equation = part.model.equation(part.course)
+        conditions = _conditions(part.model, equation, part.course.speed)
+        if np.any(conditions < _MOST_CONDITION):
+            return
+    if found:
+        raise _not_isolated(float(found[0].course.speed[0]))
+
+
+def _conditions(model: ReducedModel, equation: LocalEquation, speed: Array) -> Array:
+    """Return condition numbers `(S,)` of the equation's Jacobian, whatever the units."""
+    count, free = equation.efforts.shape[1:]
+    matrix = jacobian(equation, speed, model.period)
+    matrix *= np.tile(model.half, count)
+    rows = np.max(np.abs(matrix).reshape(len(speed), count, free, -1), axis=(1, 3))
+    matrix /= np.tile(np.where(rows > 0.0, rows, 1.0), count)[:, :, None]
     with np.errstate(all="ignore"):
-        conditions = np.linalg.cond(matrix, 1)
-    for condition, at in zip(conditions.tolist(), speed.tolist(), strict=True):
-        if not condition < _MOST_CONDITION:
-            raise VibrationError(
-                f"the motion at {at:.12g} rad/s is not isolated: its equation is singular. Either "
-                "two motions just meet there, or nothing holds a free coordinate, which then has "
-                "no mean: give it a spring",
-                speed=at,
-            )
+        return np.asarray(np.linalg.cond(matrix, 1))
+
+
+def _not_isolated(speed: float) -> VibrationError:
+    return VibrationError(
+        f"the motion at {speed:.12g} rad/s is not isolated: its equation is singular. Either two "
+        "motions just meet there, or nothing holds a free coordinate, which then has no mean: give "
+        "it a spring",
+        speed=speed,
+    )
 
 
 def along(efforts: FreeEfforts, model: ReducedModel, course: Course, shift: float = 0.0) -> Array:

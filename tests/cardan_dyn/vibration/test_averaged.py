@@ -45,3 +45,18 @@ def test_a_creeping_mode_has_no_decrement() -> None:
 def test_swinging_modes_come_before_creeping_ones() -> None:
     found = of(np.eye(2), np.diag([5.0, 0.0]), np.diag([4.0, 9.0]))
     np.testing.assert_allclose(found.frequency[0], [3.0, 0.0], atol=1e-12)
+
+
+def test_of_each_creeping_pair_the_greater_is_kept() -> None:
+    """(λ + 1)(λ + 2) and (λ + 10)(λ + 20) of coordinates without coupling."""
+    found = of(np.eye(2), np.diag([3.0, 30.0]), np.diag([2.0, 200.0]))
+    np.testing.assert_allclose(found.value[0], [-1.0, -10.0], rtol=1e-12)
+    np.testing.assert_allclose(found.shape[0], np.eye(2), atol=1e-12)
+    # An eigenvalue alone says nothing of ζ, which is 1.06 here.
+    assert np.all(np.isnan(found.amplification))
+
+
+def test_a_slow_mode_swings_beside_one_that_dies_at_once() -> None:
+    found = of(np.eye(2), np.diag([1e11, 0.02]), np.eye(2))
+    assert found.frequency[0, 0] == pytest.approx(np.sqrt(1.0 - 0.01**2), rel=1e-4)
+    assert found.frequency[0, 1] == 0.0

@@ -69,3 +69,14 @@ def test_without_any_motion() -> None:
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.3)
     with pytest.raises(VibrationError):
         vibration.campbell(scene, 0.5, within=0.05)
+
+
+def test_modes_are_followed_past_speeds_without_a_motion() -> None:
+    """A circle keeps its sense in space, and is backward or forward by the drive's sense."""
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(POLAR), np.radians(5.0))
+    found = vibration.campbell(scene, [0.9, 0.51303, -0.9], within=1e-4)
+    assert np.isnan(found.frequency[1]).all()
+    assert np.isnan(found.amplification[1]).all()
+    np.testing.assert_allclose(found.whirl[0], [-1.0, 1.0], atol=0.02)
+    np.testing.assert_allclose(found.whirl[2], [1.0, -1.0], atol=0.02)
+    np.testing.assert_allclose(found.frequency[2], found.frequency[0, ::-1], rtol=1e-6)
