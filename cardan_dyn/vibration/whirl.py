@@ -12,6 +12,8 @@ from .rotating_scene import RotatingScene
 _POSITIONS = 16
 _TURNS = 1e-3
 """Speed of a link [rad/s per rad/s of the drive] below which it does not turn."""
+_ROUNDING = 1e-10
+"""Motion across the axes of rotation, as a fraction of all motion, that is none."""
 
 
 class WhirlSense:
@@ -19,7 +21,7 @@ class WhirlSense:
 
     A mode moves each link's centre along an ellipse, and so does the tip of its small rotation.
     The areas of these ellipses, seen along the axis about which the link turns with the drive,
-    are weighed with mass and with moment of inertia.
+    are weighed with mass and with moment of inertia. Links that do not turn count for nothing.
     """
 
     def __init__(self, rotating: RotatingScene, q: Array, sense: float) -> None:
@@ -61,18 +63,22 @@ class WhirlSense:
 
     def of(self, shapes: Array) -> Array:
         """Return the sense `(m,)` of mode shapes `(n, m)`: from -1, backward, to +1, forward."""
-        forward, size = np.zeros(shapes.shape[1]), np.full(shapes.shape[1], 1e-300)
+        forward, size, whole = np.zeros((3, shapes.shape[1]))
         for index, inertia in enumerate(self._inertia):
+            # Housings have no sense of rotation of their own, however heavy they are.
+            turns = np.any(self._axis[index], axis=-1)[:, None]
             weights = (float(np.trace(inertia.inertia)) / 3.0, float(inertia.mass))
             for weight, moved in zip(weights, (self._spin, self._velocity), strict=True):
                 # The part of the swing along the link's own axis is no whirl.
                 ends = np.einsum("kin,nm->kmi", moved[index], shapes)
+                whole += weight * np.mean(np.sum(np.abs(ends) ** 2, axis=-1), axis=0)
                 axis = self._axis[index][:, None, :]
                 ends = ends - np.sum(ends * axis, axis=-1, keepdims=True) * axis
                 turned = np.cross(ends.real, -ends.imag)
                 forward += weight * np.mean(2.0 * np.sum(turned * axis, axis=-1), axis=0)
-                size += weight * np.mean(np.sum(np.abs(ends) ** 2, axis=-1), axis=0)
-        return np.asarray(forward / size)
+                size += weight * np.mean(turns * np.sum(np.abs(ends) ** 2, axis=-1), axis=0)
+        is_there = size > _ROUNDING**2 * whole
+        return np.where(is_there, forward / np.where(is_there, size, 1.0), 0.0)
 
 
 def sense_name(sense: float) -> str:

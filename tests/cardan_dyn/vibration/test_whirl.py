@@ -23,6 +23,22 @@ def test_circles_lines_and_ellipses(sense: float) -> None:
     np.testing.assert_allclose(found, sense * np.array([1.0, -1.0, 0.0, 0.8]), atol=0.01)
 
 
+def test_a_heavy_housing_changes_no_sense() -> None:
+    """It moves with the shaft on the same circles, but does not turn."""
+    urdf = elastic_rigs.elastic_rig()
+    light = '<link name="housing_out"/>'
+    heavy = light.replace("/>", ">") + (
+        '<inertial><mass value="9"/><inertia ixx="50" iyy="50" izz="50" ixy="0" ixz="0" iyz="0"/>'
+        "</inertial></link>"
+    )
+    assert light in urdf
+    rotating = rotating_scene(
+        elastic_rigs.scene(urdf.replace(light, heavy), np.radians(5.0), ["tilt_y", "tilt_z"])
+    )
+    found = WhirlSense(rotating, np.zeros(2), 1.0).of(SHAPES)
+    np.testing.assert_allclose(found, [1.0, -1.0, 0.0, 0.8], atol=0.01)
+
+
 def test_torsion_does_not_whirl() -> None:
     rotating = rotating_scene(elastic_rigs.scene(elastic_rigs.torsional_line(), 0.2))
     found = WhirlSense(rotating, np.zeros(1), 1.0).of(np.array([[1.0 + 0j]]))
