@@ -179,7 +179,7 @@ def critical_speeds(
     found = campbell_of(search, speeds)
     wanted = _exciting(search, speeds) if orders is None else _orders(orders)
     rows = [
-        _resonance(search, found, order, mode, crossing)
+        _resonance(search, found, order, mode, *crossing)
         for order in wanted
         for mode in range(found.frequency.shape[1])
         for crossing in _crossings(found, order, mode)
@@ -227,21 +227,29 @@ def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     ]
 
 
-def _crossings(found: Campbell, order: float, mode: int) -> list[float]:
-    """Return the speeds at which an order meets a mode's frequency, between those of the modes."""
+def _crossings(found: Campbell, order: float, mode: int) -> list[tuple[float, float]]:
+    """Return where an order meets a mode's frequency, between the speeds of the modes.
+
+    Returns:
+        speeds, each with how fast order and mode part there [rad/s per rad/s].
+    """
     # Speeds without a motion lie at undamped resonances: their neighbours tell where.
     is_there = np.isfinite(found.frequency[:, mode])
     speed = found.speed[is_there]
     gap = order * np.abs(speed) - found.frequency[is_there, mode]
-    places = np.nonzero(gap[1:] * gap[:-1] <= 0.0)[0]
-    shares = gap[places] / (gap[places] - gap[places + 1])
-    return (speed[places] + shares * np.diff(speed)[places]).tolist()
+    meets = (gap[1:] * gap[:-1] < 0.0) | (gap[:-1] == 0.0)
+    meets[-1:] |= gap[-1:] == 0.0
+    places = np.nonzero(meets)[0]
+    rise = np.diff(gap)[places]
+    shares = np.where(gap[places] == 0.0, 0.0, -gap[places] / np.where(rise == 0.0, 1.0, rise))
+    step = np.diff(speed)[places]
+    return list(zip((speed[places] + shares * step).tolist(), np.abs(rise / step), strict=True))
 
 
 def _resonance(
-    search: MotionSearch, found: Campbell, order: float, mode: int, crossing: float
+    search: MotionSearch, found: Campbell, order: float, mode: int, crossing: float, pace: float
 ) -> CriticalSpeed:
-    """Return the critical speed near a crossing."""
+    """Return the critical speed near a crossing, at which order and mode part at a pace."""
     is_there = np.isfinite(found.frequency[:, mode])
     near = np.column_stack([found.frequency[:, mode], found.decay[:, mode]])[is_there]
     row = int(np.argmin(np.where(is_there, np.abs(found.speed - crossing), np.inf)))
@@ -250,7 +258,8 @@ def _resonance(
     ratio = -decay / np.hypot(frequency, decay)
     speed, severity, half = crossing, np.inf, 0.0
     if ratio > _LEAST_DAMPING:
-        half = ratio * abs(crossing)
+        # Gyroscopic modes run along with the order, which then stays near them for longer.
+        half = min(-decay / max(pace, 1e-300), abs(crossing))
         speed, severity = _peak(
             search, order, crossing, _HALF_WIDTHS * half, found.shape[row], mode
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from testkit import elastic_rigs
 
 from cardan_dyn import ArgumentError, vibration
 from cardan_dyn.vibration import CriticalSpeeds
+from cardan_dyn.vibration.critical_speeds import _crossings
 
 
 @pytest.fixture(scope="module")
@@ -85,3 +87,29 @@ def test_what_is_asked_for_wrongly(rig: CriticalSpeeds) -> None:
         vibration.critical_speeds(rig.scene, [0.6, 0.2])
     with pytest.raises(ArgumentError, match="orders is"):
         vibration.critical_speeds(rig.scene, [0.2, 0.6], orders=-1)
+
+
+def test_half_power_of_a_whirl_that_runs_along_with_its_order() -> None:
+    """Θ/A = 1.5, order 2 forwards: Ω = 1, p' = 1.2, so that it is 2 ζ wide to either side."""
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(1.5), np.radians(2.0))
+    found = vibration.critical_speeds(scene, [0.8, 1.2], orders=2, instabilities=False)
+    (row,) = found
+    assert row.whirl == "forward"
+    assert row.upper - row.lower == pytest.approx(0.04, rel=0.01)
+    places = np.linspace(0.95, 1.05, 401)
+    response = vibration.forced_response(scene, places, joints=[])
+    # What drives it grows with the square of the speed.
+    size = response.whirls("tilt_y", "tilt_z", 2)[0] / places**2
+    inside = places[size > np.max(size) / np.sqrt(2.0)]
+    assert inside[0] == pytest.approx(row.lower, abs=1.5e-3)
+    assert inside[-1] == pytest.approx(row.upper, abs=1.5e-3)
+
+
+def test_a_crossing_at_one_of_the_speeds_is_one() -> None:
+    speed = np.array([0.4, 0.5, 0.6])
+    ones = np.ones((3, 1))
+    course = SimpleNamespace(speed=speed, frequency=ones)
+    assert _crossings(course, 2.0, 0) == [(0.5, 2.0)]
+    for part, count in ((slice(2), 1), (slice(1, None), 1), (slice(1), 0)):
+        course = SimpleNamespace(speed=speed[part], frequency=ones[part])
+        assert len(_crossings(course, 2.0, 0)) == count
