@@ -105,7 +105,11 @@ class CriticalSpeeds(Result):
 
     def stored(self) -> dict[str, Any]:
         """Return what `save` writes."""
-        return {**super().stored(), **{f"table.{name}": of for name, of in self.table.items()}}
+        return {
+            **super().stored(),
+            **{f"table.{name}": of for name, of in self.table.items()},
+            **{f"campbell.{name}": of for name, of in self.campbell.stored().items()},
+        }
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each critical speed."""

@@ -92,6 +92,16 @@ class Floquet(Result):
             )
         return self.region[0]
 
+    def stored(self) -> dict[str, Any]:
+        """Return what `save` writes; of the regions, the design of each and its fields."""
+        rows = [(design, *item) for design, regions in enumerate(self.region) for item in regions]
+        names = ("design", *Region._fields)
+        columns = zip(*rows, strict=True) if rows else ([] for _ in names)
+        regions = {
+            f"region.{name}": np.array(column) for name, column in zip(names, columns, strict=True)
+        }
+        return {**super().stored(), **regions}
+
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each design and speed."""
         shape = self.kind.shape

@@ -31,14 +31,18 @@ class Result:
         Result.__post_init__(self)
 
     def stored(self) -> dict[str, Any]:
-        """Return what `save` writes."""
+        """Return what `save` writes; of the scene, the names of its drives."""
         stored: dict[str, Any] = {}
         for field in fields(self):  # type: ignore[arg-type]
             value = getattr(self, field.name)
             if isinstance(value, (np.ndarray, float, int, str)):
                 stored[field.name] = np.asarray(value)
-            elif isinstance(value, tuple) and all(isinstance(item, (str, int)) for item in value):
+            elif isinstance(value, tuple) and all(
+                isinstance(item, (str, int, float)) for item in value
+            ):
                 stored[field.name] = np.array(value)
+            elif field.name == "scene" and value is not None:
+                stored["drives"] = np.array(value.drives)
             elif isinstance(value, Mapping):
                 stored |= {f"{field.name}.{key}": np.asarray(item) for key, item in value.items()}
         return stored

@@ -80,6 +80,9 @@ def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
     rig.save(tmp_path / "speeds.npz")
     with np.load(tmp_path / "speeds.npz") as stored:
         np.testing.assert_array_equal(stored["table.speed"], frame.speed)
+        assert stored["orders"].tolist() == list(rig.orders)
+        assert stored["drives"].tolist() == ["bearing_in", "tilt_z", "tilt_y"]
+        np.testing.assert_array_equal(stored["campbell.frequency"], rig.campbell.frequency)
 
 
 def test_what_is_asked_for_wrongly(rig: CriticalSpeeds) -> None:
