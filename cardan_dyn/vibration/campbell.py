@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..errors import ArgumentError
 from .averaged import Modes, modes
 from .coexisting import smallest
 from .correction import refuse_unheld
 from .motion_search import MotionSearch
 from .periodic_motion import limit, refuse_missed
 from .result import Result, frame_of
-from .rotating_scene import rotating_scene, speeds_of
+from .rotating_scene import orders_of, rotating_scene, speeds_of
 from .whirl import WhirlSense, sense_name
 
 if TYPE_CHECKING:
@@ -66,10 +65,11 @@ class Campbell(Result):
 
         Args:
             orders: cycles per revolution of the drive that excite.
+
+        Raises:
+            ArgumentError: no positive numbers.
         """
-        lines = np.abs(self.speed)[:, None] * np.atleast_1d(np.asarray(orders, dtype=float))
-        if not lines.size or np.any(lines <= 0.0):
-            raise ArgumentError(f"orders is {orders!r}, expected positive numbers")
+        lines = np.abs(self.speed)[:, None] * np.array(orders_of(orders))
         gaps = np.abs(self.frequency[:, :, None] - lines[:, None, :]) / lines[:, None, :]
         return np.asarray(np.min(gaps, axis=2))
 
@@ -96,7 +96,7 @@ class Campbell(Result):
         """Draw natural frequencies over speed, with the lines of orders."""
         from ..figures.critical_speeds import campbell
 
-        return campbell(self.speed, self.frequency, orders=orders, whirl=self.whirl)
+        return campbell(self.speed, self.frequency, orders=orders_of(orders), whirl=self.whirl)
 
     def __repr__(self) -> str:
         return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds>"

@@ -17,7 +17,7 @@ from .periodic_grid import amplitudes
 from .periodic_motion import limit
 from .regions import Region, regions
 from .result import Result, frame_of
-from .rotating_scene import rotating_scene, speeds_of
+from .rotating_scene import orders_of, rotating_scene, speeds_of
 from .stability import stability
 from .whirl import sense_name
 
@@ -179,9 +179,11 @@ def critical_speeds(
     if len(speeds) == 2:
         speeds = np.linspace(speeds[0], speeds[1], _SPEEDS)
     instabilities = flag("instabilities", instabilities)
+    wanted = None if orders is None else orders_of(orders)
     search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
     found = campbell_of(search, speeds)
-    wanted = _exciting(search, speeds) if orders is None else _orders(orders)
+    if wanted is None:
+        wanted = _exciting(search, speeds)
     rows = [
         _resonance(search, found, order, mode, *crossing)
         for order in wanted
@@ -195,20 +197,13 @@ def critical_speeds(
         scene=search.rotating.scene,
         low=float(speeds[0]),
         high=float(speeds[-1]),
-        orders=tuple(wanted),
+        orders=wanted,
         rows=tuple(sorted(rows)),
         campbell=found,
     )
 
 
-def _orders(given: Any) -> list[float]:
-    orders = np.atleast_1d(np.asarray(given, dtype=float))
-    if orders.ndim != 1 or not np.all(np.isfinite(orders)) or np.any(orders <= 0.0):
-        raise ArgumentError(f"orders is {given!r}, expected positive numbers")
-    return sorted(set(orders.tolist()))
-
-
-def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
+def _exciting(search: MotionSearch, speeds: Array) -> tuple[float, ...]:
     """Return the orders up to the highest that force the free coordinates.
 
     Raises:
@@ -224,11 +219,11 @@ def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     if not sizes:
         raise VibrationError(next(iter(search.missed.values())))
     greatest = max((size for order, size in sizes.items() if order), default=0.0)
-    return [
+    return tuple(
         order
         for order, size in sorted(sizes.items())
         if 0.0 < order <= _HIGHEST and size > _EXCITES * greatest
-    ]
+    )
 
 
 def _crossings(found: Campbell, order: float, mode: int) -> list[tuple[float, float]]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import names
+from ..checks import names, numbers, text
 from ..errors import ArgumentError, choices
 from ..results.sweep_data import FRAMES
 from .coexisting import smallest
@@ -20,7 +20,7 @@ from .periodic_grid import amplitudes, nodes
 from .periodic_motion import PeriodicMotion, limit, refuse_missed
 from .reduced_model import Course
 from .result import Result, frame_of
-from .rotating_scene import rotating_scene, speeds_of
+from .rotating_scene import orders_of, rotating_scene, speeds_of
 
 if TYPE_CHECKING:
     import pandas
@@ -87,7 +87,8 @@ class ForcedResponse(Result):
         Raises:
             ArgumentError: no such name, or no such order.
         """
-        found = np.nonzero(np.abs(self.order - order) < 1e-9)[0]
+        wanted = numbers("order", order)
+        found = np.nonzero(np.abs(self.order - wanted) < 1e-9)[0] if not wanted.ndim else wanted[:0]
         if not found.size:
             raise ArgumentError(f"order {order!r} is none of those up to {self.order[-1]:g}")
         if name in self.free:
@@ -145,7 +146,7 @@ class ForcedResponse(Result):
         """Draw amplitudes of the free coordinates over speed, a line for each order."""
         from ..figures.critical_speeds import orders_over_speed
 
-        chosen = [order for order in orders if np.any(np.abs(self.order - order) < 1e-9)]
+        chosen = [order for order in orders_of(orders) if np.any(np.abs(self.order - order) < 1e-9)]
         lines = {
             f"{name}, {order:g}×": np.abs(self.of(name, order))
             for name in self.free
@@ -182,7 +183,7 @@ def forced_response(
     Raises:
         CardanError: see `periodic_motion`; speeds without a motion are marked instead.
     """
-    if frame not in FRAMES:
+    if text("frame", frame) not in FRAMES:
         raise ArgumentError(f"frame {frame!r} is unknown; frames: {choices(FRAMES)}")
     search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
     wanted = search.rotating.scene.outputs if joints is None else names("joints", joints)

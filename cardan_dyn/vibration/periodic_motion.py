@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import numbers
+from ..checks import numbers, whole
 from ..errors import ArgumentError, VibrationError
 from .coexisting import coexisting
 from .correction import corrected
@@ -115,8 +115,10 @@ class PeriodicMotion(Result):
             scene: the same with other outputs, if wanted.
 
         Raises:
+            ArgumentError: no such row.
             CardanError: as `Scene.sweep`.
         """
+        row = self._row(row)
         if position is None:
             count = 2 * int(np.ceil(self.order[-1])) + 32
             position = 2.0 * np.pi / count * np.arange(count)
@@ -136,12 +138,13 @@ class PeriodicMotion(Result):
         """Return the path `(count, 2)` of two free coordinates over a revolution.
 
         Raises:
-            ArgumentError: one is not free.
+            ArgumentError: one is not free, or there is no such row.
         """
         for name in (first, second):
             if name not in self.free:
                 raise ArgumentError(f"{name!r} is not free; free: {', '.join(self.free)}")
-        q = self.at(np.linspace(0.0, 2.0 * np.pi, count)).position[row]
+        places = np.linspace(0.0, 2.0 * np.pi, whole("count", count))
+        q = self.at(places).position[self._row(row)]
         return q[:, [self.free.index(first), self.free.index(second)]]
 
     def to_dataframe(self) -> pandas.DataFrame:
@@ -180,7 +183,18 @@ class PeriodicMotion(Result):
         from ..figures.vibration import over_revolution
 
         position = np.linspace(0.0, 2.0 * np.pi, 721)
-        return over_revolution(position, self.at(position).position[row], self.free)
+        return over_revolution(position, self.at(position).position[self._row(row)], self.free)
+
+    def _row(self, row: Any) -> int:
+        """Return the number of a motion.
+
+        Raises:
+            ArgumentError: there is none.
+        """
+        number = whole("row", row, least=0)
+        if number >= len(self):
+            raise ArgumentError(f"row {number}: there are {len(self)} motions, from row 0 on")
+        return number
 
     def __repr__(self) -> str:
         more = self.incomplete

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +16,7 @@ from ..elements.pin_contact import PinContact
 from ..elements.point_spring import PointSpring
 from ..errors import ArgumentError, CardanError, MobilityError, ModelError, choices
 from ..forces.link_loads import Wrench
-
-if TYPE_CHECKING:
-    from ..scene.scene import Scene
+from ..scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,11 +73,13 @@ def rotating_scene(scene: Scene, drive: str | None = None) -> RotatingScene:
         drive: name of that which turns at constant speed; the first one if None.
 
     Raises:
-        ArgumentError: no such drive, nothing periodic, dry friction, an actuator that follows a
-            function of time, or loads of several values.
+        ArgumentError: no scene, no such drive, nothing periodic, dry friction, an actuator that
+            follows a function of time, or loads of several values.
         MobilityError: nothing is free.
         ModelError: no body has mass.
     """
+    if not isinstance(scene, Scene):
+        raise ArgumentError(f"scene is {described(scene)}, expected a Scene")
     drive = scene.drives[0] if drive is None else text("drive", drive)
     if drive not in scene.drives:
         raise ArgumentError(
@@ -150,6 +150,18 @@ def speeds_of(value: Any) -> tuple[Array, bool]:
     if np.any(speeds == 0.0):
         raise ArgumentError("speed is 0; at rest, Scene.equilibrium says what a scene does")
     return np.atleast_1d(speeds), not speeds.ndim
+
+
+def orders_of(value: Any) -> tuple[float, ...]:
+    """Return orders, each once and ascending [cycles per revolution of the drive].
+
+    Raises:
+        ArgumentError: not numeric, not finite, not positive, of more than one dimension, or none.
+    """
+    orders = np.atleast_1d(numbers("orders", value))
+    if orders.ndim != 1 or not orders.size or np.any(orders <= 0.0):
+        raise ArgumentError(f"orders is {value!r}, expected positive numbers")
+    return tuple(sorted(set(orders.tolist())))
 
 
 def _damps(element: Element) -> bool:

@@ -106,9 +106,15 @@ class RunUp(Result):
         return frame_of(rows, dict(zip(names, units, strict=True)))
 
     def plot(self, coordinate: str | None = None) -> Figure:
-        """Draw a free coordinate over speed, the first one if None, beside the prediction."""
+        """Draw a free coordinate over speed, the first one if None, beside the prediction.
+
+        Raises:
+            ArgumentError: it is not free.
+        """
         from ..figures.vibration import run_up as drawn
 
+        if coordinate is not None and coordinate not in self.free:
+            raise ArgumentError(f"{coordinate!r} is not free; free: {', '.join(self.free)}")
         column = 0 if coordinate is None else self.free.index(coordinate)
         values = self.position[:, column] - np.mean(self.position[:, column])
         curves = {"periodic motion": self.predicted, "averaged": self.linear}
@@ -165,6 +171,8 @@ def run_up(
     first, last = (float(value) for value in ends)
     rotating = rotating_scene(scene, drive)
     within = limit("within", within)
+    if torque is not None and numbers("torque", torque).ndim:
+        raise ArgumentError(f"torque is {torque!r}, expected a number")
     begun = forced_response(rotating.scene, first, joints=[], within=within)
     order, wave = begun.order, begun.amplitude[0]
     begins: dict[str, Any] = {

@@ -48,6 +48,10 @@ def test_separation_margin(found: Campbell) -> None:
     assert margin[1, 0] == pytest.approx(expected)
     with pytest.raises(ArgumentError, match="expected positive numbers"):
         found.separation_margin((0, 1))
+    with pytest.raises(ArgumentError, match="orders is not"):
+        found.separation_margin("first")
+    with pytest.raises(ArgumentError, match="orders is not"):
+        found.plot("first")
 
 
 def test_modes_keep_their_columns_where_frequencies_cross() -> None:

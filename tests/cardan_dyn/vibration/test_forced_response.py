@@ -131,6 +131,12 @@ def test_what_is_asked_for_wrongly() -> None:
     found = response([0.3], joints=[])
     with pytest.raises(ArgumentError, match="order 99 is none"):
         found.of("tilt_y", 99)
+    with pytest.raises(ArgumentError, match="order is not an array"):
+        found.of("tilt_y", "second")  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match="frame is 3"):
+        response([0.3], frame=3)
+    with pytest.raises(ArgumentError, match="orders is not an array"):
+        found.plot("second")
     with pytest.raises(ArgumentError, match="'bearing_out' has no amplitudes"):
         found.of("bearing_out", 2)
     with pytest.raises(ArgumentError, match="free coordinates are"):

@@ -142,6 +142,13 @@ def test_ranges_are_positive_numbers(rig: cd.Scene, within: object) -> None:
         vibration.periodic_motion(rig, 1.0, within=within)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("row", [2, -1, "first"])
+def test_rows_that_are_none(found: PeriodicMotion, row: object) -> None:
+    for ask in (found.sweep, found.plot, lambda row: found.orbit("tilt_y", "tilt_z", row)):
+        with pytest.raises(ArgumentError, match="row"):
+            ask(row)  # type: ignore[operator]
+
+
 @pytest.mark.parametrize(("mass", "length"), [(1e-6, 1e-4), (1e4, 30.0)])
 def test_slides_beside_tilts_in_any_units(mass: float, length: float) -> None:
     """Metres and radians differ by the length of the rig, what is left of its motion does not."""

@@ -10,7 +10,7 @@ from testkit import elastic_rigs
 
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, MobilityError, ModelError, VibrationError, vibration
-from cardan_dyn.vibration.rotating_scene import rotating_scene, speeds_of
+from cardan_dyn.vibration.rotating_scene import orders_of, rotating_scene, speeds_of
 
 LINE = elastic_rigs.torsional_line()
 
@@ -121,6 +121,21 @@ def test_massless_mechanisms_are_refused() -> None:
     text = LINE.replace("<inertial>", "<!--").replace("</inertial>", "-->")
     with pytest.raises(ModelError, match="no body has mass"):
         vibration.periodic_motion(elastic_rigs.scene(text, 0.3), 1.0)
+
+
+@pytest.mark.parametrize("orders", [0.0, [1.0, -2.0], [], "two", np.nan, np.ones((2, 2)), [None]])
+def test_orders_that_are_none(orders: Any) -> None:
+    with pytest.raises(ArgumentError, match="orders"):
+        orders_of(orders)
+
+
+def test_orders_ascend() -> None:
+    assert orders_of([4, 2, 2.0]) == (2.0, 4.0)
+
+
+def test_what_is_no_scene_is_refused() -> None:
+    with pytest.raises(ArgumentError, match="expected a Scene"):
+        vibration.campbell("universal_joint", 1.0)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("speed", [0.0, [1.0, 0.0], np.ones((2, 2)), [], np.nan, "fast", np.sin])

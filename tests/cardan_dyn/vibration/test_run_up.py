@@ -23,6 +23,8 @@ def test_a_slow_run_up_follows_the_prediction() -> None:
     frame = found.to_dataframe()
     assert len(frame) == len(found.window)
     assert found.plot().axes
+    with pytest.raises(ArgumentError, match="'twist' is not free; free: twist_in"):
+        found.plot("twist")
     assert pickle.loads(pickle.dumps(found)).free == ("twist_in",)
     assert "0.35 to 0.65" in repr(found)
 
@@ -43,3 +45,9 @@ def test_what_is_asked_for_wrongly(start: float, end: float, duration: float) ->
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.1)
     with pytest.raises(ArgumentError):
         vibration.run_up(scene, start, end, duration)
+
+
+def test_a_torque_of_several_values_is_refused() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.1)
+    with pytest.raises(ArgumentError, match="torque is"):
+        vibration.run_up(scene, 0.3, 0.4, 9.0, torque=[1.0, 2.0])  # type: ignore[arg-type]
