@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
+from analytic.whirl import whirl_frequencies
 from cardan_dyn import ArgumentError, VibrationError, vibration
 from cardan_dyn.vibration import Campbell
 
@@ -55,11 +56,20 @@ def test_separation_margin(found: Campbell) -> None:
 
 
 def test_modes_keep_their_columns_where_frequencies_cross() -> None:
-    # Two springs without coupling but by the joint's angle, which is small.
-    line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0)
-    scene = elastic_rigs.scene(line, np.radians(2.0))
-    found = vibration.campbell(scene, np.linspace(0.7, 1.4, 8))
-    assert np.max(np.abs(np.diff(found.frequency, axis=0))) < 1e-2
+    """A weight on a spring by itself, which forward whirl overtakes: p² - Θ/A Ω p - 1 = 0."""
+    weight = (
+        '<link name="weight"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" '
+        'ixz="0" iyz="0"/></inertial></link><joint name="hang" type="prismatic"><parent '
+        'link="base"/><child link="weight"/><axis xyz="0 1 0"/><dynamics spring_stiffness="1.44" '
+        'damping="0.01"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    )
+    rig = elastic_rigs.elastic_rig(1.0).replace("</robot>", weight)
+    speed = np.linspace(0.1, 0.9, 5)
+    found = vibration.campbell(elastic_rigs.scene(rig, np.radians(1.0)), speed)
+    forward, backward = whirl_frequencies(speed, 1.0, 1.0)
+    assert forward[0] < 1.2 < forward[2]
+    expected = np.column_stack([backward, forward, np.full(5, 1.2)])
+    np.testing.assert_allclose(found.frequency, expected, rtol=1e-3)
 
 
 def test_tables_and_figures(found: Campbell) -> None:
