@@ -18,7 +18,9 @@ _MOST_CONDITION = 1e12
 """Condition number of the equation's Jacobian from which on its motion may be anywhere: that of
 stiff scenes with many orders is about 1e7."""
 _LOOKED_AT = 3
-"""Motions of a group that tell whether the equation is singular at all."""
+"""Motions of a group that tell whether nothing holds a coordinate."""
+_MOVED = 0.5
+"""Share of the mean in what a singular equation leaves open, from which on it moves a motion."""
 _WORST = 1e-7
 """Effort, as a fraction of its terms, that may be left along a motion: interpolation leaves about
 1e-12, and orders beyond the nodes what their number allows."""
@@ -43,10 +45,7 @@ def corrected(efforts: FreeEfforts, motions: Motions) -> tuple[Motions, Array]:
     equation = model.equation(course)
     matrix = jacobian(equation, course.speed, model.period)
     scale = np.where(equation.scale > 0.0, equation.scale, 1.0)[:, None]
-    conditions = _conditions(model, equation, course.speed)
-    for condition, at in zip(conditions.tolist(), course.speed.tolist(), strict=True):
-        if not condition < _MOST_CONDITION:
-            raise _not_isolated(at)
+    _refuse_singular(_scaled(model, equation, course.speed), course.speed)
     left = along(efforts, model, course)
     best, least = course, np.max(np.abs(left) / scale, axis=(1, 2))
     for _ in range(_STEPS):
@@ -78,45 +77,62 @@ def corrected(efforts: FreeEfforts, motions: Motions) -> tuple[Motions, Array]:
 
 
 def refuse_unheld(found: list[Motions]) -> None:
-    """Refuse motions if the equation is singular about all that are looked at, a few of each group.
+    """Refuse motions whose free coordinates may be anywhere, since nothing holds one of them.
 
-    At a single speed two motions may meet; where it is singular at all, nothing holds a coordinate.
+    A few motions of each group are looked at. At an undamped resonance the equation is singular as
+    well, but what is left open there swings about the same mean.
 
     Args:
         found: groups of motions.
 
     Raises:
-        VibrationError: that is so.
+        VibrationError: all that are looked at may be moved as a whole.
     """
     for motions in found:
         size = len(motions.index)
         part = motions.part(np.unique(np.linspace(0, size - 1, _LOOKED_AT).astype(int)))
-        equation = part.model.equation(part.course)
-        conditions = _conditions(part.model, equation, part.course.speed)
-        if np.any(conditions < _MOST_CONDITION):
-            return
+        model, course = part.model, part.course
+        for matrix in _scaled(model, model.equation(course), course.speed):
+            if _condition(matrix) < _MOST_CONDITION:
+                return
+            left_open = np.linalg.svd(matrix)[2][-1].reshape(course.q.shape[1:])
+            if np.linalg.norm(np.mean(left_open, axis=0)) * np.sqrt(len(left_open)) < _MOVED:
+                return
     if found:
-        raise _not_isolated(float(found[0].course.speed[0]))
+        raise VibrationError(
+            "nothing holds a free coordinate, which then has no mean: give it a spring",
+            speed=float(found[0].course.speed[0]),
+        )
 
 
-def _conditions(model: ReducedModel, equation: LocalEquation, speed: Array) -> Array:
-    """Return condition numbers `(S,)` of the equation's Jacobian, whatever the units."""
+def _scaled(model: ReducedModel, equation: LocalEquation, speed: Array) -> Array:
+    """Return the equation's Jacobian `(S, K, K)` in units of the ranges and of its rows."""
     count, free = equation.efforts.shape[1:]
-    matrix = jacobian(equation, speed, model.period)
-    matrix *= np.tile(model.half, count)
+    matrix = jacobian(equation, speed, model.period) * np.tile(model.half, count)
     rows = np.max(np.abs(matrix).reshape(len(speed), count, free, -1), axis=(1, 3))
-    matrix /= np.tile(np.where(rows > 0.0, rows, 1.0), count)[:, :, None]
+    return np.asarray(matrix / np.tile(np.where(rows > 0.0, rows, 1.0), count)[:, :, None])
+
+
+def _condition(matrix: Array) -> Array:
+    """Return condition numbers of matrices `(..., K, K)`, not finite where they are singular."""
     with np.errstate(all="ignore"):
         return np.asarray(np.linalg.cond(matrix, 1))
 
 
-def _not_isolated(speed: float) -> VibrationError:
-    return VibrationError(
-        f"the motion at {speed:.12g} rad/s is not isolated: its equation is singular. Either two "
-        "motions just meet there, or nothing holds a free coordinate, which then has no mean: give "
-        "it a spring",
-        speed=speed,
-    )
+def _refuse_singular(matrix: Array, speed: Array) -> None:
+    """Refuse motions at which the Jacobian `(S, K, K)` of the equation is singular.
+
+    Raises:
+        VibrationError: there is one.
+    """
+    for condition, at in zip(_condition(matrix).tolist(), speed.tolist(), strict=True):
+        if not condition < _MOST_CONDITION:
+            raise VibrationError(
+                f"the motion at {at:.12g} rad/s is not isolated: its equation is singular. Either "
+                "two motions just meet there, or nothing holds a free coordinate, which then has "
+                "no mean: give it a spring",
+                speed=at,
+            )
 
 
 def along(efforts: FreeEfforts, model: ReducedModel, course: Course, shift: float = 0.0) -> Array:

@@ -59,6 +59,13 @@ def test_a_damped_line_is_stable_in_both_senses() -> None:
     np.testing.assert_allclose(back.growth, ahead.growth, atol=1e-10)
 
 
+def test_a_chart_may_begin_without_an_angle_at_a_resonance() -> None:
+    """Undamped, order 2 meets the frequency 1; nothing excites it at the angle 0."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.0)
+    found = vibration.floquet(scene, 0.5, held={"joint_angle": [0.0, 0.2]})
+    np.testing.assert_allclose(found.multipliers[0, 0], [1.0, 1.0], atol=1e-7)
+
+
 def test_null_test_with_the_spring_behind() -> None:
     """Multipliers e^{±iπ/r}, never unstable."""
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=0.5, inertia_out=0.5)
