@@ -95,8 +95,9 @@ def refuse_unheld(found: list[Motions]) -> None:
         for matrix in _scaled(model, model.equation(course), course.speed):
             if _condition(matrix) < _MOST_CONDITION:
                 return
-            left_open = np.linalg.svd(matrix)[2][-1].reshape(course.q.shape[1:])
-            if np.linalg.norm(np.mean(left_open, axis=0)) * np.sqrt(len(left_open)) < _MOVED:
+            left_open = np.linalg.svd(matrix)[2][-1].reshape(len(model.half), -1)
+            mean = np.mean(left_open, axis=1)
+            if np.linalg.norm(mean) * np.sqrt(left_open.shape[1]) < _MOVED:
                 return
     if found:
         raise VibrationError(
@@ -108,9 +109,10 @@ def refuse_unheld(found: list[Motions]) -> None:
 def _scaled(model: ReducedModel, equation: LocalEquation, speed: Array) -> Array:
     """Return the equation's Jacobian `(S, K, K)` in units of the ranges and of its rows."""
     count, free = equation.efforts.shape[1:]
-    matrix = jacobian(equation, speed, model.period) * np.tile(model.half, count)
-    rows = np.max(np.abs(matrix).reshape(len(speed), count, free, -1), axis=(1, 3))
-    return np.asarray(matrix / np.tile(np.where(rows > 0.0, rows, 1.0), count)[:, :, None])
+    matrix = jacobian(equation, speed, model.period) * np.repeat(model.half, count)
+    rows = np.max(np.abs(matrix).reshape(len(speed), free, -1), axis=2)
+    rows = np.repeat(np.where(rows > 0.0, rows, 1.0), count, axis=1)
+    return np.asarray(matrix / rows[:, :, None])
 
 
 def _condition(matrix: Array) -> Array:

@@ -93,9 +93,14 @@ def test_a_motion_that_is_not_isolated_is_refused(line: cd.Scene) -> None:
 
 
 @pytest.mark.parametrize("calculation", ["campbell", "floquet", "linearise", "forced_response"])
-def test_a_coordinate_that_nothing_holds_is_refused(calculation: str) -> None:
-    loose = elastic_rigs.torsional_line(stiffness_in=0.0)
-    scene = elastic_rigs.scene(loose, 0.3, ["twist_in"])
+@pytest.mark.parametrize(
+    ("behind", "free"), [(None, ["twist_in"]), (1.0, ["twist_out", "twist_in"])]
+)
+def test_a_coordinate_that_nothing_holds_is_refused(
+    calculation: str, behind: float | None, free: list[str]
+) -> None:
+    loose = elastic_rigs.torsional_line(stiffness_in=0.0, stiffness_out=behind)
+    scene = elastic_rigs.scene(loose, 0.3, free)
     with pytest.raises(VibrationError, match="nothing holds a free coordinate"):
         getattr(vibration, calculation)(scene, 0.7)
 
