@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import pairwise, permutations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from ..arrays import Array
 from ..checks import positives
 from .averaged import Modes, averaged, modes
 from .coexisting import smallest
+from .correction import refuse_unheld
 from .motion_search import MotionSearch
 from .periodic_motion import refuse_missed, search_of
 from .result import Result, frame_of
@@ -40,7 +41,8 @@ class Campbell(Result):
         frequency: damped natural angular frequencies `(S, n)` [rad/s]; 0 where a mode creeps.
         decay: real parts of the eigenvalues `(S, n)` [1/s], negative where modes decay.
         log_decrement: `(S, n)`; NaN where a mode creeps.
-        amplification: amplification factor 1/(2ζ) `(S, n)`, infinite without damping.
+        amplification: amplification factor 1/(2ζ) `(S, n)`, infinite without damping; NaN where a
+            mode creeps.
         shape: complex mode shapes `(S, n, n)`: of coordinates, by modes.
         whirl: `(S, n)` from -1, backward, to +1, forward; about 0 where a mode swings in a plane.
     """
@@ -131,7 +133,10 @@ def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
     value, shapes = np.full(shape, missing), np.full((*shape, free), missing)
     whirl = np.full(shape, np.nan)
     senses: dict[float, WhirlSense] = {}
-    for motions in smallest(search, speeds)[0]:
+    every_motion, _ = smallest(search, speeds)
+    refuse_missed(search, speeds)
+    refuse_unheld(every_motion)
+    for motions in every_motion:
         equation = motions.model.equation(motions.course)
         found = modes(*averaged(equation))
         value[motions.index], shapes[motions.index] = found.value, found.shape
@@ -142,9 +147,9 @@ def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
                 senses[sense] = WhirlSense(search.rotating, middle, sense)
             shapes[index] = senses[sense].parted(value[index], shapes[index])
             whirl[index] = senses[sense].of(shapes[index])
-    refuse_missed(search, speeds)
-    for before, row in zip(range(len(speeds) - 1), range(1, len(speeds)), strict=True):
-        order = _followed(shapes[before], value[before], shapes[row], value[row])
+    # Speeds without a motion stand between those that continue each other.
+    for before, row in pairwise(np.nonzero(np.all(np.isfinite(value), axis=1))[0].tolist()):
+        order = followed(shapes[before], value[before], shapes[row], value[row])
         value[row], shapes[row], whirl[row] = (
             value[row, order],
             shapes[row][:, order],
@@ -163,10 +168,10 @@ def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
     )
 
 
-def _followed(before: Array, value_before: Array, shapes: Array, value: Array) -> Array:
+def followed(before: Array, value_before: Array, shapes: Array, value: Array) -> Array:
     """Return the order `(n,)` in which modes continue those of the speed before."""
     count = shapes.shape[1]
-    if not (np.all(np.isfinite(before)) and np.all(np.isfinite(shapes))) or count == 1:
+    if count == 1:
         return np.arange(count)
     sizes = np.linalg.norm(before, axis=0)[:, None] * np.linalg.norm(shapes, axis=0)
     likeness = np.abs(before.conj().T @ shapes) / sizes

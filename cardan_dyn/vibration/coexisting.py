@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 
 from ..arrays import Array
-from .averaged import modes
+from .averaged import averaged, modes
 from .harmonic_balance import ROUGHLY, solved
 from .linear_motions import linear_motions
 from .model_build import ROUGH
@@ -244,9 +244,7 @@ def _guesses(
 def _resonances(motions: Motions) -> list[list[tuple[int, Array]]]:
     """Return for each motion the orders and mode shapes that are near a forced resonance."""
     equation = motions.model.equation(motions.course)
-    found = modes(
-        *(np.mean(item, axis=1) for item in (equation.mass, equation.damping, equation.stiffness))
-    )
+    found = modes(*averaged(equation))
     base = np.abs(motions.course.speed) * 2.0 * np.pi / motions.model.period
     ratio = found.frequency / base[:, None]
     orders = np.rint(ratio)

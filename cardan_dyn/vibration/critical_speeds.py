@@ -11,6 +11,7 @@ from ..arrays import Array
 from ..checks import flag, positives
 from ..errors import ArgumentError, VibrationError
 from .campbell import Campbell, campbell_of
+from .crossings import Crossing, crossings
 from .linear_motions import resting
 from .motion_search import MotionSearch
 from .periodic_grid import amplitudes, orders_of
@@ -39,6 +40,8 @@ _WIDEST = 0.5
 """The same at the most, as a fraction of the speed, where an order follows a frequency closely."""
 _PLACES, _ROUNDS = 13, 4
 """Speeds at which that range is looked at, and rounds, each some five times as fine as the last."""
+_ASIDE = 1e-3
+"""Distance from an undamped resonance, as a fraction of the speed, at which motions are small."""
 _LEAST_DAMPING = 1e-7
 """Damping ratio below which a resonance counts as undamped: its amplitude has no bound."""
 
@@ -56,7 +59,8 @@ class CriticalSpeed(NamedTuple):
         frequency: of the mode there [rad/s]; NaN for an instability.
         whirl: `forward`, `backward`, `planar`; empty for an instability.
         severity: greatest amplitude that the mode gives a free coordinate at that order [rad or
-            m], infinite without damping, NaN where motions near it were not found, as they are
+            m], infinite without damping, 0 where
+            the order does not move the mode, NaN where motions near it were not found, as they are
             larger than `within` allows; growth rate of an instability [1/s].
         amplification: amplification factor 1/(2ζ) of the mode; NaN for an instability.
         lower, upper: edges of an instability; speeds of half power of a resonance, to first order
@@ -181,10 +185,10 @@ def critical_speeds(
     found = campbell_of(search, speeds)
     wanted = _exciting(search, speeds) if given is None else given
     rows = [
-        _resonance(search, found, order, mode, crossing)
+        _resonance(search, order, mode, crossing)
         for order in wanted
         for mode in range(found.frequency.shape[1])
-        for crossing in _crossings(found, order, mode)
+        for crossing in crossings(search, found, order, mode)
     ]
     if instabilities:
         known = stability(search, speeds)
@@ -222,61 +226,40 @@ def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     ]
 
 
-class _Crossing(NamedTuple):
-    """A speed at which an order meets a mode's frequency, and how fast they part there.
-
-    Attributes:
-        speed: of the drive [rad/s].
-        slope: by how much order times speed grows faster than the frequency, per rad/s.
-    """
-
-    speed: float
-    slope: float
-
-
-def _crossings(found: Campbell, order: float, mode: int) -> list[_Crossing]:
-    """Return where an order meets a mode's frequency, between the speeds of the modes."""
-    # Speeds without a motion lie at undamped resonances: their neighbours tell where.
-    is_there = np.isfinite(found.frequency[:, mode])
-    speed = found.speed[is_there]
-    gap = order * np.abs(speed) - found.frequency[is_there, mode]
-    # A crossing at one of the speeds belongs to the interval that begins there, or to the last.
-    is_met = (gap[:-1] == 0.0) | (gap[:-1] * gap[1:] < 0.0)
-    is_met[-1:] |= gap[-1:] == 0.0
-    places = np.nonzero(is_met)[0]
-    slopes = np.diff(gap)[places] / np.diff(speed)[places]
-    at = speed[places] - gap[places] / np.where(slopes == 0.0, 1.0, slopes)
-    return [_Crossing(*pair) for pair in zip(at.tolist(), slopes.tolist(), strict=True)]
-
-
-def _resonance(
-    search: MotionSearch, found: Campbell, order: float, mode: int, crossing: _Crossing
-) -> CriticalSpeed:
+def _resonance(search: MotionSearch, order: float, mode: int, crossing: Crossing) -> CriticalSpeed:
     """Return the critical speed near a crossing."""
-    is_there = np.isfinite(found.frequency[:, mode])
-    near = np.column_stack([found.frequency[:, mode], found.decay[:, mode]])[is_there]
-    row = int(np.argmin(np.where(is_there, np.abs(found.speed - crossing.speed), np.inf)))
-    known = found.speed[is_there]
-    frequency, decay = (float(np.interp(crossing.speed, known, column)) for column in near.T)
-    ratio = -decay / np.hypot(frequency, decay)
+    ratio = -crossing.decay / np.hypot(crossing.frequency, crossing.decay)
     speed, severity, half = crossing.speed, np.inf, 0.0
     if ratio > _LEAST_DAMPING:
         # At half power, order and natural frequency are as far apart as the mode decays.
-        half = abs(decay / crossing.slope) if crossing.slope else np.inf
+        half = abs(crossing.decay / crossing.slope) if crossing.slope else np.inf
         width = min(_HALF_WIDTHS * half, _WIDEST * abs(speed))
-        speed, severity = _peak(search, order, speed, width, found.shape[row], mode)
+        speed, severity = _peak(search, order, speed, width, crossing.shapes, crossing.mode)
+    elif not _is_excited(search, order, crossing):
+        severity = 0.0
     return CriticalSpeed(
         speed=float(speed),
         kind="resonance",
         order=order,
         mode=mode + 1,
-        frequency=frequency,
-        whirl=sense_name(float(found.whirl[row, mode])),
+        frequency=crossing.frequency,
+        whirl=sense_name(crossing.whirl),
         severity=float(severity),
         amplification=float(0.5 / ratio) if ratio > _LEAST_DAMPING else np.inf,
         lower=float(speed - half),
         upper=float(speed + half),
     )
+
+
+def _is_excited(search: MotionSearch, order: float, crossing: Crossing) -> bool:
+    """Return whether an order moves a mode without damping, by what it does beside the crossing."""
+    beside = crossing.speed * (1.0 + _ASIDE * np.array([-1.0, 1.0]))
+    shares = _shares(search, beside, order, crossing.shapes, crossing.mode)
+    every = [
+        _shares(search, beside, order, crossing.shapes, mode)
+        for mode in range(len(crossing.shapes))
+    ]
+    return not np.all(shares <= _EXCITES * np.max(every, axis=0))
 
 
 def _peak(

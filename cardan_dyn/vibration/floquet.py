@@ -43,8 +43,10 @@ class Floquet(Result):
         trace, determinant: of the monodromy matrix of (δq, dδq/ds), s = |φ| the way of the drive.
         liouville: the determinant once more, by the integral of the damping.
         kind: `stable`; `instability`: a multiplier below -1, motions of twice the period grow;
-            `fold`: above +1; `combination`: two modes together; `flutter`: by loads that turn with
-            their links or whirl, in the averaged equation as well; `no motion`: none was found.
+            `fold`: above +1, motions of the same period meet, or, of an equation that repeats
+            after whole revolutions alone, as by unbalance, those of twice a joint's half grow;
+            `combination`: two modes together; `flutter`: by loads that turn with their links or
+            whirl, in the averaged equation as well; `no motion`: none was found.
         coexisting: number of further motions found beside the smallest, near forced resonances.
             They come in pairs: where it is odd, one was not found, or lies beyond `within`.
         change: greatest change of a monodromy matrix when its integration was refined last.

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import names, number, numbers
+from ..checks import names, number, numbers, text
 from ..errors import ArgumentError, choices
 from ..results.sweep_data import FRAMES
 from .coexisting import smallest
 from .correction import corrected
 from .linear_motions import linear_motions
 from .motion_search import Motions, MotionSearch
-from .periodic_grid import amplitudes, next_size, nodes, orders_of
+from .periodic_grid import amplitudes, nodes, orders_of
 from .periodic_motion import missed_of, refuse_missed, search_of, states
 from .result import Result, frame_of, unit_of
 from .rotating_scene import speeds_of
@@ -210,7 +210,7 @@ def forced_response(
     Raises:
         CardanError: see `periodic_motion`; speeds without a motion are marked instead.
     """
-    if frame not in FRAMES:
+    if text("frame", frame) not in FRAMES:
         raise ArgumentError(f"frame {frame!r} is unknown; frames: {choices(FRAMES)}")
     search = search_of(scene, drive, within)
     wanted = search.rotating.scene.outputs if joints is None else names("joints", joints)
@@ -230,10 +230,11 @@ def response_of(
     refuse_missed(search, speeds)
     rotating, free = search.rotating, len(search.rotating.free)
     divisor = found[0].model.divisor
-    most = next_size(max(motions.model.count for motions in found))
-    # Wrenches may repeat after the mechanism's whole period alone.
-    count = next_size(divisor * (most // 2) + most // 2 + 2)
+    most = max(motions.model.count for motions in found)
     size, waves = len(speeds), divisor * (most // 2) + 1
+    # Wrenches may repeat after the mechanism's whole period alone, and have higher orders than the
+    # motion, which are not to be taken for lower ones.
+    count = 3 * waves | 1
     kinds = {
         name: np.full((size, waves, free), np.nan + 0j)
         for name in ("amplitude", "linear", "averaged")

@@ -55,7 +55,7 @@ def monodromy(matrix: Array, period: float) -> tuple[Array, float]:
     """Return what one period makes of disturbances.
 
     Args:
-        matrix: A `(S, N, m, m)` at the nodes of a period, see `first_order`.
+        matrix: A `(S, N, m, m)` at the nodes of a period of the way, see `first_order`.
         period: of the coefficients [rad].
 
     Returns:

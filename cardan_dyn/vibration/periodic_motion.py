@@ -275,9 +275,6 @@ def search_of(scene: Scene, drive: str | None, within: float) -> MotionSearch:
     return MotionSearch(rotating_scene(scene, drive), positive("within", within))
 
 
-limit = positive
-
-
 def refuse_missed(search: MotionSearch, speeds: Array) -> None:
     """Refuse if no speed has a motion.
 

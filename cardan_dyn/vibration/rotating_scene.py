@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +16,7 @@ from ..elements.pin_contact import PinContact
 from ..elements.point_spring import PointSpring
 from ..errors import ArgumentError, CardanError, MobilityError, ModelError, choices
 from ..forces.link_loads import Wrench
-
-if TYPE_CHECKING:
-    from ..scene.scene import Scene
+from ..scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)

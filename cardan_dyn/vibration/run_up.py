@@ -85,11 +85,6 @@ class RunUp(Result):
         return _barrier_above(self.barriers, self.captured_speed) if self.is_captured else None
 
     @property
-    def free(self) -> tuple[str, ...]:
-        """Names of the free coordinates."""
-        return self.scene.drives[1:]
-
-    @property
     def mean_speed(self) -> Array:
         """Speed of the drive without what varies within a revolution `(N,)` [rad/s]."""
         if not self._is_driven:
@@ -127,9 +122,15 @@ class RunUp(Result):
         return frame_of(rows, dict(zip(names, units, strict=True)))
 
     def plot(self, coordinate: str | None = None) -> Figure:
-        """Draw a free coordinate over speed, the first one if None, beside the prediction."""
+        """Draw a free coordinate over speed, the first one if None, beside the prediction.
+
+        Raises:
+            ArgumentError: it is not free.
+        """
         from ..figures.vibration import run_up as drawn
 
+        if coordinate is not None and coordinate not in self.free:
+            raise ArgumentError(f"{coordinate!r} is not free; free: {', '.join(self.free)}")
         column = 0 if coordinate is None else self.free.index(coordinate)
         values = self.position[:, column] - np.mean(self.position[:, column])
         curves = {"periodic motion": self.predicted, "averaged": self.linear}
@@ -156,12 +157,13 @@ class RunUp(Result):
         )
 
     def stored(self) -> dict[str, Any]:
-        """Return what `save` writes."""
+        """Return what `save` writes, of the barriers a column for each field."""
         columns = zip(*self.barriers, strict=True) if self.barriers else [()] * len(_COLUMNS)
         table = {
             f"barriers.{name}": np.array(of) for name, of in zip(_COLUMNS, columns, strict=True)
         }
-        return {**super().stored(), **table}
+        stored = {name: value for name, value in super().stored().items() if name != "barriers"}
+        return {**stored, **table}
 
     def __str__(self) -> str:
         lines = [repr(self)[1:-1], *(f"- {item}" for item in self.barriers)]

@@ -9,6 +9,7 @@ import numpy as np
 from ..arrays import Array
 from .averaged import averaged, modes
 from .coexisting import smallest
+from .correction import refuse_unheld
 from .monodromy import first_order, monodromy
 from .motion_search import MotionSearch
 
@@ -55,6 +56,9 @@ def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> S
         search: of the design.
         speeds: `(S,)`.
         others: whether further motions are counted.
+
+    Raises:
+        VibrationError: others are counted, and nothing holds a free coordinate.
     """
     size, order = len(speeds), 2 * len(search.rotating.free)
     result = Stability(
@@ -70,6 +74,7 @@ def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> S
     if others:
         found_motions, counts = smallest(search, speeds)
         result.coexisting[:] = counts
+        refuse_unheld(found_motions)
     else:
         found_motions = search.primary(speeds)
     for motions in found_motions:

@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from .averaged import modes
+from .averaged import averaged, modes
 from .characteristic import Characteristic
 from .correction import corrected
 from .driven_motion import Driven, DrivenMotions
 from .linear_motions import linear_motions
 from .motion_search import Motions, MotionSearch
-from .periodic_grid import amplitudes, resampled
+from .periodic_grid import amplitudes, orders_of, resampled
 from .steady_path import SteadyPath, together
 from .whirl import WhirlSense, sense_name
 
@@ -40,7 +40,7 @@ class TorqueBarrier(NamedTuple):
             constant torque has to be greater to pass slowly.
         available: mean torque of the drive there [N·m]; NaN where its motion is prescribed.
         order: of the resonance, cycles per revolution of the drive.
-        mode: its number by ascending natural frequency at that speed, from 0.
+        mode: its number by ascending natural frequency at that speed, from 1.
         whirl: `forward`, `backward`, `planar`.
         holds: speed on the rising flank at which drive and motion are in balance [rad/s], so that
             a slow run stays there; NaN where there is none.
@@ -201,21 +201,19 @@ class TorqueCurve:
     def _resonance(self, motions: Motions) -> tuple[float, int, str]:
         """Return order, mode and whirl that move most in a motion."""
         equation = motions.model.equation(motions.course)
-        mass, damping, stiffness = (
-            np.mean(item, axis=1) for item in (equation.mass, equation.damping, equation.stiffness)
-        )
+        means = averaged(equation)
         turns = float(np.sign(motions.course.speed[0]))
         waves = amplitudes(motions.course.q, 1)[0]
         waves = waves if turns > 0.0 else waves.conj()
-        order = 2.0 * np.pi / motions.model.period * np.arange(len(waves))
-        energy = order**2 * np.einsum("ki,ij,kj->k", waves.conj(), mass[0], waves).real
+        order = orders_of(len(waves), motions.model.period)
+        energy = order**2 * np.einsum("ki,ij,kj->k", waves.conj(), means[0][0], waves).real
         wave = int(np.argmax(energy))
-        found = modes(mass, damping, stiffness)
-        shares = np.linalg.pinv(found.shape[0]) @ waves[wave]
-        mode = int(np.argmax(np.abs(shares)))
+        found = modes(*means)
         middle = np.mean(motions.course.q[0], axis=0)
-        sense = WhirlSense(self._search.rotating, middle, turns).of(found.shape[0])
-        return float(order[wave]), mode, sense_name(float(sense[mode]))
+        sense = WhirlSense(self._search.rotating, middle, turns)
+        shapes = sense.parted(found.value[0], found.shape[0])
+        mode = int(np.argmax(np.abs(np.linalg.pinv(shapes) @ waves[wave])))
+        return float(order[wave]), mode + 1, sense_name(float(sense.of(shapes)[mode]))
 
 
 def half_swings(q: Array) -> Array:

@@ -80,6 +80,9 @@ def _parts(result: Any) -> dict[str, Any]:
         elif field.name == "rows":
             for column in vibration.CriticalSpeed._fields:
                 parts[f"table.{column}"] = [getattr(row, column) for row in value]
+        elif field.name == "barriers":
+            for column in vibration.TorqueBarrier._fields:
+                parts[f"barriers.{column}"] = [getattr(item, column) for item in value]
         elif field.name == "region":
             every = [(design, row) for design, found in enumerate(value) for row in found]
             if value:

@@ -58,3 +58,18 @@ def test_means_of_coefficients() -> None:
     np.testing.assert_allclose(mass, [0.5 * np.eye(2)], atol=1e-15)
     np.testing.assert_allclose(damping, [1.5 * np.eye(2)], atol=1e-15)
     assert stiffness.shape == (2, 2, 2)
+
+
+def test_of_each_creeping_pair_the_greater_is_kept() -> None:
+    """(λ + 1)(λ + 2) and (λ + 10)(λ + 20) of coordinates without coupling."""
+    found = of(np.eye(2), np.diag([3.0, 30.0]), np.diag([2.0, 200.0]))
+    np.testing.assert_allclose(found.value[0], [-1.0, -10.0], rtol=1e-12)
+    np.testing.assert_allclose(found.shape[0], np.eye(2), atol=1e-12)
+    # An eigenvalue alone says nothing of ζ, which is 1.06 here.
+    assert np.all(np.isnan(found.amplification))
+
+
+def test_a_slow_mode_swings_beside_one_that_dies_at_once() -> None:
+    found = of(np.eye(2), np.diag([1e11, 0.02]), np.eye(2))
+    assert found.frequency[0, 0] == pytest.approx(np.sqrt(1.0 - 0.01**2), rel=1e-4)
+    assert found.frequency[0, 1] == 0.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import pickle
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from testkit import elastic_rigs
 
 from cardan_dyn import ArgumentError, vibration
 from cardan_dyn.vibration import CriticalSpeeds
-from cardan_dyn.vibration.critical_speeds import _crossings
 
 
 @pytest.fixture(scope="module")
@@ -42,9 +40,10 @@ def test_half_and_quarter_of_the_natural_frequency(polar: float) -> None:
     """Thoma's conclusion, where the shaft has hardly a gyroscopic effect."""
     scene = elastic_rigs.scene(elastic_rigs.elastic_rig(polar), np.radians(5.0))
     found = vibration.critical_speeds(scene, [0.2, 0.6], orders=(2, 4), instabilities=False)
-    for row in found:
-        if row.severity > 1e-8:
-            assert row.speed == pytest.approx(1.0 / row.order, rel=0.01)
+    strong = [row for row in found if row.severity > 1e-8]
+    assert {row.order for row in strong} == {2.0, 4.0}
+    for row in strong:
+        assert row.speed == pytest.approx(1.0 / row.order, rel=0.01)
 
 
 def test_instabilities_stand_beside_resonances() -> None:
@@ -88,16 +87,6 @@ def test_half_power_at_the_ends_of_a_resonance() -> None:
     response = vibration.forced_response(scene, [row.lower, row.speed, row.upper], joints=[])
     size, _ = response.whirls("tilt_y", "tilt_z", 2)
     assert size[[0, 2]] == pytest.approx(np.sqrt(0.5) * size[1], rel=5.0 * ratio)
-
-
-def test_a_crossing_at_a_speed_of_the_modes_is_one() -> None:
-    """A frequency of 4 rad/s that grows by half of the speed's growth, and order 2."""
-    for speeds in (np.linspace(1.0, 5.0, 5), np.linspace(2.0, 4.0, 3), np.array([1.0, 2.2, 5.0])):
-        for speed in (speeds, -speeds[::-1]):
-            found = SimpleNamespace(speed=speed, frequency=3.0 + 0.5 * np.abs(speed)[:, None])
-            (crossing,) = _crossings(found, 2.0, 0)
-            assert crossing.speed == pytest.approx(2.0 * np.sign(speed[0]))
-            assert crossing.slope == pytest.approx(1.5 * np.sign(speed[0]))
 
 
 def test_orders_that_force_are_found() -> None:
@@ -157,6 +146,9 @@ def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
     rig.save(tmp_path / "speeds.npz")
     with np.load(tmp_path / "speeds.npz") as stored:
         np.testing.assert_array_equal(stored["table.speed"], frame.speed)
+        assert stored["orders"].tolist() == list(rig.orders)
+        assert stored["free"].tolist() == ["tilt_z", "tilt_y"]
+        np.testing.assert_array_equal(stored["campbell.frequency"], rig.campbell.frequency)
 
 
 def test_what_is_asked_for_wrongly(rig: CriticalSpeeds) -> None:
@@ -185,3 +177,40 @@ def test_unbalance_between_equal_springs_excites_forward_whirl_alone() -> None:
     assert rows["forward"].severity == pytest.approx(peak, rel=1e-5)
     assert rows["forward"].speed == pytest.approx(natural / np.sqrt(1.0 - 2.0 * ratio**2), rel=1e-4)
     assert rows["backward"].severity < 1e-9 * peak
+
+
+def test_half_power_of_a_whirl_that_runs_along_with_its_order() -> None:
+    """Θ/A = 1.5, order 2 forwards: Ω = 1, p' = 1.2, so that it is 2 ζ wide to either side."""
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(1.5), np.radians(2.0))
+    found = vibration.critical_speeds(scene, [0.8, 1.2], orders=2, instabilities=False)
+    (row,) = found
+    assert row.whirl == "forward"
+    assert row.upper - row.lower == pytest.approx(0.04, rel=0.01)
+    places = np.linspace(0.95, 1.05, 401)
+    response = vibration.forced_response(scene, places, joints=[])
+    # What drives it grows with the square of the speed.
+    size = response.whirls("tilt_y", "tilt_z", 2)[0] / places**2
+    inside = places[size > np.max(size) / np.sqrt(2.0)]
+    assert inside[0] == pytest.approx(row.lower, abs=1.5e-3)
+    assert inside[-1] == pytest.approx(row.upper, abs=1.5e-3)
+
+
+def test_an_order_that_does_not_move_a_mode_has_no_severity() -> None:
+    """Laval's rotor without damping: its unbalance goes round forwards alone."""
+    scene = elastic_rigs.scene(elastic_rigs.rotor(damping=0.0), 0.0)
+    found = vibration.critical_speeds(scene, [100.0, 600.0], orders=1, instabilities=False)
+    assert {row.whirl: row.severity for row in found} == {"forward": np.inf, "backward": 0.0}
+
+
+def test_coarse_speeds_change_no_resonance() -> None:
+    """Ends of a range as far apart as 1 and 1e4 rad/s, damped modes of a gyroscopic shaft."""
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(0.3), np.radians(5.0))
+    fine, coarse = (
+        vibration.critical_speeds(scene, speeds, orders=2, instabilities=False)
+        for speeds in ([0.4, 0.6], [0.1, 100.0])
+    )
+    assert len(fine) == len(coarse) == 2
+    for one, other in zip(fine, coarse, strict=True):
+        assert other.whirl == one.whirl
+        for name in ("speed", "frequency", "severity", "amplification", "lower", "upper"):
+            assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-6)

@@ -98,6 +98,13 @@ def test_designs_of_different_periods_are_not_compared() -> None:
         vibration.floquet(scene, 0.7, held={"joint_angle": [0.0, 0.3]})
 
 
+def test_a_chart_may_begin_without_an_angle_at_a_resonance() -> None:
+    """Undamped, order 2 meets the frequency 1; nothing excites it at the angle 0."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.0)
+    found = vibration.floquet(scene, 0.5, held={"joint_angle": [0.0, 0.2]})
+    np.testing.assert_allclose(found.multipliers[0, 0], [1.0, 1.0], atol=1e-7)
+
+
 def test_null_test_with_the_spring_behind() -> None:
     """Multipliers e^{±iπ/r}, never unstable."""
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=0.5, inertia_out=0.5)
@@ -119,10 +126,15 @@ def test_springs_on_both_sides_have_a_combined_region() -> None:
     assert region.lower < np.mean(frequencies) < region.upper
 
 
-def test_a_uniform_double_joint_is_unstable_all_the_same() -> None:
+def test_a_uniform_double_joint_is_unstable_all_the_same(tmp_path: Path) -> None:
     scene = elastic_rigs.scene(elastic_rigs.double_joint(), np.radians(20.0))
     found = vibration.floquet(scene, np.linspace(0.9, 1.1, 9), edges=True)
     (region,) = found.regions
+    found.save(tmp_path / "regions.npz")
+    with np.load(tmp_path / "regions.npz") as stored:
+        assert stored["region.lower"].tolist() == [region.lower]
+        assert stored["region.kind"].tolist() == ["instability"]
+        assert stored["region.design"].tolist() == [0]
     assert region.lower == pytest.approx(0.9696, abs=5e-5)
     assert region.upper == pytest.approx(1.0318, abs=5e-5)
 
@@ -149,6 +161,7 @@ def test_tables_figures_and_files(chart: Floquet, tmp_path: Path) -> None:
     with np.load(tmp_path / "chart.npz") as stored:
         np.testing.assert_array_equal(stored["trace"], chart.trace)
         assert stored["held.joint_angle"].shape == (3,)
+        assert "region.lower" not in stored
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(chart)).trace, chart.trace)
     assert "27 points" in repr(chart)
 

@@ -140,6 +140,21 @@ def test_a_constant_input_torque_has_no_fourth_order() -> None:
     assert 1e-4 * torque * np.tan(beta) > 3e-12
 
 
+@pytest.mark.parametrize(
+    ("urdf", "beta", "waves"),
+    [(elastic_rigs.torsional_line(damping_in=0.1), 0.1, 9), (RIG, 20.0, 31), (RIG, 45.0, 63)],
+)
+def test_orders_of_a_wrench_add_up_to_it(urdf: str, beta: float, waves: int) -> None:
+    found = response([0.3], np.radians(beta), urdf, joints="bearing_out")
+    assert len(found.order) == waves
+    phi = np.array([0.3, 1.7, 4.0])
+    motion = vibration.periodic_motion(found.scene, 0.3)
+    wrench = motion.sweep(position=phi).wrench("bearing_out", "parent")
+    exact = np.column_stack([wrench.force, wrench.moment])
+    total = (np.exp(1j * np.outer(phi, found.order)) @ found.wrench[0, :, 0]).real
+    np.testing.assert_allclose(total, exact, atol=1e-9 * np.max(np.abs(exact)))
+
+
 def test_unbalance_is_the_first_order() -> None:
     """A mass beside the axis: e m L Ω² /|c - (A - Θ) Ω² + i d Ω| at small angles."""
     heavy, offset, arm = '<link name="shaft_out"><inertial>', 1e-3, 0.5
@@ -176,6 +191,10 @@ def test_what_is_asked_for_wrongly() -> None:
         found.of("tilt_y", 99)
     with pytest.raises(ArgumentError, match="order is not an array of real numbers"):
         found.of("tilt_y", "second")  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match="frame is 3"):
+        response([0.3], frame=3)
+    with pytest.raises(ArgumentError, match="orders is not an array"):
+        found.plot("second")
     with pytest.raises(ArgumentError, match="'bearing_out' has no amplitudes"):
         found.of("bearing_out", 2)
     with pytest.raises(ArgumentError, match="free coordinates are"):

@@ -104,3 +104,10 @@ def test_rough_models_are_small() -> None:
     assert fine.error < 1e-12
     assert 1e-9 < rough.error < 1e-3
     assert 4 * rough.coefficients.size < fine.coefficients.size
+
+
+def test_too_many_polynomials_are_said_to_be() -> None:
+    # At a steep joint two tilts take more polynomials than are tried.
+    builder = build(RIG, np.radians(70.0))
+    with pytest.raises(AccuracyError, match="polynomials, more than"):
+        builder.model(np.zeros(2), np.full(2, 0.25))

@@ -176,3 +176,22 @@ def test_positions_are_a_row(found: PeriodicMotion) -> None:
 def test_ranges_are_positive_numbers(rig: cd.Scene, within: object) -> None:
     with pytest.raises(ArgumentError, match="within"):
         vibration.periodic_motion(rig, 1.0, within=within)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("row", [2, -1, "first"])
+def test_rows_that_are_none(found: PeriodicMotion, row: object) -> None:
+    for ask in (found.sweep, found.plot, lambda row: found.orbit("tilt_y", "tilt_z", row)):
+        with pytest.raises(ArgumentError, match="row"):
+            ask(row)  # type: ignore[operator]
+
+
+@pytest.mark.parametrize(("mass", "length"), [(1e-6, 1e-4), (1e4, 30.0)])
+def test_slides_beside_tilts_in_any_units(mass: float, length: float) -> None:
+    """Metres and radians differ by the length of the rig, what is left of its motion does not."""
+    plain = vibration.periodic_motion(elastic_rigs.unbalanced_scene(), 2.3)
+    scaled = vibration.periodic_motion(elastic_rigs.unbalanced_scene(mass, length), 2.3)
+    assert plain.period == pytest.approx(2.0 * np.pi)
+    assert np.max(np.abs(plain.amplitude[0, 1])) > 1e-4
+    for order in (0, 1, 2):
+        found = scaled.amplitude[0, order] / [length, 1.0]
+        np.testing.assert_allclose(found, plain.amplitude[0, order], atol=1e-12)

@@ -118,6 +118,36 @@ def test_a_motion_that_is_not_isolated_is_refused(line: cd.Scene) -> None:
         vibration.periodic_motion(line, 0.7, drive="twist_in")
 
 
+@pytest.mark.parametrize("calculation", ["campbell", "floquet", "linearise", "forced_response"])
+@pytest.mark.parametrize(
+    ("behind", "free"), [(None, ["twist_in"]), (1.0, ["twist_out", "twist_in"])]
+)
+def test_a_coordinate_that_nothing_holds_is_refused(
+    calculation: str, behind: float | None, free: list[str]
+) -> None:
+    loose = elastic_rigs.torsional_line(stiffness_in=0.0, stiffness_out=behind)
+    scene = elastic_rigs.scene(loose, 0.3, free)
+    with pytest.raises(VibrationError, match="nothing holds a free coordinate"):
+        getattr(vibration, calculation)(scene, 0.7)
+
+
+@pytest.mark.parametrize(
+    ("inertias", "message"),
+    [
+        ((0.5, 0.0, 0.1), "no mass moves with the free coordinate 'twist_out' alone"),
+        ((0.0, 0.5, 0.0), "twist_in, twist_out can move together so that no mass moves"),
+    ],
+)
+@pytest.mark.parametrize("calculation", ["campbell", "floquet", "periodic_motion"])
+def test_coordinates_that_move_no_mass_are_refused(
+    calculation: str, inertias: tuple[float, float, float], message: str
+) -> None:
+    front, flywheel, fork = inertias
+    line = elastic_rigs.torsional_line(front, flywheel, 1.0, 1.0, fork_inertia=fork)
+    with pytest.raises(ModelError, match=message):
+        getattr(vibration, calculation)(elastic_rigs.scene(line, 0.3), 0.7)
+
+
 def test_massless_mechanisms_are_refused() -> None:
     text = LINE.replace("<inertial>", "<!--").replace("</inertial>", "-->")
     with pytest.raises(ModelError, match="no body has mass"):

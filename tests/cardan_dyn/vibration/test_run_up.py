@@ -30,6 +30,8 @@ def test_a_slow_run_up_follows_the_prediction() -> None:
     frame = found.to_dataframe()
     assert len(frame) == len(found.window)
     assert found.plot().axes
+    with pytest.raises(ArgumentError, match="'twist' is not free; free: twist_in"):
+        found.plot("twist")
     assert pickle.loads(pickle.dumps(found)).free == ("twist_in",)
     assert "0.35 to 0.65" in repr(found)
 
@@ -92,7 +94,7 @@ def test_a_weak_torque_is_captured_where_equations_by_hand_are(
     assert by.available == pytest.approx(TORQUE)
     assert expected < by.speed < 0.514
     assert captured.predicted_lack == pytest.approx(captured.predicted_torque - TORQUE)
-    assert "captured at 0.5102 rad/s by order 2, mode 1 (forward)" in repr(captured)
+    assert "captured at 0.5102 rad/s by order 2, mode 2 (forward)" in repr(captured)
     assert str(captured).count("\n") == len(captured.barriers)
 
 
@@ -190,7 +192,9 @@ def test_results_of_a_captured_run(captured: vibration.RunUp, tmp_path: Path) ->
     assert pickle.loads(pickle.dumps(captured)).captured_by == captured.captured_by
 
 
-@pytest.mark.parametrize("torque", ["much", np.nan, lambda speed: np.nan, lambda speed: 1 / 0])
+@pytest.mark.parametrize(
+    "torque", ["much", np.nan, [1.0, 2.0], lambda speed: np.nan, lambda speed: 1 / 0]
+)
 def test_torques_that_are_none(scene: cd.Scene, torque: object) -> None:
     with pytest.raises(ArgumentError, match="torque"):
         vibration.run_up(scene, 0.5, 0.53, 10.0, torque=torque)  # type: ignore[arg-type]

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import cardan_dyn as cd
 
+_FAR = '<limit lower="-9" upper="9" effort="1e4" velocity="10"/>'
 _QUARTER = '<limit lower="-1.57" upper="1.57" effort="1e4" velocity="10"/>'
 
 _PLAY = '<limit lower="-0.01" upper="0.01" effort="1e6" velocity="10"/>'
@@ -194,6 +195,42 @@ def rotor(
         _joint("y", "base", "slide", "prismatic", "0 1 0", inside=_PLAY + along_y),
         _joint("z", "slide", "carrier", "prismatic", "0 0 1", inside=_PLAY + along_z),
         _joint("bearing_in", "carrier", "disc"),
+    )
+
+
+def unbalanced_rotor(mass: float = 1.0, length: float = 1.0) -> str:
+    """An unbalanced rotor, driven by `turn`, on a carriage that slides by `slide_y` and tilts.
+
+    Args:
+        mass: of the rotor; inertias are in units of mass and length squared.
+        length: distance of the carriage from the base.
+    """
+    size = mass * length**2
+    return _robot(
+        "unbalanced_rotor",
+        *(_link(name) for name in ("base", "slider", "carriage")),
+        f'<link name="rotor"><inertial><origin xyz="{0.1 * length!r} {0.003 * length!r} 0"/>'
+        f'<mass value="{mass!r}"/><inertia ixx="{0.3 * size!r}" iyy="{0.5 * size!r}" '
+        f'izz="{0.45 * size!r}" ixy="{0.01 * size!r}" ixz="{0.02 * size!r}" iyz="0"/></inertial>'
+        "</link>",
+        _joint("slide_y", "base", "slider", "prismatic", "0 1 0", f"{length!r} 0 0", _FAR),
+        _joint("tilt", "slider", "carriage", "revolute", "0 0 1", inside=_QUARTER),
+        _joint("turn", "carriage", "rotor"),
+    )
+
+
+def unbalanced_scene(mass: float = 1.0, length: float = 1.0) -> cd.Scene:
+    """Return a scene of `unbalanced_rotor`, its springs and dampers in its units, weight."""
+    size = mass * length**2
+    springs = [
+        cd.JointSpring("slide_y", 30.0 * mass, 0.5 * mass),
+        cd.JointSpring("tilt", 12.0 * size, 0.3 * size),
+    ]
+    return cd.Scene(
+        cd.load(unbalanced_rotor(mass, length)),
+        drive=["turn", "slide_y", "tilt"],
+        elements=springs,
+        gravity=[0.0, -0.2 * length, 0.0],
     )
 
 
