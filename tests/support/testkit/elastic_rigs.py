@@ -234,6 +234,38 @@ def unbalanced_scene(mass: float = 1.0, length: float = 1.0) -> cd.Scene:
     )
 
 
+def elastic_crank(
+    inertia: float = 0.05, stiffness: float = 0.1, damping: float = 0.002, radius: float = 0.3
+) -> str:
+    """A slider-crank whose crank sits behind an elastic shaft: `twist`. The slider has 1 kg.
+
+    Args:
+        inertia: of the crank.
+        stiffness: of the shaft.
+        damping: its damping coefficient.
+        radius: of the crank; the rod, without mass, is 1 m long.
+    """
+    slider = '<link name="slider"><inertial><mass value="1"/>'
+    slider += '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    crank = '<link name="crank"><inertial><mass value="1"/>'
+    crank += (
+        f'<inertia ixx="1" iyy="1" izz="{inertia!r}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+    across = "0 0 1"
+    return _robot(
+        "elastic_crank",
+        *(_link(name) for name in ("base", "shaft", "rod")),
+        crank,
+        slider,
+        _joint("bearing_in", "base", "shaft", axis=across),
+        _joint("twist", "shaft", "crank", axis=across, inside=_spring(stiffness, damping)),
+        _joint("crank_pin", "crank", "rod", axis=across, origin=f"{radius!r} 0 0"),
+        _joint("slide", "base", "slider", "prismatic", origin=f"{1.0 + radius!r} 0 0", inside=_FAR),
+        '<loop name="piston_pin" type="continuous"><predecessor link="rod"><origin xyz="1 0 0"/>'
+        f'</predecessor><successor link="slider"/><axis xyz="{across}"/></loop>',
+    )
+
+
 def scene(urdf: str, beta: float, free: Sequence[str] | None = None, **options: object) -> cd.Scene:
     """Return a scene of one of these rigs: `bearing_in` driven, its springs, its bend angles held.
 
