@@ -7,8 +7,8 @@ One module for each source or subject:
 - `joint_forms`: the ring in place of the cross, and Taylor's joint;
 - `compound_angle`, `drive_line`, `drive_acceleration`: shafts in series;
 - `support_forces`, `shaft_design`: what the bearings of a cardan shaft carry, and its limits;
-- `clearance`, `impact`, `damped_impact`, `contact_stiffness`: joints with play (Dresig and
-  Thuemmel);
+- `clearance`, `impact`, `peak_factor`, `peak_exponents`, `damped_impact`, `contact_stiffness`:
+  joints with play (Dresig and Thuemmel);
 - `design_torque`, `joint_rating`, `tube`, `bending_speed`, `torsional_speed`, `uniformity`,
   `fork_couples`, `line_forces`, `axial_force`, `installation`, `centred_double_joint`,
   `precision_joint`: rules by which makers and builders judge drive lines;
@@ -39,6 +39,8 @@ from analytic import (
     limits,
     line_forces,
     parametric_regions,
+    peak_exponents,
+    peak_factor,
     precision_joint,
     rules,
     shaft_design,
@@ -72,6 +74,8 @@ __all__ = [
     "limits",
     "line_forces",
     "parametric_regions",
+    "peak_exponents",
+    "peak_factor",
     "precision_joint",
     "rules",
     "shaft_design",

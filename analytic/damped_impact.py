@@ -24,9 +24,10 @@ from numpy.typing import ArrayLike
 
 from analytic._arrays import filled
 from analytic._checks import FloatArray, positive, real, same_shape
+from analytic._first_peak import Start, flown
 from analytic.clearance import natural_frequency
 from analytic.clearance import tau as tau_of
-from analytic.impact import PeakExponents, Start, exponents_of
+from analytic.peak_exponents import PeakExponents, exponents_of
 
 __all__ = ["Flight", "damped_peak", "flight", "peak_exponents"]
 
@@ -79,7 +80,7 @@ def flight(
     [0.001504, 0.149055]
     """
     tau, zeta, omega = _checked(mass, stiffness, half_clearance, ramp, damping_ratio)
-    angle, begun = _flown(tau, zeta, start)
+    angle, begun = flown(tau, start, zeta)
     speed = begun * real("ramp", ramp) / real("stiffness", stiffness)
     shape = np.broadcast_shapes(np.shape(tau), np.shape(zeta))
     return Flight(filled(angle / omega, shape), filled(speed, shape))
@@ -121,7 +122,7 @@ def damped_peak(
     """
     tau, zeta, omega = _checked(mass, stiffness, half_clearance, ramp, damping_ratio)
     unit = real("ramp", ramp) / omega
-    angle, begun = _flown(tau, zeta, start)
+    angle, begun = flown(tau, start, zeta)
     angle, begun, zeta, unit = np.broadcast_arrays(angle, begun, zeta, unit)
     return np.asarray(unit * _Contact(angle, begun, zeta).peak().force)
 
@@ -146,14 +147,14 @@ def peak_exponents(
         ValueError: an argument out of range, shapes that do not match or an unknown start.
 
     Source:
-        Own derivation; without damping `impact.peak_exponents`.
+        Own derivation; without damping `analytic.peak_exponents`.
 
     >>> [round(float(value), 3) for value in peak_exponents(3.02853, 0.0)]
     [1.648, 0.549, 0.451, 0.275, 0.176]
     """
     tau, zeta = positive("tau", tau), _ratio(damping_ratio)
     same_shape(tau=tau, damping_ratio=zeta)
-    angle, begun = _flown(tau, zeta, start)
+    angle, begun = flown(tau, start, zeta)
     angle, begun, zeta = np.broadcast_arrays(angle, begun, zeta)
     contact = _Contact(angle, begun, zeta)
     peak = contact.peak()
@@ -174,19 +175,6 @@ def _checked(
     tau, zeta = tau_of(mass, stiffness, half_clearance, ramp), _ratio(damping_ratio)
     same_shape(joint=tau, damping_ratio=zeta)
     return tau, zeta, natural_frequency(mass, stiffness)
-
-
-def _flown(tau: FloatArray, zeta: FloatArray, start: str) -> tuple[FloatArray, FloatArray]:
-    """Omega t_1 and v_1 c t_0 / F_0."""
-    if start not in ("rest", "release"):
-        raise ValueError(f"start = {start!r} is not one of 'rest', 'release'")
-    if start == "rest":
-        return tau, tau * tau / 2.0
-    # Real root of z^3 + 6 z = tau^3 + 12 zeta.
-    angle = np.sqrt(8.0) * np.sinh(
-        np.arcsinh((tau * tau * tau + 12.0 * zeta) / np.sqrt(32.0)) / 3.0
-    )
-    return angle, 1.0 + angle * angle / 2.0
 
 
 def _ratio(damping_ratio: ArrayLike) -> FloatArray:

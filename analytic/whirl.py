@@ -130,7 +130,11 @@ def moments_of_flywheel(
 
     Returns:
         Amplitudes of M_z - i M_x [N m], real, in the broadcast shape. For small angles order 2
-        whirls both ways with Theta Omega^2 beta^3 / 4, order 4 forwards alone with as much.
+        whirls both ways with Theta Omega^2 beta^3 / 4, order 4 forwards alone with as much, all
+        others as beta^5 or less. With t = tan(beta/2) and kappa = t^2 they are 2 Theta Omega^2 t^3
+        times 1 - kappa - ..., -(1 + 2 kappa + ...) and 1 + 3 kappa - ..., that is beta^3 / 4 times
+        1, -(1 + 3 beta^2 / 4) and 1 + beta^2 to the next order: order 2 forwards alone stays close
+        to the cube of the angle, since its own series and that of tan(beta/2) cancel.
 
     Raises:
         ValueError: an argument out of range or shapes that do not match.

@@ -212,6 +212,74 @@ def _as_floats(value: object) -> Array:
         return array.astype(float)
 
 
+def number(name: str, value: object, least: float = -math.inf) -> float:
+    """Return an argument that is one finite number.
+
+    Args:
+        name: how messages call the argument.
+        value: see `numbers`.
+        least: smallest number that is accepted.
+
+    Raises:
+        ArgumentError: it is not numeric, not finite, several numbers, or less.
+    """
+    array = numbers(name, value)
+    if array.ndim:
+        raise ArgumentError(f"{name} has shape {array.shape}, expected a number")
+    found = float(array)
+    if found < least:
+        raise ArgumentError(f"{name} is {found:g}; it is not less than {least:g}")
+    return found
+
+
+def positive(name: str, value: object) -> float:
+    """Return an argument that is one finite number greater than zero.
+
+    Args:
+        name: how messages call the argument.
+        value: see `numbers`.
+
+    Raises:
+        ArgumentError: it is anything else.
+    """
+    found = number(name, value)
+    if not found > 0.0:
+        raise ArgumentError(f"{name} is {found:g}, expected a positive number")
+    return found
+
+
+def several(name: str, value: object) -> Array:
+    """Return an argument that is a finite number or several, as an array `(N,)`, N at least 1.
+
+    Args:
+        name: how messages call the argument.
+        value: see `numbers`.
+
+    Raises:
+        ArgumentError: it is not numeric, not finite, empty or of another shape.
+    """
+    array = np.atleast_1d(numbers(name, value))
+    if array.ndim > 1 or not array.size:
+        raise ArgumentError(f"{name} has shape {array.shape}, expected a number or several (N,)")
+    return array
+
+
+def positives(name: str, value: object) -> Array:
+    """Return an argument that is a number greater than zero or several of them, see `several`.
+
+    Args:
+        name: how messages call the argument.
+        value: see `numbers`.
+
+    Raises:
+        ArgumentError: as `several`, or one of them is not positive.
+    """
+    array = several(name, value)
+    if not np.all(array > 0.0):
+        raise ArgumentError(f"{name} holds {np.min(array):g}, expected positive numbers")
+    return array
+
+
 def vector(name: str, value: object, size: int) -> Array:
     """Return an argument as a vector `(size,)` of finite numbers.
 

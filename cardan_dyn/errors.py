@@ -200,7 +200,7 @@ def choices(names: Iterable[str], near: object = None, most: int = _MOST_LISTED)
         near: an unknown name, after which the message asks for the most similar valid ones.
         most: how many names are listed; the others are counted.
     """
-    listed = sorted(names)
+    listed = sorted(set(names))
     if not listed:
         return "none"
     similar: list[str] = []

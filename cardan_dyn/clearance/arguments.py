@@ -7,35 +7,11 @@ from typing import Any
 
 from analytic.impact import Start
 
-from ..checks import described, mapping, numbers
+from ..checks import described, mapping, number, positive
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, ModelError, choices
 from ..problem.problem import Problem
 from .pin_geometry import PinGeometry
-
-
-def positive(label: str, value: Any) -> float:
-    """Return an argument that is a positive number.
-
-    Raises:
-        ArgumentError: it is not.
-    """
-    number = single(label, value)
-    if not number > 0.0:
-        raise ArgumentError(f"{label} is {number:g}, expected a positive number")
-    return number
-
-
-def single(label: str, value: Any) -> float:
-    """Return an argument that is one finite number.
-
-    Raises:
-        ArgumentError: it is not.
-    """
-    number = numbers(label, value)
-    if number.ndim:
-        raise ArgumentError(f"{label} is {described(value)}, expected a number")
-    return float(number)
 
 
 def damping_ratio_of(ratio: Any) -> float:
@@ -44,10 +20,10 @@ def damping_ratio_of(ratio: Any) -> float:
     Raises:
         ArgumentError: it is no number from 0 to below 1.
     """
-    number = single("damping_ratio", ratio)
-    if not 0.0 <= number < 1.0:
-        raise ArgumentError(f"damping_ratio is {number:g}; it lies from 0 to below 1")
-    return number
+    found = number("damping_ratio", ratio)
+    if not 0.0 <= found < 1.0:
+        raise ArgumentError(f"damping_ratio is {found:g}; it lies from 0 to below 1")
+    return found
 
 
 def start_of(start: Any) -> Start:
@@ -146,7 +122,7 @@ def speed_of(value: Any) -> float:
     Raises:
         ArgumentError: it is no number, or zero, or its square is.
     """
-    speed = single("speed", value)
+    speed = number("speed", value)
     if speed * speed == 0.0:
         raise ArgumentError(
             f"speed is {speed:g}, and so are inertia forces; joints reverse their forces by "
@@ -188,7 +164,4 @@ def drive_of(problem: Problem, rotor: Any) -> tuple[list[int], dict[int, float]]
     drive, held = coordinates.named[problem.drives[0]].rate, coordinates.rates_of(problem.held)
     if rotor is None:
         return [drive, *held], {}
-    inertia = single("rotor", rotor)
-    if inertia < 0.0:
-        raise ArgumentError(f"rotor is {inertia:g} kg m², expected no negative number")
-    return held, {drive: inertia}
+    return held, {drive: number("rotor", rotor, least=0.0)}

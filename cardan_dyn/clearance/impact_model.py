@@ -10,12 +10,14 @@ import numpy as np
 
 from analytic.damped_impact import damped_peak, flight
 from analytic.damped_impact import peak_exponents as damped_exponents
-from analytic.impact import PeakExponents, Start, peak_exponents
+from analytic.impact import Start
 from analytic.impact import reversal as undamped
+from analytic.peak_exponents import PeakExponents, peak_exponents
 
 from ..arrays import Array
+from ..checks import positive
 from ..errors import ArgumentError
-from .arguments import damping_ratio_of, positive, start_of
+from .arguments import damping_ratio_of, start_of
 from .pin_geometry import PinGeometry
 
 _MOST_STEPS = 100

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
-from ..checks import described, numbers
+from ..checks import described, positives
 from ..errors import ArgumentError, choices
 from ..frozen import read_only
 from .impact_model import Contact, Estimates, ImpactModel, estimates
@@ -84,9 +84,7 @@ def influence(
         raise ArgumentError(
             "more than inertia acts, so that reversals move with the speed: scan at each speed"
         )
-    factor = _FACTORS if factors is None else np.atleast_1d(numbers("factors", factors))
-    if factor.ndim > 1 or not np.all(factor > 0.0):
-        raise ArgumentError("factors are positive numbers (N,)")
+    factor = _FACTORS if factors is None else positives("factors", factors)
     law = model.stiffness
     if isinstance(law, PinGeometry) and parameter == "stiffness":
         model = replace(model, stiffness=float(model.estimate.stiffness))

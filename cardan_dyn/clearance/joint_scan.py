@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from analytic.impact import PeakExponents
+from analytic.peak_exponents import PeakExponents
 
 from ..arrays import Array
 from .impact_model import ImpactModel

@@ -12,9 +12,8 @@ from ..errors import ModelError
 from ..mechanism.mechanism import Mechanism
 from .opened_mechanism import OpenedMechanism, across
 
-_WEIGHTLESS = 1e-13
-"""Eigenvalue of the inertia along the ways that are left, as a fraction of the greatest, that
-counts as none."""
+_IMMOBILE = 1e-13
+"""Mobility along a direction, as a fraction of the greatest, that counts as none."""
 _HELD = 1e-9
 """Part of a motion that counts as none."""
 
@@ -43,7 +42,7 @@ class Mobility(NamedTuple):
         along = self._along(direction)
         if is_guided:
             values, axes = np.linalg.eigh(self.matrix)
-            moves = values > _WEIGHTLESS * values[-1]
+            moves = values > _IMMOBILE * values[-1]
             return float(np.sum((along @ axes)[moves] ** 2 / values[moves]))
         return 1.0 / float(along @ self.matrix @ along)
 
@@ -94,9 +93,9 @@ class OpenedJoint:
         Raises:
             ModelError: what would move has no mass.
         """
-        ways, own = self._opened.ways(x)
+        ways, own, rounding = self._opened.ways(x)
         sizes = np.linalg.eigvalsh(own)
-        if not sizes.size or sizes[0] <= _WEIGHTLESS * max(sizes[-1], 0.0):
+        if not sizes.size or sizes[0] <= rounding:
             raise ModelError(
                 f"joint {self._name!r}: where it is open, something without mass is free to move; "
                 "give all links between it and the drive a mass"

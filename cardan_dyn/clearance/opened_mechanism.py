@@ -20,6 +20,8 @@ from ..simulation.closed_directions import ClosedDirections
 
 _ZERO = 1e-9
 """Singular value of the closure equations, as a fraction of the greatest, that counts as zero."""
+_WEIGHTLESS = 1e-13
+"""Inertia of a way, as a fraction of the greatest of any coordinate, that counts as none."""
 
 Freedoms = Sequence[tuple[str, Array]]
 """Kinds, `prismatic` or `revolute`, and unit axes in the joint's frame; the parent's side first."""
@@ -38,10 +40,12 @@ class Ways(NamedTuple):
     Attributes:
         rates: `(nv, f)` velocities of the opened mechanism's coordinates per unit of each way.
         inertia: `(f, f)` of the ways.
+        rounding: of the inertias of ways: those up to it may be none at all.
     """
 
     rates: Array
     inertia: Array
+    rounding: float
 
 
 class OpenedMechanism:
@@ -129,7 +133,9 @@ class OpenedMechanism:
         ways = np.zeros((len(self._scale), len(self._free) - rank))
         ways[self._free] = right[rank:].T
         ways *= self._scale[:, None]
-        return Ways(ways, ways.T @ inertia @ ways)
+        # What is left of the inertias of all coordinates where a way has none.
+        greatest = np.max(np.diag(inertia)[self._free] * self._scale[self._free] ** 2, initial=0.0)
+        return Ways(ways, ways.T @ inertia @ ways, _WEIGHTLESS * float(greatest))
 
     def rotation(self, body: int) -> Array:
         """Return the rotation `(3, 3)` from the frame of what was added before a part to the world.

@@ -16,8 +16,6 @@ from .universal_joint import Bearing, UniversalPin
 
 _SAME = 1e-9
 """Singular value of the bearings' motions, as a fraction of the greatest, that counts as zero."""
-_WEIGHTLESS = 1e-13
-"""Inertia of a way, as a fraction of the greatest, that counts as none."""
 _PUSHED = 1e-7
 """Part of a force that moves what has no mass, as a fraction of it, that counts as none."""
 
@@ -108,7 +106,7 @@ class OpenedPins:
         Raises:
             ModelError: no bearing can move, or nothing that would move has mass.
         """
-        ways, own = self._opened.ways(x)
+        ways, own, rounding = self._opened.ways(x)
         frames = self._frames()
         apart = self._apart(frames, ways)
         names = ", ".join(bearing.name for bearing in self._bearings)
@@ -122,7 +120,7 @@ class OpenedPins:
             )
         movable = left[:, :rank]
         inertias, principal = np.linalg.eigh(own)
-        is_heavy = inertias > _WEIGHTLESS * max(inertias[-1], 0.0)
+        is_heavy = inertias > rounding
         apart = apart @ principal
         light = movable.T @ apart[:, ~is_heavy]
         kept, sizes, _ = np.linalg.svd(light)

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import names, text
+from ..checks import names, positive, text
 from ..errors import ArgumentError, ModelError
 from ..problem.problem import Problem
-from .arguments import of_joint, positive
+from .arguments import of_joint
 from .universal_joint import Bearing, UniversalPin, bearings_of, universal_pins
 
 _LONGEST = 1e6

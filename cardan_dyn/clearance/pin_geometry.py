@@ -9,7 +9,7 @@ import numpy as np
 from analytic.contact_stiffness import contact_stiffness, cylinder_compliance
 
 from ..arrays import Array
-from ..checks import numbers
+from ..checks import number, positive
 from ..errors import ArgumentError
 
 _NEARLY_EQUAL = 0.1
@@ -49,15 +49,13 @@ class PinGeometry:
             value = getattr(self, field.name)
             if value is None and field.name == "seat_stiffness":
                 continue
-            number = numbers(field.name, value)
-            if number.ndim:
-                raise ArgumentError(f"{field.name} has shape {number.shape}, expected a number")
             if field.name.endswith("poisson"):
-                if not -1.0 < number <= 0.5:
-                    raise ArgumentError(f"{field.name} is {number:g}; it lies above -1 up to 0.5")
-            elif not number > 0.0:
-                raise ArgumentError(f"{field.name} is {number:g}, expected a positive number")
-            object.__setattr__(self, field.name, float(number))
+                checked = number(field.name, value)
+                if not -1.0 < checked <= 0.5:
+                    raise ArgumentError(f"{field.name} is {checked:g}; it lies above -1 up to 0.5")
+            else:
+                checked = positive(field.name, value)
+            object.__setattr__(self, field.name, checked)
 
     @property
     def compliance(self) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from analytic.impact import Start
 
 from ..arrays import Array
-from ..checks import mapping, numbers
+from ..checks import mapping, several
 from ..errors import ArgumentError
 from ..frozen import read_only
 from .arguments import damping_ratio_of, speed_of, start_of
@@ -148,9 +148,9 @@ def map_pins(
         ArgumentError: there is no speed or position, lengths differ, or a joint is not held.
         CardanError: as `scan_pins`.
     """
-    every = [speed_of(value) for value in _row("speeds", speeds)]
+    every = [speed_of(value) for value in several("speeds", speeds)]
     designs = {
-        name: _row(f"held[{name!r}]", values) for name, values in mapping("held", held).items()
+        name: several(f"held[{name!r}]", values) for name, values in mapping("held", held).items()
     }
     counts = {len(values) for values in designs.values()}
     if len(counts) != 1:
@@ -171,18 +171,6 @@ def map_pins(
     named = scene.mechanism.coordinates.named
     units = {name: "m" if named[name].slides else "rad" for name in designs}
     return PinMap(joint, read_only(np.array(every)), kept, units, tuple(scans))
-
-
-def _row(label: str, values: ArrayLike) -> Array:
-    """Return numbers `(K,)`, one at least.
-
-    Raises:
-        ArgumentError: they are none.
-    """
-    row = np.atleast_1d(numbers(label, values))
-    if row.ndim != 1 or not row.size:
-        raise ArgumentError(f"{label} has the shape {row.shape}, expected a row of numbers")
-    return row
 
 
 def _worst(scanned: PinScan) -> dict[str, float]:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import mapping
+from ..checks import mapping, number, positive
 from ..errors import ArgumentError, IndeterminateError, choices
-from .arguments import drive_of, period_of, pins_of, positive, single, speed_of
+from .arguments import drive_of, period_of, pins_of, speed_of
 from .determinate import what_is_open
 from .force_source import across
 from .opened_joint import OpenedJoint
@@ -69,7 +69,7 @@ class RigidStart:
         if len(set(self.joints)) < len(self.joints):
             raise ArgumentError("joints names a joint twice")
         self.reach = self._reach(bearings)
-        self.position = self._steady() if position is None else single("position", position)
+        self.position = self._steady() if position is None else number("position", position)
 
     def _reach(self, bearings: Any) -> dict[str, float]:
         """Return the distances of bearings from the origins of joints.

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..checks import described
+from ..checks import described, number, positive
 from ..elements.contact_laws import ContactLaw, LinearContact
 from ..errors import ArgumentError
-from .arguments import damping_ratio_of, of_joint, positive, refuse_unknown, single
+from .arguments import damping_ratio_of, of_joint, refuse_unknown
 from .contact_simulation import ContactSimulation
 from .opened_scene import Play, opened
 from .rigid_start import RigidStart
@@ -73,7 +73,7 @@ def simulate(
     refuse_unknown(scene.mechanism.joints, pin_radius=pin_radius, **values)
     contact = _Contact(law, stiffness, damping_ratio_of(damping_ratio), play, friction, pin_radius)
     plays = contact.plays(begun)
-    found = opened(scene, plays, _not_negative("rotor", rotor or 0.0))
+    found = opened(scene, plays, number("rotor", rotor or 0.0, least=0.0))
     duration = 2.0 * np.pi * positive("turns", turns) / abs(begun.speed)
     start = begun.state(found, plays, is_free=rotor is not None)
     limits: dict[str, Any] = {"rtol": rtol, "most_touches": most_impacts, "progress": progress}
@@ -105,8 +105,8 @@ class _Contact(NamedTuple):
                 name,
                 positive(*of_joint("play", self.play, name)),
                 self._law(name, begun, has_bearings=name in begun.reach),
-                _not_negative(*of_joint("friction", self.friction, name)),
-                _not_negative(*of_joint("pin_radius", self.pin_radius, name)),
+                number(*of_joint("friction", self.friction, name), least=0.0),
+                number(*of_joint("pin_radius", self.pin_radius, name), least=0.0),
                 begun.reach.get(name),
             )
             for name in begun.joints
@@ -140,15 +140,3 @@ class _Contact(NamedTuple):
             )
         mass = begun.reduced_mass(name)
         return LinearContact(stiffness, 2.0 * self.ratio * float(np.sqrt(stiffness * mass)))
-
-
-def _not_negative(label: str, value: Any) -> float:
-    """Return an argument that is not negative.
-
-    Raises:
-        ArgumentError: it is.
-    """
-    number = single(label, value)
-    if number < 0.0:
-        raise ArgumentError(f"{label} is {number:g}, expected no negative number")
-    return number

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..checks import described, numbers, whole
+from ..checks import described, number, numbers, positive, whole
 from ..elements.contact_laws import ContactLaw, LinearContact
 from ..errors import ArgumentError
 from .two_mass_integration import IntegratedPhase, Units
@@ -77,9 +77,9 @@ def two_masses(
         )
     masses = _masses(mass)
     reduced = masses[0] if len(masses) == 1 else masses[0] * (masses[1] / sum(masses))
-    model = _Model(law, _positive("play", play), reduced, _external(ramp, force))
-    begun, is_contact = _Start(model, start, _number("begin", begin)).found()
-    end = _number("end", end)
+    model = _Model(law, positive("play", play), reduced, _external(ramp, force))
+    begun, is_contact = _Start(model, start, number("begin", begin)).found()
+    end = number("end", end)
     if not end > begun.time:
         raise ArgumentError(f"end is {end:g} s; it comes after the begin, {begun.time:g} s")
     phases, ended = model.run(begun, is_contact, end, whole("most_impacts", most_impacts))
@@ -225,7 +225,7 @@ class _Start:
                 f"start is {described(start)}; it is 'release', 'rest' or a gap [m] and its rate "
                 "[m/s]"
             )
-        gap, rate = _number("start: gap", start[0]), _number("start: rate", start[1])
+        gap, rate = number("start: gap", start[0]), number("start: rate", start[1])
         if not 0.0 <= gap <= self._model.play:
             raise ArgumentError(
                 f"start: gap is {gap:g} m; it lies from 0 to the play, {self._model.play:g} m"
@@ -302,7 +302,7 @@ def _external(ramp: object, force: object) -> _Ramp | _Force:
     if (ramp is None) == (force is None):
         raise ArgumentError("give one of ramp= [N/s] and force=, a function of time")
     if ramp is not None:
-        return _Ramp(_number("ramp", ramp))
+        return _Ramp(number("ramp", ramp))
     if not callable(force):
         raise ArgumentError(f"force is {described(force)}, expected a function of time; give ramp=")
     return _Force(force)
@@ -319,18 +319,4 @@ def _masses(given: object) -> tuple[float, ...]:
         raise ArgumentError(
             f"mass has shape {array.shape}, expected the reduced mass or m_11 and m_22"
         )
-    return tuple(_positive("mass", value) for value in np.atleast_1d(array).tolist())
-
-
-def _number(label: str, given: object) -> float:
-    array = numbers(label, given)
-    if array.ndim:
-        raise ArgumentError(f"{label} has shape {array.shape}, expected a number")
-    return float(array)
-
-
-def _positive(label: str, given: object) -> float:
-    value = _number(label, given)
-    if not value > 0.0:
-        raise ArgumentError(f"{label} is {value:g}, expected a positive number")
-    return value
+    return tuple(positive("mass", value) for value in np.atleast_1d(array).tolist())

@@ -9,6 +9,7 @@ import click
 
 from .._version import __version__
 from ..errors import CardanError
+from . import options
 from .showing import export, serve
 from .vibration_options import vibration
 
@@ -67,23 +68,12 @@ def report(directory: Path, as_json: bool, figures: bool) -> None:
 
 
 @main.command()
-@click.argument("source", metavar="NAME_OR_FILE")
-@click.option("--drive", multiple=True, metavar="JOINT", help="Driven joint; may be repeated.")
-@click.option(
-    "--held",
-    multiple=True,
-    metavar="JOINT=VALUE",
-    help="Joint that is held, in degrees (slides: metres); may be repeated.",
-)
-@click.option(
-    "--load",
-    "loads",
-    multiple=True,
-    metavar="JOINT=VALUE",
-    help="Effort on a joint [N·m, slides: N]; may be repeated.",
-)
+@options.source
+@options.repeated("--drive", "drive", "JOINT", "Driven joint")
+@options.held
+@options.loads
 @click.option("--speed-rpm", type=float, help="Speed of a drive that turns; quasi-static without.")
-@click.option("--gravity", type=float, nargs=3, help="Free fall in world axes [m/s²].")
+@options.gravity
 @click.option("--joint", "joints", multiple=True, metavar="JOINT", help="Draw only these joints.")
 @click.option(
     "--hide",
@@ -93,17 +83,8 @@ def report(directory: Path, as_json: bool, figures: bool) -> None:
 )
 @click.option("--duration", type=float, default=8.0, show_default=True, help="Of one sweep [s].")
 @click.option("--samples", type=click.IntRange(2), default=721, show_default=True)
-@click.option(
-    "--strict/--no-strict",
-    default=True,
-    help="Refuse inertias that no body has, and misspelled words.",
-)
-@click.option(
-    "--export",
-    "file",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Write one HTML file that needs no network, and end.",
-)
+@options.strict
+@options.written("--export", "file", "Write one HTML file that needs no network, and end.")
 @click.option("--open/--no-open", "open_browser", default=True, help="Open a browser.")
 def view(
     source: str,
@@ -146,34 +127,16 @@ def view(
 @click.argument("source", metavar="FILE_OR_NAME", required=False)
 @click.option("--speed-rpm", type=float, help="Speed of the input shaft; that of the file without.")
 @click.option("--torque-nm", type=float, help="Torque of the input shaft, likewise.")
-@click.option(
-    "--limit",
-    "limits",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="Another value of a limit, in SI units and radians; may be repeated.",
+@options.repeated(
+    "--limit", "limits", "NAME=VALUE", "Another value of a limit, in SI units and radians"
 )
 @click.option("--optimise-phases", is_flag=True, help="Judge the line with its best forks.")
 @click.option("--teeth", type=click.IntRange(2), help="Forks can be turned by 360°/TEETH alone.")
-@click.option(
-    "--page",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Write one HTML page with data, figures and verdict.",
-)
+@options.written("--page", "page", "Write one HTML page with data, figures and verdict.")
 @click.option("--scene/--no-scene", default=True, help="Put the turning scene on the page.")
-@click.option(
-    "--figures",
-    "directory",
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Directory for the figures as SVG and PNG.",
-)
+@options.figures
 @click.option("--view", "watch", is_flag=True, help="Watch the line turn, in a browser.")
-@click.option(
-    "--export",
-    "file",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Write the turning scene as one HTML file.",
-)
+@options.written("--export", "file", "Write the turning scene as one HTML file.")
 @click.option("--open/--no-open", "open_browser", default=True, help="Open a browser to --view.")
 @click.option("--json", "as_json", is_flag=True, help="Print the verdict as JSON.")
 @click.option("--check", is_flag=True, help="Exit with 1 if a limit is missed.")
@@ -228,7 +191,7 @@ def driveline(
 
 
 @main.command()
-@click.argument("source", metavar="NAME_OR_FILE")
+@options.source
 @click.option("--speed", type=float, help="Speed of the drive [rad/s].")
 @click.option("--speed-rpm", type=float, help="The same [1/min].")
 @click.option(
@@ -266,41 +229,22 @@ def driveline(
 @click.option("--rotor", type=float, help="Inertia that turns with a drive that gives way [kg m²].")
 @click.option("--joint", "joints", multiple=True, metavar="JOINT", help="Scan only these joints.")
 @click.option("--drive", multiple=True, metavar="JOINT", help="Driven joint.")
-@click.option(
-    "--held",
-    multiple=True,
-    metavar="JOINT=VALUE",
-    help="Joint that is held, in degrees (slides: metres); may be repeated.",
-)
-@click.option(
-    "--load",
-    "loads",
-    multiple=True,
-    metavar="JOINT=VALUE",
-    help="Effort on a joint [N·m, slides: N]; may be repeated. Inertia alone acts without.",
-)
-@click.option("--gravity", type=float, nargs=3, help="Free fall in world axes [m/s²].")
-@click.option(
-    "--strict/--no-strict",
-    default=True,
-    help="Refuse inertias that no body has, and misspelled words.",
-)
-@click.option(
-    "--figures",
-    "directory",
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Directory for the figures as SVG and PNG.",
-)
+@options.held
+@options.loads
+@options.gravity
+@options.strict
+@options.figures
 @click.option("--json", "as_json", is_flag=True, help="Print the scan as JSON.")
-def clearance(directory: Path | None, as_json: bool, **options: Any) -> None:
+def clearance(directory: Path | None, as_json: bool, **given: Any) -> None:
     """Tell which joints would hammer if they had play, and how hard.
 
     NAME_OR_FILE is a bundled description or a file. Joints are listed by the peaks of their
     impacts, with what 10 % less of a parameter would buy and what speaks against the estimate.
+    Inertia alone acts unless loads or gravity are given.
     """
     from .clearance_command import ScanOptions, run
 
-    run(ScanOptions(**options), directory, as_json)
+    run(ScanOptions(**given), directory, as_json)
 
 
 main.add_command(vibration)

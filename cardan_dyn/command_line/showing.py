@@ -11,21 +11,26 @@ if TYPE_CHECKING:
     from ..viewer.viewing import View
 
 
-def export(shown: View, file: Path) -> None:
+def export(shown: View, file: Path, *, aside: bool = False) -> None:
     """Write a scene as one HTML file.
+
+    Args:
+        shown: the scene.
+        file: where to.
+        aside: say so on standard error, where data are printed.
 
     Raises:
         ClickException: it cannot be written.
     """
     try:
-        click.echo(f"Scene: {shown.export(file)}")
+        click.echo(f"Scene: {shown.export(file)}", err=aside)
     except OSError as error:
         raise click.ClickException(f"{file}: cannot be written ({error})") from error
 
 
-def serve(shown: View, open_browser: bool) -> None:
-    """Serve a scene until Ctrl-C."""
-    click.echo(f"Scene: {shown.url} (Ctrl-C ends it)")
+def serve(shown: View, open_browser: bool, *, aside: bool = False) -> None:
+    """Serve a scene until Ctrl-C; see `export`."""
+    click.echo(f"Scene: {shown.url} (Ctrl-C ends it)", err=aside)
     if open_browser and not shown.open():
         click.echo("No browser has opened it here: open the address, or --export a file.", err=True)
     try:

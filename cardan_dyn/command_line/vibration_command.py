@@ -83,16 +83,20 @@ def rig_scene(source: str, options: RigOptions, strict: bool = True) -> Scene:
     if not all(name in mechanism.drivable for name in (*preset.drive, *preset.held_deg)):
         preset = Preset(mechanism.independent_coordinates)
     given = _positions(mechanism, parsed_assignments(options.held, "--held"))
-    free = options.free or tuple(name for name in mechanism.joint_springs if name not in given)
+    taken = {*given, options.drive}
+    free = options.free or tuple(name for name in mechanism.joint_springs if name not in taken)
     if not free:
         raise ArgumentError(
-            f"{mechanism.name} has no free coordinate: none of its joints has a spring; state one "
-            'as <dynamics spring_stiffness="..." damping="..."/> of a joint'
+            f"{mechanism.name} has no free coordinate: none of its joints has a spring, unless it "
+            'is driven or held; state one as <dynamics spring_stiffness="..." damping="..."/> of '
+            "a joint"
         )
     drive = options.drive or next((name for name in preset.drive if name not in free), None)
     if drive is None:
-        names = choices(name for name in mechanism.drivable if name not in free)
-        raise ArgumentError(f"nothing says what turns: give --drive, one of {names}")
+        left = [name for name in mechanism.drivable if name not in (*free, *given)]
+        if len(left) != 1:
+            raise ArgumentError(f"nothing says what turns: give --drive, one of {choices(left)}")
+        (drive,) = left
     held = {**_positions(mechanism, preset.held_deg), **given}
     return Scene(
         mechanism,
@@ -186,8 +190,8 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
 
     Args:
         scene: see `rig_scene`.
-        number: of the mode, from 1 for the lowest.
-        speed: of the drive at which it is taken [rad/s].
+        number: of the mode, from 1, as the table has it: by frequency at its lowest speed.
+        speed: of the drive at which it is taken, that lowest one [rad/s].
 
     Raises:
         ArgumentError: no such mode.
@@ -197,10 +201,10 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
     from ..viewer.viewing import view
 
     found = campbell(scene, np.array([speed]))
-    order = np.argsort(found.frequency[0])
-    if not 1 <= number <= len(order):
-        raise ArgumentError(f"--mode {number} does not exist; modes: 1 to {len(order)}")
-    mode = int(order[number - 1])
+    count = found.frequency.shape[1]
+    if not 1 <= number <= count:
+        raise ArgumentError(f"--mode {number} does not exist; modes: 1 to {count}")
+    mode = number - 1
     hertz = found.frequency[0, mode] / (2.0 * np.pi)
     title = f"{scene.mechanism.name}: mode {number}, {hertz:.4g} Hz at {speed / _RAD_PER_S:.4g} rpm"
     swing = mode_sweep(scene, found.shape[0][:, mode])
@@ -259,7 +263,11 @@ def as_json(found: CriticalSpeeds) -> str:
 
 
 def chart_of(scene: Scene, text: str | None) -> tuple[str, float] | None:
-    """Return joint and greatest angle [rad] of a chart from `JOINT=DEGREES`.
+    """Return joint and greatest angle [rad], of a slide position [m], of a chart.
+
+    Args:
+        scene: see `rig_scene`.
+        text: `JOINT=DEGREES`, of a slide metres; no chart if None.
 
     Raises:
         ArgumentError: it has another form, or the scene does not hold the joint.
@@ -271,7 +279,9 @@ def chart_of(scene: Scene, text: str | None) -> tuple[str, float] | None:
         raise ArgumentError(
             f"--chart {joint!r} is not held; held: {choices(scene.held, joint) or '(none)'}"
         )
-    return joint, float(np.deg2rad(value))
+    if not value:
+        raise ArgumentError("--chart ends at 0, where it begins; give another angle")
+    return joint, _positions(scene.mechanism, {joint: value})[joint]
 
 
 def _positions(mechanism: Mechanism, degrees: object) -> dict[str, float]:
@@ -301,7 +311,7 @@ def _cells(row: CriticalSpeed) -> tuple[str, ...]:
     if row.kind != "resonance":
         return speed, row.kind, "", "", f"{row.severity:.3g} 1/s", lower, upper
     whirl = "" if row.whirl == "planar" else f" {row.whirl}"
-    what = f"{row.order:g}× mode {row.mode + 1}{whirl}"
+    what = f"{row.order:g}× mode {row.mode}{whirl}"
     quality = f"{row.amplification:.3g}"
     hertz = f"{row.frequency / (2.0 * np.pi):.4g}"
     severity = "not found" if np.isnan(row.severity) else f"{row.severity:.3g}"

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import click
 
+from . import options
 from .showing import export, serve
 
 
 @click.command()
-@click.argument("source", metavar="NAME_OR_FILE")
+@options.source
 @click.option("--drive", metavar="JOINT", help="Joint that turns at constant speed.")
 @click.option(
     "--free",
@@ -18,50 +19,25 @@ from .showing import export, serve
     metavar="JOINT",
     help="Free coordinate; those with springs in the description without. May be repeated.",
 )
-@click.option(
-    "--held",
-    multiple=True,
-    metavar="JOINT=VALUE",
-    help="Joint that is held, in degrees (slides: metres); may be repeated.",
-)
-@click.option(
-    "--load",
-    "loads",
-    multiple=True,
-    metavar="JOINT=VALUE",
-    help="Effort on a joint [N·m, slides: N]; may be repeated.",
-)
+@options.held
+@options.loads
 @click.option(
     "--speed-rpm", type=float, nargs=2, help="Range of speeds; by the natural frequencies without."
 )
 @click.option(
     "--order", "orders", type=float, multiple=True, help="Order to look at; may be repeated."
 )
-@click.option(
-    "--figures",
-    "directory",
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Directory for the figures as SVG and PNG.",
-)
+@options.figures
 @click.option(
     "--chart",
     metavar="JOINT=DEGREES",
-    help="With --figures: a chart of stability up to this angle of a held joint.",
+    help="With --figures: a chart of stability up to this angle of a held joint (slides: metres).",
 )
 @click.option("--mode", type=click.IntRange(1), help="Watch this mode, larger than life.")
-@click.option(
-    "--export",
-    "file",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="With --mode: write it as one HTML file instead.",
-)
+@options.written("--export", "file", "With --mode: write it as one HTML file instead.")
 @click.option("--open/--no-open", "open_browser", default=True, help="Open a browser to --mode.")
 @click.option("--json", "as_json", is_flag=True, help="Print the critical speeds as JSON.")
-@click.option(
-    "--strict/--no-strict",
-    default=True,
-    help="Refuse inertias that no body has, and misspelled words.",
-)
+@options.strict
 def vibration(
     source: str,
     drive: str | None,
@@ -97,6 +73,6 @@ def vibration(
     if mode is not None:
         shown = mode_view(scene, mode, found.low)
         if file is not None:
-            export(shown, file)
+            export(shown, file, aside=as_json)
         else:
-            serve(shown, open_browser)
+            serve(shown, open_browser, aside=as_json)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described, numbers, vector, whole
+from ..checks import described, number, numbers, several, vector, whole
 from ..errors import ArgumentError
 from .line_data import LineData
 from .variants import Variants
@@ -72,9 +72,7 @@ def task(
     if positions is None:
         angles = np.radians(np.arange(0.0, 360.0, step))
     else:
-        angles = np.atleast_1d(numbers("positions", positions))
-    if angles.ndim != 1 or not angles.size:
-        raise ArgumentError(f"positions has shape {angles.shape}, expected a vector of some")
+        angles = several("positions", positions)
     torques = numbers("torque", _given("torque", torque, line.torque))
     if torques.shape not in ((), angles.shape):
         raise ArgumentError(
@@ -82,8 +80,8 @@ def task(
             f"{angles.shape}"
         )
     return Task(
-        speed=_number("speed", _given("speed", speed, line.speed)),
-        acceleration=_number("acceleration", acceleration),
+        speed=number("speed", _given("speed", speed, line.speed)),
+        acceleration=number("acceleration", acceleration),
         torque=torques,
         at_output=torque_at == "output",
         positions=angles,
@@ -101,10 +99,3 @@ def _given(name: str, value: ArrayLike | None, of_line: float | None) -> ArrayLi
     if of_line is None:
         raise ArgumentError(f"{name} is given neither here nor by the line; give {name}=")
     return of_line
-
-
-def _number(name: str, value: ArrayLike) -> float:
-    array = numbers(name, value)
-    if array.ndim:
-        raise ArgumentError(f"{name} has shape {array.shape}, expected a number")
-    return float(array)

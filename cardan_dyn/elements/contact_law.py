@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
-from ..checks import numbers
+from ..checks import number, positive
 from ..description.description import Record
 from ..errors import ArgumentError
 
@@ -110,40 +110,13 @@ class ContactLaw(Record):
         return f"{type(self).__name__}: {field}"
 
 
-def number(label: str, given: object, least: float) -> float:
-    """Return a number that is not less than another.
-
-    Raises:
-        ArgumentError: it is no finite number, or less.
-    """
-    array = numbers(label, given)
-    if array.ndim:
-        raise ArgumentError(f"{label} has shape {array.shape}, expected a number")
-    value = float(array)
-    if value < least:
-        raise ArgumentError(f"{label} is {value:g}; it is not less than {least:g}")
-    return value
-
-
-def positive(label: str, given: object) -> float:
-    """Return a positive number.
-
-    Raises:
-        ArgumentError: it is no finite number, or not positive.
-    """
-    value = number(label, given, -np.inf)
-    if not value > 0.0:
-        raise ArgumentError(f"{label} is {value:g}, expected a positive number")
-    return value
-
-
 def ranged(label: str, given: object, least: float) -> float:
     """Return a restitution from a least one to 1.
 
     Raises:
         ArgumentError: it is no number, or out of range.
     """
-    value = number(label, given, -np.inf)
+    value = number(label, given)
     if not least <= value <= 1.0:
         raise ArgumentError(f"{label} is {value:g}; it lies from {least:g} to 1")
     return value

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
+from ..checks import number, positive
 from ..errors import ArgumentError
-from .contact_law import ContactLaw, number, positive, ranged
+from .contact_law import ContactLaw, ranged
 from .located import advance
 from .restitutions import loss_of_restitution, restitution_of_damping_ratio, restitution_of_loss
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from ..checks import numbers, text
+import math
+
+from ..checks import number, positive, text
 from ..description.description import Record
 from ..errors import ArgumentError
 
@@ -33,7 +35,7 @@ class Element(Record):
         for field, value in values.items():
             object.__setattr__(self, field, value)
 
-    def _number(self, field: str, least: float | None = None) -> float:
+    def _number(self, field: str, least: float = -math.inf) -> float:
         """Return a field as a finite number.
 
         Args:
@@ -43,14 +45,15 @@ class Element(Record):
         Raises:
             ArgumentError: it is no number, not finite, or less.
         """
-        label = f"{type(self).__name__}: {field}"
-        array = numbers(label, getattr(self, field))
-        if array.ndim:
-            raise ArgumentError(f"{label} has shape {array.shape}, expected a number")
-        value = float(array)
-        if least is not None and value < least:
-            raise ArgumentError(f"{label} is {value:g}; it is not less than {least:g}")
-        return value
+        return number(f"{type(self).__name__}: {field}", getattr(self, field), least)
+
+    def _positive(self, field: str) -> float:
+        """Return a field as a finite number greater than zero.
+
+        Raises:
+            ArgumentError: it is anything else.
+        """
+        return positive(f"{type(self).__name__}: {field}", getattr(self, field))
 
     def _text(self, field: str) -> str:
         """Return a field as a string.

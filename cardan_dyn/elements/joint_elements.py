@@ -12,9 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import numbers
-from ..errors import ArgumentError
+from ..checks import described, numbers
+from ..errors import ArgumentError, choices
 from .element import Element
+
+_OF = ("time", "position")
+"""What functions of actuators take."""
 
 
 class JointForce(NamedTuple):
@@ -140,73 +143,88 @@ class JointFriction(JointElement):
 
 @dataclass(frozen=True, eq=False)
 class Actuator(JointElement):
-    """An effort along a coordinate, a number or a function of time.
+    """An effort along a coordinate: a number, or a function of time or of its position.
+
+    One of position is a load such as a pump's or a press's over the angle of its shaft. The work
+    that it takes or gives counts as an actuator's; what it may store is not kept account of.
 
     Attributes:
         joint: name of the joint, or of one of its coordinates.
-        effort: [N·m or N]; or a function that returns it for a time [s], a number or an array.
+        effort: [N·m or N]; or a function that returns it for a time [s] or a position [rad or m],
+            a number or an array.
         name: by which results show it; may be empty.
+        of: what a function takes, `time` or `position`. Angles count whole turns.
 
     Raises:
-        ArgumentError: the effort is neither a finite number nor a function.
+        ArgumentError: the effort is neither a finite number nor a function, or `of` is neither.
     """
 
     joint: str
     effort: float | Callable[[Any], Any]
     name: str = ""
+    of: str = "time"
 
     def __post_init__(self) -> None:
         effort = self.effort if callable(self.effort) else self._number("effort")
         self._set(joint=self._text("joint"), effort=effort, name=self._text("name"))
+        if self.of not in _OF:
+            raise ArgumentError(f"Actuator: of is {described(self.of)}; it is {choices(_OF)}")
+
+    @property
+    def follows_time(self) -> bool:
+        """Whether the effort is a function of time."""
+        return callable(self.effort) and self.of == "time"
 
     def force(self, x: Array, v: Array, time: Array, label: str) -> JointForce:
         """Return what it exerts, see `JointElement.force`."""
         none = np.zeros(len(x))
         if not callable(self.effort):
             return JointForce(np.full(len(x), self.effort), none, none)
-        return JointForce(_at_times(self.effort, time, f"{label}: effort"), none, none)
+        places = time if self.of == "time" else x
+        return JointForce(_at_places(self.effort, places, f"{label}: effort", self.of), none, none)
 
 
-def _at_times(function: Callable[[Any], Any], time: Array, label: str) -> Array:
-    """Return the values of a function at times `(N,)`.
+def _at_places(function: Callable[[Any], Any], at: Array, label: str, of: str) -> Array:
+    """Return the values of a function at times or positions `(N,)`.
 
     Args:
-        function: takes an array of times, or only a number.
-        time: [s].
+        function: takes an array of them, or only a number.
+        at: [s, rad or m].
         label: how messages call the function.
+        of: `time` or `position`.
 
     Raises:
         ArgumentError: it fails, or returns no finite numbers.
     """
-    if len(time) > 1 and np.any(time != time[0]):
-        values = _of_array(function, time)
+    if len(at) > 1 and np.any(at != at[0]):
+        values = _of_array(function, at)
         if values is not None:
             return numbers(label, values)
-        return np.array([_at_time(function, at, label) for at in time.tolist()])
-    return np.full(len(time), _at_time(function, float(time[0]), label) if len(time) else 0.0)
+        return np.array([_at_place(function, item, label, of) for item in at.tolist()])
+    return np.full(len(at), _at_place(function, float(at[0]), label, of) if len(at) else 0.0)
 
 
-def _of_array(function: Callable[[Any], Any], time: Array) -> Array | None:
-    """Return the values of a function of an array of times, None if it takes no arrays."""
+def _of_array(function: Callable[[Any], Any], at: Array) -> Array | None:
+    """Return the values of a function of an array, None if it takes no arrays."""
     try:
-        values = np.asarray(function(time.copy()))
+        values = np.asarray(function(at.copy()))
     except Exception:  # It was written for numbers, and fails with arrays in any way.
         return None
-    return values if values.shape == time.shape and values.dtype.kind in "iuf" else None
+    return values if values.shape == at.shape and values.dtype.kind in "iuf" else None
 
 
-def _at_time(function: Callable[[Any], Any], time: float, label: str) -> float:
-    """Return the value of a function at a time.
+def _at_place(function: Callable[[Any], Any], at: float, label: str, of: str) -> float:
+    """Return the value of a function at a time or position.
 
     Raises:
         ArgumentError: it fails, or returns no finite number.
     """
-    at = f"{label} at {time:g} s"
+    text = f"{label} at {at:g} s" if of == "time" else f"{label} at position {at:g}"
     try:
-        value = function(time)
+        value = function(at)
     except Exception as error:
-        raise ArgumentError(f"{at} fails: {type(error).__name__}: {error}") from error
-    array = numbers(at, value)
+        raise ArgumentError(f"{text} fails: {type(error).__name__}: {error}") from error
+    array = numbers(text, value)
     if array.size != 1:
-        raise ArgumentError(f"{at} has shape {array.shape}, expected a number")
+        raise ArgumentError(f"{text} has shape {array.shape}, expected a number")
     return float(array.reshape(()))

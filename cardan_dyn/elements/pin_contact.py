@@ -114,12 +114,6 @@ class PinContact(Element):
             raise ArgumentError(f"{kind}: law is {described(self.law)}, expected a contact law")
         super().__post_init__()
 
-    def _positive(self, field: str) -> float:
-        value = self._number(field)
-        if not value > 0.0:
-            raise ArgumentError(f"{type(self).__name__}: {field} is {value:g}; it is positive")
-        return value
-
     @property
     def links(self) -> tuple[str, ...]:
         """Names of both links."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
-from ..checks import numbers
+from ..checks import positive
 from ..clearance.contact_simulation import ContactSimulation
 from ..clearance.joint_scan import JointScan
 from ..clearance.scan import Scan
@@ -43,14 +43,12 @@ def contact_course(
     Source:
         Dresig and Thümmel, Bild 6.
     """
-    number = numbers("turns", turns)
-    if number.ndim or not number > 0.0:
-        raise ArgumentError(f"turns is {turns}, expected a positive number")
+    turns = positive("turns", turns)
     if scanned is not None and abs(scanned.speed - simulation.speed) > 1e-12 * abs(scanned.speed):
         raise ArgumentError(
             f"the scan is of {scanned.speed:g} rad/s, the simulation of {simulation.speed:g} rad/s"
         )
-    position, force = _fine(simulation, joint, 2.0 * np.pi * float(number))
+    position, force = _fine(simulation, joint, 2.0 * np.pi * turns)
     figure, axes = axes_grid(size=(7.2, 4.4))
     degrees = np.rad2deg(position)
     axes.plot(degrees, force, **{**line_style(0), "linewidth": 1.0}, label="simulated, with play")

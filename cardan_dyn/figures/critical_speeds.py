@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
+from ..checks import numbers
 from ..errors import ArgumentError
 from .style import (
     PER_MINUTE,
+    SPEED,
     Axes,
     Figure,
     abscissa,
@@ -22,11 +24,11 @@ from .style import (
     legend,
     line_style,
     ordinate,
+    ordinates,
     point_style,
 )
 
 _HERTZ = 0.5 / np.pi
-_SPEED = "speed [1/min]"
 _DECADES = 1e-6
 """Least amplitude on a logarithmic scale, as a fraction of the greatest: rounding would stretch
 it."""
@@ -47,7 +49,7 @@ def campbell(
     speed: ArrayLike,
     frequency: ArrayLike,
     *,
-    orders: Sequence[float] = (1, 2, 4),
+    orders: float | Sequence[float] = (1, 2, 4),
     whirl: ArrayLike | None = None,
     critical: ArrayLike | None = None,
     title: str = "",
@@ -57,20 +59,17 @@ def campbell(
     Args:
         speed: of rotation `(S,)` [rad/s].
         frequency: natural frequencies `(S, n)` [rad/s]; nan or 0 where a mode does not swing.
-        orders: n of the lines n·Ω.
+        orders: n of the lines n·|Ω|, one or several.
         whirl: direction of each mode `(S, n)`: above zero forward, below backward, zero neither;
             the side that most of a mode is on names its line.
         critical: `(C, 2)` speeds and frequencies of critical speeds [rad/s], drawn as points.
         title: of the figure.
 
     Raises:
-        ArgumentError: shapes that do not match.
+        ArgumentError: shapes that do not match, or orders that are no numbers.
     """
-    at, modes = abscissa("speed", speed), np.asarray(frequency, dtype=float)
-    if modes.ndim != 2 or len(modes) != len(at):
-        raise ArgumentError(
-            f"frequency has shape {modes.shape}, expected (S, n) with the S = {len(at)} speeds"
-        )
+    at = abscissa("speed", speed)
+    modes = ordinates("frequency", frequency, at)
     sides = np.zeros(modes.shape) if whirl is None else np.asarray(whirl, dtype=float)
     if sides.shape != modes.shape:
         raise ArgumentError(f"whirl has shape {sides.shape}, expected {modes.shape} as frequency")
@@ -81,19 +80,18 @@ def campbell(
         style = curve_style(index, len(at))
         axes.plot(at * PER_MINUTE, values * _HERTZ, **style, label=name)
     top = float(np.nanmax(modes, initial=0.0)) * 1.15
-    for order in orders:
-        axes.plot(at * PER_MINUTE, order * at * _HERTZ, color="0.55", linewidth=0.9)
-        _name_order(axes, order, float(at[-1]), top)
+    fastest = float(at[np.argmax(np.abs(at))])
+    for order in np.atleast_1d(numbers("orders", orders)).ravel().tolist():
+        axes.plot(at * PER_MINUTE, order * np.abs(at) * _HERTZ, color="0.55", linewidth=0.9)
+        _name_order(axes, order, fastest, top)
     if critical is not None:
         places = np.asarray(critical, dtype=float).reshape(-1, 2)
         style = {**point_style(0), "color": "black", "zorder": 3}
         axes.plot(places[:, 0] * PER_MINUTE, places[:, 1] * _HERTZ, **style, label="critical speed")
-    axes.set_xlim(at[0] * PER_MINUTE, at[-1] * PER_MINUTE)
+    _limit_speed(axes, at)
     if top:
         axes.set_ylim(0.0, top * _HERTZ)
-    axes.set_xlabel(_SPEED)
-    axes.set_ylabel("natural frequency [Hz]")
-    axes.set_title(title)
+    axes.set(xlabel=SPEED, ylabel="natural frequency [Hz]", title=title)
     legend(figure, 3)
     return figure
 
@@ -128,9 +126,7 @@ def critical_speed_map(
         low, high = (end * PER_MINUTE for end in operating)
         axes.axhspan(low, high, color="0.9", zorder=0, label="operating range")
     axes.set_xlim(at[0], at[-1])
-    axes.set_xlabel(label)
-    axes.set_ylabel("critical speed [1/min]")
-    axes.set_title(title)
+    axes.set(xlabel=label, ylabel="critical speed [1/min]", title=title)
     legend(figure, 3)
     return figure
 
@@ -147,6 +143,8 @@ def orders_over_speed(
 ) -> Figure:
     """Draw amplitudes of orders over the speed of rotation, with their phases below.
 
+    On a logarithmic scale, curves below a millionth of the greatest are left out as rounding.
+
     Args:
         speed: of rotation `(S,)` [rad/s].
         amplitudes: of each curve by its name `(S,)`.
@@ -162,11 +160,14 @@ def orders_over_speed(
     at, given = abscissa("speed", speed), phases or {}
     figure, grid = axes_grid(2 if given else 1, share_x=True)
     panels = np.atleast_1d(grid)
-    greatest = 0.0
-    for index, (name, values) in enumerate(amplitudes.items()):
-        line, style = ordinate(name, values, at), curve_style(index, len(at))
+    lines = {name: ordinate(name, values, at) for name, values in amplitudes.items()}
+    sizes = {name: float(np.nanmax(np.abs(line), initial=0.0)) for name, line in lines.items()}
+    greatest = max(sizes.values(), default=0.0)
+    least = _DECADES * greatest if logarithmic else 0.0
+    drawn = [name for name, size in sizes.items() if size >= least]
+    for index, name in enumerate(drawn):
+        line, style = lines[name], curve_style(index, len(at))
         panels[0].plot(at * PER_MINUTE, line, **style, label=name)
-        greatest = max(greatest, float(np.nanmax(np.abs(line), initial=0.0)))
         if name in given:
             turned = np.rad2deg(np.unwrap(ordinate(name, given[name], at)))
             panels[1].plot(at * PER_MINUTE, turned, **style)
@@ -177,12 +178,12 @@ def orders_over_speed(
     if logarithmic and greatest:
         panels[0].set_yscale("log")
         low, _ = panels[0].get_ylim()
-        panels[0].set_ylim(bottom=max(low, _DECADES * greatest))
+        panels[0].set_ylim(bottom=max(low, least))
     panels[0].set_ylabel(f"amplitude [{unit}]")
     if given:
         panels[1].set_ylabel("phase [°]")
-    panels[-1].set_xlim(at[0] * PER_MINUTE, at[-1] * PER_MINUTE)
-    panels[-1].set_xlabel(_SPEED)
+    _limit_speed(panels[-1], at)
+    panels[-1].set_xlabel(SPEED)
     figure.suptitle(title)
     legend(figure, 3)
     return figure
@@ -193,6 +194,8 @@ def stability_chart(
     angle: ArrayLike,
     kind: ArrayLike,
     *,
+    joint: str = "joint angle",
+    slides: bool = False,
     edges: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     title: str = "",
 ) -> Figure:
@@ -200,8 +203,10 @@ def stability_chart(
 
     Args:
         speed: of rotation `(S,)`, rising [rad/s].
-        angle: joint angles `(B,)`, rising [rad].
+        angle: joint angles `(B,)`, rising [rad], or positions of a slide [m].
         kind: `(S, B)` of `KINDS` by its number.
+        joint: what the ordinate is called.
+        slides: whether it is that of a slide.
         edges: curves by their names, as speeds [rad/s] and angles [rad]: edges of regions.
         title: of the figure.
 
@@ -219,19 +224,21 @@ def stability_chart(
     if np.any((kinds != np.rint(kinds)) | (kinds < 0) | (kinds >= len(KINDS))):
         raise ArgumentError(f"kind holds numbers from 0 to {len(KINDS) - 1}: {', '.join(KINDS)}")
     figure, axes = axes_grid()
-    across, up = at * PER_MINUTE, np.rad2deg(angles)
+    across, up = at * PER_MINUTE, angles if slides else np.rad2deg(angles)
     for number in range(1, len(KINDS)):
         if np.any(kinds == number):
             _fill(axes, across, up, kinds == number, number)
+    if not np.any(kinds):
+        axes.text(
+            0.5, 0.5, "stable everywhere", transform=axes.transAxes, ha="center", color="0.35"
+        )
     for index, (name, (places, of)) in enumerate((edges or {}).items()):
-        line = np.asarray(places, float) * PER_MINUTE, np.rad2deg(np.asarray(of, float))
-        axes.plot(*line, **line_style(index), label=name)
+        height = np.asarray(of, float) if slides else np.rad2deg(np.asarray(of, float))
+        axes.plot(np.asarray(places, float) * PER_MINUTE, height, **line_style(index), label=name)
     axes.set_xlim(across[0], across[-1])
     axes.set_ylim(up[0], up[-1])
     axes.grid(visible=False)
-    axes.set_xlabel(_SPEED)
-    axes.set_ylabel("joint angle [°]")
-    axes.set_title(title)
+    axes.set(xlabel=SPEED, ylabel=f"{joint} [{'m' if slides else '°'}]", title=title)
     legend(figure, 4)
     return figure
 
@@ -242,15 +249,22 @@ def _direction(sides: Array) -> str:
     return ", forward" if total > 0.0 else ", backward" if total < 0.0 else ""
 
 
+def _limit_speed(axes: Axes, at: Array) -> None:
+    """Let the abscissa end where the speeds do; of a single one, matplotlib leaves room."""
+    if at[0] != at[-1]:
+        axes.set_xlim(at[0] * PER_MINUTE, at[-1] * PER_MINUTE)
+
+
 def _name_order(axes: Axes, order: float, last: float, top: float) -> None:
-    """Write n× at the end of an order's line, where it leaves the figure."""
-    end = min(last, top / order) if order else last
+    """Write n× at the fast end of an order's line, where it leaves the figure."""
+    size = min(abs(last), top / order) if order else abs(last)
+    inwards = -1 if last > 0.0 else 1
     axes.annotate(
         f"{order:g}×",
-        (end * PER_MINUTE, order * end * _HERTZ),
-        xytext=(-4, -4),
+        (np.copysign(size, last) * PER_MINUTE, order * size * _HERTZ),
+        xytext=(4 * inwards, -4),
         textcoords="offset points",
-        ha="right",
+        ha="right" if inwards < 0 else "left",
         va="top",
         color="0.35",
         fontsize=9,

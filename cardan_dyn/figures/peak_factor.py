@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from analytic.damped_impact import damped_peak
-from analytic.impact import peak_factor as factor_of
-from analytic.impact import peak_factor_limits
+from analytic.peak_factor import peak_factor as factor_of
+from analytic.peak_factor import peak_factor_limits
 
 from ..clearance.impact_model import ImpactModel
 from ..clearance.joint_scan import Reversal

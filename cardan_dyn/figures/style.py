@@ -37,6 +37,8 @@ _LINES: tuple[tuple[str, Any], ...] = (
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 POINTS = 36
 """About how many points are drawn of a result: every 10° of a revolution, clear of each other."""
+SPEED = "speed [1/min]"
+"""Label of an abscissa of speeds of rotation."""
 PER_MINUTE = 30.0 / np.pi
 """A speed of rotation of 1 rad/s [1/min]."""
 TITLE_SIZE = 11
@@ -270,6 +272,25 @@ def abscissa(name: str, values: ArrayLike) -> Array:
     if course.ndim != 1 or not len(course) or not np.all(np.isfinite(course)):
         raise ArgumentError(f"{name} has shape {course.shape}, expected finite numbers (N,)")
     return course
+
+
+def ordinates(name: str, values: ArrayLike, at: Array, count: int | None = None) -> Array:
+    """Return curves `(N, m)` over an abscissa, a column for each.
+
+    Args:
+        name: how messages call them.
+        values: of the curves.
+        at: the abscissa `(N,)`.
+        count: m, if it is known.
+
+    Raises:
+        ArgumentError: they have another shape.
+    """
+    lines = np.asarray(values, dtype=float)
+    if lines.ndim != 2 or len(lines) != len(at) or count not in (None, lines.shape[1]):
+        expected = f"({len(at)}, {'m' if count is None else count})"
+        raise ArgumentError(f"{name!r} has shape {lines.shape}, expected {expected}")
+    return lines
 
 
 def ordinate(name: str, values: ArrayLike, at: Array) -> Array:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..errors import ArgumentError
 from .style import (
     PER_MINUTE,
+    SPEED,
     Figure,
     abscissa,
     angle_axis,
@@ -21,12 +22,21 @@ from .style import (
     legend,
     line_style,
     ordinate,
+    ordinates,
     point_style,
 )
 
+_ROUNDING = 1e-9
+"""Part of the greatest entry of a matrix below which another one is rounding."""
+
 
 def over_revolution(
-    position: ArrayLike, values: ArrayLike, names: Sequence[str], *, title: str = ""
+    position: ArrayLike,
+    values: ArrayLike,
+    names: Sequence[str],
+    *,
+    unit: str = "rad, m",
+    title: str = "",
 ) -> Figure:
     """Draw coordinates over a revolution of the drive.
 
@@ -34,21 +44,19 @@ def over_revolution(
         position: of the drive `(P,)` [rad].
         values: `(P, n)` [rad, or m of slides].
         names: of the coordinates, n.
+        unit: of the coordinates.
         title: of the figure.
 
     Raises:
         ArgumentError: shapes that do not match.
     """
-    at, courses = abscissa("position", position), np.asarray(values, dtype=float)
-    if courses.shape != (len(at), len(names)):
-        raise ArgumentError(
-            f"values have shape {courses.shape}, expected (P, n) = {(len(at), len(names))}"
-        )
+    at = abscissa("position", position)
+    courses = ordinates("values", values, at, len(names))
     figure, axes = axes_grid()
     for index, name in enumerate(names):
         axes.plot(np.rad2deg(at), courses[:, index], **curve_style(index, len(at)), label=name)
     angle_axis(axes, "position of the drive [°]", at)
-    axes.set_ylabel("free coordinates [rad, m]")
+    axes.set_ylabel(f"free coordinates [{unit}]")
     axes.set_title(title)
     legend(figure, min(len(names), 4))
     return figure
@@ -59,9 +67,11 @@ def coefficients(
 ) -> Figure:
     """Draw the entries of matrices over the position of the drive, an axes for each matrix.
 
+    Entries that are rounding beside the others of their matrix are left out.
+
     Args:
         position: of the drive `(N,)` [rad].
-        matrices: by name `(N, n, n)`.
+        matrices: by name, with its unit `(N, n, n)`.
         names: of the n coordinates.
 
     Raises:
@@ -76,8 +86,11 @@ def coefficients(
             raise ArgumentError(
                 f"{what} has shape {values.shape}, expected {(len(at), size, size)}"
             )
+        least = _ROUNDING * float(np.max(np.abs(values), initial=0.0))
         for index in range(size * size):
             row, column = divmod(index, size)
+            if np.max(np.abs(values[:, row, column])) <= least:
+                continue
             entry = names[row] if row == column else f"{names[row]}, {names[column]}"
             style = curve_style(index, len(at))
             panel.plot(np.rad2deg(at), values[:, row, column], **style, label=entry)
@@ -106,9 +119,7 @@ def orbits(paths: Mapping[str, ArrayLike], *, labels: tuple[str, str], title: st
         axes.plot(path[:, 0], path[:, 1], **line_style(index), label=name)
         axes.plot(*path[:1].T, **{**point_style(index), "marker": "o"})
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel(labels[0])
-    axes.set_ylabel(labels[1])
-    axes.set_title(title)
+    axes.set(xlabel=labels[0], ylabel=labels[1], title=title)
     legend(figure, 2)
     return figure
 
@@ -143,10 +154,48 @@ def run_up(
         height = ordinate(name, heights, speeds)
         for sign, text in ((1.0, name), (-1.0, None)):
             axes.plot(speeds * PER_MINUTE, sign * height, **line_style(index), label=text)
-    axes.set_xlabel("speed [1/min]")
-    axes.set_ylabel(f"free coordinate [{unit}]")
-    axes.set_title(title)
+    axes.set(xlabel=SPEED, ylabel=f"free coordinate [{unit}]", title=title)
     legend(figure, 3)
+    return figure
+
+
+def torque_over_speed(
+    speed: ArrayLike,
+    torque: ArrayLike,
+    *,
+    available: ArrayLike | None = None,
+    barriers: Sequence[tuple[float, float]] = (),
+    held: float | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw the mean torque that motions absorb over speed, beside what a drive has.
+
+    Args:
+        speed: of rotation `(S,)` [rad/s].
+        torque: absorbed `(S,)` [N·m].
+        available: of the drive `(S,)`, if it is driven by a torque.
+        barriers: speeds and torques of resonances, each marked.
+        held: speed at which the drive stays, if it does.
+        title: of the figure.
+
+    Raises:
+        ArgumentError: shapes that do not match.
+    """
+    at = np.asarray(speed, dtype=float)
+    figure, axes = axes_grid()
+    axes.plot(at * PER_MINUTE, ordinate("torque", torque, at), **line_style(0), label="absorbed")
+    if available is not None:
+        given = ordinate("available", available, at)
+        axes.plot(at * PER_MINUTE, given, **line_style(1), label="of the drive")
+    for index, (place, height) in enumerate(barriers):
+        label = "" if index else "barrier"
+        axes.plot(place * PER_MINUTE, height, **point_style(2), label=label or None)
+    if held is not None:
+        axes.axvline(held * PER_MINUTE, color="0.55", linewidth=0.9, linestyle=":", label="held")
+    axes.set_xlabel("speed [1/min]")
+    axes.set_ylabel("mean torque [N·m]")
+    axes.set_title(title)
+    legend(figure, 4)
     return figure
 
 
@@ -161,16 +210,13 @@ def multipliers(speed: ArrayLike, sizes: ArrayLike, *, title: str = "") -> Figur
     Raises:
         ArgumentError: shapes that do not match.
     """
-    at, every = abscissa("speed", speed), np.asarray(sizes, dtype=float)
-    if every.ndim != 2 or len(every) != len(at):
-        raise ArgumentError(f"sizes have shape {every.shape}, expected (S, m) with S = {len(at)}")
+    at = abscissa("speed", speed)
+    every = ordinates("sizes", sizes, at)
     figure, axes = axes_grid()
     for index in range(every.shape[1]):
         style = curve_style(index, len(at))
         axes.plot(at * PER_MINUTE, every[:, index], **style, label=f"multiplier {index + 1}")
     axes.axhline(1.0, color="0.55", linewidth=0.9, linestyle=":")
-    axes.set_xlabel("speed [1/min]")
-    axes.set_ylabel("size of multipliers")
-    axes.set_title(title)
+    axes.set(xlabel=SPEED, ylabel="size of multipliers", title=title)
     legend(figure, 4)
     return figure

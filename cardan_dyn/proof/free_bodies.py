@@ -346,11 +346,14 @@ def _covered_bodies(frames: Frames, claimed: Collection[int]) -> Array:
 def _of_slides(twists: Twists, massive: MassiveBodies, claim: Claim, length: float) -> Array:
     """Return `(N,)` what the rounding of slides adds to the size of inertial terms [N·m].
 
-    Slides whose motions cancel leave a body where it is, but their rounding does not cancel.
+    Slides whose motions cancel leave a body where it is, but their rounding does not cancel. Nor
+    does that of a velocity times the momentum along it, all there is where a body slides steadily.
     """
     slides = twists.rates[twists.sliding]
-    greatest = np.abs(claim.a.take(slides, 1)).max(axis=1, initial=0.0)
-    return np.asarray(massive.greatest_mass * length * greatest)
+    fastest, greatest = (
+        np.abs(values.take(slides, 1)).max(axis=1, initial=0.0) for values in (claim.v, claim.a)
+    )
+    return np.asarray(massive.greatest_mass * (length * greatest + fastest**2))
 
 
 def _power(efforts: Array, rates: Array) -> Array:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described, numbers
+from ..checks import described, number
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import (
     AccuracyError,
@@ -256,7 +256,7 @@ def checked_tolerance(tolerance: object) -> float:
     Raises:
         ArgumentError: it is no number or out of range.
     """
-    value = _number("tolerance", tolerance)
+    value = number("tolerance", tolerance)
     if not _LEAST_TOLERANCE <= value < 1.0:
         raise ArgumentError(f"tolerance is {value:g}, expected {_LEAST_TOLERANCE:g} … 1")
     return value
@@ -331,14 +331,7 @@ def _pair(interval: object) -> tuple[float, float]:
     has_length = not isinstance(interval, np.ndarray) or interval.ndim > 0
     if not (isinstance(interval, (tuple, list, np.ndarray)) and has_length and len(interval) == 2):
         raise ArgumentError(f"interval is {described(interval)}, expected (low, high)")
-    return _number("interval[0]", interval[0]), _number("interval[1]", interval[1])
-
-
-def _number(name: str, value: object) -> float:
-    array = numbers(name, value)
-    if array.ndim:
-        raise ArgumentError(f"{name} has shape {array.shape}, expected a number")
-    return float(array)
+    return number("interval[0]", interval[0]), number("interval[1]", interval[1])
 
 
 def _check_positions(domain: Domain) -> Array:

@@ -57,7 +57,7 @@ class ElementEfforts:
 
     Attributes:
         is_conservative: whether all elements are springs without damping.
-        has_functions: whether actuators follow functions of time.
+        has_functions: whether actuators follow functions.
     """
 
     def __init__(self, mechanism: Mechanism, elements: Sequence[Element]) -> None:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described, flag, mapping, numbers, whole
+from ..checks import flag, mapping, positive, whole
 from ..dynamics.problem_solver import ProblemSolver
 from ..elements.pin_contact import PinContact
 from ..elements.recorded_contact import RecordedContact
@@ -136,8 +136,8 @@ def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
         ArgumentError, ModelError, AssemblyError, SingularConfigurationError: see `Scene.simulate`.
     """
     problem = solver.problem
-    duration = _positive("duration", asked.duration)
-    rtol = _positive("rtol", asked.rtol)
+    duration = positive("duration", asked.duration)
+    rtol = positive("rtol", asked.rtol)
     if rtol < _FINEST:
         raise ArgumentError(f"rtol is {rtol:g}, below rounding; the least is {_FINEST:g}")
     if rtol >= 1.0:
@@ -156,25 +156,13 @@ def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
         begun.v[0].copy(),
         forces_of(solver, asked.loads),
         rtol,
-        rtol if asked.atol is None else _positive("atol", asked.atol),
-        None if asked.step is None else _positive("step", asked.step),
+        rtol if asked.atol is None else positive("atol", asked.atol),
+        None if asked.step is None else positive("step", asked.step),
         watched(asked.events),
         Progress(asked.progress, duration),
         flag("settle", asked.settle),
         whole("most_touches", asked.most_touches),
     )
-
-
-def _positive(label: str, value: Any) -> float:
-    """Return a positive number.
-
-    Raises:
-        ArgumentError: it is none.
-    """
-    number = numbers(label, value)
-    if number.ndim or not number > 0.0:
-        raise ArgumentError(f"{label} is {described(value)}, expected a positive number")
-    return float(number)
 
 
 def forces_of(solver: ProblemSolver, loads: Any = None) -> Forces:

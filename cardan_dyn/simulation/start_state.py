@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described, mapping, numbers
+from ..checks import mapping, number, numbers
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, CardanError, choices
 from ..problem.coordinate_names import check_single
@@ -105,15 +105,13 @@ def _given(solver: ProblemSolver, label: str, value: Any) -> dict[str, float]:
         check_single(mechanism, name, f"a key of {label},")
         if name not in mechanism.coordinates.named:
             raise ArgumentError(f"{label}[{name!r}]: the scene solves this joint as a ball")
-        number = numbers(f"{label}[{name!r}]", item)
-        if number.ndim:
-            raise ArgumentError(f"{label}[{name!r}] is {described(item)}, expected one number")
+        given = number(f"{label}[{name!r}]", item)
         if name in solver.problem.held:
             raise ArgumentError(
                 f"{label}[{name!r}]: the scene holds this joint; drives: "
                 f"{choices(solver.problem.drives)}"
             )
-        result[name] = float(number)
+        result[name] = given
     return result
 
 

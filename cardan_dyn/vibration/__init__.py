@@ -13,6 +13,7 @@ from .linearisation import Linearisation, linearise
 from .periodic_motion import PeriodicMotion, periodic_motion
 from .regions import Region
 from .run_up import RunUp, run_up
+from .torque_curve import TorqueBarrier
 
 __all__ = [
     "Campbell",
@@ -24,6 +25,7 @@ __all__ = [
     "PeriodicMotion",
     "Region",
     "RunUp",
+    "TorqueBarrier",
     "campbell",
     "critical_speeds",
     "floquet",

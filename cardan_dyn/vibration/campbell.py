@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import pairwise, permutations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import ArgumentError
-from .averaged import Modes, modes
+from ..checks import positives
+from .averaged import Modes, averaged, modes
 from .coexisting import smallest
+from .correction import refuse_unheld
 from .motion_search import MotionSearch
-from .periodic_motion import limit, refuse_missed
+from .periodic_motion import refuse_missed, search_of
 from .result import Result, frame_of
-from .rotating_scene import rotating_scene, speeds_of
-from .whirl import WhirlSense, sense_name
+from .rotating_scene import speeds_of
+from .whirl import WhirlSense, clear_senses, sense_name
 
 if TYPE_CHECKING:
     import pandas
@@ -40,7 +41,8 @@ class Campbell(Result):
         frequency: damped natural angular frequencies `(S, n)` [rad/s]; 0 where a mode creeps.
         decay: real parts of the eigenvalues `(S, n)` [1/s], negative where modes decay.
         log_decrement: `(S, n)`; NaN where a mode creeps.
-        amplification: amplification factor 1/(2ζ) `(S, n)`, infinite without damping.
+        amplification: amplification factor 1/(2ζ) `(S, n)`, infinite without damping; NaN where a
+            mode creeps.
         shape: complex mode shapes `(S, n, n)`: of coordinates, by modes.
         whirl: `(S, n)` from -1, backward, to +1, forward; about 0 where a mode swings in a plane.
     """
@@ -54,29 +56,25 @@ class Campbell(Result):
     shape: Array
     whirl: Array
 
-    @property
-    def free(self) -> tuple[str, ...]:
-        """Names of the free coordinates."""
-        return self.scene.drives[1:]
-
     def separation_margin(self, orders: Any = (1, 2, 4)) -> Array:
         """Return the distance `(S, n)` of each mode from the nearest order, as a fraction of it.
 
         Args:
-            orders: cycles per revolution of the drive that excite.
+            orders: cycles per revolution of the drive that excite, a number or `(K,)`.
+
+        Raises:
+            ArgumentError: an order is no positive number.
         """
-        lines = np.abs(self.speed)[:, None] * np.atleast_1d(np.asarray(orders, dtype=float))
-        if not lines.size or np.any(lines <= 0.0):
-            raise ArgumentError(f"orders is {orders!r}, expected positive numbers")
+        lines = np.abs(self.speed)[:, None] * positives("orders", orders)
         gaps = np.abs(self.frequency[:, :, None] - lines[:, None, :]) / lines[:, None, :]
         return np.asarray(np.min(gaps, axis=2))
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return a row for each speed and mode."""
+        """Return a row for each speed and mode, which are counted from 1 as in figures."""
         rows = [
             {
                 "speed": speed,
-                "mode": mode,
+                "mode": mode + 1,
                 "frequency": self.frequency[row, mode],
                 "decay": self.decay[row, mode],
                 "log_decrement": self.log_decrement[row, mode],
@@ -90,11 +88,20 @@ class Campbell(Result):
         names = ("speed", "mode", "frequency", "decay", "log_decrement", "amplification", "whirl")
         return frame_of(rows, dict(zip(names, units, strict=True)))
 
-    def plot(self, orders: Any = (1, 2, 4)) -> Figure:
-        """Draw natural frequencies over speed, with the lines of orders."""
+    def plot(self, orders: Any = (1, 2, 4), *, critical: Any = None) -> Figure:
+        """Draw natural frequencies over speed, with the lines of orders.
+
+        Args:
+            orders: cycles per revolution of the drive, one or several.
+            critical: speeds and frequencies `(C, 2)` that are marked [rad/s].
+
+        Raises:
+            ArgumentError: orders are no numbers.
+        """
         from ..figures.critical_speeds import campbell
 
-        return campbell(self.speed, self.frequency, orders=orders, whirl=self.whirl)
+        whirl = clear_senses(self.whirl)
+        return campbell(self.speed, self.frequency, orders=orders, whirl=whirl, critical=critical)
 
     def __repr__(self) -> str:
         return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds>"
@@ -107,15 +114,15 @@ def campbell(
 
     Args:
         scene: its other drives are free.
+        speed: of the drive, a number or `(S,)` [rad/s].
         drive: see `periodic_motion`.
         within: see `periodic_motion`.
-        speed: of the drive `(S,)` [rad/s].
 
     Raises:
         CardanError: see `periodic_motion`.
     """
     speeds, _ = speeds_of(speed)
-    return campbell_of(MotionSearch(rotating_scene(scene, drive), limit("within", within)), speeds)
+    return campbell_of(search_of(scene, drive, within), speeds)
 
 
 def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
@@ -126,24 +133,23 @@ def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
     value, shapes = np.full(shape, missing), np.full((*shape, free), missing)
     whirl = np.full(shape, np.nan)
     senses: dict[float, WhirlSense] = {}
-    for motions in smallest(search, speeds)[0]:
+    every_motion, _ = smallest(search, speeds)
+    refuse_missed(search, speeds)
+    refuse_unheld(every_motion)
+    for motions in every_motion:
         equation = motions.model.equation(motions.course)
-        found = modes(
-            *(
-                np.mean(item, axis=1)
-                for item in (equation.mass, equation.damping, equation.stiffness)
-            )
-        )
+        found = modes(*averaged(equation))
         value[motions.index], shapes[motions.index] = found.value, found.shape
         for index in motions.index.tolist():
             sense = float(np.sign(speeds[index]))
             if sense not in senses:
                 middle = np.mean(motions.course.q[0], axis=0)
                 senses[sense] = WhirlSense(search.rotating, middle, sense)
+            shapes[index] = senses[sense].parted(value[index], shapes[index])
             whirl[index] = senses[sense].of(shapes[index])
-    refuse_missed(search, speeds)
-    for before, row in zip(range(len(speeds) - 1), range(1, len(speeds)), strict=True):
-        order = _followed(shapes[before], value[before], shapes[row], value[row])
+    # Speeds without a motion stand between those that continue each other.
+    for before, row in pairwise(np.nonzero(np.all(np.isfinite(value), axis=1))[0].tolist()):
+        order = followed(shapes[before], value[before], shapes[row], value[row])
         value[row], shapes[row], whirl[row] = (
             value[row, order],
             shapes[row][:, order],
@@ -162,10 +168,10 @@ def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
     )
 
 
-def _followed(before: Array, value_before: Array, shapes: Array, value: Array) -> Array:
+def followed(before: Array, value_before: Array, shapes: Array, value: Array) -> Array:
     """Return the order `(n,)` in which modes continue those of the speed before."""
     count = shapes.shape[1]
-    if not (np.all(np.isfinite(before)) and np.all(np.isfinite(shapes))) or count == 1:
+    if count == 1:
         return np.arange(count)
     sizes = np.linalg.norm(before, axis=0)[:, None] * np.linalg.norm(shapes, axis=0)
     likeness = np.abs(before.conj().T @ shapes) / sizes

@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 
 from ..arrays import Array
-from .averaged import modes
+from .averaged import averaged, modes
 from .harmonic_balance import ROUGHLY, solved
 from .linear_motions import linear_motions
 from .model_build import ROUGH
@@ -24,8 +24,8 @@ from .reduced_model import ReducedModel
 _WINDOW = 0.2
 """Relative distance from a forced resonance within which other motions are searched."""
 _MOST_ORDER = 12
-_MULTIPLES = 5
-"""Nodes of a search, as a multiple of the order of the resonance."""
+_MULTIPLES, _NODES = 8, 9
+"""Nodes of a search, by the order of the resonance: a multiple of it, and some."""
 _LARGE = 5e-3
 """Amplitude, in units of the coordinates, from which on a motion is large enough for others."""
 _BENT = 3e-3
@@ -78,17 +78,20 @@ def coexisting(
     Args:
         search: that found the motions.
         motions: one for each speed.
-        is_thorough: whether neighbouring speeds are searched as well. Without, they are where what
-            was found cannot be all, since motions come in pairs of opposite signs.
+        is_thorough: whether neighbouring speeds and the widest range are searched as well. Without,
+            they are where what was found cannot be all, since motions come in pairs of opposite
+            signs.
     """
     middle = np.mean(motions.course.q, axis=1)
-    size = np.max(np.abs(motions.course.q - middle[:, None]) / search.rotating.units, axis=(1, 2))
+    size = _sizes(motions, search.rotating.units)
     linear, _ = linear_motions(motions)
     bent = np.max(np.abs(linear - motions.course.q) / search.rotating.units, axis=(1, 2))
     # Where the linear equation gives the same motion, nothing bends its resonance back.
     size = np.where(bent > _BENT * size, size, 0.0)
     resonances = _resonances(motions)
-    near = [index for index in range(len(size)) if size[index] > _LARGE and resonances[index]]
+    # A motion of sign -1 is never alone.
+    is_large = (size > _LARGE) | (motions.sign < 0.0)
+    near = [index for index in range(len(size)) if is_large[index] and resonances[index]]
     if not near:
         return []
     centre = np.mean(middle[near], axis=0)
@@ -97,10 +100,15 @@ def coexisting(
     for index in near:
         known.add((index, 0), motions.course.q[index], float(motions.sign[index]))
     _search(rough, motions, resonances, near, known, is_thorough)
+    again = near
     if not is_thorough:
-        odd = [index for index in near if sum(sign for _, sign in known.at((index, 0))) != 1.0]
-        if odd:
-            _search(rough, motions, resonances, odd, known, is_thorough=True)
+        again = [index for index in near if sum(sign for _, sign in known.at((index, 0))) != 1.0]
+        if again:
+            _search(rough, motions, resonances, again, known, is_thorough=True)
+    if again:
+        wide = search.widest(centre, search.within, ROUGH)
+        if np.any(wide.half > rough.half):
+            _search(wide, motions, resonances, again, known, is_thorough=True)
     return _refined(search, motions, [(index, known.at((index, 0))[1:]) for index in near])
 
 
@@ -132,7 +140,7 @@ def _search(
     for index in near:
         # Motions near a resonance have multiples of its order.
         orders = max(order for order, _ in resonances[index])
-        model = rough.on(max(rough.count, next_size(_MULTIPLES * orders + 1)))
+        model = rough.on(max(rough.count, next_size(_MULTIPLES * orders + _NODES)))
         middle = np.mean(motions.course.q[index], axis=0)
         own = [
             guess
@@ -199,13 +207,13 @@ def smallest(search: MotionSearch, speeds: Array) -> tuple[list[Motions], Array]
         search: of the scene; it keeps which speeds have none.
         speeds: `(S,)` [rad/s].
     """
-    counts, chosen = np.zeros(len(speeds), dtype=int), []
+    counts, chosen, units = np.zeros(len(speeds), dtype=int), [], search.rotating.units
     for motions in search.primary(speeds):
         others = coexisting(search, motions)
-        sizes = dict(zip(motions.index.tolist(), _sizes(motions).tolist(), strict=True))
+        sizes = dict(zip(motions.index.tolist(), _sizes(motions, units).tolist(), strict=True))
         better: dict[int, Motions] = {}
         for other in others:
-            (index,), (size,) = other.index.tolist(), _sizes(other).tolist()
+            (index,), (size,) = other.index.tolist(), _sizes(other, units).tolist()
             counts[index] += 1
             if size < sizes[index]:
                 sizes[index], better[index] = size, other
@@ -214,10 +222,10 @@ def smallest(search: MotionSearch, speeds: Array) -> tuple[list[Motions], Array]
     return [item for item in chosen if len(item.index)], counts
 
 
-def _sizes(motions: Motions) -> Array:
-    """Return how far motions go from their means `(S,)`."""
+def _sizes(motions: Motions, units: Array) -> Array:
+    """Return how far motions go from their means `(S,)`, in units of the coordinates `(n,)`."""
     q = motions.course.q
-    return np.max(np.abs(q - np.mean(q, axis=1, keepdims=True)), axis=(1, 2))
+    return np.asarray(np.max(np.abs(q - np.mean(q, axis=1, keepdims=True)) / units, axis=(1, 2)))
 
 
 def _ratio(step: int) -> float:
@@ -244,14 +252,14 @@ def _guesses(
 def _resonances(motions: Motions) -> list[list[tuple[int, Array]]]:
     """Return for each motion the orders and mode shapes that are near a forced resonance."""
     equation = motions.model.equation(motions.course)
-    found = modes(
-        *(np.mean(item, axis=1) for item in (equation.mass, equation.damping, equation.stiffness))
-    )
+    found = modes(*averaged(equation))
     base = np.abs(motions.course.speed) * 2.0 * np.pi / motions.model.period
     ratio = found.frequency / base[:, None]
     orders = np.rint(ratio)
     near = (orders >= 1) & (orders <= _MOST_ORDER)
-    near &= np.abs(ratio - orders) <= _WINDOW * np.maximum(orders, 1.0)
+    # What is about a motion of sign -1 says little of where the others have their resonance.
+    window = np.where(motions.sign < 0.0, 1.0, _WINDOW)[:, None]
+    near &= np.abs(ratio - orders) <= window * np.maximum(orders, 1.0)
     return [
         [
             (int(orders[index, mode]), found.shape[index, :, mode])

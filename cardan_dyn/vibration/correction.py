@@ -11,12 +11,17 @@ from ..errors import AccuracyError, VibrationError
 from .efforts import FreeEfforts
 from .harmonic_balance import course_of, jacobian, newton_steps
 from .motion_search import Motions
-from .reduced_model import Course, ReducedModel
+from .reduced_model import Course, LocalEquation, ReducedModel
 
 _STEPS = 3
+"""Newton steps, each with the derivatives of the interpolated equation."""
 _MOST_CONDITION = 1e12
 """Condition number of the equation's Jacobian from which on its motion may be anywhere: that of
 stiff scenes with many orders is about 1e7."""
+_LOOKED_AT = 3
+"""Motions of a group that tell whether nothing holds a coordinate."""
+_MOVED = 0.5
+"""Share of the mean in what a singular equation leaves open, from which on it moves a motion."""
 _WORST = 1e-7
 """Effort, as a fraction of its terms, that may be left along a motion: interpolation leaves about
 1e-12, and orders beyond the nodes what their number allows."""
@@ -40,8 +45,8 @@ def corrected(efforts: FreeEfforts, motions: Motions) -> tuple[Motions, Array]:
     model, course = motions.model, motions.course
     equation = model.equation(course)
     matrix = jacobian(equation, course.speed, model.period)
-    _refuse_singular(matrix, course.speed)
     scale = np.where(equation.scale > 0.0, equation.scale, 1.0)[:, None]
+    _refuse_singular(_scaled(model, equation, course.speed), course.speed)
     left = along(efforts, model, course)
     best, least = course, np.max(np.abs(left) / scale, axis=(1, 2))
     for _ in range(_STEPS):
@@ -72,15 +77,58 @@ def corrected(efforts: FreeEfforts, motions: Motions) -> tuple[Motions, Array]:
     return replace(motions, course=best), residual
 
 
+def refuse_unheld(found: list[Motions]) -> None:
+    """Refuse motions whose free coordinates may be anywhere, since nothing holds one of them.
+
+    A few motions of each group are looked at. At an undamped resonance the equation is singular as
+    well, but what is left open there swings about the same mean.
+
+    Args:
+        found: groups of motions.
+
+    Raises:
+        VibrationError: all that are looked at may be moved as a whole.
+    """
+    for motions in found:
+        size = len(motions.index)
+        part = motions.part(np.unique(np.linspace(0, size - 1, _LOOKED_AT).astype(int)))
+        model, course = part.model, part.course
+        for matrix in _scaled(model, model.equation(course), course.speed):
+            if _condition(matrix) < _MOST_CONDITION:
+                return
+            left_open = np.linalg.svd(matrix)[2][-1].reshape(len(model.half), -1)
+            mean = np.mean(left_open, axis=1)
+            if np.linalg.norm(mean) * np.sqrt(left_open.shape[1]) < _MOVED:
+                return
+    if found:
+        raise VibrationError(
+            "nothing holds a free coordinate, which then has no mean: give it a spring",
+            speed=float(found[0].course.speed[0]),
+        )
+
+
+def _scaled(model: ReducedModel, equation: LocalEquation, speed: Array) -> Array:
+    """Return the equation's Jacobian `(S, K, K)` in units of the ranges and of its rows."""
+    count, free = equation.efforts.shape[1:]
+    matrix = jacobian(equation, speed, model.period) * np.repeat(model.half, count)
+    rows = np.max(np.abs(matrix).reshape(len(speed), free, -1), axis=2)
+    rows = np.repeat(np.where(rows > 0.0, rows, 1.0), count, axis=1)
+    return np.asarray(matrix / rows[:, :, None])
+
+
+def _condition(matrix: Array) -> Array:
+    """Return condition numbers of matrices `(..., K, K)`, not finite where they are singular."""
+    with np.errstate(all="ignore"):
+        return np.asarray(np.linalg.cond(matrix, 1))
+
+
 def _refuse_singular(matrix: Array, speed: Array) -> None:
     """Refuse motions at which the Jacobian `(S, K, K)` of the equation is singular.
 
     Raises:
         VibrationError: there is one.
     """
-    with np.errstate(all="ignore"):
-        conditions = np.linalg.cond(matrix, 1)
-    for condition, at in zip(conditions.tolist(), speed.tolist(), strict=True):
+    for condition, at in zip(_condition(matrix).tolist(), speed.tolist(), strict=True):
         if not condition < _MOST_CONDITION:
             raise VibrationError(
                 f"the motion at {at:.12g} rad/s is not isolated: its equation is singular. Either "

@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import flag
+from ..checks import flag, positives
 from ..errors import ArgumentError, VibrationError
 from .campbell import Campbell, campbell_of
+from .crossings import Crossing, crossings
 from .linear_motions import resting
 from .motion_search import MotionSearch
-from .periodic_grid import amplitudes
-from .periodic_motion import limit
+from .periodic_grid import amplitudes, orders_of
+from .periodic_motion import search_of
 from .regions import Region, regions
 from .result import Result, frame_of
-from .rotating_scene import rotating_scene, speeds_of
+from .rotating_scene import speeds_of
 from .stability import stability
 from .whirl import sense_name
 
@@ -35,7 +36,12 @@ _HIGHEST = 8
 """Highest order that is looked at unless others are asked for."""
 _HALF_WIDTHS = 3.0
 """Range around a crossing in which the greatest amplitude is looked for, in half-power widths."""
+_WIDEST = 0.5
+"""The same at the most, as a fraction of the speed, where an order follows a frequency closely."""
 _PLACES, _ROUNDS = 13, 4
+"""Speeds at which that range is looked at, and rounds, each some five times as fine as the last."""
+_ASIDE = 1e-3
+"""Distance from an undamped resonance, as a fraction of the speed, at which motions are small."""
 _LEAST_DAMPING = 1e-7
 """Damping ratio below which a resonance counts as undamped: its amplitude has no bound."""
 
@@ -48,14 +54,17 @@ class CriticalSpeed(NamedTuple):
             the mode is damped, else of the crossing; of the fastest growth of an instability.
         kind: `resonance`, or that of an instability, see `Floquet`.
         order: cycles per revolution of the drive; NaN for an instability.
-        mode: number of the mode at the lowest speed, -1 for an instability.
+        mode: number of the mode, from 1, by ascending frequency at the lowest speed, 0 for an
+            instability; its column in `campbell` is one less.
         frequency: of the mode there [rad/s]; NaN for an instability.
         whirl: `forward`, `backward`, `planar`; empty for an instability.
         severity: greatest amplitude that the mode gives a free coordinate at that order [rad or
-            m], infinite without damping, NaN where motions near it were not found, as they are
+            m], infinite without damping, 0 where
+            the order does not move the mode, NaN where motions near it were not found, as they are
             larger than `within` allows; growth rate of an instability [1/s].
         amplification: amplification factor 1/(2ζ) of the mode; NaN for an instability.
-        lower, upper: edges of an instability; speeds of half power of a resonance [rad/s].
+        lower, upper: edges of an instability; speeds of half power of a resonance, to first order
+            in its damping ratio [rad/s].
     """
 
     speed: float
@@ -104,8 +113,9 @@ class CriticalSpeeds(Result):
         }
 
     def stored(self) -> dict[str, Any]:
-        """Return what `save` writes."""
-        return {**super().stored(), **{f"table.{name}": of for name, of in self.table.items()}}
+        """Return what `save` writes, of the rows a column for each field."""
+        stored = {name: value for name, value in super().stored().items() if name != "rows"}
+        return {**stored, **{f"table.{name}": of for name, of in self.table.items()}}
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each critical speed."""
@@ -115,16 +125,8 @@ class CriticalSpeeds(Result):
 
     def plot(self) -> Figure:
         """Draw natural frequencies over speed with the orders, and the critical speeds."""
-        from ..figures.critical_speeds import campbell
-
         points = [(row.speed, row.frequency) for row in self.rows if row.kind == "resonance"]
-        return campbell(
-            self.campbell.speed,
-            self.campbell.frequency,
-            orders=self.orders,
-            whirl=self.campbell.whirl,
-            critical=np.array(points).reshape(-1, 2) if points else None,
-        )
+        return self.campbell.plot(self.orders, critical=points or None)
 
     def __str__(self) -> str:
         lines = [f"critical speeds from {self.low:g} to {self.high:g} rad/s"]
@@ -140,6 +142,8 @@ class CriticalSpeeds(Result):
                     f"- {row.lower:.6g} to {row.upper:.6g} rad/s: {row.kind}, growth "
                     f"{row.severity:.3g}/s"
                 )
+        if not self.rows:
+            lines.append("none")
         return "\n".join(lines)
 
     __repr__ = __str__
@@ -159,11 +163,12 @@ def critical_speeds(
     Args:
         scene: see `periodic_motion`.
         speed: the two ends of the range, or speeds at which modes are found `(S,)` [rad/s].
-        orders: cycles per revolution of the drive that are looked at; all up to 8 that force the
-            free coordinates if None.
+        orders: cycles per revolution of the drive that are looked at, one or several; all up to 8
+            that force the free coordinates if None. Orders that the motion does not have, such as
+            2.5, have no severity.
         drive: see `periodic_motion`.
-        within: see `periodic_motion`.
         instabilities: whether unstable intervals are looked for.
+        within: see `periodic_motion`.
 
     Raises:
         VibrationError: no periodic motion was found.
@@ -175,14 +180,15 @@ def critical_speeds(
     if len(speeds) == 2:
         speeds = np.linspace(speeds[0], speeds[1], _SPEEDS)
     instabilities = flag("instabilities", instabilities)
-    search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
+    given = None if orders is None else sorted(set(positives("orders", orders).tolist()))
+    search = search_of(scene, drive, within)
     found = campbell_of(search, speeds)
-    wanted = _exciting(search, speeds) if orders is None else _orders(orders)
+    wanted = _exciting(search, speeds) if given is None else given
     rows = [
-        _resonance(search, found, order, mode, crossing)
+        _resonance(search, order, mode, crossing)
         for order in wanted
         for mode in range(found.frequency.shape[1])
-        for crossing in _crossings(found, order, mode)
+        for crossing in crossings(search, found, order, mode)
     ]
     if instabilities:
         known = stability(search, speeds)
@@ -197,13 +203,6 @@ def critical_speeds(
     )
 
 
-def _orders(given: Any) -> list[float]:
-    orders = np.atleast_1d(np.asarray(given, dtype=float))
-    if orders.ndim != 1 or not np.all(np.isfinite(orders)) or np.any(orders <= 0.0):
-        raise ArgumentError(f"orders is {given!r}, expected positive numbers")
-    return sorted(set(orders.tolist()))
-
-
 def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     """Return the orders up to the highest that force the free coordinates.
 
@@ -214,8 +213,8 @@ def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     for motions in search.primary(speeds[[0, len(speeds) // 2, -1]]):
         efforts = motions.middle.efforts(resting(motions.course))
         forcing = np.max(np.abs(amplitudes(efforts, 1)), axis=(0, 2))
-        orders = 2.0 * np.pi / motions.model.period * np.arange(len(forcing))
-        for order, size in zip(orders.tolist(), forcing.tolist(), strict=True):
+        waves = orders_of(len(forcing), motions.model.period)
+        for order, size in zip(waves.tolist(), forcing.tolist(), strict=True):
             sizes[order] = max(size, sizes.get(order, 0.0))
     if not sizes:
         raise VibrationError(next(iter(search.missed.values())))
@@ -227,45 +226,40 @@ def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     ]
 
 
-def _crossings(found: Campbell, order: float, mode: int) -> list[float]:
-    """Return the speeds at which an order meets a mode's frequency, between those of the modes."""
-    # Speeds without a motion lie at undamped resonances: their neighbours tell where.
-    is_there = np.isfinite(found.frequency[:, mode])
-    speed = found.speed[is_there]
-    gap = order * np.abs(speed) - found.frequency[is_there, mode]
-    places = np.nonzero(gap[1:] * gap[:-1] <= 0.0)[0]
-    shares = gap[places] / (gap[places] - gap[places + 1])
-    return (speed[places] + shares * np.diff(speed)[places]).tolist()
-
-
-def _resonance(
-    search: MotionSearch, found: Campbell, order: float, mode: int, crossing: float
-) -> CriticalSpeed:
+def _resonance(search: MotionSearch, order: float, mode: int, crossing: Crossing) -> CriticalSpeed:
     """Return the critical speed near a crossing."""
-    is_there = np.isfinite(found.frequency[:, mode])
-    near = np.column_stack([found.frequency[:, mode], found.decay[:, mode]])[is_there]
-    row = int(np.argmin(np.where(is_there, np.abs(found.speed - crossing), np.inf)))
-    known = found.speed[is_there]
-    frequency, decay = (float(np.interp(crossing, known, column)) for column in near.T)
-    ratio = -decay / np.hypot(frequency, decay)
-    speed, severity, half = crossing, np.inf, 0.0
+    ratio = -crossing.decay / np.hypot(crossing.frequency, crossing.decay)
+    speed, severity, half = crossing.speed, np.inf, 0.0
     if ratio > _LEAST_DAMPING:
-        half = ratio * abs(crossing)
-        speed, severity = _peak(
-            search, order, crossing, _HALF_WIDTHS * half, found.shape[row], mode
-        )
+        # At half power, order and natural frequency are as far apart as the mode decays.
+        half = abs(crossing.decay / crossing.slope) if crossing.slope else np.inf
+        width = min(_HALF_WIDTHS * half, _WIDEST * abs(speed))
+        speed, severity = _peak(search, order, speed, width, crossing.shapes, crossing.mode)
+    elif not _is_excited(search, order, crossing):
+        severity = 0.0
     return CriticalSpeed(
         speed=float(speed),
         kind="resonance",
         order=order,
-        mode=mode,
-        frequency=frequency,
-        whirl=sense_name(float(found.whirl[row, mode])),
+        mode=mode + 1,
+        frequency=crossing.frequency,
+        whirl=sense_name(crossing.whirl),
         severity=float(severity),
         amplification=float(0.5 / ratio) if ratio > _LEAST_DAMPING else np.inf,
         lower=float(speed - half),
         upper=float(speed + half),
     )
+
+
+def _is_excited(search: MotionSearch, order: float, crossing: Crossing) -> bool:
+    """Return whether an order moves a mode without damping, by what it does beside the crossing."""
+    beside = crossing.speed * (1.0 + _ASIDE * np.array([-1.0, 1.0]))
+    shares = _shares(search, beside, order, crossing.shapes, crossing.mode)
+    every = [
+        _shares(search, beside, order, crossing.shapes, mode)
+        for mode in range(len(crossing.shapes))
+    ]
+    return not np.all(shares <= _EXCITES * np.max(every, axis=0))
 
 
 def _peak(
@@ -302,6 +296,8 @@ def _shares(search: MotionSearch, speeds: Array, order: float, shapes: Array, mo
     sizes = np.full(len(speeds), np.nan)
     for motions in search.primary(speeds):
         waves = amplitudes(motions.course.q, 1)
+        # Where the drive turns back, exp(i order φ) goes the other way in time than modes do.
+        waves = np.where(motions.course.speed[:, None, None] < 0.0, waves.conj(), waves)
         wave = order * motions.model.period / (2.0 * np.pi)
         sizes[motions.index] = 0.0
         if abs(wave - round(wave)) < 1e-9 and round(wave) < waves.shape[1]:
@@ -315,7 +311,7 @@ def _unstable(region: Region) -> CriticalSpeed:
         speed=region.speed,
         kind=region.kind,
         order=np.nan,
-        mode=-1,
+        mode=0,
         frequency=np.nan,
         whirl="",
         severity=region.growth,

@@ -9,7 +9,7 @@ exactly: rigid bodies are quadratic in speeds, dampers linear. A motion is free 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -91,11 +91,29 @@ class FreeEfforts:
         Raises:
             CardanError: as `Scene.sweep`.
         """
-        parts = [
-            self._scene.sweep(positions[span], speeds[span], accelerations[span]).drive_effort
-            for span in _spans(len(positions))
-        ]
-        return np.concatenate(parts)[:, 1:]
+        (efforts,) = self.through(positions, [(speeds, accelerations)])
+        return efforts[:, 1:]
+
+    def through(self, positions: Array, states: Sequence[tuple[Array, Array]]) -> list[Array]:
+        """Return the efforts `(N, 1 + n)` of several motions through the same positions.
+
+        Args:
+            positions: of drive and free coordinates `(N, 1 + n)`.
+            states: speeds and accelerations of each motion, likewise.
+
+        Returns:
+            for each of them the efforts of the drive, then of the free coordinates.
+
+        Raises:
+            CardanError: as `Scene.sweep`.
+        """
+        parts: list[list[Array]] = [[] for _ in states]
+        for span in _spans(len(positions)):
+            assembled = self._scene.assemble(positions[span])
+            for part, (speed, acceleration) in zip(parts, states, strict=True):
+                turn = self._scene.sweep(assembled, speed[span], acceleration[span])
+                part.append(turn.drive_effort)
+        return [np.concatenate(part) for part in parts]
 
     def terms(self, positions: Array) -> Terms:
         """Return the terms of the efforts at positions `(N, 1 + n)`.

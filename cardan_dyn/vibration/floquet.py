@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import flag, mapping, numbers, whole
+from ..checks import flag, mapping, numbers, positive, whole
 from ..dynamics.workers import in_order, shares_of
 from ..errors import ArgumentError
 from .motion_search import MotionSearch
-from .periodic_motion import limit
 from .regions import Region, regions
 from .result import Result, frame_of
 from .rotating_scene import rotating_scene, speeds_of
@@ -41,11 +40,13 @@ class Floquet(Result):
         period: over which the multipliers are taken, in the drive's position [rad]: half a
             revolution where the equation repeats after it.
         multipliers: complex `(..., 2n)`, the greatest first; NaN without a motion.
-        trace, determinant: of the monodromy matrix of (δq, dδq/dφ).
+        trace, determinant: of the monodromy matrix of (δq, dδq/ds), s = |φ| the way of the drive.
         liouville: the determinant once more, by the integral of the damping.
         kind: `stable`; `instability`: a multiplier below -1, motions of twice the period grow;
-            `fold`: above +1; `combination`: two modes together; `flutter`: by loads that turn with
-            their links or whirl, in the averaged equation as well; `no motion`: none was found.
+            `fold`: above +1, motions of the same period meet, or, of an equation that repeats
+            after whole revolutions alone, as by unbalance, those of twice a joint's half grow;
+            `combination`: two modes together; `flutter`: by loads that turn with their links or
+            whirl, in the averaged equation as well; `no motion`: none was found.
         coexisting: number of further motions found beside the smallest, near forced resonances.
             They come in pairs: where it is odd, one was not found, or lies beyond `within`.
         change: greatest change of a monodromy matrix when its integration was refined last.
@@ -91,6 +92,15 @@ class Floquet(Result):
             )
         return self.region[0]
 
+    def stored(self) -> dict[str, Any]:
+        """Return what `save` writes: of `region` a column for each field, and the design."""
+        every = [(design, *row) for design, found in enumerate(self.region) for row in found]
+        columns = zip(*every, strict=True) if every else [()] * (1 + len(Region._fields))
+        names = [f"region.{name}" for name in ("design", *Region._fields)]
+        regions = zip(names, map(np.array, columns), strict=True)
+        stored = {name: value for name, value in super().stored().items() if name != "region"}
+        return {**stored, **(dict(regions) if self.region else {})}
+
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each design and speed."""
         shape = self.kind.shape
@@ -113,17 +123,37 @@ class Floquet(Result):
         )
 
     def plot(self) -> Figure:
-        """Draw multipliers over speed, or a chart of the growth over speed and design."""
-        if self.kind.ndim == 1:
+        """Draw multipliers over speed, or a chart of their kinds over speed and design.
+
+        The ordinate of a chart is the first joint whose positions all differ.
+
+        Raises:
+            ArgumentError: there are several designs, and no such joint.
+        """
+        if self.kind.ndim == 1 or len(self.kind) == 1:
             from ..figures.vibration import multipliers
 
-            return multipliers(self.speed, np.abs(self.multipliers))
+            sizes = np.abs(self.multipliers).reshape(len(self.speed), -1)
+            return multipliers(self.speed, sizes)
         from ..figures.critical_speeds import KINDS, stability_chart
 
-        (angle,) = self.held.values()
-        numbers_of = {name: number for number, name in enumerate(KINDS)}
+        name = next((key for key, of in self.held.items() if len(set(of.tolist())) == len(of)), "")
+        if not name:
+            raise ArgumentError(
+                f"a chart needs a joint whose positions all differ, not {', '.join(self.held)}; "
+                "draw `kind` yourself"
+            )
+        numbers_of = {kind: number for number, kind in enumerate(KINDS)}
         kinds = np.vectorize(lambda kind: numbers_of[str(kind)])(self.kind)
-        return stability_chart(self.speed, angle, kinds.T)
+        rows, columns = np.argsort(self.held[name]), np.argsort(self.speed)
+        others = [key for key in self.held if key != name]
+        return stability_chart(
+            self.speed[columns],
+            self.held[name][rows],
+            kinds[rows][:, columns].T,
+            joint=f"{name} with {', '.join(others)}" if others else name,
+            slides=self.scene.mechanism.coordinates.named[name].slides,
+        )
 
     def __repr__(self) -> str:
         count = int(np.sum(~self.is_stable))
@@ -159,7 +189,7 @@ def floquet(
         CardanError: see `periodic_motion`; speeds without a motion are marked instead.
     """
     workers, edges = whole("workers", workers), flag("edges", edges)
-    within = limit("within", within)
+    within = positive("within", within)
     speeds, _ = speeds_of(speed)
     if edges and (np.any(np.diff(speeds) <= 0.0) or speeds[0] * speeds[-1] < 0.0):
         raise ArgumentError("edges: give ascending speeds of one sense")

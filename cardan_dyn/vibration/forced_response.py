@@ -9,18 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import names
+from ..checks import names, number, numbers, text
 from ..errors import ArgumentError, choices
 from ..results.sweep_data import FRAMES
 from .coexisting import smallest
 from .correction import corrected
 from .linear_motions import linear_motions
 from .motion_search import Motions, MotionSearch
-from .periodic_grid import amplitudes, next_size, nodes
-from .periodic_motion import PeriodicMotion, limit, refuse_missed
-from .reduced_model import Course
-from .result import Result, frame_of
-from .rotating_scene import rotating_scene, speeds_of
+from .periodic_grid import amplitudes, nodes, orders_of
+from .periodic_motion import missed_of, refuse_missed, search_of, states
+from .result import Result, frame_of, unit_of
+from .rotating_scene import speeds_of
 
 if TYPE_CHECKING:
     import pandas
@@ -30,6 +29,9 @@ if TYPE_CHECKING:
 
 COMPONENTS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 _SHOWN = 1e-12
+"""Least amplitude that a table lists, as a fraction of the greatest of its kind."""
+_SAME_ORDER = 1e-9
+"""Difference of two orders that is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,31 +74,31 @@ class ForcedResponse(Result):
     frame: str
     missed: Mapping[float, str] = field(default_factory=dict)
 
-    @property
-    def free(self) -> tuple[str, ...]:
-        """Names of the free coordinates."""
-        return self.scene.drives[1:]
-
     def of(self, name: str, order: float) -> Array:
         """Return the complex amplitude at an order, over speed.
 
         Args:
-            name: of a free coordinate, `(S,)`; or of a joint, `(S, 6)`.
+            name: of a free coordinate, `(S,)`; or of another joint, `(S, 6)`, see `wrench_of`.
             order: cycles per revolution of the drive.
 
         Raises:
             ArgumentError: no such name, or no such order.
         """
-        found = np.nonzero(np.abs(self.order - order) < 1e-9)[0]
-        if not found.size:
-            raise ArgumentError(f"order {order!r} is none of those up to {self.order[-1]:g}")
+        wave = self._wave(number("order", order))
+        if wave is None:
+            raise ArgumentError(f"order {order:g} is none of those up to {self.order[-1]:g}")
         if name in self.free:
-            return self.amplitude[:, found[0], self.free.index(name)]
+            return self.amplitude[:, wave, self.free.index(name)]
         if name in self.joints:
-            return self.wrench[:, found[0], self.joints.index(name)]
+            return self.wrench[:, wave, self.joints.index(name)]
         raise ArgumentError(
             f"{name!r} has no amplitudes; {choices((*self.free, *self.joints), name)}"
         )
+
+    def _wave(self, order: float) -> int | None:
+        """Return where an order is among those of the amplitudes, None if it is none of them."""
+        found = np.nonzero(np.abs(self.order - order) < _SAME_ORDER)[0]
+        return int(found[0]) if found.size else None
 
     def whirls(self, first: str, second: str, order: float) -> tuple[Array, Array]:
         """Return forward and backward circles `(S,)` of which an ellipse consists, by their radii.
@@ -113,6 +115,23 @@ class ForcedResponse(Result):
             raise ArgumentError(f"{first!r}, {second!r}: free coordinates are {choices(self.free)}")
         along, across = self.of(first, order), self.of(second, order)
         return 0.5 * np.abs(along + 1j * across), 0.5 * np.abs(along - 1j * across)
+
+    def wrench_of(self, joint: str, order: float) -> Array:
+        """Return the complex amplitudes `(S, 6)` of a joint's wrench at an order, over speed.
+
+        Args:
+            joint: whose wrench is meant, also where a free coordinate has its name.
+            order: cycles per revolution of the drive.
+
+        Raises:
+            ArgumentError: no such joint, or no such order.
+        """
+        if joint not in self.joints:
+            raise ArgumentError(f"{joint!r} has no wrench; joints: {choices(self.joints, joint)}")
+        wave = np.nonzero(np.abs(self.order - numbers("order", order)) < 1e-9)[0]
+        if not wave.size:
+            raise ArgumentError(f"order {order!r} is none of those up to {self.order[-1]:g}")
+        return self.wrench[:, wave[0], self.joints.index(joint)]
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each speed, order, and coordinate or wrench component."""
@@ -142,16 +161,25 @@ class ForcedResponse(Result):
         return frame_of(rows, dict(zip(columns, units, strict=True)))
 
     def plot(self, orders: Any = (1, 2, 4)) -> Figure:
-        """Draw amplitudes of the free coordinates over speed, a line for each order."""
+        """Draw amplitudes of the free coordinates over speed, a line for each order.
+
+        Args:
+            orders: cycles per revolution of the drive `(K,)`; those without amplitudes are left
+                out.
+
+        Raises:
+            ArgumentError: the orders are no numbers.
+        """
         from ..figures.critical_speeds import orders_over_speed
 
-        chosen = [order for order in orders if np.any(np.abs(self.order - order) < 1e-9)]
+        wanted = np.atleast_1d(numbers("orders", orders)).tolist()
+        chosen = [order for order in wanted if self._wave(order) is not None]
         lines = {
             f"{name}, {order:g}×": np.abs(self.of(name, order))
             for name in self.free
             for order in chosen
         }
-        return orders_over_speed(self.speed, lines, unit="rad or m")
+        return orders_over_speed(self.speed, lines, unit=unit_of(self.scene))
 
     def __repr__(self) -> str:
         return (
@@ -173,18 +201,18 @@ def forced_response(
 
     Args:
         scene: its other drives are free.
+        speed: of the drive, a number or `(S,)` [rad/s].
         drive: see `periodic_motion`.
-        within: see `periodic_motion`.
-        speed: of the drive `(S,)` [rad/s].
         joints: whose wrenches are wanted; the scene's outputs if None, none for an empty list.
         frame: axes of the wrenches, `parent`, `joint` or `world`.
+        within: see `periodic_motion`.
 
     Raises:
         CardanError: see `periodic_motion`; speeds without a motion are marked instead.
     """
-    if frame not in FRAMES:
+    if text("frame", frame) not in FRAMES:
         raise ArgumentError(f"frame {frame!r} is unknown; frames: {choices(FRAMES)}")
-    search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
+    search = search_of(scene, drive, within)
     wanted = search.rotating.scene.outputs if joints is None else names("joints", joints)
     for name in wanted:
         search.rotating.scene.mechanism.joint(name)
@@ -202,10 +230,11 @@ def response_of(
     refuse_missed(search, speeds)
     rotating, free = search.rotating, len(search.rotating.free)
     divisor = found[0].model.divisor
-    most = next_size(max(motions.model.count for motions in found))
-    # Wrenches may repeat after the mechanism's whole period alone.
-    count = next_size(divisor * (most // 2) + most // 2 + 2)
+    most = max(motions.model.count for motions in found)
     size, waves = len(speeds), divisor * (most // 2) + 1
+    # Wrenches may repeat after the mechanism's whole period alone, and have higher orders than the
+    # motion, which are not to be taken for lower ones.
+    count = 3 * waves | 1
     kinds = {
         name: np.full((size, waves, free), np.nan + 0j)
         for name in ("amplitude", "linear", "averaged")
@@ -232,7 +261,7 @@ def response_of(
     return ForcedResponse(
         scene=rotating.scene,
         speed=speeds,
-        order=2.0 * np.pi / rotating.period * np.arange(waves),
+        order=orders_of(waves, rotating.period),
         **kinds,
         linear_error=errors[1],
         averaged_error=errors[2],
@@ -240,7 +269,7 @@ def response_of(
         joints=joints,
         wrench=wrench,
         frame=frame,
-        missed={float(speeds[item]): reason for item, reason in search.missed.items()},
+        missed=missed_of(search, speeds),
     )
 
 
@@ -248,46 +277,12 @@ def _wrenches(
     search: MotionSearch, motions: Motions, joints: tuple[str, ...], frame: str, count: int
 ) -> Array:
     """Return complex amplitudes `(S, K, j, 6)` of wrenches over the mechanism's period."""
-    rotating, course = search.rotating, motions.course
+    rotating, speed = search.rotating, motions.course.speed
     position = nodes(count, rotating.period)
-    states = _states(motions, course, position)
-    size, free = len(course.q), len(rotating.free)
-    flat = [item.reshape(-1, 1 + free) for item in states]
-    sweep = rotating.scene.sweep(*flat)
-    values = np.stack(
-        [
-            np.concatenate(
-                [
-                    np.asarray(part)
-                    for part in (sweep.wrench(name, frame).force, sweep.wrench(name, frame).moment)
-                ],
-                axis=1,
-            )
-            for name in joints
-        ],
-        axis=1,
-    )
-    return amplitudes(values.reshape(size, count, len(joints), 6), 1)
-
-
-def _states(motions: Motions, course: Course, position: Array) -> tuple[Array, Array, Array]:
-    """Return positions, speeds, accelerations `(S, P, 1 + n)` of drive and free coordinates."""
-    waves = amplitudes(course.q, 1)
-    order = 2.0 * np.pi / motions.model.period * np.arange(waves.shape[1])
-    size = len(waves)
-    found = PeriodicMotion(
-        scene=None,  # type: ignore[arg-type]
-        speed=course.speed,
-        branch=np.zeros(size, dtype=int),
-        period=motions.model.period,
-        order=order,
-        amplitude=waves,
-        residual=np.zeros(size),
-        index=np.zeros(size, dtype=int),
-    ).at(position)
-    drives = (position, course.speed[:, None], np.zeros(1))
-    shape = (size, len(position), 1)
-    return tuple(  # type: ignore[return-value]
-        np.concatenate([np.broadcast_to(np.asarray(own)[..., None], shape), free], axis=2)
-        for own, free in zip(drives, found, strict=True)
-    )
+    waves = amplitudes(motions.course.q, 1)
+    found = states(orders_of(waves.shape[1], motions.model.period), waves, speed, position)
+    every = found.with_drive(position, speed)
+    sweep = rotating.scene.sweep(*(item.reshape(-1, item.shape[2]) for item in every))
+    wrenches = [sweep.wrench(name, frame) for name in joints]
+    values = np.stack([np.hstack([item.force, item.moment]) for item in wrenches], axis=1)
+    return amplitudes(values.reshape(len(speed), count, len(joints), 6), 1)

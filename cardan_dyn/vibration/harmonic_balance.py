@@ -26,6 +26,8 @@ _BEYOND = 1.02
 """Way from the middle, in half ranges, beyond which a motion has left the model."""
 _NUMBERS = 2_000_000
 """Numbers (16 MB) of Jacobians that are solved at a time."""
+_CUT = 1e3
+"""Multiple of what is rounding, of the highest orders, from which on a motion lacks some."""
 _ROUGH = 3e-13
 """Amplitude of the highest orders, in half ranges, that is rounding of the range."""
 
@@ -185,10 +187,13 @@ def resolved(
         rough = np.max(
             tail(q, 1) * greatest / np.maximum(TAIL * greatest, _ROUGH * model.half), axis=1
         )
-        # Where more nodes bring nothing, rounding is what is left.
-        again = found.converged & (rough > 1.0) & (rough < 0.3 * before)
+        # Where more nodes bring nothing, rounding is what is left, or the error of the model. Where
+        # there is more of it, orders are missing that are not yet smaller than others.
+        is_cut = rough > max(_CUT, _CUT * model.error / TAIL)
+        again = found.converged & (rough > 1.0) & ((rough < 0.3 * before) | is_cut)
         if count >= MOST_NODES:
             again[:] = False
+            found.converged[is_cut] = False
         if not np.all(again):
             groups.append((model, index[~again], found.part(~again)))
         if not np.any(again):

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
+from .averaged import averaged
 from .harmonic_balance import jacobian, newton_steps
 from .motion_search import Motions
+from .periodic_grid import orders_of
 from .reduced_model import Course
 
 
@@ -28,12 +30,9 @@ def linear_motions(motions: Motions) -> tuple[Array, Array]:
     count = course.q.shape[1]
     matrix = jacobian(equation, course.speed, model.period)
     linear = rest.q + newton_steps(matrix, equation.efforts)
-    mean = [
-        np.mean(item, axis=1)[:, None]
-        for item in (equation.mass, equation.damping, equation.stiffness)
-    ]
-    turn = 2.0 * np.pi / model.period * np.fft.rfftfreq(count, 1.0 / count)
+    mass, damping, stiffness = (item[:, None] for item in averaged(equation))
+    turn = orders_of(count // 2 + 1, model.period)
     pace = 1j * turn[None, :, None, None] * course.speed[:, None, None, None]
-    dynamic = pace**2 * mean[0] + pace * mean[1] + mean[2]
+    dynamic = pace**2 * mass + pace * damping + stiffness
     spectrum = np.linalg.solve(dynamic, -np.fft.rfft(equation.efforts, axis=1)[..., None])[..., 0]
     return linear, rest.q + np.fft.irfft(spectrum, count, axis=1)

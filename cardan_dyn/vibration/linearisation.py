@@ -9,17 +9,17 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ArgumentError
-from .averaged import Modes, modes
+from .averaged import Modes, averaged, modes
 from .coexisting import smallest
 from .correction import corrected
 from .linear_motions import resting
 from .monodromy import first_order, monodromy
 from .motion_search import Motions, MotionSearch
-from .periodic_grid import amplitudes
-from .periodic_motion import limit, refuse_missed
+from .periodic_grid import amplitudes, orders_of
+from .periodic_motion import refuse_missed, search_of
 from .reduced_model import LocalEquation
-from .result import Result, frame_of
-from .rotating_scene import rotating_scene, speeds_of
+from .result import Result, frame_of, unit_of
+from .rotating_scene import speeds_of
 
 if TYPE_CHECKING:
     import pandas
@@ -33,6 +33,12 @@ _STENCIL = {1: 4.0 / 5.0, 2: -1.0 / 5.0, 3: 4.0 / 105.0, 4: -1.0 / 280.0}
 """Places and weights of central differences of eighth order."""
 _COMPARED = 12
 """Nodes at which derivatives are compared."""
+_UNITS = {
+    "rad": ("kg·m²", "N·m·s/rad", "N·m/rad"),
+    "m": ("kg", "N·s/m", "N/m"),
+    "rad or m": ("SI", "SI", "SI"),
+}
+"""Units of mass, damping and stiffness, by that of the free coordinates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,14 +75,9 @@ class Linearisation(Result):
     model_error: float
 
     @property
-    def free(self) -> tuple[str, ...]:
-        """Names of the free coordinates."""
-        return self.scene.drives[1:]
-
-    @property
     def order(self) -> Array:
         """Orders of the Fourier coefficients `(K,)` [cycles per revolution of the drive]."""
-        return 2.0 * np.pi / self.period * np.arange((len(self.position) + 1) // 2)
+        return orders_of((len(self.position) + 1) // 2, self.period)
 
     def fourier(self, name: str) -> Array:
         """Return Fourier coefficients `(K, …)`: Re Σ c exp(i order φ).
@@ -92,19 +93,20 @@ class Linearisation(Result):
             raise ArgumentError(f"{name!r} has no coefficients; names: {', '.join(names)}")
         return amplitudes(getattr(self, name))
 
+    @property
+    def _equation(self) -> LocalEquation:
+        """The coefficients as those of one motion, whose efforts vanish."""
+        none, coefficients = np.zeros((1, 0)), (self.mass, self.damping, self.stiffness)
+        return LocalEquation(none, none, *(item[None] for item in coefficients))
+
     def modes(self) -> Modes:
         """Return the modes of the averaged equation, arrays with one row."""
-        return modes(
-            *(np.mean(item, axis=0)[None] for item in (self.mass, self.damping, self.stiffness))
-        )
+        return modes(*averaged(self._equation))
 
     def monodromy(self) -> Array:
-        """Return what a period makes of (δq, dδq/dφ) `(2n, 2n)`."""
-        empty = np.zeros((1, 0))
-        equation = LocalEquation(
-            empty, empty, self.mass[None], self.damping[None], self.stiffness[None]
-        )
-        return monodromy(first_order(equation, np.array([self.speed])), self.period)[0][0]
+        """Return what a period makes of (δq, dδq/ds) `(2n, 2n)`, s = |φ| the way of the drive."""
+        matrix = first_order(self._equation, np.array([self.speed]))
+        return monodromy(matrix, self.period)[0][0]
 
     def multipliers(self) -> Array:
         """Return the complex Floquet multipliers `(2n,)` of a period, the greatest first."""
@@ -130,14 +132,15 @@ class Linearisation(Result):
         return frame_of(rows, {"order": "1/rev", **dict.fromkeys(columns, "SI")})
 
     def plot(self) -> Figure:
-        """Draw mass, damping and stiffness over the drive's position."""
+        """Draw mass, damping and stiffness over the drive's position, a whole period."""
         from ..figures.vibration import coefficients
 
-        return coefficients(
-            self.position,
-            {"mass": self.mass, "damping": self.damping, "stiffness": self.stiffness},
-            self.free,
-        )
+        names, units = ("mass", "damping", "stiffness"), _UNITS[unit_of(self.scene)]
+        closed = {
+            f"{name} [{unit}]": np.concatenate([getattr(self, name), getattr(self, name)[:1]])
+            for name, unit in zip(names, units, strict=True)
+        }
+        return coefficients(np.append(self.position, self.period), closed, self.free)
 
     def __repr__(self) -> str:
         return (
@@ -156,17 +159,17 @@ def linearise(
 
     Args:
         scene: its other drives are free.
+        speed: of the drive, a number [rad/s].
         drive: see `periodic_motion`.
         within: see `periodic_motion`.
-        speed: of the drive, a number [rad/s].
 
     Raises:
         CardanError: see `periodic_motion`.
     """
     speeds, is_single = speeds_of(speed)
     if not is_single:
-        raise ArgumentError("linearise takes one speed; Floquet and Campbell take many")
-    search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
+        raise ArgumentError("linearise takes one speed; vibration.campbell and floquet take many")
+    search = search_of(scene, drive, within)
     found, _ = smallest(search, speeds)
     refuse_missed(search, speeds)
     motions, _ = corrected(search.build.efforts, found[0])

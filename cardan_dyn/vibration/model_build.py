@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array, generic
-from ..errors import AccuracyError, ArgumentError
+from ..errors import AccuracyError, ArgumentError, ModelError
 from .degrees import needed_degrees
+from .efforts import Terms
 from .periodic_grid import (
     MOST_NODES,
     amplitudes,
@@ -16,7 +17,7 @@ from .periodic_grid import (
     resampled,
     tail,
 )
-from .polynomials import polynomials
+from .polynomials import polynomials, size_of
 from .reduced_model import ReducedModel
 from .rotating_scene import RotatingScene
 from .term_samples import TermSamples
@@ -37,6 +38,8 @@ _CHECKS = 24
 """Positions between the nodes at which a model is compared with its scene."""
 _WAVES = 127
 """Nodes over the mechanism's period with which the search begins."""
+_MASSLESS = 1e-14
+"""Share of the mass matrix that is rounding."""
 _SILENT = 1e-12
 """Odd orders, as a fraction of the greatest term, that count as rounding."""
 
@@ -66,6 +69,7 @@ class ModelBuild:
         Raises:
             AccuracyError: the terms are too uneven.
             ArgumentError: they do not repeat.
+            ModelError: nothing that has mass moves with a free coordinate.
             CardanError: as `Scene.sweep`.
         """
         count, found = self._waves(centre, half, wanted)
@@ -120,6 +124,15 @@ class ModelBuild:
             AccuracyError: it is.
         """
         worst = max(_WORST_ERROR, _MOST_EXCESS * wanted)
+        if error == np.inf:
+            raise AccuracyError(
+                f"within ±{half.tolist()} of {np.mean(centre, axis=0).tolist()}, the efforts of "
+                f"{', '.join(self._rotating.free)} are no smooth functions of the free "
+                f"coordinates, or of too many: they would take {size_of(degrees)} polynomials, "
+                "more than are tried. Look for smaller motions, `within`, or let fewer be free",
+                residual=error,
+                tolerance=worst,
+            )
         if not error <= worst:
             raise AccuracyError(
                 f"within ±{half.tolist()} of {np.mean(centre, axis=0).tolist()}, the efforts of "
@@ -146,6 +159,7 @@ class ModelBuild:
             kinds = self._samples.kinds(terms)
             values = (terms / kinds).reshape(_PROBES, count, -1)
             if not self._checked_period:
+                _refuse_massless(self._rotating, Terms.of_flat(terms, self._free).mass)
                 self._refuse_unperiodic(drive[:_PROBES], centre, values[0], kinds)
             if float(np.max(tail(values, 1) * np.max(np.abs(values), axis=1))) <= 10.0 * wanted:
                 break
@@ -205,3 +219,33 @@ class ModelBuild:
         found = np.einsum("kn,npf,pk->kf", weights, coefficients, values, optimize=True)
         error = float(np.max(np.abs(found - exact) / self._samples.kinds(exact)))
         return ReducedModel(self._free, period, divisor, centre, half, basis, coefficients, error)
+
+
+def _refuse_massless(rotating: RotatingScene, mass: Array) -> None:
+    """Refuse free coordinates, or ways in which several move together, that move no mass.
+
+    Args:
+        rotating: the scene.
+        mass: M at some positions `(K, n, n)`.
+
+    Raises:
+        ModelError: there is one.
+    """
+    scaled = mass * np.outer(rotating.units, rotating.units)
+    own = np.diagonal(scaled, axis1=1, axis2=2)
+    light = np.min(own, axis=0) <= _MASSLESS * np.max(own)
+    advice = (
+        "what has no mass does not vibrate, but follows its springs at once. Give the links that "
+        "move mass and inertia, or hold a coordinate instead of letting it free"
+    )
+    if np.any(light):
+        named = " and ".join(
+            repr(name) for name, is_light in zip(rotating.free, light, strict=True) if is_light
+        )
+        raise ModelError(f"no mass moves with the free coordinate {named} alone: {advice}")
+    size = np.sqrt(own)
+    alike = scaled / (size[:, :, None] * size[:, None, :])
+    if np.min(np.linalg.eigvalsh(alike)) <= _MASSLESS:
+        raise ModelError(
+            f"{', '.join(rotating.free)} can move together so that no mass moves: {advice}"
+        )

@@ -13,32 +13,41 @@ from functools import lru_cache
 import numpy as np
 
 from ..arrays import Array
+from ..errors import VibrationError
 from .periodic_grid import interpolation
 from .reduced_model import LocalEquation
 
 _STAGES = 8
+"""Gauss points of an element: the method is of twice that order."""
 _PHASE = 1.2
 """Greatest phase of the fastest motion in an element [rad] at the first try."""
 _STANDS = 3e-14
 """Change of the result, as a fraction of its greatest number, at which elements are short enough:
 the error is then that divided by 2^16, and rounding."""
 _MOST_HALVINGS = 5
+_MOST_ELEMENTS = 50_000
+"""Elements at the first try, of some 10 000 swings in a period, that memory and time allow."""
 _NUMBERS = 8_000_000
+"""Numbers (64 MB) of the elements' equations that are solved at a time."""
 
 
 def first_order(equation: LocalEquation, speed: Array) -> Array:
-    """Return A `(S, N, 2n, 2n)` of dy/dφ = A y with y = (δq, dδq/dφ)."""
-    free = equation.mass.shape[-1]
-    sides = np.concatenate(
-        [
-            equation.stiffness / speed[:, None, None, None] ** 2,
-            equation.damping / speed[:, None, None, None],
-        ],
-        axis=-1,
-    )
+    """Return A `(S, N, 2n, 2n)` of dy/ds = A y with y = (δq, dδq/ds), s = |φ| the drive's way.
+
+    Nodes are at equidistant ways from position 0 on, in the sense in which the drive turns, so that
+    disturbances are followed forwards in time where the drive turns back as well.
+
+    Args:
+        equation: along S motions, at nodes of ascending positions.
+        speed: of the drive `(S,)` [rad/s].
+    """
+    free, pace = equation.mass.shape[-1], np.abs(speed)[:, None, None, None]
+    sides = np.concatenate([equation.stiffness / pace**2, equation.damping / pace], axis=-1)
     matrix = np.zeros((*equation.mass.shape[:2], 2 * free, 2 * free))
     matrix[..., :free, free:] = np.eye(free)
     matrix[..., free:, :] = -np.linalg.solve(equation.mass, sides)
+    turns_back = speed < 0.0
+    matrix[turns_back] = np.roll(matrix[turns_back][:, ::-1], 1, axis=1)
     return matrix
 
 
@@ -46,15 +55,24 @@ def monodromy(matrix: Array, period: float) -> tuple[Array, float]:
     """Return what one period makes of disturbances.
 
     Args:
-        matrix: A `(S, N, m, m)` at the nodes of a period, see `first_order`.
+        matrix: A `(S, N, m, m)` at the nodes of a period of the way, see `first_order`.
         period: of the coefficients [rad].
 
     Returns:
         `(S, m, m)`; and its greatest change when elements were halved last.
+
+    Raises:
+        VibrationError: the speed is next to none, so that a period takes too many elements.
     """
     fastest = np.sqrt(np.max(np.linalg.norm(matrix, axis=(2, 3)), initial=1.0))
     count = matrix.shape[1]
     elements = int(np.ceil(max(fastest * period / _PHASE, count / 12.0)))
+    if elements > _MOST_ELEMENTS:
+        swings = fastest * period / (2.0 * np.pi)
+        raise VibrationError(
+            f"while the drive goes through a period of {period:.4g} rad, free coordinates swing "
+            f"{swings:.1e} times, too often to be integrated: choose a greater speed"
+        )
     before = _over_period(matrix, period, elements)
     change = np.inf
     for _ in range(_MOST_HALVINGS):

@@ -15,6 +15,7 @@ from .harmonic_balance import ROUGHLY, resolved, solved
 from .model_build import FINE, ROUGH, ModelBuild
 from .periodic_grid import resampled
 from .reduced_model import Course, ReducedModel
+from .resting_place import resting_place
 from .rotating_scene import RotatingScene
 
 _FIRST = 0.05
@@ -98,7 +99,7 @@ class MotionSearch:
         """
         units = self.rotating.units
         centre, share = self.rotating.start[1:].copy(), min(_FIRST, self.within)
-        left = np.arange(len(speeds))
+        left, is_placed = np.arange(len(speeds)), False
         found: list[Motions] = []
         for _ in range(_MOST_RANGES):
             try:
@@ -113,6 +114,11 @@ class MotionSearch:
             left = left[~there]
             if not left.size:
                 break
+            if not found and not is_placed:
+                is_placed, place = True, resting_place(self.build.efforts, centre, speeds, units)
+                if np.any(np.abs(place - centre) > 0.5 * share * units):
+                    centre = place
+                    continue
             moved = np.median(means, axis=0)
             if not found and np.any(np.abs(moved - centre) > 0.5 * share * units):
                 # What acts all the time moves the middle, not the range.

@@ -52,6 +52,11 @@ def resampled(values: Array, count: int, axis: int = 0) -> Array:
     return np.moveaxis(np.fft.irfft(padded, count, axis=-1) * (count / size), -1, axis)
 
 
+def orders_of(count: int, period: float) -> Array:
+    """Return the first orders `(K,)` of a period [rad]: 0, 2π/L, …, cycles per revolution."""
+    return 2.0 * np.pi / period * np.arange(count)
+
+
 def amplitudes(values: Array, axis: int = 0) -> Array:
     """Return complex amplitudes of orders 0, 1, … (N - 1)/2: Re Σ a_k exp(2πi k x / L)."""
     spectrum = np.fft.rfft(values, axis=axis) / values.shape[axis]

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import numbers
+from ..checks import positive, several, whole
 from ..errors import ArgumentError, VibrationError
 from .coexisting import coexisting
 from .correction import corrected
 from .motion_search import Motions, MotionSearch
-from .periodic_grid import amplitudes
-from .result import Result, frame_of
+from .periodic_grid import amplitudes, orders_of
+from .result import Result, frame_of, unit_of
 from .rotating_scene import rotating_scene, speeds_of
 
 if TYPE_CHECKING:
@@ -36,6 +36,36 @@ class States(NamedTuple):
     velocity: Array
     acceleration: Array
 
+    def with_drive(self, position: Array, speed: Array) -> States:
+        """Return the same, `(R, P, 1 + n)`, behind the drive.
+
+        Args:
+            position: of the drive `(P,)` [rad].
+            speed: of the drive `(R,)` [rad/s].
+        """
+        shape = (*self.position.shape[:2], 1)
+        drive = position[:, None], speed[:, None, None], np.zeros(1)
+        return States(
+            *(
+                np.concatenate([np.broadcast_to(own, shape), free], axis=2)
+                for own, free in zip(drive, self, strict=True)
+            )
+        )
+
+
+def states(order: Array, amplitude: Array, speed: Array, position: Array) -> States:
+    """Return the states that complex amplitudes stand for: q = Re Σ amplitude exp(i order φ).
+
+    Args:
+        order: `(K,)` cycles per revolution of the drive.
+        amplitude: `(R, K, n)` [rad or m].
+        speed: of the drive `(R,)` [rad/s].
+        position: φ of the drive `(P,)` [rad].
+    """
+    waves = np.exp(1j * np.outer(position, order))
+    rate = 1j * order[:, None] * speed[:, None, None]
+    return States(*((waves @ (rate**power * amplitude)).real for power in range(3)))
+
 
 @dataclass(frozen=True, eq=False)
 class PeriodicMotion(Result):
@@ -44,6 +74,9 @@ class PeriodicMotion(Result):
     A row's motion repeats with `period`. Rows are in the order of the speeds that were asked for;
     where several motions coexist, they follow each other, the smallest first. All have the period
     of the equation: subharmonic ones are not looked for.
+
+    A simulation goes on from a motion if the drive starts where the motion is looked at: with
+    `at(0.0)`, `position={drive: 0.0, free: …}`, since loops find a place for drives left out.
 
     Attributes:
         scene: its drive at constant speed first.
@@ -76,16 +109,6 @@ class PeriodicMotion(Result):
         return len(self.speed)
 
     @property
-    def drive(self) -> str:
-        """Name of the coordinate that turns at constant speed."""
-        return self.scene.drives[0]
-
-    @property
-    def free(self) -> tuple[str, ...]:
-        """Names of the free coordinates."""
-        return self.scene.drives[1:]
-
-    @property
     def incomplete(self) -> Array:
         """Speeds `(K,)` at which further motions exist that were not found [rad/s].
 
@@ -96,14 +119,12 @@ class PeriodicMotion(Result):
         return np.asarray(speeds[np.array(sums) != 1])
 
     def at(self, position: Any) -> States:
-        """Return the motions at positions `(P,)` of the drive [rad]."""
-        places = np.atleast_1d(numbers("position", position))
-        if places.ndim != 1:
-            raise ArgumentError(f"position has shape {places.shape}, expected (P,)")
-        waves = np.exp(1j * np.outer(places, self.order))
-        rates = 1j * self.order[:, None] * self.speed[:, None, None]
-        parts = (self.amplitude, rates * self.amplitude, rates**2 * self.amplitude)
-        return States(*((waves @ part).real for part in parts))
+        """Return the motions at positions `(P,)` of the drive [rad].
+
+        Raises:
+            ArgumentError: the positions are no finite numbers, or of another shape.
+        """
+        return states(self.order, self.amplitude, self.speed, several("position", position))
 
     def sweep(self, row: int = 0, position: Any = None, *, scene: Scene | None = None) -> Sweep:
         """Return the scene along a motion, with its wrenches and residuals.
@@ -115,34 +136,48 @@ class PeriodicMotion(Result):
             scene: the same with other outputs, if wanted.
 
         Raises:
+            ArgumentError: no such row, or positions that are no numbers.
             CardanError: as `Scene.sweep`.
         """
+        row = self._row(row)
         if position is None:
             count = 2 * int(np.ceil(self.order[-1])) + 32
             position = 2.0 * np.pi / count * np.arange(count)
-        places = np.atleast_1d(numbers("position", position))
-        states = self.at(places)
-        drive = np.ones(len(places))
-        return (scene or self.scene).sweep(
-            *(
-                np.column_stack([first, part[row]])
-                for first, part in zip(
-                    (places, self.speed[row] * drive, 0.0 * drive), states, strict=True
-                )
-            )
-        )
+        places = several("position", position)
+        every = [item[row] for item in self.at(places).with_drive(places, self.speed)]
+        return (scene or self.scene).sweep(*every)
 
     def orbit(self, first: str, second: str, row: int = 0, count: int = 361) -> Array:
-        """Return the path `(count, 2)` of two free coordinates over a revolution.
+        """Return the path `(count, 2)` of two free coordinates over a revolution [rad or m].
+
+        Args:
+            first: name of the coordinate in the first column.
+            second: of that in the second.
+            row: of the motion.
+            count: number of points, of which the last is the first.
+
+        `figures.orbits` draws it.
 
         Raises:
-            ArgumentError: one is not free.
+            ArgumentError: one is not free, no such row, or no count.
         """
+        row, count = self._row(row), whole("count", count, 2)
         for name in (first, second):
             if name not in self.free:
                 raise ArgumentError(f"{name!r} is not free; free: {', '.join(self.free)}")
         q = self.at(np.linspace(0.0, 2.0 * np.pi, count)).position[row]
         return q[:, [self.free.index(first), self.free.index(second)]]
+
+    def _row(self, row: int) -> int:
+        """Return the number of a motion.
+
+        Raises:
+            ArgumentError: there is none of that number.
+        """
+        number = whole("row", row, 0)
+        if number >= len(self):
+            raise ArgumentError(f"row {number} does not exist; motions: 0 to {len(self) - 1}")
+        return number
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each motion, coordinate and order, of amplitudes above rounding."""
@@ -176,11 +211,17 @@ class PeriodicMotion(Result):
         )
 
     def plot(self, row: int = 0) -> Figure:
-        """Draw the free coordinates of a motion over a revolution."""
+        """Draw the free coordinates of a motion over a revolution.
+
+        Raises:
+            ArgumentError: no such row.
+        """
+        row = self._row(row)
         from ..figures.vibration import over_revolution
 
         position = np.linspace(0.0, 2.0 * np.pi, 721)
-        return over_revolution(position, self.at(position).position[row], self.free)
+        values = self.at(position).position[row]
+        return over_revolution(position, values, self.free, unit=unit_of(self.scene))
 
     def __repr__(self) -> str:
         more = self.incomplete
@@ -214,7 +255,7 @@ def periodic_motion(
         AccuracyError: the efforts are not smooth, or a motion does not hold.
         CardanError: as `Scene.sweep`.
     """
-    search = MotionSearch(rotating_scene(scene, drive), limit("within", within))
+    search = search_of(scene, drive, within)
     speeds, _ = speeds_of(speed)
     primary = search.primary(speeds)
     refuse_missed(search, speeds)
@@ -224,16 +265,14 @@ def periodic_motion(
     return _collected(search, speeds, every)
 
 
-def limit(label: str, value: Any) -> float:
-    """Return a positive number.
+def search_of(scene: Scene, drive: str | None, within: float) -> MotionSearch:
+    """Return the search for motions of a scene, by the arguments of `periodic_motion`.
 
     Raises:
-        ArgumentError: it is none.
+        CardanError: see `rotating_scene`.
+        ArgumentError: `within` is no positive number.
     """
-    number = numbers(label, value)
-    if number.ndim or not number > 0.0:
-        raise ArgumentError(f"{label} is {value!r}, expected a positive number")
-    return float(number)
+    return MotionSearch(rotating_scene(scene, drive), positive("within", within))
 
 
 def refuse_missed(search: MotionSearch, speeds: Array) -> None:
@@ -243,7 +282,16 @@ def refuse_missed(search: MotionSearch, speeds: Array) -> None:
         VibrationError: that is so.
     """
     if len(search.missed) == len(speeds):
-        raise VibrationError(next(iter(search.missed.values())), speed=float(speeds[0]))
+        raise VibrationError(
+            f"{next(iter(search.missed.values()))}; a greater within= looks farther, and more "
+            "damping makes motions smaller",
+            speed=float(speeds[0]),
+        )
+
+
+def missed_of(search: MotionSearch, speeds: Array) -> dict[float, str]:
+    """Return the speeds at which a search found no motion, to the reason."""
+    return {float(speeds[item]): reason for item, reason in search.missed.items()}
 
 
 def _collected(search: MotionSearch, speeds: Array, every: list[Motions]) -> PeriodicMotion:
@@ -273,9 +321,9 @@ def _collected(search: MotionSearch, speeds: Array, every: list[Motions]) -> Per
         speed=speeds[places],
         branch=branch,
         period=period,
-        order=2.0 * np.pi / period * np.arange(count),
+        order=orders_of(count, period),
         amplitude=amplitude,
         residual=np.array([row[3] for row in rows]),
         index=np.array([row[4] for row in rows], dtype=int),
-        missed={float(speeds[item]): reason for item, reason in search.missed.items()},
+        missed=missed_of(search, speeds),
     )

@@ -14,6 +14,7 @@ from .stability import NONE, STABLE, Stability, separation, stability
 _ROUNDS = 7
 """Rounds of the search for a region between two speeds, each four times as fine as the last."""
 _PLACES = 9
+"""Speeds at which an interval is looked at in each round, its ends among them."""
 _EDGE = 1e-8
 """Width, as a fraction of the speed, of the interval in which an edge lies at last."""
 

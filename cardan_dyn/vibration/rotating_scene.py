@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described, numbers, text
+from ..checks import described, several, text
 from ..elements.bushing import Bushing
 from ..elements.element import Element
 from ..elements.joint_elements import Actuator, JointFriction, JointSpring
@@ -16,9 +16,7 @@ from ..elements.pin_contact import PinContact
 from ..elements.point_spring import PointSpring
 from ..errors import ArgumentError, CardanError, MobilityError, ModelError, choices
 from ..forces.link_loads import Wrench
-
-if TYPE_CHECKING:
-    from ..scene.scene import Scene
+from ..scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,11 +73,18 @@ def rotating_scene(scene: Scene, drive: str | None = None) -> RotatingScene:
         drive: name of that which turns at constant speed; the first one if None.
 
     Raises:
-        ArgumentError: no such drive, nothing periodic, dry friction, an actuator that follows a
-            function of time, or loads of several values.
+        ArgumentError: no scene, no such drive, nothing periodic, dry friction, an actuator that
+            follows a function of time, or loads of several values.
         MobilityError: nothing is free.
         ModelError: no body has mass.
     """
+    from ..scene.scene import Scene  # Known to who has one.
+
+    if not isinstance(scene, Scene):
+        raise ArgumentError(
+            f"scene is {described(scene)}, expected a Scene whose drives are that which turns and "
+            "the free coordinates: Scene(mechanism, drive=[driven, free, …], elements=springs)"
+        )
     drive = scene.drives[0] if drive is None else text("drive", drive)
     if drive not in scene.drives:
         raise ArgumentError(
@@ -144,12 +149,13 @@ def speeds_of(value: Any) -> tuple[Array, bool]:
             "speed is a function; a periodic motion needs a drive that is held at constant speed. "
             "vibration.run_up and Scene.simulate(motion=…) follow a drive that speeds up"
         )
-    speeds = numbers("speed", value)
-    if speeds.ndim > 1 or not speeds.size:
-        raise ArgumentError(f"speed has shape {speeds.shape}, expected a number or (S,)")
+    speeds = several("speed", value)
     if np.any(speeds == 0.0):
-        raise ArgumentError("speed is 0; at rest, Scene.equilibrium says what a scene does")
-    return np.atleast_1d(speeds), not speeds.ndim
+        raise ArgumentError(
+            "speed is 0; at rest, Scene.equilibrium says what a scene does. Let a range begin a "
+            "little above"
+        )
+    return speeds, not np.ndim(value)
 
 
 def _damps(element: Element) -> bool:
@@ -174,8 +180,9 @@ def _refuse(element: Element) -> None:
             f"the pin of {element.link_b!r} has play in its bush: it strikes, which no linear "
             "vibration knows; use Scene.simulate"
         )
-    if isinstance(element, Actuator) and callable(element.effort):
+    if isinstance(element, Actuator) and element.follows_time:
         raise ArgumentError(
-            f"the actuator at {element.joint!r} follows {described(element.effort)} of time; a "
-            "vibration takes a constant effort. Use Scene.simulate for functions of time"
+            f"the effort of the actuator at {element.joint!r} is a function of time; a vibration "
+            "takes a constant one, or one that follows the position of its joint (of='position'). "
+            "Use Scene.simulate for functions of time"
         )

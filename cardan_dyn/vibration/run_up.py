@@ -2,66 +2,63 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..arrays import Array
-from ..checks import numbers
+from ..checks import numbers, positive
 from ..errors import ArgumentError
-from .forced_response import forced_response
-from .periodic_motion import limit
+from .characteristic import Characteristic
+from .motion_search import MotionSearch
 from .result import Result, frame_of
 from .rotating_scene import rotating_scene
+from .simulated_run import Run, SimulatedRun
+from .steady_path import steady_path
+from .torque_curve import TorqueBarrier, TorqueCurve
 
 if TYPE_CHECKING:
     import pandas
 
     from ..figures.style import Figure
-    from ..results.sweep import Sweep
     from ..scene.scene import Scene
-    from ..simulation.trajectory import Trajectory
 
-_PREDICTED = 120
-"""Constant speeds that are predicted."""
-_PER_PERIOD = 24
-"""Samples of the simulation per period of the mechanism, at least."""
-_STALLED = 0.1
-"""Rise of speed over the last fifth, as a fraction of that without resistance, below which the
-drive has been captured."""
-
-
-class _Rising(NamedTuple):
-    """Motion whose speed rises steadily from the first to the last in a time."""
-
-    first: float
-    last: float
-    duration: float
-
-    def __call__(self, time: float) -> tuple[float, float, float]:
-        """Return position, speed and acceleration."""
-        rise = (self.last - self.first) / self.duration
-        return self.first * time + 0.5 * rise * time**2, self.first + rise * time, rise
+_BESIDE = 1e-3
+"""Relative distance beyond the top of a barrier at which a drive still counts as held by it."""
+_COLUMNS = TorqueBarrier._fields
 
 
 @dataclass(frozen=True, eq=False)
 class RunUp(Result):
     """A run through a range of speed; N samples, W windows, n free coordinates.
 
+    What is predicted are the periodic motions that a slow run follows, S of them, at speeds that
+    lie closer where they change. Where a torque moves the drive they have constant mean speed, and
+    the speed varies within a turn as the inertia of the drive allows.
+
     Attributes:
         scene: its drive first.
         time: `(N,)` [s].
         speed: of the drive `(N,)` [rad/s].
         position: of the free coordinates `(N, n)` [rad or m].
-        window: speeds `(W,)` in the middle of windows of some revolutions [rad/s].
-        envelope: half the way from peak to peak in each window `(W, n)`.
+        window: mean speeds of the drive in each revolution `(W,)` [rad/s].
+        window_time: times in the middle of them `(W,)` [s].
+        envelope: half the way from peak to peak in each of them `(W, n)`.
         predicted_speed: `(S,)` [rad/s].
         predicted: half the way from peak to peak of the periodic motion there `(S, n)`; NaN where
             there is none.
-        linear: the same by the linear equation with averaged coefficients.
-        is_captured: whether the drive stays at a speed that it does not pass, driven by a torque.
+        linear: the same by the linear equation with averaged coefficients, at constant speed.
+        predicted_torque: mean torque over the drive's position that the periodic motion absorbs
+            `(S,)` [N·m].
+        predicted_lack: by how much that exceeds what the drive has `(S,)` [N·m]; all of it where
+            the motion is prescribed.
+        barriers: resonances in the order in which the run meets them, with the torque that each
+            absorbs at most.
+        settled_speed: mean speed at which the drive stays in the end, driven by a torque, NaN if
+            it does not [rad/s].
+        is_captured: whether it stays there for a resonance that absorbs all its torque.
         captured_speed: where, NaN if it does not [rad/s].
     """
 
@@ -70,25 +67,44 @@ class RunUp(Result):
     speed: Array
     position: Array
     window: Array
+    window_time: Array
     envelope: Array
     predicted_speed: Array
     predicted: Array
     linear: Array
+    predicted_torque: Array
+    predicted_lack: Array
+    barriers: tuple[TorqueBarrier, ...]
+    settled_speed: float
     is_captured: bool
     captured_speed: float
 
     @property
-    def free(self) -> tuple[str, ...]:
-        """Names of the free coordinates."""
-        return self.scene.drives[1:]
+    def captured_by(self) -> TorqueBarrier | None:
+        """The resonance that holds the drive: the first above its speed that it cannot pass."""
+        return _barrier_above(self.barriers, self.captured_speed) if self.is_captured else None
+
+    @property
+    def mean_speed(self) -> Array:
+        """Speed of the drive without what varies within a revolution `(N,)` [rad/s]."""
+        if not self._is_driven:
+            return self.speed
+        return np.interp(self.time, self.window_time, self.window)
+
+    @property
+    def _is_driven(self) -> bool:
+        """Whether a torque moves the drive."""
+        return not np.array_equal(self.predicted_lack, self.predicted_torque, equal_nan=True)
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return a row for each window and coordinate."""
+        """Return a row for each window and coordinate; NaN beyond what is predicted."""
         rows = []
         for column, name in enumerate(self.free):
             order = np.argsort(self.predicted_speed)
             curves = [
-                np.interp(self.window, self.predicted_speed[order], values[order, column])
+                np.interp(
+                    self.window, self.predicted_speed[order], values[order, column], np.nan, np.nan
+                )
                 for values in (self.predicted, self.linear)
             ]
             rows += [
@@ -106,14 +122,20 @@ class RunUp(Result):
         return frame_of(rows, dict(zip(names, units, strict=True)))
 
     def plot(self, coordinate: str | None = None) -> Figure:
-        """Draw a free coordinate over speed, the first one if None, beside the prediction."""
+        """Draw a free coordinate over speed, the first one if None, beside the prediction.
+
+        Raises:
+            ArgumentError: it is not free.
+        """
         from ..figures.vibration import run_up as drawn
 
+        if coordinate is not None and coordinate not in self.free:
+            raise ArgumentError(f"{coordinate!r} is not free; free: {', '.join(self.free)}")
         column = 0 if coordinate is None else self.free.index(coordinate)
         values = self.position[:, column] - np.mean(self.position[:, column])
         curves = {"periodic motion": self.predicted, "averaged": self.linear}
         return drawn(
-            self.speed,
+            self.mean_speed,
             values,
             unit="rad or m",
             predicted={
@@ -121,10 +143,38 @@ class RunUp(Result):
             },
         )
 
+    def plot_torque(self) -> Figure:
+        """Draw the torque that the motions absorb over speed, beside what the drive has."""
+        from ..figures.vibration import torque_over_speed
+
+        available = self.predicted_torque - self.predicted_lack
+        return torque_over_speed(
+            self.predicted_speed,
+            self.predicted_torque,
+            available=available if self._is_driven else None,
+            barriers=[(item.speed, item.torque) for item in self.barriers],
+            held=self.captured_speed if self.is_captured else None,
+        )
+
+    def stored(self) -> dict[str, Any]:
+        """Return what `save` writes, of the barriers a column for each field."""
+        columns = zip(*self.barriers, strict=True) if self.barriers else [()] * len(_COLUMNS)
+        table = {
+            f"barriers.{name}": np.array(of) for name, of in zip(_COLUMNS, columns, strict=True)
+        }
+        stored = {name: value for name, value in super().stored().items() if name != "barriers"}
+        return {**stored, **table}
+
+    def __str__(self) -> str:
+        lines = [repr(self)[1:-1], *(f"- {item}" for item in self.barriers)]
+        return "\n".join(lines)
+
     def __repr__(self) -> str:
-        captured = f", captured at {self.captured_speed:.4g} rad/s" if self.is_captured else ""
+        by = self.captured_by
+        captured = "" if by is None else f", captured at {self.captured_speed:.4g} rad/s by {by}"
         return (
-            f"<RunUp of {', '.join(self.free)} from {self.speed[0]:g} to {self.speed[-1]:g} rad/s "
+            f"<RunUp of {', '.join(self.free)} from {self.mean_speed[0]:g} to "
+            f"{self.mean_speed[-1]:g} rad/s "
             f"in {self.time[-1]:g} s{captured}>"
         )
 
@@ -135,7 +185,7 @@ def run_up(
     end: float,
     duration: float,
     *,
-    torque: float | None = None,
+    torque: float | Callable[[float], float] | None = None,
     drive: str | None = None,
     rtol: float = 1e-8,
     within: float = 1.0,
@@ -146,93 +196,65 @@ def run_up(
         scene: its other drives are free.
         drive: see `periodic_motion`.
         within: see `periodic_motion`.
-        start: speed of the drive at the beginning [rad/s].
-        end: its speed at the end, of the same sense; with a torque, it need not be reached.
+        start: speed of the drive at the beginning [rad/s]; with a torque, its mean over a
+            revolution.
+        end: its speed at the end, of the same sense. A torque need not reach it; where it does,
+            the run ends there.
         duration: [s].
-        torque: a constant one that moves the drive instead of a prescribed motion [N·m]; weak ones
-            may be captured at a resonance, which then takes all their power.
+        torque: what moves the drive instead of a prescribed motion [N·m], beside the loads of the
+            scene: a constant, or a function of the drive's speed [rad/s], such as a motor's line
+            `lambda speed: 0.02 * (157.0 - speed)`. Weak ones may be captured at a resonance,
+            which then takes all their power.
         rtol: of the simulation.
 
     Raises:
-        ArgumentError: a value is out of range.
+        ArgumentError: a value is out of range, or the torque returns no finite number.
+        VibrationError: a torque cannot turn the drive through with one of the speeds.
         SimulationError: see `Scene.simulate`.
         CardanError: see `periodic_motion`.
     """
-    duration = limit("duration", duration)
+    duration = positive("duration", duration)
     ends = [numbers(label, value) for label, value in (("start", start), ("end", end))]
     if any(value.ndim for value in ends) or ends[0] * ends[1] <= 0.0 or ends[0] == ends[1]:
         raise ArgumentError(f"start {start!r} and end {end!r}: give two speeds of one sense")
     first, last = (float(value) for value in ends)
-    rotating = rotating_scene(scene, drive)
-    within = limit("within", within)
-    begun = forced_response(rotating.scene, first, joints=[], within=within)
-    order, wave = begun.order, begun.amplitude[0]
-    begins: dict[str, Any] = {
-        "position": dict(zip(rotating.free, np.sum(wave, axis=0).real.tolist(), strict=True)),
-        "speed": dict(zip(rotating.free, (1j * first * order @ wave).real.tolist(), strict=True)),
-    }
-    if torque is None:
-        moved: dict[str, Any] = {"motion": {rotating.drive: _Rising(first, last, duration)}}
-    else:
-        begins["position"][rotating.drive], begins["speed"][rotating.drive] = 0.0, first
-        moved = {"loads": {rotating.drive: float(numbers("torque", torque))}}
-    run = rotating.scene.simulate(duration, **begins, **moved, rtol=rtol)
-    fastest = max(abs(first), abs(last), float(np.max(np.abs(np.asarray(run.speed)[:, 0]))))
-    count = int(_PER_PERIOD * max(1.0, fastest * duration / rotating.period)) + 1
-    return _compared(rotating.scene, run.evenly(count), (first, last), torque, within)
+    search = MotionSearch(rotating_scene(scene, drive), positive("within", within))
+    given = None if torque is None else Characteristic(torque)
+    run = SimulatedRun(search, first, last, given).over(duration, rtol)
+    # A weak torque may let the drive slow down first.
+    lowest = (min if last > first else max)(first, np.nan_to_num(run.settled, nan=first))
+    curve = TorqueCurve(search, steady_path(search, float(lowest), last), given)
+    return _compared(search.rotating.scene, run, curve)
 
 
-def _compared(
-    scene: Scene,
-    run: Trajectory | Sweep,
-    ends: tuple[float, float],
-    torque: float | None,
-    within: float,
-) -> RunUp:
+def _compared(scene: Scene, run: Run, curve: TorqueCurve) -> RunUp:
     """Return a run beside what constant speeds predict."""
-    time = np.asarray(run.t)  # type: ignore[union-attr]
-    position, rate = np.asarray(run.position), np.asarray(run.speed)
-    drive, free = position[:, 0], position[:, 1:]
-    window, envelope = _envelope(drive, rate[:, 0], free)
-    low, high = min(ends), max(ends)
-    speeds = np.linspace(low, high, _PREDICTED)
-    response = forced_response(scene, speeds, joints=[], within=within)
-    captured, where = False, np.nan
-    if torque is not None:
-        fifth = time >= 0.8 * time[-1]
-        slope = float(np.polyfit(time[fifth], rate[fifth, 0], 1)[0])
-        early = time <= 0.1 * time[-1]
-        free_slope = float(np.polyfit(time[early], rate[early, 0], 1)[0])
-        mean = float(np.mean(rate[fifth, 0]))
-        captured = abs(slope) < _STALLED * abs(free_slope) and low < mean < high
-        where = mean if captured else np.nan
+    found = curve.predicted()
+    barriers = curve.barriers(found)
+    captured = bool(np.isfinite(run.settled) and _barrier_above(barriers, run.settled))
     return RunUp(
         scene=scene,
-        time=time.copy(),
-        speed=rate[:, 0].copy(),
-        position=free.copy(),
-        window=window,
-        envelope=envelope,
-        predicted_speed=speeds,
-        predicted=_half_swings(response.order, response.amplitude),
-        linear=_half_swings(response.order, response.averaged),
+        time=run.time,
+        speed=run.speed,
+        position=run.position,
+        window=run.window.speed,
+        window_time=run.window.time,
+        envelope=run.window.envelope,
+        predicted_speed=found.speed,
+        predicted=found.swing,
+        linear=found.linear,
+        predicted_torque=found.torque,
+        predicted_lack=found.lack,
+        barriers=barriers,
+        settled_speed=run.settled,
         is_captured=captured,
-        captured_speed=where,
+        captured_speed=run.settled if captured else np.nan,
     )
 
 
-def _envelope(drive: Array, speed: Array, free: Array) -> tuple[Array, Array]:
-    """Return speeds `(W,)` and half swings `(W, n)` in windows of one revolution."""
-    turn = np.floor(np.abs(drive - drive[0]) / (2.0 * np.pi)).astype(int)
-    starts = np.nonzero(np.diff(turn, prepend=-1))[0].tolist()
-    parts = [slice(*pair) for pair in pairwise(starts)]
-    parts = parts or [slice(0, len(drive))]
-    middle = np.array([float(np.mean(speed[part])) for part in parts])
-    return middle, np.array([0.5 * np.ptp(free[part], axis=0) for part in parts])
-
-
-def _half_swings(order: Array, amplitude: Array) -> Array:
-    """Return half the way from peak to peak `(S, n)` of amplitudes `(S, K, n)`."""
-    count = 8 * len(order)
-    waves = np.exp(1j * np.outer(2.0 * np.pi / count * np.arange(count), order))
-    return 0.5 * np.ptp((waves @ amplitude).real, axis=1)
+def _barrier_above(barriers: tuple[TorqueBarrier, ...], speed: float) -> TorqueBarrier | None:
+    """Return the first barrier that holds a drive at a speed, None if there is none."""
+    for item in barriers:
+        if abs(item.speed) > abs(speed) * (1.0 - _BESIDE) and not item.is_passed:
+            return item
+    return None

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from .averaged import modes
+from .averaged import averaged, modes
 from .coexisting import smallest
+from .correction import refuse_unheld
 from .monodromy import first_order, monodromy
 from .motion_search import MotionSearch
 
@@ -55,6 +56,9 @@ def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> S
         search: of the design.
         speeds: `(S,)`.
         others: whether further motions are counted.
+
+    Raises:
+        VibrationError: others are counted, and nothing holds a free coordinate.
     """
     size, order = len(speeds), 2 * len(search.rotating.free)
     result = Stability(
@@ -70,6 +74,7 @@ def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> S
     if others:
         found_motions, counts = smallest(search, speeds)
         result.coexisting[:] = counts
+        refuse_unheld(found_motions)
     else:
         found_motions = search.primary(speeds)
     for motions in found_motions:
@@ -87,13 +92,8 @@ def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> S
         result.determinant[index] = np.linalg.det(found)
         spur = np.mean(np.trace(matrix, axis1=2, axis2=3), axis=1)
         result.liouville[index] = np.exp(period * spur)
-        averaged = modes(
-            *(
-                np.mean(item, axis=1)
-                for item in (equation.mass, equation.damping, equation.stiffness)
-            )
-        )
-        grows = np.any(averaged.value.real > _UNSTABLE * np.abs(averaged.value), axis=1)
+        mean = modes(*averaged(equation)).value
+        grows = np.any(mean.real > _UNSTABLE * np.abs(mean), axis=1)
         result.kind[index] = _kinds(values, grows)
     return result._replace(change=change)
 

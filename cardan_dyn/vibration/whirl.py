@@ -10,8 +10,15 @@ from .periodic_grid import nodes
 from .rotating_scene import RotatingScene
 
 _POSITIONS = 16
+"""Drive positions over a period at which ellipses are looked at, and averaged."""
 _TURNS = 1e-3
 """Speed of a link [rad/s per rad/s of the drive] below which it does not turn."""
+_ROUNDING = 1e-10
+"""Motion across the axes of rotation, as a fraction of all motion, that is none."""
+_COINCIDE = 1e-8
+"""Difference of two eigenvalues, as a fraction, at which their modes may be combined."""
+_PLANAR = 0.1
+"""Sense below which an ellipse is so thin that its mode counts as swinging in a plane."""
 
 
 class WhirlSense:
@@ -19,7 +26,7 @@ class WhirlSense:
 
     A mode moves each link's centre along an ellipse, and so does the tip of its small rotation.
     The areas of these ellipses, seen along the axis about which the link turns with the drive,
-    are weighed with mass and with moment of inertia.
+    are weighed with mass and with moment of inertia. Links that do not turn count for nothing.
     """
 
     def __init__(self, rotating: RotatingScene, q: Array, sense: float) -> None:
@@ -61,22 +68,85 @@ class WhirlSense:
 
     def of(self, shapes: Array) -> Array:
         """Return the sense `(m,)` of mode shapes `(n, m)`: from -1, backward, to +1, forward."""
-        forward, size = np.zeros(shapes.shape[1]), np.full(shapes.shape[1], 1e-300)
+        forward, size, whole = (np.diagonal(form).real for form in self._forms(shapes))
+        is_there = size > _ROUNDING**2 * whole
+        return np.where(is_there, forward / np.where(is_there, size, 1.0), 0.0)
+
+    def parted(self, value: Array, shapes: Array) -> Array:
+        """Return mode shapes of which those of one frequency whirl apart, forward and backward.
+
+        Where eigenvalues coincide, as those of a disc between equal springs, any combination of
+        their shapes is a mode, and what an order excites is shared out among them by chance. Of
+        those that whirl most, an unbalance excites one alone.
+
+        Args:
+            value: eigenvalues `(n,)` [1/s].
+            shapes: mode shapes `(n, n)`, a column for each.
+        """
+        result = shapes.copy()
+        for group in _coinciding(value):
+            basis = shapes[:, group]
+            forward, size, whole = self._forms(basis)
+            least = np.linalg.eigvalsh(size)[0]
+            if not least > _ROUNDING**2 * np.trace(whole).real:
+                continue  # Not all of them move anything across its axis of rotation.
+            inverse = np.linalg.inv(np.linalg.cholesky(size))
+            senses, ways = np.linalg.eigh(inverse @ forward @ inverse.conj().T)
+            if np.max(np.abs(senses)) < _PLANAR:
+                continue
+            found = basis @ (inverse.conj().T @ ways)
+            largest = np.argmax(np.abs(found), axis=0)
+            result[:, group] = found / found[largest, np.arange(len(group))]
+        return result
+
+    def _forms(self, shapes: Array) -> tuple[Array, Array, Array]:
+        """Return Hermitian forms `(m, m)` of combinations of shapes `(n, m)`.
+
+        Returns:
+            areas of the ellipses in the sense of rotation; squares of their axes, so that the sense
+            is the first by the second; and squares of all motion, along the axes of rotation and
+            of links that do not turn as well.
+        """
+        count = shapes.shape[1]
+        forward, size, whole = np.zeros((3, count, count), dtype=complex)
         for index, inertia in enumerate(self._inertia):
+            # Housings have no sense of rotation of their own, however heavy they are.
+            turns = np.any(self._axis[index], axis=-1)
             weights = (float(np.trace(inertia.inertia)) / 3.0, float(inertia.mass))
             for weight, moved in zip(weights, (self._spin, self._velocity), strict=True):
                 # The part of the swing along the link's own axis is no whirl.
                 ends = np.einsum("kin,nm->kmi", moved[index], shapes)
-                axis = self._axis[index][:, None, :]
-                ends = ends - np.sum(ends * axis, axis=-1, keepdims=True) * axis
-                turned = np.cross(ends.real, -ends.imag)
-                forward += weight * np.mean(2.0 * np.sum(turned * axis, axis=-1), axis=0)
-                size += weight * np.mean(np.sum(np.abs(ends) ** 2, axis=-1), axis=0)
-        return np.asarray(forward / size)
+                share = weight / len(ends)
+                whole += share * np.einsum("kmi,kli->ml", ends.conj(), ends)
+                axis = self._axis[index]
+                ends = ends - np.einsum("kmi,ki->km", ends, axis)[..., None] * axis[:, None, :]
+                # Of e = a + i b, the axis times a × (-b), twice: i times the axis times e* × e.
+                turned = np.cross(axis[:, None, :], ends)
+                forward += 1j * share * np.einsum("kmi,kli->ml", ends.conj(), -turned)
+                size += share * np.einsum("k,kmi,kli->ml", turns, ends.conj(), ends)
+        return forward, size, whole
+
+
+def _coinciding(value: Array) -> list[list[int]]:
+    """Return groups of two or more swings whose eigenvalues `(n,)` coincide."""
+    groups: list[list[int]] = []
+    for index, number in enumerate(value.tolist()):
+        for group in groups:
+            if abs(number - value[group[0]]) <= _COINCIDE * abs(number):
+                group.append(index)
+                break
+        else:
+            groups.append([index])
+    return [group for group in groups if len(group) > 1 and value[group[0]].imag > 0.0]
 
 
 def sense_name(sense: float) -> str:
-    """Return the word for a sense: `forward`, `backward`, or `planar`."""
-    if abs(sense) < 0.1:
-        return "planar"
-    return "forward" if sense > 0.0 else "backward"
+    """Return the word for a sense: `forward`, `backward`, or `planar`; none for NaN."""
+    if np.isnan(sense):
+        return ""
+    return {-1.0: "backward", 0.0: "planar", 1.0: "forward"}[float(clear_senses(np.array(sense)))]
+
+
+def clear_senses(senses: Array) -> Array:
+    """Return +1 for forward, -1 for backward, 0 for planar, of senses of any shape."""
+    return np.where(np.abs(senses) < _PLANAR, 0.0, np.sign(senses))

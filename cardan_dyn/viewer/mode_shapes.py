@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import described, numbers, whole
+from ..checks import described, number, numbers, whole
 from ..errors import ArgumentError
 from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
@@ -70,8 +70,7 @@ def mode_sweep(
     greatest = float(np.max(np.abs(coordinates) / units, initial=0.0))
     if not (np.isfinite(greatest) and greatest > 0.0):
         raise ArgumentError(f"shape is {described(shape)}, expected finite numbers, not all zero")
-    given = {"size": size, "position": position}
-    scale, start = (_number(name, value) for name, value in given.items())
+    scale, start = number("size", size), number("position", position)
     phase = np.linspace(0.0, 2.0 * np.pi, whole("samples", samples))[:, None]
     swing = np.real(coordinates / greatest * np.exp(1j * whole("cycles", cycles) * phase))
     middle = np.broadcast_to(numbers("rest", rest), coordinates.shape)
@@ -83,13 +82,6 @@ def _units(mechanism: Mechanism, free: tuple[str, ...]) -> Any:
     """Return what counts as one of each coordinate: 1 rad, or the characteristic length [m]."""
     slides = [mechanism.drivable[name].slides for name in free]
     return np.where(slides, mechanism.characteristic_length, 1.0)
-
-
-def _number(name: str, value: float) -> float:
-    number = numbers(name, value)
-    if number.ndim:
-        raise ArgumentError(f"{name} is {described(value)}, expected a number")
-    return float(number)
 
 
 def _turns(value: int) -> int:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..checks import described, names, numbers
+from ..checks import described, names, positive, whole
 from ..elements.element import Element
 from ..errors import ArgumentError
 from ..mechanism.configuration import Configuration
@@ -77,7 +77,7 @@ def view(
             elements do not fit the configuration.
     """
     meshcat()  # Reports a missing extra before anything is computed.
-    _check_numbers(duration, frames)
+    duration, frames = positive("duration", duration), whole("frames", frames)
     shot = _shot(sweep, frames, elements)
     shown = _checked_joints(shot, joints)
     count = min(len(shot), frames)
@@ -124,14 +124,6 @@ def _checked_joints(sweep: Sweep | Still, joints: Sequence[str] | None) -> tuple
     for name in shown:
         sweep[name]  # Raises an error if it is unknown.
     return shown
-
-
-def _check_numbers(duration: object, frames: object) -> None:
-    seconds = numbers("duration", duration)
-    if seconds.ndim or seconds <= 0.0:
-        raise ArgumentError(f"duration {described(duration)} is not a positive number of seconds")
-    if isinstance(frames, bool) or not isinstance(frames, (int, np.integer)) or frames < 1:
-        raise ArgumentError(f"frames {described(frames)} is not a positive whole number")
 
 
 class View:

@@ -77,6 +77,32 @@ def test_peaks_grow_about_as_beta_cubed(order, forward, ratio):
     assert large / small == pytest.approx(ratio, rel=2e-3)
 
 
+# Leading term and the next of the moments over β³/4, by hand from 2 t³ with t = tan(β/2).
+SERIES = [(2, True, 1.0, 0.0), (2, False, -1.0, 0.75), (4, True, 1.0, 1.0)]
+
+
+@pytest.mark.parametrize(("order", "forward", "sign", "next_"), SERIES)
+def test_moments_of_the_flywheel_at_small_angles(order, forward, sign, next_):
+    """Β³/4 (1 + c β²) with c = 0, 3/4, 1, so that 1° to 4° is 64 (1 + 15 c β²)."""
+    beta = np.radians([0.5, 1.0, 2.0, 4.0])
+    found = whirl.moments_of_flywheel(beta, order)
+    over = sign * np.real(found.forward if forward else found.backward) / (0.25 * beta**3)
+    assert over == pytest.approx(1.0 + next_ * beta**2, abs=2.0 * beta[-1] ** 4)
+    assert (over - 1.0 - next_ * beta**2)[:3] == pytest.approx(0.0, abs=2.0 * beta[2] ** 4)
+    ratio = whirl.peak(beta, order, 0.1, 1.0, 1.0, 0.01, forward=forward)[1]
+    assert ratio[3] / ratio[1] == pytest.approx(
+        64.0 * (1.0 + 15.0 * next_ * beta[1] ** 2), rel=1e-4
+    )
+
+
+@pytest.mark.parametrize(("order", "forward"), [(4, False), (6, True), (6, False), (8, True)])
+def test_other_orders_of_the_flywheel_vanish_faster(order, forward):
+    """As β⁵ or more: at small angles Thoma's two orders are all there is."""
+    found = whirl.moments_of_flywheel(np.radians([1.0, 4.0]), order)
+    small, large = np.abs(found.forward if forward else found.backward)
+    assert large / small > 0.99 * 4.0**5
+
+
 def test_critical_speeds_of_thoma_are_those_without_gyroscopic_effect():
     assert whirl.critical_speed(120.0, [2, 4]) == pytest.approx([60.0, 30.0], rel=1e-15)
     forward = whirl.critical_speed(1.0, [2, 4], 0.1)
@@ -125,8 +151,9 @@ def test_moments_are_the_series_of_thomas_formulas(beta):
         for order in (0, 2, 4, 6):
             found = closed(order)
             assert abs(found.forward - series[order]) < 1e-14 * scale
-            if order:
-                assert abs(found.backward - series[-order]) < 1e-14 * scale
+            # What is constant stands under `forward` alone.
+            backward = series[-order] if order else 0.0
+            assert abs(found.backward - backward) < 1e-14 * scale
 
 
 def test_kinds_of_torque_have_other_orders():

@@ -361,3 +361,29 @@ def test_a_response_refuses_elements() -> None:
     for build in (scene.response, lambda: scene.responses({}), lambda: scene.load_response("none")):
         with pytest.raises(cd.ArgumentError, match="a response takes no elements"):
             build()
+
+
+def test_an_actuator_of_the_position_does_its_work() -> None:
+    """A pump of shaft 2 takes ∫ (1 + cos 2x) dx, whatever the motion; the drive feels it."""
+
+    def pump(turn: np.ndarray) -> np.ndarray:
+        return -1.0 - np.cos(2.0 * turn)
+
+    scene = cd.Scene(
+        cd.load("universal_joint"),
+        drive="bearing_in",
+        held={"joint_angle": 0.6},
+        elements=[cd.Actuator("bearing_out", pump, of="position", name="pump")],
+    )
+    turn = scene.sweep(np.linspace(0.0, 9.0, 50))
+    x = turn.motion.position("bearing_out")
+    ratio = turn.motion.ratio("bearing_out")
+    np.testing.assert_allclose(turn.element_force["pump"].effort, pump(x))
+    np.testing.assert_allclose(np.ravel(turn.drive_effort), -pump(x) * ratio, atol=1e-13)
+    assert turn.balance_residual < 1e-13 and turn.power_residual < 1e-13
+    run = scene.simulate(1.5, speed=40.0)
+    ends = run.at([0.0, 1.5])
+    x = ends.motion.position("bearing_out")
+    work = -np.diff(x + 0.5 * np.sin(2.0 * x))
+    assert np.diff(ends.kinetic_energy) == pytest.approx(work, rel=1e-8)
+    assert abs(work[0]) > 1.0 and run.energy_residual < 1e-8

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from testkit import elastic_rigs
 from testkit.claims import (
     GRAVITY,
     POSITIONS,
@@ -113,3 +114,16 @@ def test_the_text_is_read_a_second_time() -> None:
         scene = cd.Scene(spoiled, drive="crank_bearing", gravity=GRAVITY)
         with pytest.raises(cd.AccuracyError, match=r"balance|power"):
             scene.sweep(POSITIONS)
+
+
+def test_bodies_that_slide_steadily_need_no_force() -> None:
+    """However they are turned, what rounding leaves of it is no wrong wrench."""
+    rotor = cd.load(elastic_rigs.sliding_rotor())
+    scene = cd.Scene(rotor, drive=["turn", "x", "y", "z", "yaw"])
+    angle = np.linspace(0.0, 2.0 * np.pi, 97)
+    places = np.column_stack([angle, *np.zeros((3, 97)), 0.7 * angle])
+    for speed in ([0.0, 1.0, -2.0, 3.0, 0.0], [0.0, 0.0, 1e4, 0.0, 0.0]):
+        sweep = scene.sweep(places, speed)
+        scale = 1.7 * np.max(np.abs(speed)) ** 2
+        assert np.max(np.abs(sweep.drive_effort)) < 1e-14 * scale
+        assert sweep.balance_residual < 1e-13

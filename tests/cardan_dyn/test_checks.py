@@ -246,6 +246,53 @@ def test_masked_arrays_without_masked_numbers_are_arrays() -> None:
     assert checks.numbers("speed", masked).tolist() == [1.0, 2.0]
 
 
+@pytest.mark.parametrize("value", [3, 3.0, np.int64(3), np.float32(3.0), np.array(3.0)], ids=repr)
+def test_single_numbers_are_plain_floats(value: object) -> None:
+    for check in (checks.number, checks.positive):
+        found = check("play", value)
+        assert type(found) is float
+        assert found == 3.0
+
+
+@pytest.mark.parametrize("check", [checks.number, checks.positive])
+@pytest.mark.parametrize("value", [np.nan, -np.inf, "1", None, True, [1.0], 1j], ids=repr)
+def test_no_single_numbers(check: Callable[[str, object], float], value: object) -> None:
+    with pytest.raises(
+        cd.ArgumentError, match=r"^play (is not|has shape \(1,\), expected a number)"
+    ):
+        check("play", value)
+
+
+def test_numbers_that_are_too_small() -> None:
+    assert checks.number("play", -1e300) == -1e300
+    assert checks.number("play", 0.5, least=0.5) == 0.5
+    with pytest.raises(cd.ArgumentError, match=r"^play is 0\.4; it is not less than 0\.5$"):
+        checks.number("play", 0.4, least=0.5)
+    assert checks.positive("play", 5e-324) == 5e-324
+    for value in (0.0, -0.0, -2.0):
+        with pytest.raises(cd.ArgumentError, match=r"^play is -?[02], expected a positive number$"):
+            checks.positive("play", value)
+
+
+@pytest.mark.parametrize("check", [checks.several, checks.positives])
+def test_several_numbers_are_a_vector(check: Callable[[str, object], np.ndarray]) -> None:
+    assert check("orders", 2).tolist() == [2.0]
+    assert check("orders", (2, 4.0)).tolist() == [2.0, 4.0]
+    for value, shape in (([], r"\(0,\)"), ([[1.0, 2.0]], r"\(1, 2\)")):
+        with pytest.raises(cd.ArgumentError, match=rf"^orders has shape {shape}, expected a numb"):
+            check("orders", value)
+    for value in ("two", None, [1.0, np.nan]):
+        with pytest.raises(cd.ArgumentError, match=r"^orders is not"):
+            check("orders", value)
+
+
+def test_positive_ones_among_several() -> None:
+    assert checks.several("orders", [1.0, -2.0]).tolist() == [1.0, -2.0]
+    for value in ([1.0, -2.0], -2.0):
+        with pytest.raises(cd.ArgumentError, match=r"^orders holds -2, expected positive numbers$"):
+            checks.positives("orders", value)
+
+
 def test_vectors() -> None:
     assert checks.vector("gravity", (0, 0, -1), 3).tolist() == [0.0, 0.0, -1.0]
     for value, shape in ((1.0, r"\(\)"), ([1.0, 2.0], r"\(2,\)"), ([[1, 2, 3]], r"\(1, 3\)")):

@@ -102,7 +102,13 @@ def test_positions_in_messages_have_twelve_digits(position: object, text: str) -
 
 @pytest.mark.parametrize(
     ("names", "text"),
-    [({"b", "a", "C"}, "C, a, b"), ([], "none"), (["one"], "one"), (iter("ba"), "a, b")],
+    [
+        ({"b", "a", "C"}, "C, a, b"),
+        ([], "none"),
+        (["b", "a", "b"], "a, b"),
+        (["one"], "one"),
+        (iter("ba"), "a, b"),
+    ],
 )
 def test_choices_are_sorted(names: object, text: str) -> None:
     assert choices(names) == text  # type: ignore[arg-type]

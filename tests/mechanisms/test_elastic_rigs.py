@@ -111,6 +111,60 @@ def test_tilting_shaft_follows_the_rotor_with_gyroscopic_term() -> None:
         assert abs(moment[-order] - expected.backward) < 1e-9 * abs(expected.forward)
 
 
+BETAS = np.radians([1.0, 5.0, 20.0, 45.0, 60.0, 80.0, 88.0])
+TORQUE = 100.0
+
+
+def bending(output_torque: str) -> tuple[cd.Sweep, np.ndarray]:
+    """Sweep at rest, and moments M_x, M_z `(B, 64)` of the joint on shaft 2, in axes that rest.
+
+    e_x lies across shaft 2 in the plane of the shafts, e_z normal to it, see `analytic.whirl`.
+    """
+    rig = scene("elastic_thoma_rig", 0.1)
+    position = np.zeros((1, 64, 3))
+    position[..., 0] = 2.0 * np.pi * np.arange(64) / 64
+    held = {"joint_angle": BETAS[:, None]}
+    ratio = rig.sweep(position, held=held).motion.ratio("bearing_out")
+    # Virtual work: what shaft 2 carries, times how much faster it turns, is what shaft 1 does.
+    loads = -TORQUE / ratio if output_torque == "even input" else np.full(ratio.shape, -TORQUE)
+    turn = rig.sweep(position, held=held, loads={"bearing_out": loads})
+    moment = turn.wrench("pin_out", "world").moment
+    in_plane = np.stack([np.sin(BETAS), -np.cos(BETAS), 0.0 * BETAS], axis=1)
+    return turn, np.stack([np.einsum("bpi,bi->bp", moment, in_plane), -moment[..., 2]])
+
+
+def test_a_constant_input_torque_bends_shaft_2_without_a_fourth_order() -> None:
+    """M_x = T sin β (1 + cos 2φ)/2, M_z = T tan β sin 2φ/2 at every joint angle."""
+    turn, (bend_x, bend_z) = bending("even input")
+    np.testing.assert_allclose(turn.drive_effort[..., 0], TORQUE, rtol=1e-12)
+    phi = 2.0 * np.pi * np.arange(64) / 64
+    sine, tangent = np.sin(BETAS)[:, None], np.tan(BETAS)[:, None]
+    scale = TORQUE * tangent
+    expected_x = TORQUE * sine * (1.0 + np.cos(2.0 * phi)) / 2.0
+    assert np.max(np.abs(bend_x - expected_x) / scale) < 1e-12
+    assert np.max(np.abs(bend_z - scale * np.sin(2.0 * phi) / 2.0) / scale) < 1e-12
+    orders = np.abs(np.fft.fft(bend_z - 1j * bend_x) / 64) / scale
+    assert np.max(orders[:, [4, -4, 6, -6, 8, -8]]) < 1e-12
+    # The second is there, forwards almost alone.
+    assert np.min(orders[:, 2]) > 0.25 and np.all(orders[:2, -2] < 1e-2 * orders[:2, 2])
+
+
+def test_a_constant_output_torque_bends_it_by_orders_that_whirl_forwards() -> None:
+    """Orders 2 and 4 in the ratio tan²(β/2): 0.0019 at 5°, 0.031 at 20°; none backwards."""
+    turn, (bend_x, bend_z) = bending("even output")
+    assert np.all(np.ptp(turn.drive_effort[1:, :, 0], axis=1) > 1e-3 * TORQUE)
+    series = np.fft.fft(bend_z - 1j * bend_x) / 64
+    # At angles whose series is short enough for 64 positions.
+    small = BETAS < 1.1
+    ratio = np.abs(series[small, 4] / series[small, 2])
+    np.testing.assert_allclose(ratio, np.tan(BETAS[small] / 2.0) ** 2, rtol=1e-9)
+    assert ratio[1:3] == pytest.approx([0.0019, 0.031], rel=0.01)
+    backward = np.abs(series[small][:, [-2, -4]]) / (TORQUE * np.tan(BETAS[small]))[:, None]
+    assert np.max(backward) < 1e-12
+    expected = whirl.moments_of_output_torque(BETAS[small], 2, TORQUE).forward
+    np.testing.assert_allclose(series[small, 2], expected, rtol=1e-12)
+
+
 def growth(name: str, ratio: float) -> float:
     """How much greater the twist without damping is in the second half of twenty revolutions."""
     rig = scene(name, float(np.radians(20.0)))

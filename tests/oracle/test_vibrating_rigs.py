@@ -5,6 +5,7 @@ from __future__ import annotations
 import mpmath
 import numpy as np
 import pytest
+from driven_shaft import DrivenShaft
 from shooting import Acceleration, edge, orders, periodic
 from testkit import elastic_rigs
 from tilting_shaft import TiltingShaft
@@ -73,6 +74,25 @@ def test_accelerations_by_hand_need_no_effort(name: str) -> None:
             acceleration=SPEED**2 * np.r_[0.0, second + 0.01],
         )
         assert np.max(np.abs(other.drive_effort[..., 1:])) > 1e-4
+
+
+def test_a_driven_shaft_by_hand_needs_its_torque_alone() -> None:
+    """Newton and Euler with the moment of the cross, for any motion of drive and tilts."""
+    shaft = DrivenShaft(BETA, lambda speed: 0.3 - 0.1 * speed, 0.7, 0.3, 1.2, 1.5, 0.02)
+    urdf = elastic_rigs.elastic_rig(0.3, 1.2, 1.5, 0.02)
+    inertia = 'ixx="1.0" iyy="1.0" izz="1.0"'
+    assert inertia in urdf
+    scene = elastic_rigs.scene(urdf.replace(inertia, inertia.replace("1.0", "0.7")), BETA)
+    random = np.random.default_rng(5)
+    for _ in range(4):
+        position = np.r_[random.uniform(0.0, 6.0), 0.2 * random.standard_normal(2)]
+        speed = 0.5 * random.standard_normal(3)
+        rise = shaft.accelerations(position, speed)
+        turn = scene.sweep(position, speed=speed, acceleration=rise)
+        expected = [0.3 - 0.1 * speed[0], 0.0, 0.0]
+        np.testing.assert_allclose(np.ravel(turn.drive_effort), expected, atol=5e-15)
+        other = scene.sweep(position, speed=speed, acceleration=rise + 0.01)
+        assert np.max(np.abs(other.drive_effort - expected)) > 1e-3
 
 
 def trace_plus_2(system: type, beta: float) -> object:

@@ -39,7 +39,7 @@ def test_good_ones_come_back() -> None:
     [
         (speed_of, 0.0, "speed is 0"),
         (speed_of, 1e-200, "speed is 1e-200, and so are inertia forces"),
-        (speed_of, [1.0, 2.0], "speed is of type list"),
+        (speed_of, [1.0, 2.0], r"speed has shape \(2,\), expected a number"),
         (speed_of, "fast", "speed"),
         (damping_ratio_of, -0.1, "from 0 to below 1"),
         (start_of, None, "start is None"),

@@ -115,7 +115,7 @@ def test_whole_arrays() -> None:
         ({"stiffness": float("inf")}, "stiffness is not finite"),
         ({"play": -1.0}, "play is -1"),
         ({"play": PIN}, "play"),
-        ({"slope": [1.0, 2.0]}, "slope is"),
+        ({"slope": [1.0, 2.0]}, r"slope has shape \(2,\), expected a number"),
         ({"damping_ratio": 1.0}, "damping_ratio"),
         ({"start": "run"}, "start is 'run'"),
     ],

@@ -91,7 +91,7 @@ def test_the_speed_of_a_scanned_joint_is_that_of_other_scans() -> None:
         ((PAPER, "length"), "parameter 'length' is unknown"),
         ((3.0, "play"), "expected a reversal"),
         ((PAPER, "play", [1.0, 0.0]), "positive"),
-        ((PAPER, "play", [[1.0]]), "positive numbers"),
+        ((PAPER, "play", [[1.0]]), r"factors has shape \(1, 1\)"),
     ],
 )
 def test_bad_input(arguments: tuple[Any, ...], match: str) -> None:

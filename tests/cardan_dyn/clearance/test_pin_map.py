@@ -59,10 +59,10 @@ def test_table_and_text(found: PinMap) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"speeds": []}, "speeds has the shape"),
+        ({"speeds": []}, "speeds has shape"),
         ({"speeds": [100.0, 0.0]}, "speed is 0"),
         ({"held": {}}, "held gives no positions"),
-        ({"held": {"joint_angle": [[0.1]]}}, "has the shape"),
+        ({"held": {"joint_angle": [[0.1]]}}, "has shape"),
         ({"held": {"bearing_out": [0.1]}}, "'bearing_out' is not held"),
         ({"held": {"joint_angle": [0.1, 0.2], "slip": [0.1]}}, "different numbers"),
     ],

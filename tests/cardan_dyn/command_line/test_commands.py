@@ -210,7 +210,7 @@ def test_errors_of_the_package_are_messages() -> None:
         (("four_bar", "--samples", "1"), "1 is not in the range x>=2"),
         (("four_bar", "--hide", "shadows"), "'shadows' is not one of"),
         (("four_bar", "--load", "=3"), "--load '=3' is not JOINT=VALUE"),
-        (("four_bar", "--duration", "0"), "duration 0.0 is not a positive number"),
+        (("four_bar", "--duration", "0"), "duration is 0, expected a positive number"),
     ):
         result = view(*arguments)
         assert result.exit_code in (1, 2)

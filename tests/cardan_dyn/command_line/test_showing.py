@@ -17,6 +17,8 @@ PAGE = cd.view(cd.load("four_bar").assembled())
 def test_export_says_where(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     export(PAGE, tmp_path / "scene.html")
     assert capsys.readouterr().out == f"Scene: {tmp_path / 'scene.html'}\n"
+    export(PAGE, tmp_path / "scene.html", aside=True)
+    assert capsys.readouterr() == ("", f"Scene: {tmp_path / 'scene.html'}\n")
     with pytest.raises(click.ClickException, match="cannot be written"):
         export(PAGE, tmp_path / "none" / "scene.html")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +12,16 @@ from click.testing import CliRunner, Result
 from testkit import elastic_rigs
 
 import cardan_dyn as cd
-from cardan_dyn.command_line import main
-from cardan_dyn.command_line.vibration_command import RigOptions, chart_of, found_speeds, rig_scene
+from cardan_dyn.command_line import main, vibration_command
+from cardan_dyn.command_line.vibration_command import (
+    RigOptions,
+    chart_of,
+    found_speeds,
+    mode_view,
+    rig_scene,
+    save_figures,
+)
+from cardan_dyn.vibration import Floquet, floquet
 
 PER_MINUTE = 30.0 / np.pi
 NATURAL, DAMPING_RATIO = 20.0, 0.05
@@ -43,7 +52,7 @@ def test_resonance_of_a_linear_line(rig: Path) -> None:
     content = json.loads(found.stdout)
     assert (content["drive"], content["free"]) == ("bearing_in", ["twist_out"])
     (row,) = content["critical_speeds"]
-    assert (row["kind"], row["order"], row["mode"]) == ("resonance", 2.0, 0)
+    assert (row["kind"], row["order"], row["mode"]) == ("resonance", 2.0, 1)
     assert row["speed"] == pytest.approx(NATURAL / 2.0, rel=0.01)
     assert row["severity"] == pytest.approx(KAPPA / (2.0 * DAMPING_RATIO), rel=0.01)
     assert row["amplification"] == pytest.approx(1.0 / (2.0 * DAMPING_RATIO), rel=1e-3)
@@ -85,6 +94,29 @@ def test_scene_of_a_bundled_rig() -> None:
     }
     assert chart_of(scene, "joint_angle=30") == ("joint_angle", pytest.approx(np.pi / 6.0))
     assert chart_of(scene, None) is None
+    loaded = rig_scene("elastic_thoma_rig", RigOptions(loads=("bearing_out=-3",)))
+    assert loaded.loads == {"bearing_out": -3.0}
+
+
+def test_a_chart_spans_the_range_and_the_angles(
+    rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def recorded(scene: cd.Scene, speed: np.ndarray, **options: Any) -> Floquet:
+        asked.append((speed, options))
+        return floquet(scene, speed, **options)
+
+    monkeypatch.setattr(vibration_command, "floquet", recorded)
+    monkeypatch.setattr(vibration_command, "_CHART_SPEEDS", 4)
+    monkeypatch.setattr(vibration_command, "_CHART_ANGLES", 3)
+    scene = rig_scene(str(rig), RigOptions(drive="bearing_in", held=("joint_angle=5",)))
+    found = found_speeds(scene, (9.0 * PER_MINUTE, 11.0 * PER_MINUTE))
+    paths = save_figures(scene, found, tmp_path, ("joint_angle", 0.2))
+    assert {path.stem for path in paths} == {"campbell", "orders", "multipliers", "chart"}
+    (speed, options) = asked[-1]
+    np.testing.assert_allclose(speed[[0, -1]], [9.0, 11.0])
+    assert options["held"]["joint_angle"].tolist() == [0.0, 0.1, 0.2]
 
 
 def test_range_by_the_natural_frequencies(rig: Path) -> None:
@@ -114,6 +146,49 @@ def test_refused(arguments: tuple[str, ...], message: str) -> None:
     assert message in " ".join(found.output.split())
 
 
+def test_modes_are_numbered_as_in_the_table(rig: Path) -> None:
+    scene = rig_scene("elastic_thoma_rig", RigOptions())
+    found = found_speeds(scene, None, (2.0,))
+    hertz = found.campbell.frequency[0] / (2.0 * np.pi)
+    for number in (1, 2):
+        page = mode_view(scene, number, found.low).html
+        assert f"mode {number}, {hertz[number - 1]:.4g} Hz" in page
+    with pytest.raises(cd.ArgumentError, match="--mode 3 does not exist; modes: 1 to 2"):
+        mode_view(scene, 3, found.low)
+
+
 def test_what_turns_has_to_be_known(rig: Path) -> None:
     with pytest.raises(cd.ArgumentError, match="nothing says what turns: give --drive"):
         rig_scene(str(rig), RigOptions(held=("joint_angle=5",)))
+
+
+def test_what_turns_is_known_where_one_joint_is_left(tmp_path: Path) -> None:
+    file = tmp_path / "rotor.urdf"
+    file.write_text(elastic_rigs.rotor(), encoding="utf-8")
+    assert rig_scene(str(file), RigOptions()).drives == ("bearing_in", "y", "z")
+    held = rig_scene(str(file), RigOptions(held=("z=0.001",)))
+    assert (held.drives, held.held) == (("bearing_in", "y"), {"z": 0.001})
+    with pytest.raises(cd.ArgumentError, match="a spring, unless it is driven or held"):
+        rig_scene(str(file), RigOptions(held=("y=0", "z=0")))
+    # What is driven is not free besides.
+    assert rig_scene(str(file), RigOptions("y", held=("bearing_in=0",))).drives == ("y", "z")
+
+
+def test_charts_of_slides_have_metres(tmp_path: Path) -> None:
+    file = tmp_path / "rotor.urdf"
+    file.write_text(elastic_rigs.rotor(), encoding="utf-8")
+    scene = rig_scene(str(file), RigOptions(held=("z=0",)))
+    assert chart_of(scene, "z=0.002") == ("z", 0.002)
+    with pytest.raises(cd.ArgumentError, match="--chart ends at 0, where it begins"):
+        chart_of(scene, "z=0")
+
+
+def test_data_stand_alone_on_standard_output(rig: Path, tmp_path: Path) -> None:
+    page = tmp_path / "mode.html"
+    found = run(
+        *(rig, "--drive", "bearing_in", "--held", "joint_angle=5", "--speed-rpm", 10, 20, "--json"),
+        *("--mode", 1, "--export", page),
+    )
+    assert found.exit_code == 0, found.output
+    assert json.loads(found.stdout)["critical_speeds"] == []
+    assert f"Scene: {page}" in found.stderr

@@ -52,6 +52,27 @@ def test_an_actuator_that_reduces_arrays_is_asked_time_by_time() -> None:
     np.testing.assert_array_equal(effort, TIME)
 
 
+def test_an_actuator_takes_functions_of_the_position() -> None:
+    load = cd.Actuator("pin", np.cos, of="position")
+    force = load.force(X, V, TIME, "")
+    np.testing.assert_array_equal(force.effort, np.cos(X))
+    assert not np.any(force.energy) and not np.any(force.dissipation)
+    assert not load.follows_time
+    assert cd.Actuator("pin", np.cos).follows_time
+    assert not cd.Actuator("pin", 2.0).follows_time
+    assert cd.Actuator("pin", np.cos) != load
+    by_number = cd.Actuator("pin", math.cos, of="position").force(X, V, TIME, "")
+    np.testing.assert_array_equal(by_number.effort, force.effort)
+
+
+def test_what_an_actuator_does_not_follow() -> None:
+    with pytest.raises(cd.ArgumentError, match="of is 'speed'; it is position, time"):
+        cd.Actuator("pin", np.cos, of="speed")
+    failing = cd.Actuator("pin", lambda x: 1.0 / 0.0, of="position")
+    with pytest.raises(cd.ArgumentError, match=r"effort at position 0\.5 fails: ZeroDivisionError"):
+        failing.force(X[:1], V[:1], TIME[:1], "load: ")
+
+
 def test_an_actuator_at_one_time_is_asked_once() -> None:
     asked: list[float] = []
 

@@ -65,7 +65,7 @@ def test_laws_that_need_the_speed_of_touch_are_refused_outside_simulations() -> 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"play": 0.0}, "play is 0; it is positive"),
+        ({"play": 0.0}, "play is 0, expected a positive number"),
         ({"play": -1e-3}, "play is -0.001"),
         ({"play": np.nan}, "play"),
         ({"law": 1e8}, "law is 1e\\+08|law is 100000000.0|expected a contact law"),

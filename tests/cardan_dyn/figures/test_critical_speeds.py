@@ -33,6 +33,17 @@ def test_campbell_has_modes_orders_and_critical_speeds() -> None:
     assert axes.get_xlabel() == "speed [1/min]" and axes.get_ylabel().endswith("[Hz]")
 
 
+def test_orders_rise_with_the_speed_of_a_drive_that_turns_back() -> None:
+    back, modes = -SPEED[::-1], np.full((31, 1), 80.0)
+    (axes,) = figures.campbell(back, modes, orders=(1, 2)).axes
+    rays = [line for line in axes.lines if line.get_label().startswith("_")]
+    for line, order, text in zip(rays, (1.0, 2.0), axes.texts, strict=True):
+        assert line.get_ydata() == pytest.approx(-order / 60.0 * np.asarray(line.get_xdata()))
+        # Their names stand on them, within the figure.
+        assert text.xy[1] == pytest.approx(-order / 60.0 * text.xy[0])
+        assert 0.0 < text.xy[1] <= axes.get_ylim()[1] * (1.0 + 1e-12)
+
+
 def test_critical_speed_map_leaves_out_what_does_not_exist() -> None:
     stiffness = np.array([1e4, 1e5, 1e6])
     speeds = {"2× forward": [10.0, np.inf, 30.0], "2× backward": [5.0, 6.0, 7.0]}
@@ -62,6 +73,35 @@ def test_orders_over_speed_with_phases() -> None:
     assert only.get_yscale() == "linear"
 
 
+def test_campbell_of_a_drive_that_turns_back() -> None:
+    modes = np.full((31, 1), 40.0)
+    (axes,) = figures.campbell(-SPEED[::-1], modes, orders=2).axes
+    (ray,) = [line for line in axes.lines if line.get_label().startswith("_")]
+    assert ray.get_ydata() == pytest.approx(2.0 * SPEED[::-1] / (2.0 * np.pi))
+    (text,) = axes.texts
+    # Where the line leaves the figure: 15 % above the mode.
+    assert text.xy[0] == pytest.approx(-1.15 * 40.0 / 2.0 * PER_MINUTE)
+    assert text.xy[1] == pytest.approx(1.15 * 40.0 / (2.0 * np.pi))
+
+
+def test_rounding_has_no_name_in_a_legend() -> None:
+    amplitudes = {"y, 1×": 1e-3 / SPEED, "y, 2×": 1e-12 * SPEED, "z, 1×": 2e-3 / SPEED}
+    (axes,) = figures.orders_over_speed(SPEED, amplitudes, unit="m").axes
+    assert axes.get_legend_handles_labels()[1] == ["y, 1×", "z, 1×"]
+    (axes,) = figures.orders_over_speed(SPEED, amplitudes, unit="m", logarithmic=False).axes
+    assert len(axes.lines) == 3
+
+
+def test_a_chart_without_instability_says_so() -> None:
+    kind = np.zeros((31, 3), dtype=int)
+    (axes,) = figures.stability_chart(SPEED, ANGLE, kind, joint="offset", slides=True).axes
+    assert [text.get_text() for text in axes.texts] == ["stable everywhere"]
+    assert axes.get_ylabel() == "offset [m]"
+    assert axes.get_ylim() == pytest.approx((0.0, ANGLE[-1]))
+    kind[3, 1] = 1
+    assert not figures.stability_chart(SPEED, ANGLE, kind).axes[0].texts
+
+
 def test_stability_chart_names_the_kinds_that_occur() -> None:
     kind = np.zeros((31, 3), dtype=int)
     kind[10:15, 1:], kind[20:25, 2], kind[0, 0] = 1, 3, 5
@@ -82,9 +122,10 @@ def test_stability_chart_names_the_kinds_that_occur() -> None:
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
-        (lambda: figures.campbell(SPEED, SPEED), r"frequency has shape \(31,\)"),
+        (lambda: figures.campbell(SPEED, SPEED), r"'frequency' has shape \(31,\)"),
         (lambda: figures.campbell(SPEED, SPEED[:, None], whirl=[1.0]), "whirl has shape"),
         (lambda: figures.campbell([np.nan], [[1.0]]), "speed has shape"),
+        (lambda: figures.campbell(SPEED, SPEED[:, None], orders="2"), "orders is not an array"),
         (lambda: figures.critical_speed_map(SPEED, {"a": [1.0]}), "'a' has shape"),
         (lambda: figures.orders_over_speed(SPEED, {"a": [1.0]}, unit="m"), "'a' has shape"),
         (lambda: figures.stability_chart(SPEED, ANGLE, [[1]]), "kind has shape"),

@@ -27,12 +27,29 @@ def test_run_up_draws_predictions_to_both_sides() -> None:
     assert [line.get_ydata()[2] for line in axes.lines[1:]] == [3.0, -3.0]
 
 
+def test_torque_over_speed_marks_barriers_and_where_a_drive_is_held() -> None:
+    torque = np.sin(SPEED)
+    (axes,) = vibration.torque_over_speed(
+        SPEED, torque, available=0.5 + 0.0 * SPEED, barriers=[(2.0, 1.0), (3.0, 0.7)], held=1.5
+    ).axes
+    found = curves(axes)
+    assert found["absorbed"].get_ydata() == pytest.approx(torque)
+    assert set(found["of the drive"].get_ydata()) == {0.5}
+    assert found["barrier"].get_xdata()[0] == pytest.approx(2.0 * 30.0 / np.pi)
+    assert found["held"].get_xdata() == pytest.approx([1.5 * 30.0 / np.pi] * 2)
+    (plain,) = vibration.torque_over_speed(SPEED, torque).axes
+    assert list(curves(plain)) == ["absorbed"]
+
+
 def test_coordinates_and_coefficients_over_a_revolution() -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 37)
     values = np.stack([np.sin(turn), np.cos(turn)], axis=1)
     (axes,) = figures.over_revolution(turn, values, ("tilt_z", "tilt_y")).axes
     assert list(curves(axes)) == ["tilt_z", "tilt_y"]
     assert axes.lines[1].get_ydata() == pytest.approx(np.cos(turn))
+    assert axes.get_ylabel() == "free coordinates [rad, m]"
+    (axes,) = figures.over_revolution(turn, values, ("y", "z"), unit="m").axes
+    assert axes.get_ylabel() == "free coordinates [m]"
     matrices = {"mass": np.ones((37, 2, 2)), "stiffness": np.zeros((37, 2, 2))}
     mass, stiffness = vibration.coefficients(turn, matrices, ("tilt_z", "tilt_y")).axes
     assert [line.get_label() for line in mass.lines] == [
@@ -42,6 +59,14 @@ def test_coordinates_and_coefficients_over_a_revolution() -> None:
         "tilt_y",
     ]
     assert stiffness.get_ylabel() == "stiffness"
+    uneven = {"damping": np.broadcast_to([[1.0, 2.0], [3.0, 4.0]], (37, 2, 2))}
+    (damping,) = vibration.coefficients(turn, uneven, ("tilt_z", "tilt_y")).axes
+    assert [line.get_ydata()[0] for line in damping.lines] == [1.0, 2.0, 3.0, 4.0]
+    # What is zero beside the rest has no line, and no name in the legend.
+    assert not stiffness.lines
+    matrices["mass"][:, 0, 1] = 1e-12
+    mass, _ = vibration.coefficients(turn, matrices, ("tilt_z", "tilt_y")).axes
+    assert "tilt_z, tilt_y" not in [line.get_label() for line in mass.lines]
 
 
 def test_multipliers_over_speed() -> None:
@@ -49,6 +74,8 @@ def test_multipliers_over_speed() -> None:
     (axes,) = vibration.multipliers(SPEED, sizes, title="growth").axes
     assert axes.lines[1].get_ydata() == pytest.approx(1.0 / SPEED)
     assert axes.get_title() == "growth"
+    # From one on, motions grow.
+    assert set(axes.lines[2].get_ydata()) == {1.0}
 
 
 @pytest.mark.parametrize(
@@ -56,9 +83,10 @@ def test_multipliers_over_speed() -> None:
     [
         (lambda: figures.orbits({"a": SPEED}, labels=("", "")), "path 'a' has shape"),
         (lambda: figures.run_up(SPEED, [1.0], unit="m"), "'values' has shape"),
-        (lambda: figures.over_revolution(SPEED, SPEED, ("a",)), "values have shape"),
+        (lambda: figures.over_revolution(SPEED, SPEED, ("a",)), "'values' has shape"),
         (lambda: vibration.coefficients(SPEED, {"mass": SPEED}, ("a",)), "mass has shape"),
-        (lambda: vibration.multipliers(SPEED, SPEED), "sizes have shape"),
+        (lambda: vibration.multipliers(SPEED, SPEED), "'sizes' has shape"),
+        (lambda: vibration.torque_over_speed(SPEED, [1.0]), "'torque' has shape"),
     ],
 )
 def test_shapes_that_do_not_match(draw: object, message: str) -> None:

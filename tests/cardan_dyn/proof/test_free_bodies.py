@@ -360,8 +360,11 @@ def test_bodies_whose_wrenches_are_not_claimed_are_unproven() -> None:
     assert disc_bodies().unproven == ()
 
 
-def test_accelerations_of_slides_are_inertial_terms() -> None:
-    """Slides against each other leave a body where it is, up to the rounding of each of them."""
+def test_motions_of_slides_are_inertial_terms() -> None:
+    """Slides against each other leave a body where it is, up to the rounding of each of them.
+
+    So does the product of a body's speed and its momentum, which is along it.
+    """
     slide = DISC.replace('type="continuous"', 'type="prismatic"')
     mechanism = cd.load(slide)
     motion = Motion(("axle",), (), np.ones(1, dtype=bool))
@@ -370,7 +373,9 @@ def test_accelerations_of_slides_are_inertial_terms() -> None:
     wrench = [0.0, 0.0, push, 0.0, -push * RADIUS, 0.0]
     residuals = bodies.check(disc_claim(wrench, push, gravity=np.zeros((1, 3))))
     np.testing.assert_allclose(residuals.imbalance, 0.0, atol=1e-14)
-    np.testing.assert_allclose(residuals.inertia, MASS * LENGTH * ACCELERATION, rtol=1e-14)
+    np.testing.assert_allclose(
+        residuals.inertia, MASS * (LENGTH * ACCELERATION + SPEED**2), rtol=1e-14
+    )
 
 
 def test_flags_are_proven_once() -> None:

@@ -29,12 +29,12 @@ def test_a_start_is_closed_and_tolerances_are_those_asked_for(scene: cd.Scene) -
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        (Asked(0.0), "duration is 0.0, expected a positive number"),
+        (Asked(0.0), "duration is 0, expected a positive number"),
         (Asked(float("nan")), "duration"),
         (Asked(1.0, rtol=1e-16), "below rounding"),
         (Asked(1.0, rtol=2.0), "expected a fraction"),
-        (Asked(1.0, atol=-1.0), "atol is -1.0"),
-        (Asked(1.0, step=0.0), "step is 0.0"),
+        (Asked(1.0, atol=-1.0), "atol is -1,"),
+        (Asked(1.0, step=0.0), "step is 0,"),
         (Asked(1.0, settle=1), "settle is 1, expected True or False"),
         (Asked(1.0, loads={"bearing_out": [1.0, 2.0]}), "one value, or a function of time"),
         (Asked(1.0, loads={"nothing": lambda time: 1.0}), "nothing"),

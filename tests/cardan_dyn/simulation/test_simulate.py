@@ -84,14 +84,14 @@ def test_two_drives_are_no_scalar(two: cd.Scene, method: str) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"duration": 0.0}, "duration is 0.0, expected a positive number"),
-        ({"duration": -1.0}, "duration is -1.0, expected a positive number"),
+        ({"duration": 0.0}, "duration is 0, expected a positive number"),
+        ({"duration": -1.0}, "duration is -1, expected a positive number"),
         ({"duration": math.nan}, "duration is not finite"),
-        ({"duration": [1.0, 2.0]}, "duration is .*, expected a positive number"),
+        ({"duration": [1.0, 2.0]}, r"duration has shape \(2,\), expected a number"),
         ({"rtol": 1e-15}, "rtol is 1e-15, below rounding; the least is 2.5e-14"),
         ({"rtol": 1.0}, "rtol is 1; expected a fraction"),
         ({"rtol": "fine"}, "rtol is not"),
-        ({"atol": 0.0}, "atol is 0.0, expected a positive number"),
+        ({"atol": 0.0}, "atol is 0, expected a positive number"),
         ({"step": -0.1}, "step is -0.1, expected a positive number"),
         ({"method": "Euler"}, "method 'Euler' is unknown; methods: "),
         ({"method": 3}, "method 3 is unknown"),

@@ -92,7 +92,7 @@ def test_prescribed_motion_is_not_contradicted(two: cd.Scene, given: object) -> 
         ([[1.0], [1.0, 2.0]], "not an array of real numbers"),
         ([1.0, 2.0], r"has shape \(2,\), expected 1 number\(s\), for a"),
         ({"a": np.inf}, r"\['a'\] is not finite"),
-        ({"a": [1.0, 2.0]}, "expected one number"),
+        ({"a": [1.0, 2.0]}, "expected a number"),
     ],
 )
 def test_what_is_no_start_is_refused(bars: cd.Scene, given: object, message: str) -> None:

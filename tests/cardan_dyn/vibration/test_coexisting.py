@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from shooting import periodic
 from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
@@ -74,3 +75,35 @@ def test_where_one_of_a_pair_was_found_the_other_is_searched(
     (first,) = finder.primary(np.array([0.505]))
     others = coexisting(finder, first)
     assert sorted(float(item.sign[0]) for item in others) == [-1.0, 1.0]
+
+
+def test_motions_beside_one_that_cannot_be_alone() -> None:
+    """A slider-crank behind an elastic shaft: the motion that comes first has the sign -1.
+
+    J(θ) θ'' + J'(θ) θ'²/2 + (k (θ - φ) + d Ω (θ' - 1)) / Ω² = 0 by the crank's rotation, with
+    J = J₁ + m x'(θ)² and the slider at x = r cos θ + √(1 - r² sin² θ).
+    """
+    inertia, stiffness, damping, radius = 0.05, 0.1, 0.002, 0.3
+    speed = 1.1 * np.sqrt(stiffness / (inertia + 0.5 * radius**2))
+
+    def rates(phi: float, y: np.ndarray) -> np.ndarray:
+        theta = phi + y[0]
+        sine, cosine = np.sin(theta), np.cos(theta)
+        root = np.sqrt(1.0 - (radius * sine) ** 2)
+        way = -radius * sine - radius**2 * sine * cosine / root
+        bend = -radius * cosine - radius**2 * (cosine**2 - sine**2) / root
+        bend -= radius**4 * (sine * cosine) ** 2 / root**3
+        forces = way * bend * (1.0 + y[1]) ** 2
+        forces += (stiffness * y[0] + damping * speed * y[1]) / speed**2
+        return np.array([y[1], -forces / (inertia + way**2)])
+
+    urdf = elastic_rigs.elastic_crank(inertia, stiffness, damping, radius)
+    finder = MotionSearch(rotating_scene(elastic_rigs.scene(urdf, 0.0)))
+    (first,) = finder.primary(np.array([speed]))
+    assert first.sign.tolist() == [-1.0]
+    every = [first, *coexisting(finder, first, is_thorough=True)]
+    assert sorted(float(item.sign[0]) for item in every) == [-1.0, 1.0, 1.0]
+    for item in every:
+        start = np.r_[item.course.q[0, 0], item.course.rate[0, 0]]
+        run = solve_ivp(rates, (0.0, 2.0 * np.pi), start, "DOP853", rtol=1e-12, atol=1e-13)
+        np.testing.assert_allclose(run.y[:, -1], start, atol=1e-8)

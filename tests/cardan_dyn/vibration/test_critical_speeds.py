@@ -40,9 +40,10 @@ def test_half_and_quarter_of_the_natural_frequency(polar: float) -> None:
     """Thoma's conclusion, where the shaft has hardly a gyroscopic effect."""
     scene = elastic_rigs.scene(elastic_rigs.elastic_rig(polar), np.radians(5.0))
     found = vibration.critical_speeds(scene, [0.2, 0.6], orders=(2, 4), instabilities=False)
-    for row in found:
-        if row.severity > 1e-8:
-            assert row.speed == pytest.approx(1.0 / row.order, rel=0.01)
+    strong = [row for row in found if row.severity > 1e-8]
+    assert {row.order for row in strong} == {2.0, 4.0}
+    for row in strong:
+        assert row.speed == pytest.approx(1.0 / row.order, rel=0.01)
 
 
 def test_instabilities_stand_beside_resonances() -> None:
@@ -54,6 +55,67 @@ def test_instabilities_stand_beside_resonances() -> None:
     assert kinds["instability"].upper == pytest.approx(1.0085, abs=1e-3)
     assert kinds["resonance"].order == 2.0
     assert kinds["resonance"].speed == pytest.approx(0.5, abs=5e-3)
+
+
+def test_peak_of_a_strongly_damped_mode() -> None:
+    """A spring behind the joint is forced by the series φ₂ = φ + Σ κᵏ sin(2 k φ)/k, κ = tan²(β/2).
+
+    Amplitudes κ r²/|1 - r² + 2 i ζ r|, r = 2 Ω/ω_n, are greatest at r = 1/√(1 - 2 ζ²).
+    """
+    natural, ratio, beta = 20.0, 0.2, np.radians(5.0)
+    line = elastic_rigs.torsional_line(
+        0.4, 1.0, None, natural**2, damping_out=2.0 * ratio * natural
+    )
+    found = vibration.critical_speeds(
+        elastic_rigs.scene(line, beta), [7.0, 14.0], orders=2, instabilities=False
+    )
+    (row,) = found
+    assert row.speed == pytest.approx(0.5 * natural / np.sqrt(1.0 - 2.0 * ratio**2), rel=1e-3)
+    size = np.tan(beta / 2.0) ** 2 / (2.0 * ratio * np.sqrt(1.0 - ratio**2))
+    assert row.severity == pytest.approx(size, rel=1e-5)
+    assert row.amplification == pytest.approx(0.5 / ratio, rel=1e-6)
+    assert row.frequency == pytest.approx(natural * np.sqrt(1.0 - ratio**2), rel=1e-6)
+
+
+def test_half_power_at_the_ends_of_a_resonance() -> None:
+    """To first order in the damping ratio."""
+    ratio = 1e-3
+    urdf = elastic_rigs.elastic_rig(damping_ratio=ratio)
+    scene = elastic_rigs.scene(urdf, np.radians(2.0))
+    found = vibration.critical_speeds(scene, [0.45, 0.6], orders=2, instabilities=False)
+    (row,) = (row for row in found if row.whirl == "forward")
+    response = vibration.forced_response(scene, [row.lower, row.speed, row.upper], joints=[])
+    size, _ = response.whirls("tilt_y", "tilt_z", 2)
+    assert size[[0, 2]] == pytest.approx(np.sqrt(0.5) * size[1], rel=5.0 * ratio)
+
+
+def test_orders_that_force_are_found() -> None:
+    """Without unbalance even ones alone, of which each is tan²(β/2) times the one before."""
+    line = elastic_rigs.torsional_line(damping_in=0.02)
+    scene = elastic_rigs.scene(line, np.radians(10.0))
+    found = vibration.critical_speeds(scene, [0.2, 0.3], instabilities=False)
+    assert found.orders == (2.0, 4.0, 6.0, 8.0)
+
+
+def test_a_drive_that_turns_back_has_the_same_critical_speeds(rig: CriticalSpeeds) -> None:
+    back = vibration.critical_speeds(rig.scene, [-0.6, -0.2], orders=(2, 4), instabilities=False)
+    expected = [row for row in rig if row.order in (2.0, 4.0)]
+    assert len(back) == len(expected) == 4
+    for row, other in zip(reversed(back.rows), expected, strict=True):
+        assert (row.order, row.whirl) == (other.order, other.whirl)
+        assert row.speed == pytest.approx(-other.speed, rel=1e-4)
+        assert row.severity == pytest.approx(other.severity, rel=1e-3, abs=1e-8)
+        assert (row.lower, row.upper) == pytest.approx((-other.upper, -other.lower), rel=1e-4)
+
+
+def test_severity_is_unknown_where_motions_are_too_large() -> None:
+    """κ/(2 ζ) = 1.55 rad exceeds the range of one radian, whose greatest amplitude is no peak."""
+    line = elastic_rigs.torsional_line(0.5, 1.0, None, 1.0, damping_out=0.02)
+    scene = elastic_rigs.scene(line, np.radians(20.0))
+    found = vibration.critical_speeds(scene, [0.45, 0.55], orders=2, instabilities=False)
+    (row,) = found
+    assert np.isnan(row.severity)
+    assert row.speed == pytest.approx(0.5, rel=1e-3)
 
 
 def test_undamped_resonances_have_no_bound() -> None:
@@ -70,7 +132,13 @@ def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
     frame = rig.to_dataframe()
     assert len(frame) == len(rig)
     assert np.all(np.diff(frame.speed) >= 0.0)
-    assert "order 2 meets mode" in str(rig)
+    # Modes are counted from 1 by texts, tables and figures alike.
+    first = rig.rows[0]
+    assert f"order {first.order:g} meets mode {first.mode} " in str(rig)
+    assert {row.mode for row in rig} <= {1, 2}
+    at = rig.campbell.to_dataframe().query("mode == @first.mode")
+    of = np.interp(first.speed, at.speed, at.frequency)
+    assert first.frequency == pytest.approx(of, rel=1e-3)
     assert rig.plot().axes
     for twin in (copy.deepcopy(rig), pickle.loads(pickle.dumps(rig))):
         assert twin.rows == rig.rows
@@ -78,10 +146,71 @@ def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
     rig.save(tmp_path / "speeds.npz")
     with np.load(tmp_path / "speeds.npz") as stored:
         np.testing.assert_array_equal(stored["table.speed"], frame.speed)
+        assert stored["orders"].tolist() == list(rig.orders)
+        assert stored["free"].tolist() == ["tilt_z", "tilt_y"]
+        np.testing.assert_array_equal(stored["campbell.frequency"], rig.campbell.frequency)
 
 
 def test_what_is_asked_for_wrongly(rig: CriticalSpeeds) -> None:
     with pytest.raises(ArgumentError, match="two or more ascending"):
         vibration.critical_speeds(rig.scene, [0.6, 0.2])
-    with pytest.raises(ArgumentError, match="orders is"):
-        vibration.critical_speeds(rig.scene, [0.2, 0.6], orders=-1)
+    assert str(vibration.critical_speeds(rig.scene, [2.0, 2.1])).endswith("2.1 rad/s\nnone")
+    for orders, message in (
+        (-1, "orders holds -1, expected positive"),
+        ("two", "orders is not an array of real numbers"),
+        ([2.0, np.nan], "orders is not finite"),
+    ):
+        with pytest.raises(ArgumentError, match=message):
+            vibration.critical_speeds(rig.scene, [0.2, 0.6], orders=orders)
+
+
+def test_unbalance_between_equal_springs_excites_forward_whirl_alone() -> None:
+    """Laval's rotor: its greatest amplitude is e/(2ζ√(1 - ζ²)), at ω_n/√(1 - 2ζ²)."""
+    mass, offset, stiffness, damping = 20.0, 1e-4, 2e6, 250.0
+    scene = elastic_rigs.scene(elastic_rigs.rotor(mass, offset, (stiffness,) * 2, damping), 0.0)
+    natural = np.sqrt(stiffness / mass)
+    ratio = damping / (2.0 * mass * natural)
+    found = vibration.critical_speeds(scene, [100.0, 600.0], orders=1, instabilities=False)
+    rows = {row.whirl: row for row in found}
+    assert set(rows) == {"forward", "backward"}
+    peak = offset / (2.0 * ratio * np.sqrt(1.0 - ratio**2))
+    assert rows["forward"].severity == pytest.approx(peak, rel=1e-5)
+    assert rows["forward"].speed == pytest.approx(natural / np.sqrt(1.0 - 2.0 * ratio**2), rel=1e-4)
+    assert rows["backward"].severity < 1e-9 * peak
+
+
+def test_half_power_of_a_whirl_that_runs_along_with_its_order() -> None:
+    """Θ/A = 1.5, order 2 forwards: Ω = 1, p' = 1.2, so that it is 2 ζ wide to either side."""
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(1.5), np.radians(2.0))
+    found = vibration.critical_speeds(scene, [0.8, 1.2], orders=2, instabilities=False)
+    (row,) = found
+    assert row.whirl == "forward"
+    assert row.upper - row.lower == pytest.approx(0.04, rel=0.01)
+    places = np.linspace(0.95, 1.05, 401)
+    response = vibration.forced_response(scene, places, joints=[])
+    # What drives it grows with the square of the speed.
+    size = response.whirls("tilt_y", "tilt_z", 2)[0] / places**2
+    inside = places[size > np.max(size) / np.sqrt(2.0)]
+    assert inside[0] == pytest.approx(row.lower, abs=1.5e-3)
+    assert inside[-1] == pytest.approx(row.upper, abs=1.5e-3)
+
+
+def test_an_order_that_does_not_move_a_mode_has_no_severity() -> None:
+    """Laval's rotor without damping: its unbalance goes round forwards alone."""
+    scene = elastic_rigs.scene(elastic_rigs.rotor(damping=0.0), 0.0)
+    found = vibration.critical_speeds(scene, [100.0, 600.0], orders=1, instabilities=False)
+    assert {row.whirl: row.severity for row in found} == {"forward": np.inf, "backward": 0.0}
+
+
+def test_coarse_speeds_change_no_resonance() -> None:
+    """Ends of a range as far apart as 1 and 1e4 rad/s, damped modes of a gyroscopic shaft."""
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(0.3), np.radians(5.0))
+    fine, coarse = (
+        vibration.critical_speeds(scene, speeds, orders=2, instabilities=False)
+        for speeds in ([0.4, 0.6], [0.1, 100.0])
+    )
+    assert len(fine) == len(coarse) == 2
+    for one, other in zip(fine, coarse, strict=True):
+        assert other.whirl == one.whirl
+        for name in ("speed", "frequency", "severity", "amplification", "lower", "upper"):
+            assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-6)

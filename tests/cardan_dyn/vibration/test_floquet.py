@@ -7,9 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shooting import periodic
 from testkit import elastic_rigs
+from vibrating_lines import SpringInFront
 
-from cardan_dyn import ArgumentError, vibration
+import cardan_dyn as cd
+from cardan_dyn import ArgumentError, VibrationError, vibration
 from cardan_dyn.vibration import Floquet
 
 
@@ -49,6 +52,59 @@ def test_workers_change_nothing(chart: Floquet) -> None:
     np.testing.assert_allclose(shared.trace[:3], chart.trace[:, :3], atol=1e-12)
 
 
+def test_growth_is_that_of_the_fastest_disturbance() -> None:
+    """ln|λ| over the time π/Ω of half a turn; forwards and backwards alike."""
+    beta, speed = np.radians(20.0), 1.0
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), beta)
+    shot = periodic(SpringInFront(beta, speed), np.zeros(2))
+    expected = np.log(np.max(np.abs(shot.multipliers))) * speed / np.pi
+    assert vibration.floquet(scene, speed).growth == pytest.approx([expected], rel=1e-8)
+    assert vibration.floquet(scene, -speed).growth == pytest.approx([expected], rel=1e-8)
+
+
+def test_a_damped_line_is_stable_in_both_senses() -> None:
+    line = elastic_rigs.torsional_line(damping_in=0.1)
+    found = vibration.floquet(elastic_rigs.scene(line, 0.3), [0.7, -0.7])
+    assert found.kind.tolist() == ["stable", "stable"]
+    np.testing.assert_allclose(found.trace[1], found.trace[0], rtol=1e-10)
+    np.testing.assert_allclose(found.determinant, found.liouville, rtol=1e-11)
+    # The determinant is exp(-∮ d/J dt), below one.
+    assert np.all(found.determinant < 0.9)
+
+
+def test_further_motions_are_counted() -> None:
+    """Below a half of the natural frequency its resonance is bent: several motions coexist."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))
+    found = vibration.floquet(scene, [0.4975, 1.2])
+    every = vibration.periodic_motion(scene, [0.4975, 1.2])
+    counts = [int(np.sum(every.speed == speed)) - 1 for speed in found.speed]
+    assert found.coexisting.tolist() == counts
+    assert counts[0] > 0 == counts[1]
+    # Of a well resolved integration, and never nothing.
+    assert 0.0 < found.change < 1e-11
+
+
+def test_designs_of_different_periods_are_not_compared() -> None:
+    """A weight beside the axis, which acts along it where both shafts are in line."""
+    urdf = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=0.5)
+    plain = '<link name="flywheel"><inertial>'
+    heavy = urdf.replace(plain, f'{plain}<origin xyz="0 0.1 0"/>')
+    assert heavy != urdf
+    scene = elastic_rigs.scene(heavy, 0.3, gravity=(0.5, 0.0, 0.0))
+    for angle, period in ((0.0, np.pi), (0.3, 2.0 * np.pi)):
+        found = vibration.floquet(scene, 0.7, held={"joint_angle": [angle]})
+        assert found.period == pytest.approx(period)
+    with pytest.raises(ArgumentError, match="some designs repeat after half a revolution"):
+        vibration.floquet(scene, 0.7, held={"joint_angle": [0.0, 0.3]})
+
+
+def test_a_chart_may_begin_without_an_angle_at_a_resonance() -> None:
+    """Undamped, order 2 meets the frequency 1; nothing excites it at the angle 0."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.0)
+    found = vibration.floquet(scene, 0.5, held={"joint_angle": [0.0, 0.2]})
+    np.testing.assert_allclose(found.multipliers[0, 0], [1.0, 1.0], atol=1e-7)
+
+
 def test_null_test_with_the_spring_behind() -> None:
     """Multipliers e^{±iπ/r}, never unstable."""
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=0.5, inertia_out=0.5)
@@ -70,10 +126,15 @@ def test_springs_on_both_sides_have_a_combined_region() -> None:
     assert region.lower < np.mean(frequencies) < region.upper
 
 
-def test_a_uniform_double_joint_is_unstable_all_the_same() -> None:
+def test_a_uniform_double_joint_is_unstable_all_the_same(tmp_path: Path) -> None:
     scene = elastic_rigs.scene(elastic_rigs.double_joint(), np.radians(20.0))
     found = vibration.floquet(scene, np.linspace(0.9, 1.1, 9), edges=True)
     (region,) = found.regions
+    found.save(tmp_path / "regions.npz")
+    with np.load(tmp_path / "regions.npz") as stored:
+        assert stored["region.lower"].tolist() == [region.lower]
+        assert stored["region.kind"].tolist() == ["instability"]
+        assert stored["region.design"].tolist() == [0]
     assert region.lower == pytest.approx(0.9696, abs=5e-5)
     assert region.upper == pytest.approx(1.0318, abs=5e-5)
 
@@ -100,6 +161,7 @@ def test_tables_figures_and_files(chart: Floquet, tmp_path: Path) -> None:
     with np.load(tmp_path / "chart.npz") as stored:
         np.testing.assert_array_equal(stored["trace"], chart.trace)
         assert stored["held.joint_angle"].shape == (3,)
+        assert "region.lower" not in stored
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(chart)).trace, chart.trace)
     assert "27 points" in repr(chart)
 
@@ -111,3 +173,40 @@ def test_what_is_asked_for_wrongly(chart: Floquet) -> None:
         vibration.floquet(chart.scene, [1.0, 0.9], edges=True)
     with pytest.raises(ArgumentError, match="same number for each joint"):
         vibration.floquet(chart.scene, 1.0, held={"joint_angle": 0.3})
+
+
+def test_charts_of_several_joints_slides_and_single_designs() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.double_joint(), 0.1)
+    equal, angles = [0.1, 0.1, 0.1], np.array([0.3, 0.1, 0.2])
+    held = {"joint_angle_1": equal, "joint_angle_2": angles}
+    (axes,) = vibration.floquet(scene, [0.9, 0.7, 0.8], held=held).plot().axes
+    assert axes.get_ylabel() == "joint_angle_2 with joint_angle_1 [°]"
+    assert axes.get_ylim() == pytest.approx(np.degrees([0.1, 0.3]))
+    assert axes.get_xlim() == pytest.approx(np.array([0.7, 0.9]) * 30.0 / np.pi)
+    single = vibration.floquet(scene, [0.7, 0.8], held={"joint_angle_1": [0.2]})
+    assert single.plot().axes[0].get_ylabel() == "size of multipliers"
+    alike = vibration.floquet(scene, [0.7, 0.8], held={"joint_angle_1": equal})
+    with pytest.raises(ArgumentError, match="whose positions all differ, not joint_angle_1"):
+        alike.plot()
+
+
+def test_a_chart_over_a_slide_has_metres() -> None:
+    urdf = elastic_rigs.torsional_line().replace(
+        '<joint name="joint_angle"',
+        '<link name="table"/><joint name="way" type="prismatic"><parent link="base"/>'
+        '<child link="table"/><axis xyz="1 0 0"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint><joint name="joint_angle"',
+    )
+    rig, held = cd.load(urdf), {"joint_angle": 0.3, "way": 0.0}
+    elements = cd.described_elements(rig)
+    scene = cd.Scene(rig, drive=["bearing_in", "twist_in"], held=held, elements=elements)
+    (axes,) = vibration.floquet(scene, [0.7, 0.8], held={"way": [0.0, 0.5]}).plot().axes
+    assert axes.get_ylabel() == "way [m]"
+    assert axes.get_ylim() == pytest.approx((0.0, 0.5))
+
+
+def test_next_to_no_speed_is_refused() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=0.1), 0.1)
+    assert np.all(vibration.floquet(scene, [1e-3]).is_stable)
+    with pytest.raises(VibrationError, match="too often to be integrated: choose a greater speed"):
+        vibration.floquet(scene, 1e-9)

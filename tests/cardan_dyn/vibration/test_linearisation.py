@@ -10,6 +10,9 @@ from tilting_shaft import TiltingShaft
 from vibrating_lines import SpringInFront
 
 from cardan_dyn import ArgumentError, vibration
+from cardan_dyn.vibration.linearisation import _derivative_error
+from cardan_dyn.vibration.motion_search import MotionSearch
+from cardan_dyn.vibration.rotating_scene import rotating_scene
 
 BETA = np.radians(20.0)
 
@@ -24,8 +27,24 @@ def test_monodromy_against_shooting() -> None:
     expected = sorted(shot.multipliers, key=lambda value: (round(abs(value), 9), value.imag))
     values = sorted(found.multipliers(), key=lambda value: (round(abs(value), 9), value.imag))
     np.testing.assert_allclose(values, expected, atol=1e-10)
-    assert found.derivative_error < 1e-8
-    assert found.model_error < 1e-12
+    sizes = np.abs(found.multipliers())
+    assert np.all(np.diff(sizes) < 1e-12) and sizes[0] > sizes[-1]
+    assert 0.0 < found.derivative_error < 1e-8
+    assert 0.0 < found.model_error < 1e-12
+
+
+def test_disturbances_go_forwards_in_time_where_the_drive_turns_back() -> None:
+    """By shooting over the drive's position, at negative speed backwards in time: the inverse."""
+    speed = -0.8
+    system = TiltingShaft(BETA, speed, 0.3, 1.2, 1.5, 0.02)
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(0.3, 1.2, 1.5, 0.02), BETA)
+    found = vibration.linearise(scene, speed)
+    shot = periodic(system, np.zeros(4))
+    back = np.diag([1.0, 1.0, -1.0, -1.0])
+    np.testing.assert_allclose(
+        found.monodromy(), back @ np.linalg.inv(shot.monodromy) @ back, atol=1e-10
+    )
+    assert np.all(np.abs(found.multipliers()) < 1.0)
 
 
 def test_it_is_not_about_the_uniform_motion() -> None:
@@ -57,6 +76,29 @@ def test_gyroscopic_terms_and_fourier_coefficients() -> None:
     assert np.max(forcing[1]) == pytest.approx(size, rel=1e-3)
 
 
+def test_forcing_swings_what_its_equation_says() -> None:
+    """Σ M δq̈ + D δq̇ + K δq = forcing, averaged: off resonance that is the motion."""
+    speed = 0.8
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=0.1), np.radians(5.0))
+    found = vibration.linearise(scene, speed)
+    mean = {name: found.fourier(name)[0] for name in ("mass", "damping", "stiffness")}
+    pace = 1j * found.order[1] * speed
+    dynamic = pace**2 * mean["mass"] + pace * mean["damping"] + mean["stiffness"]
+    expected = np.linalg.solve(dynamic, found.fourier("forcing")[1])
+    np.testing.assert_allclose(found.fourier("motion")[1], expected, rtol=1e-3)
+
+
+def test_derivatives_that_are_wrong_are_noticed() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.elastic_rig(), np.radians(20.0))
+    search = MotionSearch(rotating_scene(scene))
+    (motions,) = search.primary(np.array([0.8]))
+    stiffness = motions.model.equation(motions.course).stiffness[0]
+    assert _derivative_error(search, motions, stiffness) < 1e-8
+    for factor in (1.001, 0.9):
+        error = _derivative_error(search, motions, factor * stiffness)
+        assert error == pytest.approx(abs(1.0 - 1.0 / factor), rel=0.05)
+
+
 def test_modes_and_tables() -> None:
     found = vibration.linearise(elastic_rigs.scene(elastic_rigs.torsional_line(), 0.1), 0.3)
     assert found.modes().frequency[0, 0] == pytest.approx(1.0, abs=1e-4)
@@ -69,5 +111,5 @@ def test_modes_and_tables() -> None:
 
 def test_one_speed_at_a_time() -> None:
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.1)
-    with pytest.raises(ArgumentError, match="takes one speed"):
+    with pytest.raises(ArgumentError, match=r"takes one speed; vibration\.campbell and floquet"):
         vibration.linearise(scene, [0.3, 0.4])  # type: ignore[arg-type]

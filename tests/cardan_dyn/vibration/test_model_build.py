@@ -37,6 +37,21 @@ def test_error_holds_between_the_nodes(urdf: str, free: int, half: float) -> Non
     assert np.max(np.abs(found - exact)) < 1e-12
 
 
+def test_error_of_a_coarse_model_is_said() -> None:
+    """Quadratic polynomials leave about what the third order of a swing by 0.4 rad is."""
+    builder = build(elastic_rigs.torsional_line(), 0.5)
+    half = 0.4
+    model = builder._built(np.zeros((31, 1)), np.array([half]), (2,), 2)
+    random = np.random.default_rng(6)
+    drive, q = random.uniform(0.0, np.pi, 200), random.uniform(-half, half, (200, 1))
+    exact = builder.efforts.terms(np.column_stack([drive, q])).mass[:, 0, 0]
+    weights = interpolation(drive, model.count, model.period)
+    values = model.basis.values(q / half)
+    found = np.einsum("kn,npf,pk->kf", weights, model.coefficients, values)[:, 0]
+    gap = np.max(np.abs(found - exact)) / np.max(exact)
+    assert model.error > 0.3 * gap > 1e-4
+
+
 def test_unbalance_takes_the_whole_revolution() -> None:
     heavy = '<link name="shaft_out"><inertial>'
     unbalanced = RIG.replace(heavy, f'{heavy}<origin xyz="0.1 0.01 0"/>')
@@ -89,3 +104,10 @@ def test_rough_models_are_small() -> None:
     assert fine.error < 1e-12
     assert 1e-9 < rough.error < 1e-3
     assert 4 * rough.coefficients.size < fine.coefficients.size
+
+
+def test_too_many_polynomials_are_said_to_be() -> None:
+    # At a steep joint two tilts take more polynomials than are tried.
+    builder = build(RIG, np.radians(70.0))
+    with pytest.raises(AccuracyError, match="polynomials, more than"):
+        builder.model(np.zeros(2), np.full(2, 0.25))

@@ -47,6 +47,28 @@ def test_mathieus_equation_at_its_edges(q: float) -> None:
         assert np.linalg.det(found[0]) == pytest.approx(1.0, abs=1e-12)
 
 
+def test_elements_are_halved_where_coefficients_are_sharp() -> None:
+    """A stiffness with a bump a twentieth of a radian wide: single elements do not resolve it."""
+    count = 255
+
+    def stiffness(x: np.ndarray) -> np.ndarray:
+        return 1.3 + 30.0 * np.exp(200.0 * (np.cos(2.0 * x) - 1.0))
+
+    matrix = np.zeros((1, count, 2, 2))
+    matrix[..., 0, 1] = 1.0
+    matrix[0, :, 1, 0] = -stiffness(nodes(count, np.pi))
+    found, change = monodromy(matrix, np.pi)
+
+    def rate(x: float, y: np.ndarray) -> np.ndarray:
+        return np.r_[y[2:], -stiffness(np.asarray(x)) * y[:2]]
+
+    run = solve_ivp(
+        rate, (0.0, np.pi), np.eye(2).ravel(), "DOP853", rtol=3e-14, atol=1e-16, max_step=0.005
+    )
+    np.testing.assert_allclose(found[0].ravel(), run.y[:, -1], atol=3e-13)
+    assert change < 1e-10
+
+
 def test_two_coordinates_against_an_integration() -> None:
     count, speed = 21, np.array([0.7])
     x = nodes(count, np.pi)
@@ -68,3 +90,32 @@ def test_two_coordinates_against_an_integration() -> None:
 
     run = solve_ivp(rate, (0.0, np.pi), np.eye(4).ravel(), "DOP853", rtol=1e-13, atol=1e-15)
     np.testing.assert_allclose(found[0], run.y[:, -1].reshape(4, 4), atol=1e-11)
+
+
+def test_a_drive_that_turns_backwards_meets_the_coefficients_in_that_order() -> None:
+    count = 21
+    x = nodes(count, np.pi)
+    spring, damping = 2.0 + 0.5 * np.cos(2.0 * x) + 0.9 * np.sin(4.0 * x), 0.2 + 0.1 * np.sin(2 * x)
+    empty = np.zeros((2, 0))
+    equation = LocalEquation(
+        empty,
+        empty,
+        *(np.tile(item[:, None, None], (2, 1, 1, 1)) for item in (np.ones(count), damping, spring)),
+    )
+    speed = np.array([0.7, -0.7])
+    found, _ = monodromy(first_order(equation, speed), np.pi)
+
+    for row, pace in enumerate(speed):
+
+        def rate(time: float, y: np.ndarray, pace: float = pace) -> list[float]:
+            phi = pace * time
+            push = (2.0 + 0.5 * np.cos(2.0 * phi) + 0.9 * np.sin(4.0 * phi)) * y[0]
+            return [y[1], -push - (0.2 + 0.1 * np.sin(2.0 * phi)) * y[1]]
+
+        ends = [
+            solve_ivp(rate, (0.0, np.pi / 0.7), begin, rtol=1e-12, atol=1e-14).y[:, -1]
+            for begin in ([1.0, 0.0], [0.0, 0.7])
+        ]
+        expected = np.array([[1.0], [1.0 / 0.7]]) * np.array(ends).T
+        np.testing.assert_allclose(found[row], expected, atol=1e-9)
+    assert np.linalg.det(found[1]) == pytest.approx(np.exp(-0.2 * np.pi / 0.7), rel=1e-9)

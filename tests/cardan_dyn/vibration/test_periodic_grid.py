@@ -12,6 +12,7 @@ from cardan_dyn.vibration.periodic_grid import (
     interpolation,
     next_size,
     nodes,
+    orders_of,
     resampled,
     tail,
 )
@@ -54,7 +55,13 @@ def test_tail_is_that_of_the_highest_orders() -> None:
     x = nodes(31, PERIOD)
     assert tail(wave(x)) < 1e-15
     assert tail(wave(x) + 1e-6 * np.sin(30.0 * x)) == pytest.approx(1e-6 / 1.5, rel=0.4)
+    # Order 13 of 15 is not among the highest eighth, two of them.
+    assert tail(np.sin(26.0 * x)) < 1e-14
     assert tail(np.zeros(15)) == 0.0
+
+
+def test_orders_are_cycles_per_revolution() -> None:
+    assert orders_of(3, PERIOD).tolist() == [0.0, 2.0, 4.0]
 
 
 def test_sizes_are_odd_and_bounded() -> None:

@@ -15,6 +15,8 @@ from tilting_shaft import TiltingShaft
 import cardan_dyn as cd
 from cardan_dyn import ArgumentError, VibrationError, vibration
 from cardan_dyn.vibration import PeriodicMotion
+from cardan_dyn.vibration.coexisting import coexisting
+from cardan_dyn.vibration.periodic_motion import _collected, search_of
 
 SPEED = 0.51303
 LINE = elastic_rigs.torsional_line(damping_in=0.1)
@@ -96,11 +98,25 @@ def test_motions_that_were_not_found_are_said_to_exist() -> None:
     assert "others exist at 1 of them that were not found" in repr(some)
 
 
+def test_rows_of_a_speed_are_sorted_by_size() -> None:
+    """However they were found."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))
+    search, speeds = search_of(scene, None, 1.0), np.array([0.4975])
+    (first,) = search.primary(speeds)
+    every = [*reversed(coexisting(search, first)), first]
+    found = _collected(search, speeds, every)
+    assert found.branch.tolist() == list(range(len(every)))
+    places = np.linspace(0.0, np.pi, 100)
+    assert np.all(np.diff(np.ptp(found.at(places).position, axis=(1, 2))) > 0.0)
+
+
 def test_linear_resonance_without_damping_is_refused() -> None:
     # A spring behind the joint: the equation is linear, its resonance has no periodic motion.
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=2.0)
     scene = elastic_rigs.scene(line, np.radians(15.0))
-    with pytest.raises(VibrationError, match="no periodic motion was found") as caught:
+    with pytest.raises(
+        VibrationError, match=r"no periodic motion was .* greater within="
+    ) as caught:
         vibration.periodic_motion(scene, 1.0)
     assert caught.value.speed == 1.0
     found = vibration.periodic_motion(scene, [0.8, 1.0])
@@ -112,10 +128,20 @@ def test_orbits_and_tables(found: PeriodicMotion) -> None:
     orbit = found.orbit("tilt_y", "tilt_z")
     assert orbit.shape == (361, 2)
     np.testing.assert_allclose(orbit[0], orbit[-1], atol=1e-17)
+    # Its area, from y to z, is that of circles forwards less those backwards, n times each.
+    middle, way = 0.5 * (orbit[1:] + orbit[:-1]), np.diff(orbit, axis=0)
+    area = 0.5 * np.sum(middle[:, 0] * way[:, 1] - middle[:, 1] * way[:, 0])
+    y, z = (found.amplitude[0, :, found.free.index(name)] for name in ("tilt_y", "tilt_z"))
+    circles = 0.25 * (np.abs(y + 1j * z) ** 2 - np.abs(y - 1j * z) ** 2)
+    assert area == pytest.approx(np.pi * found.order @ circles, rel=1e-3)
+    assert area > 0.0
     frame = found.to_dataframe()
     first = frame[(frame.speed == SPEED) & (frame.coordinate == "tilt_y") & (frame.order == 2.0)]
     column = found.free.index("tilt_y")
     assert first.amplitude.item() == pytest.approx(abs(found.amplitude[0, 1, column]))
+    lines = frame[(frame.speed == 0.9) & (frame.coordinate == "tilt_y")]
+    summed = np.sum(lines.amplitude * np.cos(0.7 * lines.order + lines.phase))
+    assert summed == pytest.approx(found.at(0.7).position[1, 0, column], rel=1e-9)
     assert frame.attrs["units"]["speed"] == "rad/s"
     with pytest.raises(ArgumentError, match="'bearing_in' is not free"):
         found.orbit("bearing_in", "tilt_z")
@@ -131,8 +157,18 @@ def test_copies_and_files(found: PeriodicMotion, tmp_path: Path) -> None:
     assert found.plot().axes
 
 
+def test_rows_that_do_not_exist_are_refused(found: PeriodicMotion) -> None:
+    for call in (found.sweep, found.plot, lambda row: found.orbit("tilt_y", "tilt_z", row)):
+        with pytest.raises(ArgumentError, match="row 2 does not exist; motions: 0 to 1"):
+            call(2)
+        with pytest.raises(ArgumentError, match="row is -1"):
+            call(-1)
+    with pytest.raises(ArgumentError, match="count is 0"):
+        found.orbit("tilt_y", "tilt_z", count=0)
+
+
 def test_positions_are_a_row(found: PeriodicMotion) -> None:
-    with pytest.raises(ArgumentError, match="expected \\(P,\\)"):
+    with pytest.raises(ArgumentError, match="position has shape"):
         found.at([[0.0, 1.0]])
 
 
@@ -140,3 +176,22 @@ def test_positions_are_a_row(found: PeriodicMotion) -> None:
 def test_ranges_are_positive_numbers(rig: cd.Scene, within: object) -> None:
     with pytest.raises(ArgumentError, match="within"):
         vibration.periodic_motion(rig, 1.0, within=within)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("row", [2, -1, "first"])
+def test_rows_that_are_none(found: PeriodicMotion, row: object) -> None:
+    for ask in (found.sweep, found.plot, lambda row: found.orbit("tilt_y", "tilt_z", row)):
+        with pytest.raises(ArgumentError, match="row"):
+            ask(row)  # type: ignore[operator]
+
+
+@pytest.mark.parametrize(("mass", "length"), [(1e-6, 1e-4), (1e4, 30.0)])
+def test_slides_beside_tilts_in_any_units(mass: float, length: float) -> None:
+    """Metres and radians differ by the length of the rig, what is left of its motion does not."""
+    plain = vibration.periodic_motion(elastic_rigs.unbalanced_scene(), 2.3)
+    scaled = vibration.periodic_motion(elastic_rigs.unbalanced_scene(mass, length), 2.3)
+    assert plain.period == pytest.approx(2.0 * np.pi)
+    assert np.max(np.abs(plain.amplitude[0, 1])) > 1e-4
+    for order in (0, 1, 2):
+        found = scaled.amplitude[0, order] / [length, 1.0]
+        np.testing.assert_allclose(found, plain.amplitude[0, order], atol=1e-12)

@@ -43,6 +43,18 @@ def test_efforts_are_mass_times_what_is_missing(model: ReducedModel, course: Cou
     np.testing.assert_allclose(model.efforts(course), equation.efforts, atol=1e-15)
 
 
+def test_scale_is_that_of_terms_that_cancel(model: ReducedModel, course: Course) -> None:
+    """Along a free motion efforts vanish, and their terms do not."""
+    bend = np.array(
+        [SYSTEM(phi, course.q[0, k], course.rate[0, k]) for k, phi in enumerate(model.positions)]
+    )[None]
+    equation = model.equation(course._replace(bend=bend))
+    inertia = np.abs(SPEED**2 * np.einsum("nij,nj->ni", equation.mass[0], bend[0]))
+    # All other terms together are as great as that of the accelerations.
+    assert np.all(equation.scale[0] >= 2.0 * np.max(inertia, axis=0) - 1e-12)
+    assert np.all(equation.scale[0] < 20.0 * np.max(inertia, axis=0))
+
+
 def test_derivatives_against_complex_steps(model: ReducedModel, course: Course) -> None:
     """Of r = M (q̈ - f) where r vanishes: -M ∂f; the accelerations follow the equation here."""
     bend = np.array(

@@ -20,7 +20,11 @@ def test_first_region_of_a_spring_in_front() -> None:
     assert found.upper == pytest.approx(1.0084989812, abs=1e-8)
     assert found.is_closed
     assert found.width == pytest.approx(0.0173, abs=1e-4)
-    assert found.growth > 0.0
+    beta = np.radians(15.0)
+    shot = periodic(SpringInFront(beta, found.speed), np.array([0.0, 0.05]))
+    # A half turn takes π/Ω.
+    growth = np.log(np.max(np.abs(shot.multipliers))) * found.speed / np.pi
+    assert found.growth == pytest.approx(growth, rel=1e-6)
 
 
 def test_narrow_third_region() -> None:

@@ -19,6 +19,7 @@ from cardan_dyn.vibration.result import Result, frame_of
 class Some(Result):
     values: np.ndarray
     speed: float
+    count: int
     names: tuple[str, ...]
     held: Mapping[str, np.ndarray]
     other: object = None
@@ -26,7 +27,7 @@ class Some(Result):
 
 @pytest.fixture
 def some() -> Some:
-    return Some(np.arange(3.0), 2.5, ("a", "b"), {"angle": np.ones(2)}, object)
+    return Some(np.arange(3.0), 2.5, 7, ("a", "b"), {"angle": np.ones(2)}, object)
 
 
 def test_nothing_can_be_changed(some: Some) -> None:
@@ -40,8 +41,9 @@ def test_nothing_can_be_changed(some: Some) -> None:
 def test_files(some: Some, tmp_path: Path) -> None:
     some.save(tmp_path / "some.npz")
     with np.load(tmp_path / "some.npz") as stored:
-        assert set(stored) == {"values", "speed", "names", "held.angle"}
+        assert set(stored) == {"values", "speed", "count", "names", "held.angle"}
         assert stored["speed"] == 2.5
+        assert stored["count"] == 7
     with pytest.raises(CardanError, match="cannot be written"):
         some.save(tmp_path / "missing" / "some.npz")
     with pytest.raises(ArgumentError, match="expected a path"):

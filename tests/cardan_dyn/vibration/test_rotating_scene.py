@@ -29,6 +29,29 @@ def test_drive_comes_first_and_the_period_is_a_revolution(line: cd.Scene) -> Non
     assert rotating.damping == []
 
 
+def test_units_of_slides_are_characteristic_lengths() -> None:
+    rig = cd.load(elastic_rigs.sliding_rotor())
+    scene = cd.Scene(rig, drive=["turn", "y", "yaw"], held={"x": 0.0, "z": 0.0})
+    assert rig.characteristic_length not in (1.0, 2.0)
+    assert rotating_scene(scene).units.tolist() == [rig.characteristic_length, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("element", "is_damped"),
+    [
+        (cd.JointSpring("twist_in", 1.0, damping=0.1), True),
+        (cd.PointSpring("base", (0, 1, 0), "shaft_in", (0, 1, 1), 1.0, damping=0.1), True),
+        (cd.Bushing("base", "shaft_in", (0, 0, 0), [1.0] * 6, [0, 0, 0, 0.1, 0, 0]), True),
+        (cd.PointSpring("base", (0, 1, 0), "shaft_in", (0, 1, 1), 1.0), False),
+        (cd.Bushing("base", "shaft_in", (0, 0, 0), [1.0] * 6), False),
+        (cd.Actuator("twist_in", 2.0), False),
+    ],
+)
+def test_what_damps(line: cd.Scene, element: Any, is_damped: bool) -> None:
+    with_it = line.replace(elements=[*line.elements, element])
+    assert rotating_scene(with_it).damping == ([element] if is_damped else [])
+
+
 def test_start_is_where_the_scene_starts(line: cd.Scene) -> None:
     moved = rotating_scene(line.replace(start={"bearing_in": 0.0, "twist_in": 0.2}))
     assert moved.start == pytest.approx([0.0, 0.2], abs=1e-12)
@@ -49,7 +72,10 @@ def test_unknown_drive_is_refused(line: cd.Scene) -> None:
     ("element", "message"),
     [
         (cd.JointFriction("twist_in", 0.1), "dry friction at 'twist_in'"),
-        (cd.Actuator("twist_in", np.sin), "actuator at 'twist_in' follows"),
+        (
+            cd.Actuator("twist_in", np.sin),
+            "effort of the actuator at 'twist_in' is a function of time",
+        ),
         (
             cd.PinContact(
                 "base", (0, 0, 0), (1, 0, 0), "shaft_in", (0, 0, 0), 1e-4, cd.LinearContact(1e8)
@@ -92,13 +118,61 @@ def test_a_motion_that_is_not_isolated_is_refused(line: cd.Scene) -> None:
         vibration.periodic_motion(line, 0.7, drive="twist_in")
 
 
+@pytest.mark.parametrize("calculation", ["campbell", "floquet", "linearise", "forced_response"])
+@pytest.mark.parametrize(
+    ("behind", "free"), [(None, ["twist_in"]), (1.0, ["twist_out", "twist_in"])]
+)
+def test_a_coordinate_that_nothing_holds_is_refused(
+    calculation: str, behind: float | None, free: list[str]
+) -> None:
+    loose = elastic_rigs.torsional_line(stiffness_in=0.0, stiffness_out=behind)
+    scene = elastic_rigs.scene(loose, 0.3, free)
+    with pytest.raises(VibrationError, match="nothing holds a free coordinate"):
+        getattr(vibration, calculation)(scene, 0.7)
+
+
+@pytest.mark.parametrize(
+    ("inertias", "message"),
+    [
+        ((0.5, 0.0, 0.1), "no mass moves with the free coordinate 'twist_out' alone"),
+        ((0.0, 0.5, 0.0), "twist_in, twist_out can move together so that no mass moves"),
+    ],
+)
+@pytest.mark.parametrize("calculation", ["campbell", "floquet", "periodic_motion"])
+def test_coordinates_that_move_no_mass_are_refused(
+    calculation: str, inertias: tuple[float, float, float], message: str
+) -> None:
+    front, flywheel, fork = inertias
+    line = elastic_rigs.torsional_line(front, flywheel, 1.0, 1.0, fork_inertia=fork)
+    with pytest.raises(ModelError, match=message):
+        getattr(vibration, calculation)(elastic_rigs.scene(line, 0.3), 0.7)
+
+
 def test_massless_mechanisms_are_refused() -> None:
     text = LINE.replace("<inertial>", "<!--").replace("</inertial>", "-->")
     with pytest.raises(ModelError, match="no body has mass"):
         vibration.periodic_motion(elastic_rigs.scene(text, 0.3), 1.0)
 
 
+def test_what_is_no_scene_is_refused() -> None:
+    mechanism = cd.load(LINE)
+    for given in (mechanism, None, "elastic_thoma_rig"):
+        with pytest.raises(ArgumentError, match="expected a Scene whose drives are"):
+            vibration.campbell(given, 1.0)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("speed", [0.0, [1.0, 0.0], np.ones((2, 2)), [], np.nan, "fast", np.sin])
 def test_speeds_that_are_none(speed: Any) -> None:
     with pytest.raises(ArgumentError, match="speed"):
         speeds_of(speed)
+
+
+def test_an_actuator_that_follows_the_position_is_admitted_if_it_repeats(line: cd.Scene) -> None:
+    def pumped(turns: float) -> cd.Scene:
+        load = cd.Actuator("bearing_out", lambda x: -1e-3 * np.cos(turns * x), of="position")
+        return line.replace(elements=[*line.elements, load])
+
+    found = vibration.forced_response(pumped(3.0), [2.0], joints=[])
+    assert abs(found.of("twist_in", 3.0)[0]) > 1e-6
+    with pytest.raises(ArgumentError, match="after a period of bearing_in"):
+        vibration.forced_response(pumped(2.5), [2.0], joints=[])

@@ -56,6 +56,15 @@ def test_trace_and_determinant_against_shooting(beta: float, ratio: float) -> No
         assert np.max(np.abs(found.determinant - 1.0)) < 1e-11
 
 
+def test_two_modes_that_grow_together_are_no_flutter() -> None:
+    """With damping the averaged equation decays, so that its coefficients' change is to blame."""
+    line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0, 1e-4, 1e-4)
+    search = MotionSearch(rotating_scene(elastic_rigs.scene(line, np.radians(15.0))))
+    # ω² = 3 ∓ √5 in units of k/(2 J): the middle of the combined region.
+    middle = np.mean(np.sqrt(3.0 + np.array([-1.0, 1.0]) * np.sqrt(5.0)))
+    assert stability(search, np.array([middle, 1.4])).kind.tolist() == ["combination", "stable"]
+
+
 def test_undamped_multipliers_are_reciprocal_pairs() -> None:
     line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0)
     search = MotionSearch(rotating_scene(elastic_rigs.scene(line, np.radians(15.0))))

@@ -57,7 +57,7 @@ def test_slides_swing_by_parts_of_the_length() -> None:
         ({"shape": [0.0, 0.0]}, "not all zero"),
         ({"shape": [1.0, np.nan]}, "finite"),
         ({"shape": ["a", "b"]}, "expected 2 numbers"),
-        ({"size": [1.0, 2.0]}, "size is of type list"),
+        ({"size": [1.0, 2.0]}, r"size has shape \(2,\), expected a number"),
         ({"cycles": 0}, "cycles is 0"),
         ({"turns": 0.5}, "turns is 0.5"),
         ({"samples": True}, "samples is True"),

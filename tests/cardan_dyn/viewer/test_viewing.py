@@ -156,11 +156,11 @@ def test_each_frame_costs_its_tracks(joint_turn: cd.Sweep) -> None:
 
 def test_each_number_that_is_refused_is_named(joint_turn: cd.Sweep) -> None:
     for wrong, message in (
-        ({"duration": -1.0}, r"duration -1\.0 is not a positive number of seconds"),
+        ({"duration": -1.0}, r"duration is -1, expected a positive number"),
         ({"duration": np.inf}, "duration is not finite"),
         ({"duration": "long"}, "duration is not an array of real numbers"),
-        ({"frames": 0}, "frames 0 is not a positive whole number"),
-        ({"frames": 1.5}, r"frames 1\.5 is not a positive whole number"),
+        ({"frames": 0}, "frames is 0, expected a whole number from 1 on"),
+        ({"frames": 1.5}, r"frames is 1\.5, expected a whole number from 1 on"),
         ({"joints": 3}, "joints is 3, expected a name or a sequence of names"),
     ):
         with pytest.raises(cd.ArgumentError, match=message):

@@ -12,7 +12,10 @@ from collections.abc import Sequence
 
 import cardan_dyn as cd
 
+_FAR = '<limit lower="-9" upper="9" effort="1e4" velocity="10"/>'
 _QUARTER = '<limit lower="-1.57" upper="1.57" effort="1e4" velocity="10"/>'
+
+_PLAY = '<limit lower="-0.01" upper="0.01" effort="1e6" velocity="10"/>'
 
 
 def elastic_rig(
@@ -131,6 +134,135 @@ def double_joint(
         _joint("bearing_out", "housing_out", "shaft_out"),
         _pin_out("pin_1_out", "cross_1", "middle_1"),
         _pin_out("pin_2_out", "cross_2", "shaft_out", axis="0 1 0"),
+    )
+
+
+def sliding_rotor(
+    mass: float = 1.7,
+    reach: float = 0.3,
+    polar: float = 0.4,
+    diametral: float = 0.7,
+    stiffness: Sequence[float] = (100.0, 130.0),
+) -> str:
+    """A rotor without a joint, whose housing slides along `x`, `y` and `z` and tilts by `yaw`.
+
+    Args:
+        mass: of the rotor.
+        reach: of its centre of mass along its axis, from where the housing slides and tilts.
+        polar: moment of inertia about its axis.
+        diametral: that across it, about the centre of mass.
+        stiffness: of the springs of `y` and `z`; the other coordinates have none.
+    """
+    slide = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    across, up = (slide + _spring(value, 0.0) for value in stiffness)
+    return _robot(
+        "sliding_rotor",
+        *(_link(name) for name in ("base", "along", "across", "up", "housing")),
+        f'<link name="rotor"><inertial><origin xyz="{reach!r} 0 0"/><mass value="{mass!r}"/>'
+        f'<inertia ixx="{polar!r}" iyy="{diametral!r}" izz="{diametral!r}" ixy="0" ixz="0" '
+        'iyz="0"/></inertial></link>',
+        _joint("x", "base", "along", "prismatic", "1 0 0", inside=slide),
+        _joint("y", "along", "across", "prismatic", "0 1 0", inside=across),
+        _joint("z", "across", "up", "prismatic", "0 0 1", inside=up),
+        _joint("yaw", "up", "housing", axis="0 0 1"),
+        _joint("turn", "housing", "rotor"),
+    )
+
+
+def rotor(
+    mass: float = 20.0,
+    offset: float = 1e-4,
+    stiffness: tuple[float, float] = (2e6, 2e6),
+    damping: float = 250.0,
+) -> str:
+    """A disc between springs: it slides across its axis along `y` and `z`, and spins.
+
+    Args:
+        mass: of the disc [kg].
+        offset: of its centre of mass, along y at zero [m].
+        stiffness: along y and z [N/m].
+        damping: along either [N·s/m].
+    """
+    along_y, along_z = (_spring(value, damping) for value in stiffness)
+    disc = (
+        f'<link name="disc"><inertial><origin xyz="0 {offset!r} 0"/><mass value="{mass!r}"/>'
+        '<inertia ixx="0.25" iyy="0.13" izz="0.13" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+    return _robot(
+        "rotor",
+        *(_link(name) for name in ("base", "slide", "carrier")),
+        disc,
+        _joint("y", "base", "slide", "prismatic", "0 1 0", inside=_PLAY + along_y),
+        _joint("z", "slide", "carrier", "prismatic", "0 0 1", inside=_PLAY + along_z),
+        _joint("bearing_in", "carrier", "disc"),
+    )
+
+
+def unbalanced_rotor(mass: float = 1.0, length: float = 1.0) -> str:
+    """An unbalanced rotor, driven by `turn`, on a carriage that slides by `slide_y` and tilts.
+
+    Args:
+        mass: of the rotor; inertias are in units of mass and length squared.
+        length: distance of the carriage from the base.
+    """
+    size = mass * length**2
+    return _robot(
+        "unbalanced_rotor",
+        *(_link(name) for name in ("base", "slider", "carriage")),
+        f'<link name="rotor"><inertial><origin xyz="{0.1 * length!r} {0.003 * length!r} 0"/>'
+        f'<mass value="{mass!r}"/><inertia ixx="{0.3 * size!r}" iyy="{0.5 * size!r}" '
+        f'izz="{0.45 * size!r}" ixy="{0.01 * size!r}" ixz="{0.02 * size!r}" iyz="0"/></inertial>'
+        "</link>",
+        _joint("slide_y", "base", "slider", "prismatic", "0 1 0", f"{length!r} 0 0", _FAR),
+        _joint("tilt", "slider", "carriage", "revolute", "0 0 1", inside=_QUARTER),
+        _joint("turn", "carriage", "rotor"),
+    )
+
+
+def unbalanced_scene(mass: float = 1.0, length: float = 1.0) -> cd.Scene:
+    """Return a scene of `unbalanced_rotor`, its springs and dampers in its units, weight."""
+    size = mass * length**2
+    springs = [
+        cd.JointSpring("slide_y", 30.0 * mass, 0.5 * mass),
+        cd.JointSpring("tilt", 12.0 * size, 0.3 * size),
+    ]
+    return cd.Scene(
+        cd.load(unbalanced_rotor(mass, length)),
+        drive=["turn", "slide_y", "tilt"],
+        elements=springs,
+        gravity=[0.0, -0.2 * length, 0.0],
+    )
+
+
+def elastic_crank(
+    inertia: float = 0.05, stiffness: float = 0.1, damping: float = 0.002, radius: float = 0.3
+) -> str:
+    """A slider-crank whose crank sits behind an elastic shaft: `twist`. The slider has 1 kg.
+
+    Args:
+        inertia: of the crank.
+        stiffness: of the shaft.
+        damping: its damping coefficient.
+        radius: of the crank; the rod, without mass, is 1 m long.
+    """
+    slider = '<link name="slider"><inertial><mass value="1"/>'
+    slider += '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    crank = '<link name="crank"><inertial><mass value="1"/>'
+    crank += (
+        f'<inertia ixx="1" iyy="1" izz="{inertia!r}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+    across = "0 0 1"
+    return _robot(
+        "elastic_crank",
+        *(_link(name) for name in ("base", "shaft", "rod")),
+        crank,
+        slider,
+        _joint("bearing_in", "base", "shaft", axis=across),
+        _joint("twist", "shaft", "crank", axis=across, inside=_spring(stiffness, damping)),
+        _joint("crank_pin", "crank", "rod", axis=across, origin=f"{radius!r} 0 0"),
+        _joint("slide", "base", "slider", "prismatic", origin=f"{1.0 + radius!r} 0 0", inside=_FAR),
+        '<loop name="piston_pin" type="continuous"><predecessor link="rod"><origin xyz="1 0 0"/>'
+        f'</predecessor><successor link="slider"/><axis xyz="{across}"/></loop>',
     )
 
 

@@ -1,0 +1,84 @@
+"""Motions that a slow run follows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shooting import periodic
+from testkit import elastic_rigs
+from vibrating_lines import SpringInFront
+
+from cardan_dyn import VibrationError, vibration
+from cardan_dyn.vibration.motion_search import MotionSearch
+from cardan_dyn.vibration.rotating_scene import rotating_scene
+from cardan_dyn.vibration.steady_path import SteadyPath, steady_path, together
+
+STEEP = np.radians(45.0)
+
+
+def path(urdf: str, beta: float, first: float, last: float, within: float = 1.0) -> SteadyPath:
+    search = MotionSearch(rotating_scene(elastic_rigs.scene(urdf, beta)), within)
+    return steady_path(search, first, last)
+
+
+def test_the_only_motion_is_that_of_the_response() -> None:
+    beta = np.radians(25.0)
+    urdf = elastic_rigs.elastic_rig()
+    found = path(urdf, beta, 0.48, 0.52)
+    assert found.speed[0] == 0.48 and found.speed[-1] == 0.52
+    assert np.all(np.diff(found.speed) > 0.0) and not found.missed
+    # Closest where the motion resonates.
+    later = found.speed[8:]
+    closest = later[np.argmin(np.diff(later)[:-1])]
+    assert 0.483 < closest < 0.488 or 0.511 < closest < 0.515
+    picked = found.motions[::6]
+    speeds = [float(item.course.speed[0]) for item in picked]
+    scene = elastic_rigs.scene(urdf, beta)
+    expected = vibration.forced_response(scene, speeds, joints=[]).amplitude
+    for item, waves in zip(picked, expected, strict=True):
+        start = np.sum(waves, axis=0).real
+        np.testing.assert_allclose(item.course.q[0, 0], start, atol=1e-9)
+
+
+def test_up_and_down_differ_between_the_folds() -> None:
+    """At 45° a resonance leans over: a run follows its branch until it ends, and jumps."""
+    line = elastic_rigs.torsional_line(damping_in=0.04)
+    up, down = (path(line, STEEP, *ends) for ends in ((0.40, 0.56), (0.56, 0.40)))
+    assert (up.sense, down.sense) == (1.0, -1.0)
+    sizes = []
+    for found in (up, down):
+        order = np.argsort(found.speed)
+        swing = np.array([np.ptp(item.course.q) / 2.0 for item in found.motions])
+        sizes.append(np.interp(np.linspace(0.41, 0.55, 141), found.speed[order], swing[order]))
+    gap = np.abs(sizes[0] - sizes[1])
+    assert np.max(gap) > 0.2 and np.mean(gap > 0.01) < 0.5
+    for found in (up, down):
+        for item in found.motions[::8]:
+            start = np.r_[item.course.q[0, 0], item.course.rate[0, 0]]
+            speed = float(item.course.speed[0])
+            shot = periodic(SpringInFront(STEEP, speed, 0.5, 0.02), start)
+            np.testing.assert_allclose(shot.start, start, atol=1e-9)
+
+
+def test_motions_nearby_are_found_from_the_path() -> None:
+    found = path(elastic_rigs.elastic_rig(), np.radians(25.0), 0.50, 0.52)
+    speeds = np.array([0.5123, 0.5041])
+    near = found.near(speeds)
+    assert [item.index.tolist() for item in near] == [[0], [1]]
+    (both,) = together(near)
+    assert both.course.speed.tolist() == speeds.tolist()
+    assert sum(len(item.index) for item in found.together()) == len(found.motions)
+
+
+def test_speeds_without_a_motion_are_missed() -> None:
+    """Undamped, the twist exceeds what is looked for near its resonance."""
+    line = elastic_rigs.torsional_line()
+    found = path(line, np.radians(5.0), 0.45, 0.55, within=0.01)
+    assert found.missed and len(found.motions) > 5
+    swings = {float(item.course.speed[0]): np.ptp(item.course.q) / 2.0 for item in found.motions}
+    # Without damping the twist goes as 1/(1 - 4 r²).
+    gone = [float(abs(1.0 - 4.0 * np.square(speed))) for speed in found.missed]
+    there = [abs(1.0 - 4.0 * speed**2) for speed, swing in swings.items() if swing < 0.0095]
+    assert max(swings.values()) < 0.0105 and max(gone) < 0.11 and min(there) > 0.09
+    with pytest.raises(VibrationError, match="no periodic motion was found"):
+        path(line, np.radians(5.0), 0.4999, 0.5001, within=0.001)
