@@ -21,6 +21,7 @@ from .rotating_scene import RotatingScene
 _FIRST = 0.05
 """Half width of the first ranges, in units of the coordinates."""
 _GROWTH = 3.0
+"""Ratio of a range to the last one: a wider model costs some three times as much."""
 _AROUND = (0.09, 0.07, 0.05, 0.035, 0.025, 0.018, 0.012, 0.007, 0.003)
 """Relative distances of the speeds along which motions are carried to one that has none."""
 _OFF_CENTRE = 0.1
@@ -28,11 +29,13 @@ _OFF_CENTRE = 0.1
 _SHRINK = 0.8
 """Ratio of a range to the last one that could not be computed."""
 _MOST_RANGES = 12
+"""Of the loop over ranges, most of which are left for other middles."""
 _ROOM = 1.05
 """Range of the model in which motions are refined, as a multiple of their own."""
 _NARROW = 0.02
 """Half width of the ranges about a motion, in units of the coordinates."""
 _MOST_MODELS = 3
+"""About one motion, each about what the last one led to."""
 _FARTHEST = 10.0
 """Way from the middle, in half ranges, from which no model about the new place is tried."""
 

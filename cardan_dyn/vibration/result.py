@@ -105,10 +105,10 @@ class Result:
             raise CardanError(f"{path}: cannot be written ({error})") from error
 
 
-def unit_of(scene: Scene) -> str:
-    """Return the unit of the free coordinates of a scene, its drive at constant speed first."""
+def unit_of(scene: Scene, name: str | None = None) -> str:
+    """Return the unit of a coordinate, or of all but the first drive of a scene if None."""
     named = scene.mechanism.coordinates.named
-    kinds = {named[name].slides for name in scene.drives[1:]}
+    kinds = {named[item].slides for item in (scene.drives[1:] if name is None else [name])}
     return "rad or m" if len(kinds) > 1 else "m" if True in kinds else "rad"
 
 

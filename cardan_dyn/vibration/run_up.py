@@ -13,7 +13,7 @@ from ..checks import numbers, positive
 from ..errors import ArgumentError
 from .characteristic import Characteristic
 from .motion_search import MotionSearch
-from .result import Result, frame_of
+from .result import Result, frame_of, unit_of
 from .rotating_scene import rotating_scene
 from .simulated_run import Run, SimulatedRun
 from .steady_path import steady_path
@@ -131,13 +131,14 @@ class RunUp(Result):
 
         if coordinate is not None and coordinate not in self.free:
             raise ArgumentError(f"{coordinate!r} is not free; free: {', '.join(self.free)}")
-        column = 0 if coordinate is None else self.free.index(coordinate)
+        name = self.free[0] if coordinate is None else coordinate
+        column = self.free.index(name)
         values = self.position[:, column] - np.mean(self.position[:, column])
         curves = {"periodic motion": self.predicted, "averaged": self.linear}
         return drawn(
             self.mean_speed,
             values,
-            unit="rad or m",
+            unit=unit_of(self.scene, name),
             predicted={
                 name: (self.predicted_speed, line[:, column]) for name, line in curves.items()
             },

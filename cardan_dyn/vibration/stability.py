@@ -19,6 +19,8 @@ _UNSTABLE = 1e-6
 """Excess of a multiplier's size over 1 that is none of rounding: at a collision the latter parts
 multipliers by its root, some 1e-7. In a region that is entered at speed Ω₀, it is reached where
 (Ω - Ω₀)/width is about its square."""
+_ONE = 1e-9
+"""Distance at which two multipliers are one."""
 _REAL = 1e-6
 """Imaginary part of a multiplier, as a fraction of its size, that counts as rounding."""
 
@@ -113,8 +115,9 @@ def _kinds(multipliers: Array, grows: Array) -> Array:
 
 
 def separation(multipliers: Array) -> Array:
-    """Return the least distance `(S,)` of two multipliers `(S, m)`, 0 where they collide."""
+    """Return the least distance `(S,)` of two multipliers `(S, m)` that differ; inf if none do.
+
+    Those that are one up to rounding, as of a disc between equal springs, say nothing of others.
+    """
     gaps = np.abs(multipliers[:, :, None] - multipliers[:, None, :])
-    own = np.arange(multipliers.shape[1])
-    gaps[:, own, own] = np.inf
-    return np.asarray(np.min(gaps, axis=(1, 2)))
+    return np.asarray(np.min(np.where(gaps <= _ONE, np.inf, gaps), axis=(1, 2)))

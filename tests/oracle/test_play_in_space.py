@@ -131,7 +131,7 @@ def test_the_package_simulates_the_same() -> None:
     duration, free = turns * 2.0 * np.pi / SPEED, dict.fromkeys(loose.scene.drives[1:], 0.0)
     trajectory = loose.scene.simulate(
         duration, position={loose.drive: start, **free}, speed=free, motion={loose.drive: SPEED},
-        rtol=1e-8,
+        rtol=1e-10,
     )  # fmt: skip
     found = clearance.ContactSimulation(trajectory, loose.contacts, loose.drive, SPEED)
     half = 0.5 * play
@@ -148,14 +148,14 @@ def test_the_package_simulates_the_same() -> None:
         tight=TIGHT,
     )
     step = 1e-6
-    run = model.run(start, lambda _: 0.0, start + turns * 2.0 * np.pi, step=step)
+    run = model.run(start, lambda _: 0.0, start + turns * 2.0 * np.pi, step=step, rtol=1e-10)
     sizes = np.linalg.norm(run.forces, axis=2)
     for column, name in enumerate(NAMES):
         impacts = [item for item in found.impacts if item.bearing == name]
         assert len(impacts) == 2
         for item in impacts:
             near = np.abs(run.time - start / SPEED - item.peak_time) < 20.0 * step
-            assert np.max(sizes[near, column]) == pytest.approx(item.peak, rel=1e-4)
+            assert np.max(sizes[near, column]) == pytest.approx(item.peak, rel=1e-5)
             before = run.time - start / SPEED < item.start - 2.0 * step
             after = run.time - start / SPEED > item.start + 2.0 * step
             assert sizes[before, column][-1] == 0.0 < sizes[after, column][0]

@@ -63,7 +63,7 @@ def test_a_sample_out_of_reach_is_refused_with_what_was_reached() -> None:
     end = np.arcsin((2.0 * ARM - 1.0) / 0.8)
     np.testing.assert_allclose(error.nearest, [end, -end], atol=1e-6)
     assert error.residual > 0.0
-    assert f"the nearest that were reached are {error.nearest[0]:.9g}"[:45] in str(error)
+    assert f"the nearest that were reached are {error.nearest[0]:.12g}" in str(error)
 
 
 def test_every_sample_is_followed_from_the_one_before_it() -> None:

@@ -10,6 +10,8 @@ from tilting_shaft import TiltingShaft
 from vibrating_lines import SpringInFront
 
 from cardan_dyn.vibration.coexisting import coexisting
+from cardan_dyn.vibration.harmonic_balance import course_of
+from cardan_dyn.vibration.linear_motions import linear_motions
 from cardan_dyn.vibration.motion_search import MotionSearch
 from cardan_dyn.vibration.rotating_scene import rotating_scene
 
@@ -69,5 +71,22 @@ def test_a_motion_larger_than_any_model_of_a_range() -> None:
     assert np.max(np.abs(mean - second.middle.centre) / second.middle.half) < 1.0
     assert second.middle.count == second.model.count
     start = np.r_[second.course.q[0, 0], second.course.rate[0, 0]]
-    shot = periodic(TiltingShaft(np.radians(45.0), speed[0]), start)
-    np.testing.assert_allclose(shot.start, start, atol=1e-9)
+    system = TiltingShaft(np.radians(45.0), speed[0])
+    np.testing.assert_allclose(periodic(system, start).start, start, atol=1e-9)
+    # The linear equation is about the mean, far from the motion.
+    linear, _ = linear_motions(second)
+    found = course_of(linear, speed, second.model.period)
+    ways = (found.q[0] - mean, speed * found.rate[0], speed**2 * found.bend[0])
+
+    def efforts(share: float) -> np.ndarray:
+        firsts = (second.model.positions, np.full(len(ways[0]), speed[0]), np.zeros(len(ways[0])))
+        middles = (mean, 0.0, 0.0)
+        return finder.build.efforts(
+            *(
+                np.column_stack([first, middle + share * way])
+                for first, middle, way in zip(firsts, middles, ways, strict=True)
+            )
+        )
+
+    rise = (efforts(1e-3) - efforts(-1e-3)) / 2e-3
+    np.testing.assert_allclose(efforts(0.0) + rise, 0.0, atol=1e-5 * np.max(np.abs(rise)))

@@ -33,6 +33,9 @@ def test_names_of_multipliers() -> None:
 def test_separation() -> None:
     found = separation(np.array([[1.0 + 0j, 1.5, -1.0], [1j, -1j, 1.0]]))
     np.testing.assert_allclose(found, [0.5, np.sqrt(2.0)])
+    # Double ones stand for themselves alone.
+    twice = separation(np.array([[1j, 1j + 1e-12, 0.6j], [1j, 1j, 1j]]))
+    np.testing.assert_allclose(twice, [0.4, np.inf])
 
 
 @pytest.mark.parametrize("beta", [15.0, 45.0])

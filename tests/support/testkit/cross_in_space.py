@@ -165,7 +165,12 @@ class CrossInSpace:
         return phi_2, np.array([first, np.cross(normal, first), normal]).T
 
     def run(
-        self, phi_1: float, moment: Callable[[float], float], end: float, step: float = 4e-6
+        self,
+        phi_1: float,
+        moment: Callable[[float], float],
+        end: float,
+        step: float = 4e-6,
+        rtol: float = 1e-7,
     ) -> Run:
         """Simulate from one angle of shaft 1 to another, every contact located as an event."""
         time, y = phi_1 / self.speed, self.start(phi_1, moment)
@@ -179,8 +184,8 @@ class CrossInSpace:
                 (time, last),
                 y,
                 method="DOP853",
-                rtol=1e-7,
-                atol=1e-11,
+                rtol=rtol,
+                atol=1e-4 * rtol,
                 events=[self._event(index, bool(inside[index])) for index in with_play],
                 dense_output=True,
                 max_step=1e-4,
