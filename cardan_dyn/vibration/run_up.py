@@ -145,16 +145,22 @@ class RunUp(Result):
         )
 
     def plot_torque(self) -> Figure:
-        """Draw the torque that the motions absorb over speed, beside what the drive has."""
+        """Draw the torque that the motions absorb over speed, beside what the drive has.
+
+        A captured drive is marked where it stays in the long run, to which short runs still creep.
+        """
         from ..figures.vibration import torque_over_speed
 
+        by, held = self.captured_by, None
+        if by is not None:
+            held = by.holds if np.isfinite(by.holds) else self.captured_speed
         available = self.predicted_torque - self.predicted_lack
         return torque_over_speed(
             self.predicted_speed,
             self.predicted_torque,
             available=available if self._is_driven else None,
             barriers=[(item.speed, item.torque) for item in self.barriers],
-            held=self.captured_speed if self.is_captured else None,
+            held=held,
         )
 
     def stored(self) -> dict[str, Any]:

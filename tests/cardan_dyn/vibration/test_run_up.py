@@ -180,6 +180,10 @@ def test_results_of_a_captured_run(captured: vibration.RunUp, tmp_path: Path) ->
     (axes,) = captured.plot_torque().axes
     labels = [text.get_text() for text in axes.figure.legends[0].get_texts()]
     assert labels == ["absorbed", "of the drive", "barrier", "held"]
+    by = captured.captured_by
+    assert by is not None
+    (held,) = (line for line in axes.lines if line.get_label() == "held")
+    assert held.get_xdata()[0] == pytest.approx(by.holds * 30.0 / np.pi)
     # Within a turn the drive gives way, which its mean speed leaves out.
     late = captured.time > 0.9 * captured.time[-1]
     assert np.ptp(captured.speed[late]) > 0.008
