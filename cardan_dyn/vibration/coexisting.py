@@ -59,11 +59,14 @@ class _Known:
         """Return the motions `(N, n)` at a speed, with their signs."""
         return self._of.setdefault(key, [])
 
+    def gap(self, first: Array, second: Array) -> float:
+        """Return the greatest difference of two motions, as a fraction of the range."""
+        return _gap(first, second, self._half)
+
     def add(self, key: _Key, q: Array, sign: float) -> bool:
         """Add a motion, and return whether it is new. Those of other signs are others."""
         is_new = all(
-            sign != other or _gap(q, known, self._half) > self._same
-            for known, other in self.at(key)
+            sign != other or self.gap(q, known) > self._same for known, other in self.at(key)
         )
         if is_new:
             self.at(key).append((q, sign))
@@ -179,25 +182,50 @@ def _refined(
     search: MotionSearch, motions: Motions, rough: list[tuple[int, list[tuple[Array, float]]]]
 ) -> list[Motions]:
     """Return those of rough motions, of each index, that are motions and not yet known."""
-    items = [(index, q) for index, every in rough for q, _ in every]
-    if not items:
-        return []
     known = _Known(search.rotating.units, _SAME)
-    for index in {index for index, _ in items}:
+    result: list[Motions] = []
+
+    def add(items: list[tuple[int, Array]]) -> None:
+        if not items:
+            return
+        count = max(len(q) for _, q in items)
+        found = search.refined(
+            motions.course.speed,
+            np.array([index for index, _ in items]),
+            np.stack([resampled(q, count) for _, q in items]),
+        )
+        for group in found:
+            for item, index in enumerate(group.index.tolist()):
+                if known.add((index, 0), group.course.q[item], float(group.sign[item])):
+                    one = group.part(slice(item, item + 1))
+                    result.append(replace(one, index=motions.index[[index]]))
+
+    for index, _ in rough:
         known.add((index, 0), motions.course.q[index], float(motions.sign[index]))
-    count = max(len(q) for _, q in items)
-    found = search.refined(
-        motions.course.speed,
-        np.array([index for index, _ in items]),
-        np.stack([resampled(q, count) for _, q in items]),
-    )
-    result = []
-    for group in found:
-        for item, index in enumerate(group.index.tolist()):
-            if known.add((index, 0), group.course.q[item], float(group.sign[item])):
-                one = group.part(slice(item, item + 1))
-                result.append(replace(one, index=motions.index[[index]]))
+    add([(index, q) for index, every in rough for q, _ in every])
+    # Near a fold, both of a close pair may lead to one of them: the other is as far from it as
+    # they are from each other.
+    add([(i, q) for i, every in rough for q in _others(known.at((i, 0)), every, known)])
     return result
+
+
+def _others(
+    fine: list[tuple[Array, float]], rough: list[tuple[Array, float]], known: _Known
+) -> list[Array]:
+    """Return guesses of those of rough motions that are missing among fine ones, by their pairs."""
+    guesses = []
+    for sign in (1.0, -1.0):
+        mine, others = ([q for q, of in rough if of == side] for side in (sign, -sign))
+        pairs = [q for q, of in fine if of == -sign]
+        if not others or not pairs or len(mine) <= sum(of == sign for _, of in fine):
+            continue
+        for q in mine:
+            twin = min(others, key=lambda other: known.gap(q, other))
+            pair = min(pairs, key=lambda other: known.gap(twin, other))
+            count = max(len(item) for item in (q, twin, pair))
+            own, beside, there = (resampled(item, count) for item in (q, twin, pair))
+            guesses.append(there + own - beside)
+    return guesses
 
 
 def smallest(search: MotionSearch, speeds: Array) -> tuple[list[Motions], Array]:
