@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import numbers, positive
+from ..checks import number, positive
 from ..errors import ArgumentError
 from .characteristic import Characteristic
 from .motion_search import MotionSearch
@@ -216,15 +216,15 @@ def run_up(
 
     Raises:
         ArgumentError: a value is out of range, or the torque returns no finite number.
-        VibrationError: a torque cannot turn the drive through with one of the speeds.
+        VibrationError: a torque cannot turn the drive through with one of the speeds, or lets it
+            come to rest.
         SimulationError: see `Scene.simulate`.
         CardanError: see `periodic_motion`.
     """
     duration = positive("duration", duration)
-    ends = [numbers(label, value) for label, value in (("start", start), ("end", end))]
-    if any(value.ndim for value in ends) or ends[0] * ends[1] <= 0.0 or ends[0] == ends[1]:
+    first, last = number("start", start), number("end", end)
+    if first * last <= 0.0 or first == last:
         raise ArgumentError(f"start {start!r} and end {end!r}: give two speeds of one sense")
-    first, last = (float(value) for value in ends)
     search = MotionSearch(rotating_scene(scene, drive), positive("within", within))
     given = None if torque is None else Characteristic(torque)
     run = SimulatedRun(search, first, last, given).over(duration, rtol)

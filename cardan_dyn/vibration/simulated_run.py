@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from ..errors import VibrationError
 from ..simulation.events import Event
 from .characteristic import Characteristic
 from .coexisting import smallest
@@ -26,6 +27,8 @@ _STALLED = 0.1
 """Rise of speed there, as a fraction of that without resistance, below which it does not."""
 _FEWEST = 3
 """Revolutions that tell a rise of speed."""
+_REST = "rest"
+"""Name of the event at which the drive comes to rest."""
 
 
 class Rising(NamedTuple):
@@ -103,6 +106,7 @@ class SimulatedRun:
             rtol: relative tolerance of the simulation.
 
         Raises:
+            VibrationError: the drive comes to rest under its torque.
             SimulationError: see `Scene.simulate`.
         """
         run = self._simulated(duration, rtol)
@@ -122,8 +126,14 @@ class SimulatedRun:
             moved: dict[str, Any] = {"motion": {drive: rising}}
         else:
             position[drive], speed[drive] = 0.0, float(begun.pace[0, 0])
-            moved = {"loads": {drive: self._load(self._torque)}, "events": [self._reached()]}
+            moved = {"loads": {drive: self._load(self._torque)}, "events": self._ends()}
         run = self._scene.simulate(duration, position=position, speed=speed, **moved, rtol=rtol)
+        if any(item.name == _REST for item in run.events):
+            raise VibrationError(
+                f"{drive} comes to rest after {float(run.t[-1]):g} s: the torque is too weak for "
+                "its losses and loads, or acts against the speed at the start",
+                speed=self._first,
+            )
         fastest = max(abs(self._first), float(np.max(np.abs(np.asarray(run.speed)[:, 0]))))
         turns = max(1.0, fastest * float(run.t[-1]) / self._search.rotating.period)
         return run.evenly(int(_PER_PERIOD * turns) + 1)
@@ -135,12 +145,15 @@ class SimulatedRun:
             return given.torque + own
         return lambda time, position, speed: given(speed[drive]) + own
 
-    def _reached(self) -> Event:
-        """Return the event that ends the run: within a turn, the drive runs ahead of its mean."""
+    def _ends(self) -> list[Event]:
+        """Return what ends the run: the last speed, of which a turn runs ahead, or rest."""
         sense = float(np.sign(self._last - self._first))
         ahead = float(np.max(sense * self._begun.pace)) / self._first
         drive, goal = self._drive, sense * ahead * self._last
-        return Event(lambda time, position, speed: speed[drive] - goal, True, int(sense), "end")
+        return [
+            Event(lambda time, position, speed: speed[drive] - goal, True, int(sense), "end"),
+            Event(lambda time, position, speed: speed[drive], True, 0, _REST),
+        ]
 
     def _settled(self, time: Array, windows: Windows) -> float:
         """Return the mean speed at which the drive stays in the end; NaN if it does not."""

@@ -12,7 +12,7 @@ from scipy.optimize import OptimizeResult
 from testkit import elastic_rigs
 
 import cardan_dyn as cd
-from cardan_dyn import ArgumentError, vibration
+from cardan_dyn import ArgumentError, VibrationError, vibration
 
 BETA = np.radians(25.0)
 TORQUE = 2e-5
@@ -142,6 +142,18 @@ def test_a_drive_too_weak_for_its_start_falls_back_to_where_it_is_held(
 ) -> None:
     found = vibration.run_up(scene, 0.5125, 0.53, 2000.0, torque=TORQUE)
     assert found.captured_speed == pytest.approx(captured.captured_speed, rel=2e-5)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_torque_against_the_speed_brings_the_drive_to_rest(sense: float) -> None:
+    """Shafts in line: at rest after J w / T."""
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(0.5, 0.5, damping_in=0.2), 0.0)
+    inertia = 1.0 + 0.5 + 0.5  # The driven end, the fork and the flywheel.
+    with pytest.raises(VibrationError, match="bearing_in comes to rest after") as caught:
+        vibration.run_up(scene, 0.6 * sense, 0.9 * sense, 500.0, torque=-0.01 * sense)
+    assert caught.value.speed == 0.6 * sense
+    found = float(str(caught.value).split("after ")[1].split(" s")[0])
+    assert found == pytest.approx(inertia * 0.6 / 0.01, rel=0.02)
 
 
 def test_a_load_of_the_drive_counts(scene: cd.Scene, captured: vibration.RunUp) -> None:
