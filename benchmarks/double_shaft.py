@@ -16,7 +16,7 @@ import pinocchio as pin
 
 import cardan_dyn as cd
 
-from .descriptions import text
+from .descriptions import mechanics
 from .exact import Exact
 from .methods import methods, prepared
 from .records import Record, markdown, save
@@ -77,7 +77,7 @@ def by_hand(mechanism: cd.Mechanism, sweep: cd.Sweep) -> Callable[[], np.ndarray
 
 def _errors(positions: np.ndarray, sweep: cd.Sweep) -> Callable[[Callable], float]:
     """Return a function that takes wrenches by joint name and gives their greatest error."""
-    exact = Exact(text("double_shaft_z"))
+    exact = Exact(mechanics("double_shaft_z"))
     chosen = np.linspace(0, len(positions) - 1, _CHECKED).astype(int)
     states = {}
     for sample in chosen:

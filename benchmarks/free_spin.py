@@ -21,7 +21,7 @@ import cardan_dyn as cd
 
 from .engines.spinning import Spinner, spinners
 from .pictures import write
-from .records import RESULTS, Record, markdown, save
+from .records import Record, markdown, path, save
 from .spin import SPEED, Spin, description, spin
 from .timing import least_seconds, quick
 
@@ -237,5 +237,5 @@ def run(fast: bool = False) -> str:
     records = measure(fast)
     text = answer(records)
     save(NAME, [record.flat() for record in records], text)
-    picture(records, RESULTS / f"{NAME}.png")
+    picture(records, path(f"{NAME}.png"))
     return f"{table(records)}\n\n![error against time]({NAME}.png)\n\n{text}"

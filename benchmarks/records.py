@@ -11,6 +11,13 @@ from pathlib import Path
 from typing import Any
 
 RESULTS = Path(__file__).parent / "results"
+"""Where results are written, unless a run says otherwise."""
+
+
+def path(name: str) -> Path:
+    """Return the path of a file of results, in a folder that exists."""
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    return RESULTS / name
 
 
 @dataclass(frozen=True)
@@ -66,10 +73,9 @@ def version(distribution: str) -> str:
 
 def save(name: str, records: Sequence[dict[str, Any]], answer: str) -> None:
     """Write a task's records and its answer."""
-    RESULTS.mkdir(exist_ok=True)
     body = ",\n".join(" " + json.dumps(_short(record), ensure_ascii=False) for record in records)
     head = json.dumps({"machine": machine(), "answer": answer}, ensure_ascii=False)[1:-1]
-    (RESULTS / f"{name}.json").write_text(
+    path(f"{name}.json").write_text(
         "{" + head + ', "records": [\n' + body + "\n]}\n", encoding="utf-8"
     )
 

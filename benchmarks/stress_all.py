@@ -15,7 +15,8 @@ from . import (
     stress_turns,
 )
 from .maps import picture, table
-from .records import RESULTS, save
+from .records import path, save
+from .timing import quick
 
 MAPS: tuple[ModuleType, ...] = (
     stress_angle,
@@ -28,16 +29,17 @@ MAPS: tuple[ModuleType, ...] = (
 )
 
 
-def run() -> str:
-    """Run all maps, write them, and return the Markdown text."""
-    RESULTS.mkdir(exist_ok=True)
+def run(fast: bool = False) -> str:
+    """Run all maps, or the ends of each, write them, and return the Markdown text."""
     sections = []
     for module in MAPS:
         start = time.perf_counter()
-        measured = sorted(module.points(), key=lambda point: point.method != "sweep")
+        measured = sorted(
+            module.points(quick(module.GRID, fast)), key=lambda point: point.method != "sweep"
+        )
         text = module.answer(measured)
         save(f"stress_{module.NAME}", [point.record() for point in measured], text)
-        picture(measured, RESULTS / f"stress_{module.NAME}.png", module.LABEL)
+        picture(measured, path(f"stress_{module.NAME}.png"), module.LABEL)
         question = (module.__doc__ or "").split("\n\n")[0]
         sections.append(
             f"## {question}\n\n{text}\n\n![{module.LABEL}](stress_{module.NAME}.png)\n\n"
@@ -46,7 +48,7 @@ def run() -> str:
         seconds = time.perf_counter() - start
         print(f"stress {module.NAME} ({seconds:.0f} s): {text}\n", flush=True)
     body = "# Stress maps\n\n" + "\n\n".join(sections) + "\n"
-    (RESULTS / "stress.md").write_text(body, encoding="utf-8")
+    path("stress.md").write_text(body, encoding="utf-8")
     return body
 
 

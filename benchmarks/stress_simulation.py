@@ -9,7 +9,7 @@ is its greatest change as a fraction of it, closure as the trajectory reports it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -19,8 +19,9 @@ import cardan_dyn as cd
 
 from .descriptions import mechanics, with_length
 from .pictures import write
-from .records import RESULTS, Record, markdown, save
+from .records import Record, markdown, path, save
 from .spin import SPEED, description, spin
+from .timing import quick
 
 NAME = "stress_simulation"
 METHODS = (None, "DOP853")
@@ -82,12 +83,12 @@ def _measured(name: str, at: float, method: str | None) -> Record:
     return record(parameters={**parameters, **found}, error=error)
 
 
-def points(grids: dict[str, tuple[float, ...]] | None = None) -> list[Record]:
+def points(grids: Mapping[str, Sequence[float]] = GRIDS) -> list[Record]:
     """Return all maps."""
-    return list(_points(GRIDS if grids is None else grids))
+    return list(_points(grids))
 
 
-def _points(grids: dict[str, tuple[float, ...]]) -> Iterator[Record]:
+def _points(grids: Mapping[str, Sequence[float]]) -> Iterator[Record]:
     for name, grid in grids.items():
         for method in METHODS:
             for at in grid:
@@ -162,8 +163,8 @@ def picture(records: list[Record], path: Path) -> None:
 
 def run(fast: bool = False) -> str:
     """Measure, write results, and return the Markdown text."""
-    records = points({k: v[:: len(v) // 3] for k, v in GRIDS.items()} if fast else None)
+    records = points({name: quick(grid, fast) for name, grid in GRIDS.items()})
     text = answer(records)
     save(NAME, [record.flat() for record in records], text)
-    picture(records, RESULTS / f"{NAME}.png")
+    picture(records, path(f"{NAME}.png"))
     return f"{text}\n\n![closure and energy]({NAME}.png)\n\n{table(records)}"

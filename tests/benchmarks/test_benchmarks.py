@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 
 pytest.importorskip("mpmath")
 
-from benchmarks import records, skipping, timing, universal_joint
+from benchmarks import records, run, skipping, timing, universal_joint
 from benchmarks.engines import common
 from benchmarks.maps import picture, table, verdict
 from benchmarks.stress import Point
@@ -29,6 +30,24 @@ def test_engines_that_are_installed_agree_with_the_exact_moments() -> None:
             continue  # Takes too long for a test.
         found = method.prepare(0.6, PHI)()
         assert universal_joint.error(found, reference) < bounds.get(method.name, 1e-12), method.name
+
+
+@pytest.mark.filterwarnings("ignore")  # Other packages' warnings are theirs.
+@pytest.mark.parametrize("task", run.TASKS)
+def test_every_task_runs_as_a_command(
+    task: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    """In its short form, with a table of numbers, and files where they are asked for."""
+    monkeypatch.setattr(records, "RESULTS", records.RESULTS)
+    run.main(["--fast", "--results", str(tmp_path), task])
+    written = (tmp_path / f"{task}.md").read_text(encoding="utf-8")
+    rows = [line.split("|")[1:-1] for line in written.splitlines() if line.startswith("| ")]
+    assert len(rows) > 1
+    assert any(re.search(r"\d(\.\d+)?(e[+-]\d+)?$", cell.strip()) for cell in rows[-1])
+    out = capsys.readouterr().out
+    assert out and "nan" not in out.lower().split()
+    for found in tmp_path.glob("*.png"):
+        assert found.stat().st_size > 5000
 
 
 def test_skipping_has_complete_records() -> None:
