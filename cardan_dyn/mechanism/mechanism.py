@@ -21,11 +21,12 @@ from ..description.read import read
 from ..errors import ModelError, choices
 from ..frozen import FrozenDict, read_only
 from .coordinates import Coordinates
-from .couplings import coupling_of, zero_of
+from .couplings import coupling_of
 from .joints import Joint, NamedCoordinate, described_joints, named_coordinates
 from .presentation import Presentation
 from .tree import TreeBuilder
 from .welds import characteristic_length, constraint_models, weld
+from .zero import fitted, zero_of
 
 if TYPE_CHECKING:
     from ..description.description import (
@@ -284,9 +285,17 @@ class Mechanism(Presentation):
     def zero(self) -> Array:
         """Coordinates `(size,)` of the description's zero, which need not close its loops.
 
-        All joints are at zero, except that those which mimic others are where their offsets say.
+        All joints are at zero, except that those which mimic others are where their offsets say,
+        and those of loops where the two ends of their loop are nearest to each other.
         """
-        return read_only(zero_of(self.description, self.coordinates))
+        return read_only(self.fitted(zero_of(self.description, self.coordinates)))
+
+    def fitted(self, x: Array, fixed: Collection[int] = ()) -> Array:
+        """Return coordinates `(size,)` with the joints of loops where they fit the tree.
+
+        Arguments as of `zero.fitted`.
+        """
+        return fitted(self.frames, self.joints, self.coordinates, x, fixed)
 
 
 def _variant(base: Mechanism, cardan: Collection[str], moving: Collection[str]) -> Mechanism:
