@@ -25,7 +25,13 @@ from .couplings import coupling_of
 from .joints import Joint, NamedCoordinate, described_joints, named_coordinates
 from .presentation import Presentation
 from .tree import TreeBuilder
-from .welds import characteristic_length, constraint_models, weld
+from .welds import (
+    LEAST_LENGTH,
+    characteristic_length,
+    constraint_models,
+    greatest_length,
+    weld,
+)
 from .zero import fitted, zero_of
 
 if TYPE_CHECKING:
@@ -34,11 +40,6 @@ if TYPE_CHECKING:
     )
     from .configuration import Configuration
     from .frames import Frames
-
-
-_SHORTEST = 1e-30
-"""Characteristic length [m] below which a mechanism is refused: powers of it and their reciprocals
-have to stay within the range of doubles, which ends at 1e-308."""
 
 
 class Mechanism(Presentation):
@@ -110,15 +111,27 @@ class Mechanism(Presentation):
             if base is None
             else base.characteristic_length
         )
-        if self.characteristic_length < _SHORTEST:
-            raise ModelError(
-                f"{self.name}: the greatest length is {self.characteristic_length:g} m; "
-                "give lengths in metres"
-            )
+        if self.characteristic_length == 1.0:
+            self._check_lengths()
         self.coordinates = Coordinates(
             self.model, self.joints.values(), self.characteristic_length, cardan
         )
         self._freeze()
+
+    def _check_lengths(self) -> None:
+        """Accept what rounding leaves of zero where nothing but turns makes up the mechanism.
+
+        Raises:
+            ModelError: something slides, with which lengths have to be compared.
+        """
+        length = greatest_length(self.model, self.loops)
+        if not 0.0 < length < LEAST_LENGTH:
+            return
+        what = f"{self.name}: the greatest length is {length:g} m"
+        parts = (part for joint in self.joints.values() for part in joint.parts)
+        if any(part.kind == "prismatic" for part in parts):
+            raise ModelError(f"{what}; give lengths in metres, or zeros")
+        self.warnings += (f"{what}, which counts as none; give lengths in metres",)
 
     def __reduce__(self) -> tuple[object, ...]:
         if self._base is not None:
