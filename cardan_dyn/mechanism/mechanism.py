@@ -320,9 +320,10 @@ def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
 
     Args:
         source: name of a bundled description, path of a URDF, MJCF or SDF file, or their text.
-            Loops may be written in URDF+, as Isaac's `<loop_joint>`, ROS' `<constraint>` or
-            closing frames, in Gepetto's YAML file or `loop_closures.yaml` beside the URDF, as
-            `<equality>` in MJCF, or as joints of SDF that do not belong to its tree.
+            Loops may be written in URDF+, as Isaac's `<loop_joint>`, ROS' `<constraint>`, joints
+            of SDF in `<gazebo>` or closing frames, in Gepetto's YAML file or `loop_closures.yaml`
+            beside the URDF, as `<equality>` in MJCF, or as joints of SDF that do not belong to its
+            tree.
         strict: refuse what is probably wrong: inertias that no body can have, misspelled words of a
             URDF or SDF file, forces in an MJCF or SDF file that no wrench considers. Many published
             robots have some: with False they are accepted (a mass of zero as no mass) and listed in
