@@ -32,7 +32,7 @@ from .welds import (
     greatest_length,
     weld,
 )
-from .zero import fitted, zero_of
+from .zero import fitted, open_loops, zero_of
 
 if TYPE_CHECKING:
     from ..description.description import (
@@ -40,6 +40,10 @@ if TYPE_CHECKING:
     )
     from .configuration import Configuration
     from .frames import Frames
+
+
+_MOST_LISTED = 4
+"""Open loops that a warning names, so that it stays readable."""
 
 
 class Mechanism(Presentation):
@@ -55,7 +59,6 @@ class Mechanism(Presentation):
         name: name in the description.
         description: the description that it was made of.
         notation: how the description writes its loops, and what else it says about them.
-        warnings: what is wrong with the description and was accepted.
         model: `pin.Model` of the spanning tree, the joints of the loops included. Its `gravity` is
             Pinocchio's 9.81 m/s² along -z, which plays no part in scenes, as the limits that it
             keeps play none.
@@ -84,10 +87,10 @@ class Mechanism(Presentation):
         """
         self.description = description
         self._base = base
+        self._remarks: tuple[str, ...] = ()
         self._variants: dict[tuple[frozenset[str], frozenset[str]], Mechanism] = {}
         self.name = description.name
         self.notation = description.notation
-        self.warnings = description.warnings
         tree = TreeBuilder(description, cardan)
         self.model = tree.model
         self.links = FrozenDict(tree.links)
@@ -131,13 +134,29 @@ class Mechanism(Presentation):
         parts = (part for joint in self.joints.values() for part in joint.parts)
         if any(part.kind == "prismatic" for part in parts):
             raise ModelError(f"{what}; give lengths in metres, or zeros")
-        self.warnings += (f"{what}, which counts as none; give lengths in metres",)
+        self._remarks = (f"{what}, which counts as none; give lengths in metres",)
 
     def __reduce__(self) -> tuple[object, ...]:
         if self._base is not None:
             moving = sorted(self._base.adjustable.keys() & self.joints.keys())
             return _variant, (self._base, sorted(self.coordinates.cardan), moving)
         return Mechanism, (self.description,)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What is wrong with the description and was accepted, and how far its zero is open."""
+        described = (*self.description.warnings, *self._remarks)
+        gaps = open_loops(self.frames, self.coordinates, self.zero, self.characteristic_length)
+        if not gaps:
+            return described
+        listed = [f"{name} by {gap:.3g} m, {angle:.3g} rad" for name, (angle, gap) in gaps.items()]
+        more = f" and {len(gaps) - _MOST_LISTED} more" * (len(gaps) > _MOST_LISTED)
+        return (
+            *described,
+            f"{self.name}: loops are open at the description's zero: "
+            f"{'; '.join(listed[:_MOST_LISTED])}{more}; scenes start where they can be closed near "
+            "it, unless start= says where",
+        )
 
     @cached_property
     def fixed_loops(self) -> tuple[str, ...]:

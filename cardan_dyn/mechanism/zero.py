@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from .coordinates import Coordinates
     from .frames import Frames
 
+OPEN = 1e-3
+"""Angle [rad] and part of the characteristic length by which loops may be open at zero without a
+word: what is written with four digits."""
 _ROUNDING = 1e-12
 """Distance of a coordinate from the one that fits [rad, or lengths of the mechanism] up to which it
 stays: rotations written as angles leave some 1e-16 times the number of frames between them."""
@@ -83,6 +86,35 @@ def fitted(
         if np.max(np.abs(away)) > _ROUNDING:
             result[columns] = values
     return result
+
+
+def open_loops(
+    frames: Frames, coordinates: Coordinates, x: Array, length: float
+) -> dict[str, tuple[float, float]]:
+    """Return by what angle [rad] and distance [m] loops are open.
+
+    Args:
+        frames: of the description.
+        coordinates: layout of coordinates.
+        x: `(size,)` coordinates.
+        length: characteristic length [m].
+
+    Returns:
+        Those of the loops that are open by more than `OPEN`, as an angle or as a part of the
+        length.
+    """
+    placed = frames.placed(x[None, :])
+    starts = frames.joint_frames(placed)
+    found = {}
+    for index, name in enumerate(frames.joints[frames.tree :]):
+        start, end = starts[frames.tree + index, :, :, 0], frames.ended(placed, index)[:, :, 0]
+        # Squared differences of the axes of two frames add up to 2 (2 sin φ/2)².
+        sine = 0.5 * float(np.sqrt(0.5 * np.sum((end[:3] - start[:3]) ** 2)))
+        angle = 2.0 * float(np.arcsin(min(sine, 1.0)))
+        gap = float(np.linalg.norm(end[3] - start[3]))
+        if max(angle, gap / length) > OPEN:
+            found[name] = angle, gap
+    return found
 
 
 def _has_any(columns: slice, fixed: Collection[int]) -> bool:
