@@ -46,11 +46,20 @@ def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
     ]
     lines.append(line_of(where, "<contact>", touching, "no wrench considers it", "link"))
     for tag in _OF_PROGRAMS:
-        count = len(robot.findall(tag))
+        count = sum(not _is_read(item) for item in robot.findall(tag))
         if count:
             times = f" ({count} times)" if count > 1 else ""
             lines.append(f"{where}: <{tag}>{times} is for other programs and was passed over")
     return [line for line in lines if line]
+
+
+def _is_read(element: ElementTree.Element) -> bool:
+    """Return whether an element for other programs holds nothing but loops, see `gazebo`."""
+    return (
+        bool(len(element))
+        and element.tag == "gazebo"
+        and ({part.tag for part in element} <= {"joint", "frame"})
+    )
 
 
 def limits_left_out(joints: Iterable[JointDescription], where: str) -> list[str]:

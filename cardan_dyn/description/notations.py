@@ -1,8 +1,9 @@
 """Notations: which of the ways of writing loops beside a URDF's tree is used.
 
 URDF+ `<loop>` (Chignoli et al., arXiv 2411.19753) comes first, then NVIDIA Isaac's `<loop_joint>`,
-ROS' proposed `<constraint>` and the file beside the URDF. Where a description uses several, they
-must say the same. Frames of onshape-to-robot are last, since they are mere names.
+ROS' proposed `<constraint>`, Gazebo's joints of SDF and the file beside the URDF. Where a
+description uses several, they must say the same. Frames of onshape-to-robot are last, since they
+are mere names.
 """
 
 from __future__ import annotations
@@ -32,7 +33,11 @@ class Agreed(NamedTuple):
 
 
 def agreed(
-    robot: ElementTree.Element, links: Collection[str], beside: Beside | None, where: str
+    robot: ElementTree.Element,
+    links: Collection[str],
+    beside: Beside | None,
+    where: str,
+    strict: bool = True,
 ) -> Agreed:
     """Return the loops of a description.
 
@@ -41,6 +46,7 @@ def agreed(
         links: names of all links.
         beside: what a file beside the URDF says.
         where: how messages name the source of the text.
+        strict: whether unknown words of Gazebo's joints are refused.
 
     Raises:
         ModelError: two notations close different loops.
@@ -54,11 +60,17 @@ def agreed(
         ),
         "ROS <constraint>": _constraints(robot, links, where),
     }
+    notes: tuple[str, ...] = ()
+    if robot.find("gazebo/joint") is not None:
+        from .gazebo import NOTATION, gazebo_loops  # Few descriptions have any.
+
+        by_notation[NOTATION], notes = gazebo_loops(robot, where, strict)
     if beside is not None:
         by_notation[beside.notation] = beside.loops
     written = {notation: loops for notation, loops in by_notation.items() if loops}
     if not written:
-        return _of_closing_frames(robot, links, where)
+        found = _of_closing_frames(robot, links, where)
+        return found._replace(warnings=(*found.warnings, *notes))
     used, *repeating = written
     for notation in repeating:
         if _link_pairs(written[notation]) != _link_pairs(written[used]):
@@ -70,7 +82,7 @@ def agreed(
     remarks = "".join(f"; {notation} says the same and is not used" for notation in repeating)
     if _may_have_closing_frames(links):
         remarks += "; closing frames are not used"
-    return Agreed(written[used], used + remarks)
+    return Agreed(written[used], used + remarks, notes)
 
 
 def _constraints(

@@ -59,6 +59,11 @@ def reread(description: Description) -> Description:
 
         others = [loop for loop in description.loops if loop.name not in loops]
         beside = reread_beside(others, placed, source.beside)
+    if robot.find("gazebo/joint") is not None:
+        from .sdf.second_reading import loops_in_urdf
+
+        others = [loop for loop in description.loops if loop.name not in {**loops, **beside}]
+        beside |= loops_in_urdf(robot, others)
     return replace(
         description,
         links=tuple(_link(link.name, links[link.name]) for link in description.links),

@@ -96,7 +96,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         left_out += beside.warnings
     elif path is not None:
         left_out += unread_files(path)
-    loops, notation, open_types = agreed(robot, link_names, beside, where)
+    loops, notation, open_types = agreed(robot, link_names, beside, where, strict)
     left_out += open_types
     couplings = [_coupling(item, link_names, where) for item in robot.findall("coupling")]
     taken = [item.name for items in (loops, couplings) for item in items]

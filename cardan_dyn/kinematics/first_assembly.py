@@ -13,10 +13,12 @@ import numpy as np
 from ..arrays import Array
 from ..errors import AssemblyError
 from ..mechanism.mechanism import Mechanism
+from ..proof.closed_positions import refuse_left
 from .damped_closure import closed_from
 from .group_solver import GroupSolver
-from .loop_groups import independent_groups
+from .loop_groups import Group, independent_groups
 from .structure import Structure
+from .tolerances import CLOSURE_TOLERANCE
 
 _NEAR = 1e-11
 """Closure error that counts as closed here. Newton's method removes the rest."""
@@ -46,17 +48,29 @@ def assembled_near(
         Coordinates `(size,)` and their closure error. The error is the least that was found where
         loops could not be closed.
     """
-    worst, loop_count = 0.0, len(structure.mechanism.loops)
-    for group in independent_groups(structure, free):
-        items = (*group.loops, *(loop_count + index for index in group.couplings))
+    mechanism, worst = structure.mechanism, 0.0
+    groups = [
+        group
+        for group in independent_groups(structure, free)
         # Of a loop all of whose joints are pinned, no coordinate is free; it has to be closed too.
-        columns = {column for item in items for column in structure.coordinates_on(item)}
-        if not columns & set(needed.tolist()):
-            continue
-        solver = GroupSolver(structure.mechanism, group)
-        x, residual = _closed_group(solver, x)
+        if _columns_on(structure, group).intersection(needed.tolist())
+    ]
+    moving = {column for group in groups for column in group.passives.tolist()}
+    # What the joint of a loop can make up for, no other joint has to.
+    x = mechanism.fitted(x, set(range(mechanism.model.nv)) - moving)
+    for group in groups:
+        before = x
+        x, residual = _closed_group(GroupSolver(mechanism, group), before)
+        if residual < CLOSURE_TOLERANCE:
+            refuse_left(mechanism, group.loops, group.couplings, before, x)
         worst = max(worst, residual)
     return x, worst
+
+
+def _columns_on(structure: Structure, group: Group) -> set[int]:
+    """Return the velocity coordinates on the loops and in the couplings of a group."""
+    items = (*group.loops, *(len(structure.mechanism.loops) + index for index in group.couplings))
+    return {column for item in items for column in structure.coordinates_on(item)}
 
 
 def _closed_group(solver: GroupSolver, x: Array) -> tuple[Array, float]:

@@ -102,6 +102,7 @@ def idle_rods(mechanism: Mechanism, free: set[int]) -> list[IdleRod]:
         free: velocity coordinates that are neither driven nor held.
     """
     graph = JointGraph(mechanism, free)
+    on_loops = _columns_on_loops(mechanism)
     rods = []
     for body in graph.edges:
         ends = [graph.end(body, edge) for edge in graph.edges[body]]
@@ -109,9 +110,25 @@ def idle_rods(mechanism: Mechanism, free: set[int]) -> list[IdleRod]:
         if line is not None:
             held = [end for end in ends if end is not None]
             columns = tuple(column for end in held for column in end.columns)
+            if not on_loops.issuperset(columns):
+                continue  # What hangs in an open chain swings, and somebody has to drive it.
             frame = graph.common([end.neighbour for end in held])
             rods.append(IdleRod(body - 1, columns + graph.floating_columns(body), line, frame))
     return rods
+
+
+def _columns_on_loops(mechanism: Mechanism) -> set[int]:
+    """Return the velocity coordinates of the joints that loops pass through."""
+    model = mechanism.model
+    bodies: set[int] = set()
+    for loop in mechanism.loops:
+        first, second = (set(ancestors(model, body)) for body in (loop.predecessor, loop.successor))
+        bodies |= first ^ second
+    return {
+        column
+        for body in bodies
+        for column in range(model.idx_vs[body + 1], model.idx_vs[body + 1] + model.nvs[body + 1])
+    }
 
 
 def rods_by_name(mechanism: Mechanism, free: set[int]) -> list[tuple[str, ...]]:

@@ -25,6 +25,8 @@ _FEWEST_PER_STEP = 2
 """Samples per step of their line from which on no lattice is tried."""
 _BLOCK_SIZE = 4096
 """Samples whose coordinates are copied at a time, so that no copies of all of them are made."""
+_FARTHEST = 64
+"""Turns of the drives together up to which a line is followed with all of them."""
 _MOST_LATTICE_DRIVES = 6
 """Drives up to which a lattice is tried: a point takes an acceleration for each pair of them."""
 
@@ -46,7 +48,8 @@ class JointMotion:
 
     The configuration at a sample is reached from the start: held joints first move to their
     positions along a straight line, then the drives to theirs. Before the latter, whole turns are
-    taken off the drives that bring the mechanism back to itself when they turn alone, from there.
+    taken off the drives that bring the mechanism back to itself when they turn alone, from there;
+    where the rest of the way is not open, the drives move along the whole straight line.
 
     Attributes:
         groups: indices of the groups whose passives they move.
@@ -128,6 +131,8 @@ class JointMotion:
             else:
                 own = self._without_turns(asked, turns, targets.design_of)
                 reached = self._reached(kinematics, own, targets.design_of)
+                if not np.all(reached.is_there):
+                    self._follow_whole_ways(kinematics, asked, own, turns, targets, reached)
                 if strict and not np.all(reached.is_there):
                     raise self._beyond(asked, own, reached)
         except AssemblyError as error:
@@ -199,6 +204,37 @@ class JointMotion:
                 x[rest], is_there[rest], residual[rest] = found
         return Reached(x, is_there, residual)
 
+    def _follow_whole_ways(
+        self,
+        kinematics: Kinematics,
+        asked: Array,
+        own: Array,
+        turns: Array,
+        targets: Targets,
+        reached: Reached,
+    ) -> None:
+        """Follow the lines to samples, whole turns included, that cannot be reached without these.
+
+        Behind whole turns of one drive alone, the straight line to a sample is another one, which
+        may lead through positions that cannot be closed. Of very many turns, it is not followed.
+
+        Args:
+            kinematics: see `_reached`.
+            asked: `(N, d)` positions.
+            own: the same without whole turns; of samples that are followed, they are put back.
+            turns: `(N, size)` whole turns that were taken off, likewise.
+            targets: N samples.
+            reached: what was reached without the turns; brought up to date.
+        """
+        taken = np.sum(np.abs(asked - own), axis=1)
+        rest = np.nonzero(~reached.is_there & (taken > 0.0) & (taken <= _FARTHEST * TURN))[0]
+        if not rest.size:
+            return
+        found = self._reached(kinematics, asked[rest], targets.design_of[rest])
+        for whole, values in zip(reached, found, strict=True):
+            whole[rest] = values
+        own[rest], turns[rest] = asked[rest], 0.0
+
     def _lines_pay(self, own: Array, design_of: Array) -> bool:
         """Return whether so many samples lie on the same lines that these serve them best."""
         if len(self._drives) > _MOST_LATTICE_DRIVES:
@@ -267,6 +303,8 @@ class JointMotion:
             reached.residual[sample],
             sample,
         )
+        if np.any(asked[sample] != own[sample]):
+            error.hint += "; whole turns were taken first, one drive after the other"
         if more:
             error.hint += f"; {more} other sample{'s are' if more > 1 else ' is'} out of reach too"
         return error

@@ -14,6 +14,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import AssemblyError, SingularConfigurationError
 from ..problem.problem import Problem
+from ..proof.closed_positions import refuse_left
 from .all_groups import Kinematics
 from .loop_system import LoopSystem
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION
@@ -52,11 +53,12 @@ class StartSearch:
     def closed_start(self) -> Array:
         """Return closed coordinates `(size,)` from which the held joints can be moved.
 
-        A complete start that closes the loops is taken as it is. One with quaternions of balls is
-        assembled near it, since balls are not followed along their quaternions. Otherwise the
-        mechanism is assembled near the description's zero, and followed from there to the start, so
-        that the assembly mode stays the same. Where that is impossible, since the zero is singular,
-        it is assembled with the joints of `start` at their positions.
+        A complete start that closes the loops is taken as it is, with the joints of loops that it
+        does not name where they fit. One with quaternions of balls is assembled near it, since
+        balls are not followed along their quaternions. Otherwise the mechanism is assembled near
+        the description's zero, and followed from there to the start, so that the assembly mode
+        stays the same. Where that is impossible, since the zero is singular, it is assembled with
+        the joints of `start` at their positions.
 
         Raises:
             AssemblyError: the loops cannot be closed.
@@ -67,9 +69,12 @@ class StartSearch:
             columns = self._problem.mechanism.coordinates.columns[joint]
             wanted[columns.stop - 4 : columns.stop] = quaternion
         if self._is_complete():
-            state = self._kinematics.evaluate(wanted[None, :])
+            mechanism, problem = self._problem.mechanism, self._problem
+            named = (*problem.start, *problem.start_balls, *problem.held)
+            fitting = mechanism.fitted(wanted, mechanism.coordinates.rates_of(named))
+            state = self._kinematics.evaluate(fitting[None, :])
             if state.residual[0] < CLOSURE_TOLERANCE:
-                return wanted
+                return fitting
         if self._problem.start_balls:
             return self._closed_near(wanted, self._free(self._problem.start))
         try:
@@ -131,18 +136,19 @@ class StartSearch:
         )
 
     def _is_complete(self) -> bool:
-        """Return whether `start` names all coordinates of the joints on loops.
+        """Return whether `start` names all coordinates of the tree's joints on loops.
 
         Only then does it say in which assembly mode the loops are, and how many turns joints made.
         """
         mechanism, start = self._problem.mechanism, self._problem.start
+        closing = {loop.joint for loop in mechanism.loops}
         return bool(start or self._problem.start_balls) and all(
             coordinate in start
             or (coordinate not in mechanism.coordinates.named and joint.name in balls)
             for balls in (self._problem.start_balls,)
             for joint in mechanism.joints.values()
             for coordinate in joint.coordinates
-            if self._system.is_on_loops(joint.name)
+            if self._system.is_on_loops(joint.name) and joint.name not in closing
         )
 
     def _is_at_start(self, state: Array) -> bool:
@@ -174,6 +180,10 @@ class StartSearch:
         """
         state = self._kinematics.close(zero[None, :], most=_ZERO_NEWTON_STEPS)
         if state.residual[0] < CLOSURE_TOLERANCE and state.correction[0] < _NEARBY:
+            groups = [solver.group for solver in self._kinematics.solvers]
+            loops = [index for group in groups for index in group.loops]
+            couplings = [index for group in groups for index in group.couplings]
+            refuse_left(self._problem.mechanism, loops, couplings, zero, state.x[0])
             return state.x[0]
         return self._closed_near(zero, self._free(()))
 

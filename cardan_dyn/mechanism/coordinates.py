@@ -178,8 +178,15 @@ class Coordinates:
         return [self.named[name].column for name in names]
 
     def rates_of(self, names: Iterable[str]) -> list[int]:
-        """Return the velocity coordinates of turns and slides, by their names."""
-        return [self.named[name].rate for name in names]
+        """Return the velocity coordinates of turns, slides and joints with balls, by name."""
+        result = []
+        for name in names:
+            if name in self.named:
+                result.append(self.named[name].rate)
+            else:
+                span = self.velocity_columns[name]
+                result += range(span.start, span.stop)
+        return result
 
     def _of_kind(self, kind: str) -> _Kind:
         chosen = [

@@ -1,4 +1,4 @@
-"""Couplings: which joints a coupling of links or of joints couples, and the zero it asks for."""
+"""Couplings: which joints a coupling of links or of joints couples."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pinocchio
 
-from ..arrays import Array
 from ..errors import ModelError
 from .joints import Joint
 from .tree import ancestors
 
 if TYPE_CHECKING:
-    from ..description.description import CouplingDescription, Description
-    from .coordinates import Coordinates
+    from ..description.description import CouplingDescription
 
 
 class Coupling(NamedTuple):
@@ -92,20 +90,6 @@ def _coupled_columns(
                 )
             columns.append(model.idx_vs[part.id])
     return columns
-
-
-def zero_of(description: Description, coordinates: Coordinates) -> Array:
-    """Return coordinates `(size,)` of a description's zero, which need not close its loops.
-
-    All joints are at zero, except that those which mimic others are where their offsets say.
-    """
-    x = coordinates.neutral()
-    mimics = [item for item in description.couplings if item.of_joints]
-    for _ in mimics:  # A joint may mimic one that mimics another itself, further below.
-        for item in mimics:
-            mimicked = x[coordinates.columns[item.predecessor].start]
-            x[coordinates.columns[item.successor].start] = item.ratio * mimicked + item.offset
-    return x
 
 
 def shown(coupling: Coupling) -> str:

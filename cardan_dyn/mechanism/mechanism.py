@@ -21,11 +21,18 @@ from ..description.read import read
 from ..errors import ModelError, choices
 from ..frozen import FrozenDict, read_only
 from .coordinates import Coordinates
-from .couplings import coupling_of, zero_of
+from .couplings import coupling_of
 from .joints import Joint, NamedCoordinate, described_joints, named_coordinates
 from .presentation import Presentation
 from .tree import TreeBuilder
-from .welds import characteristic_length, constraint_models, weld
+from .welds import (
+    LEAST_LENGTH,
+    characteristic_length,
+    constraint_models,
+    greatest_length,
+    weld,
+)
+from .zero import fitted, open_loops, zero_of
 
 if TYPE_CHECKING:
     from ..description.description import (
@@ -35,9 +42,8 @@ if TYPE_CHECKING:
     from .frames import Frames
 
 
-_SHORTEST = 1e-30
-"""Characteristic length [m] below which a mechanism is refused: powers of it and their reciprocals
-have to stay within the range of doubles, which ends at 1e-308."""
+_MOST_LISTED = 4
+"""Open loops that a warning names, so that it stays readable."""
 
 
 class Mechanism(Presentation):
@@ -53,7 +59,6 @@ class Mechanism(Presentation):
         name: name in the description.
         description: the description that it was made of.
         notation: how the description writes its loops, and what else it says about them.
-        warnings: what is wrong with the description and was accepted.
         model: `pin.Model` of the spanning tree, the joints of the loops included. Its `gravity` is
             Pinocchio's 9.81 m/s² along -z, which plays no part in scenes, as the limits that it
             keeps play none.
@@ -82,10 +87,10 @@ class Mechanism(Presentation):
         """
         self.description = description
         self._base = base
+        self._remarks: tuple[str, ...] = ()
         self._variants: dict[tuple[frozenset[str], frozenset[str]], Mechanism] = {}
         self.name = description.name
         self.notation = description.notation
-        self.warnings = description.warnings
         tree = TreeBuilder(description, cardan)
         self.model = tree.model
         self.links = FrozenDict(tree.links)
@@ -109,21 +114,49 @@ class Mechanism(Presentation):
             if base is None
             else base.characteristic_length
         )
-        if self.characteristic_length < _SHORTEST:
-            raise ModelError(
-                f"{self.name}: the greatest length is {self.characteristic_length:g} m; "
-                "give lengths in metres"
-            )
+        if self.characteristic_length == 1.0:
+            self._check_lengths()
         self.coordinates = Coordinates(
             self.model, self.joints.values(), self.characteristic_length, cardan
         )
         self._freeze()
+
+    def _check_lengths(self) -> None:
+        """Accept what rounding leaves of zero where nothing but turns makes up the mechanism.
+
+        Raises:
+            ModelError: something slides, with which lengths have to be compared.
+        """
+        length = greatest_length(self.model, self.loops)
+        if not 0.0 < length < LEAST_LENGTH:
+            return
+        what = f"{self.name}: the greatest length is {length:g} m"
+        parts = (part for joint in self.joints.values() for part in joint.parts)
+        if any(part.kind == "prismatic" for part in parts):
+            raise ModelError(f"{what}; give lengths in metres, or zeros")
+        self._remarks = (f"{what}, which counts as none; give lengths in metres",)
 
     def __reduce__(self) -> tuple[object, ...]:
         if self._base is not None:
             moving = sorted(self._base.adjustable.keys() & self.joints.keys())
             return _variant, (self._base, sorted(self.coordinates.cardan), moving)
         return Mechanism, (self.description,)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What is wrong with the description and was accepted, and how far its zero is open."""
+        described = (*self.description.warnings, *self._remarks)
+        gaps = open_loops(self.frames, self.coordinates, self.zero, self.characteristic_length)
+        if not gaps:
+            return described
+        listed = [f"{name} by {gap:.3g} m, {angle:.3g} rad" for name, (angle, gap) in gaps.items()]
+        more = f" and {len(gaps) - _MOST_LISTED} more" * (len(gaps) > _MOST_LISTED)
+        return (
+            *described,
+            f"{self.name}: loops are open at the description's zero: "
+            f"{'; '.join(listed[:_MOST_LISTED])}{more}; scenes start where they can be closed near "
+            "it, unless start= says where",
+        )
 
     @cached_property
     def fixed_loops(self) -> tuple[str, ...]:
@@ -284,9 +317,17 @@ class Mechanism(Presentation):
     def zero(self) -> Array:
         """Coordinates `(size,)` of the description's zero, which need not close its loops.
 
-        All joints are at zero, except that those which mimic others are where their offsets say.
+        All joints are at zero, except that those which mimic others are where their offsets say,
+        and those of loops where the two ends of their loop are nearest to each other.
         """
-        return read_only(zero_of(self.description, self.coordinates))
+        return read_only(self.fitted(zero_of(self.description, self.coordinates)))
+
+    def fitted(self, x: Array, fixed: Collection[int] = ()) -> Array:
+        """Return coordinates `(size,)` with the joints of loops where they fit the tree.
+
+        Arguments as of `zero.fitted`.
+        """
+        return fitted(self.frames, self.joints, self.coordinates, x, fixed)
 
 
 def _variant(base: Mechanism, cardan: Collection[str], moving: Collection[str]) -> Mechanism:
@@ -298,9 +339,10 @@ def load(source: str | os.PathLike[str], *, strict: bool = True) -> Mechanism:
 
     Args:
         source: name of a bundled description, path of a URDF, MJCF or SDF file, or their text.
-            Loops may be written in URDF+, as Isaac's `<loop_joint>`, ROS' `<constraint>` or
-            closing frames, in Gepetto's YAML file or `loop_closures.yaml` beside the URDF, as
-            `<equality>` in MJCF, or as joints of SDF that do not belong to its tree.
+            Loops may be written in URDF+, as Isaac's `<loop_joint>`, ROS' `<constraint>`, joints
+            of SDF in `<gazebo>` or closing frames, in Gepetto's YAML file or `loop_closures.yaml`
+            beside the URDF, as `<equality>` in MJCF, or as joints of SDF that do not belong to its
+            tree.
         strict: refuse what is probably wrong: inertias that no body can have, misspelled words of a
             URDF or SDF file, forces in an MJCF or SDF file that no wrench considers. Many published
             robots have some: with False they are accepted (a mass of zero as no mass) and listed in

@@ -24,7 +24,6 @@ class Presentation(Frozen):
     name: str
     description: Description
     notation: str
-    warnings: tuple[str, ...]
     joints: Mapping[str, Joint]
     loops: tuple[Loop, ...]
     couplings: tuple[Coupling, ...]
@@ -120,6 +119,11 @@ class Presentation(Frozen):
             at = at.positions
         description = self.description if at is None else rezeroed(self.description, at)
         return write(description, path)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """See `Mechanism.warnings`."""
+        raise NotImplementedError
 
     def assembled(self) -> Configuration:
         """See `Mechanism.assembled`."""

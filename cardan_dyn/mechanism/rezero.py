@@ -36,6 +36,7 @@ from ..description.description import (
 )
 from ..errors import ArgumentError, choices
 from .joints import elementary
+from .welds import LEAST_LENGTH
 
 _CLOSED = 1e-6
 """Greatest gap of a loop, in radians and in lengths relative to the mechanism's size, of a
@@ -272,11 +273,20 @@ def _check_closed(description: Description) -> None:
 def _gaps(description: Description) -> Iterator[tuple[str, float, float, float]]:
     """Yield each loop, how far it is open at zero [m], [rad], and the mechanism's size [m]."""
     placements = link_placements(description)
-    points = np.array([placement[:3, 3] for placement in placements.values()])
-    size = float(np.max(np.linalg.norm(points - np.mean(points, axis=0), axis=1))) or 1.0
-    for loop in description.loops:
-        start = placements[loop.predecessor] @ loop.predecessor_origin
-        gap = inverse(start) @ placements[loop.successor] @ loop.successor_origin
+    ends = [
+        (
+            placements[loop.predecessor] @ loop.predecessor_origin,
+            placements[loop.successor] @ loop.successor_origin,
+        )
+        for loop in description.loops
+    ]
+    joints = [placements[joint.parent] @ joint.origin for joint in description.joints]
+    frames = [*placements.values(), *joints, *(frame for pair in ends for frame in pair)]
+    points = np.array([frame[:3, 3] for frame in frames])
+    size = float(np.max(np.linalg.norm(points - np.mean(points, axis=0), axis=1)))
+    size = size if size >= LEAST_LENGTH else 1.0
+    for loop, (start, end) in zip(description.loops, ends, strict=True):
+        gap = inverse(start) @ end
         distance = float(np.linalg.norm(gap[:3, 3]))
         # As much as the sine for small angles, and never small for large ones.
         angle = float(np.max(np.abs(gap[:3, :3] - np.eye(3))))

@@ -14,6 +14,12 @@ if TYPE_CHECKING:
     from ..description.description import LoopDescription
 
 
+LEAST_LENGTH = 1e-15
+"""Greatest distance within a mechanism [m] below which it counts as none: sines of angles, and
+differences of lengths in metres, leave some 1e-17 to 1e-16 of zero. No mechanism is as small as an
+atom's nucleus."""
+
+
 class Loop(NamedTuple):
     """A weld that closes a loop.
 
@@ -70,7 +76,16 @@ def constraint_models(
 
 
 def characteristic_length(model: pinocchio.Model, loops: Iterable[Loop]) -> float:
-    """Return the greatest distance that occurs within a body of the mechanism [m]."""
+    """Return the greatest distance that occurs within a body of the mechanism [m].
+
+    It is 1 m where there is none, as in a spherical linkage without mass.
+    """
+    longest = greatest_length(model, loops)
+    return longest if longest >= LEAST_LENGTH else 1.0
+
+
+def greatest_length(model: pinocchio.Model, loops: Iterable[Loop]) -> float:
+    """Return the greatest distance that occurs within a body of the mechanism [m], or zero."""
     placed = list(zip(list(model.parents)[1:], list(model.jointPlacements)[1:], strict=True))
     for loop in loops:
         placed.append((loop.predecessor, loop.predecessor_placement))
@@ -87,4 +102,4 @@ def characteristic_length(model: pinocchio.Model, loops: Iterable[Loop]) -> floa
             lengths.append(float(np.linalg.norm(inertia.lever)))
             spread_of_mass = max(float(np.trace(inertia.inertia)), 0.0) / (2.0 * inertia.mass)
             lengths.append(float(np.sqrt(spread_of_mass)))
-    return max(lengths) or 1.0
+    return max(lengths)

@@ -111,7 +111,7 @@ class Constraints:
         self._column_factors = np.zeros((count, coordinates.size))
         self._offsets = np.array([coupling.offset for coupling in description.couplings])
         for row, coupling in enumerate(description.couplings):
-            predecessors, successors = _coupled_joints(coupling, frames)
+            predecessors, successors = coupled_joints(coupling, frames)
             factors = dict.fromkeys(predecessors, -coupling.ratio) | dict.fromkeys(successors, 1.0)
             for name, factor in factors.items():
                 rate = coordinates.velocity_columns[name].start
@@ -251,7 +251,7 @@ class Constraints:
         return np.asarray(known.max(axis=0, initial=0.0))
 
 
-def _coupled_joints(
+def coupled_joints(
     coupling: CouplingDescription, frames: Frames
 ) -> tuple[Collection[str], Collection[str]]:
     """Return the joints that move the predecessor of a coupling, and those of its successor."""

@@ -39,6 +39,7 @@ def assembled(
     for name, quaternion in balls.items():
         columns = mechanism.coordinates.columns[name]
         given[columns.stop - 4 : columns.stop] = quaternion
+    given = mechanism.fitted(given, mechanism.coordinates.rates_of((*wanted, *balls)))
     if (wanted or balls) and _residual(structure, given) < CLOSURE_TOLERANCE:
         return Configuration(mechanism, given, _residual(structure, given), zero_residual)
     if balls:

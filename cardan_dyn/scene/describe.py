@@ -57,6 +57,9 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
             components.append(_counted_component(mechanism, structure, item.group))
             loops.update(_counted_loops(mechanism, structure, item.group))
     coordinates = mechanism.model.nv
+    driven = mechanism.coordinates.rates_of(
+        name for joint in mechanism.independent_joints for name in _coordinates_of(mechanism, joint)
+    )
     rank = sum(component.rank for component in components)
     return MechanismReport(
         name=mechanism.name,
@@ -67,11 +70,17 @@ def describe(mechanism: Mechanism | Configuration) -> MechanismReport:
         length=mechanism.characteristic_length,
         components=components,
         loops=[loops[index] for index in sorted(loops)],
-        idle_rods=rods_by_name(mechanism, set(range(coordinates))),
+        idle_rods=rods_by_name(mechanism, set(range(coordinates)) - set(driven)),
         drivable=tuple(mechanism.drivable),
         warnings=mechanism.warnings,
         place=place,
     )
+
+
+def _coordinates_of(mechanism: Mechanism, joint: str) -> list[str]:
+    """Return the names of the turns and slides of a joint."""
+    named = mechanism.coordinates.named
+    return [name for name, coordinate in named.items() if coordinate.joint == joint]
 
 
 def _component(mechanism: Mechanism, states: GenericStates) -> ComponentReport:

@@ -27,7 +27,7 @@ class LoopReport:
 
     @property
     def redundant(self) -> int:
-        """Number of redundant rows."""
+        """Number of rows that are redundant whatever other loops are."""
         return 6 - self.rank
 
 
@@ -95,8 +95,9 @@ class MechanismReport:
         length: characteristic length that weighs forces against moments [m].
         components: sets of loops and couplings that have no joint in common.
         loops: the loops.
-        idle_rods: joints at the ends of every rod that may spin about its line. These freedoms are
-            part of the mobility, and need no drive.
+        idle_rods: joints at the ends of every rod that may spin about its line, while the joints
+            move that the description's author drives, if there are any. These freedoms are part of
+            the mobility, and need no drive.
         drivable: names of the coordinates that a scene can drive or hold, see `Mechanism.drivable`.
         warnings: what is wrong with the description and was accepted.
         place: what the ranks are those of the surroundings of.
@@ -121,10 +122,12 @@ class MechanismReport:
             f"  {self.coordinates} joint coordinates, {self.rank} independent closure equations",
             f"  loops: {self.notation}; characteristic length {self.length:.4g} m",
         ]
+        shared = {name for component in self._sharing for name in component.loops}
         for loop in self.loops:
+            alone = " by itself" if loop.name in shared else ""
             lines.append(
                 f"  loop {loop.name} ({loop.type}): rank {loop.rank} of 6, "
-                f"{loop.redundant} redundant"
+                f"{loop.redundant} redundant{alone}"
             )
             for joint, components in (loop.indeterminate or {}).items():
                 lines.append(f"    leaves open at {joint}: {components}")
@@ -161,11 +164,25 @@ class MechanismReport:
         """Whether ranks of any component were counted from the structure alone."""
         return any(component.is_counted for component in self.components)
 
+    @property
+    def _sharing(self) -> list[ComponentReport]:
+        """Components that have more self-stresses than their loops have each by itself."""
+        redundant = {loop.name: loop.redundant for loop in self.loops}
+        return [
+            component
+            for component in self.components
+            if component.self_stresses > sum(redundant[name] for name in component.loops)
+        ]
+
     def _remarks(self) -> list[str]:
         """Return what else there is to say: of drives, components, singular zeros, warnings."""
         several = len(self.components) > 1
         remarks = [f"can be driven or held: {choices(self.drivable)}"]
-        remarks += [f"component {component}" for component in self.components if several]
+        remarks += [
+            f"component {component}"
+            for component in self.components
+            if several or component in self._sharing
+        ]
         remarks += [
             f"idle rod at {', '.join(rod)}: it may spin about its line and needs no drive"
             for rod in self.idle_rods
@@ -180,7 +197,10 @@ class MechanismReport:
 
     @property
     def _mobility(self) -> str:
-        return f"{self.mobility} (counted)" if self.is_counted else str(self.mobility)
+        """Return the mobility as text, and what is left of it for drives beside idle rods."""
+        text = f"{self.mobility} (counted)" if self.is_counted else str(self.mobility)
+        idle = len(self.idle_rods)
+        return f"{text}, {self.mobility - idle} without idle rods" if idle else text
 
 
 def _listed_components(loop: LoopReport) -> str:

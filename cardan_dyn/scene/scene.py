@@ -153,7 +153,8 @@ class Scene(SceneSimulations):
         The configuration at a sample is the one that is reached from where the scene starts,
         whatever the other samples and their order are: held joints first move to their positions
         along a straight line, then the drives to theirs. Where a drive brings the mechanism back
-        to itself by turning alone, from there, whole turns are taken off first.
+        to itself by turning alone, from there, whole turns are taken off first; if the rest of the
+        way is not open, the drives move along the whole straight line.
 
         `<limit>` elements of the description are not regarded. Results are reproducible to rounding
         times `Sweep.condition`, not bit for bit: earlier sweeps give later ones nearer guesses.

@@ -63,7 +63,7 @@ class SceneSimulations(SceneResponses):
         Raises:
             ArgumentError: a value is not finite or out of range, start values that contradict each
                 other, or a method that does not suit.
-            ModelError: unknown joint or link.
+            ModelError: unknown joint or link, or no body has mass.
             MobilityError: the motion of every drive is prescribed.
             AssemblyError: the loops cannot be closed at the start.
             SingularConfigurationError: the start is a dead point of the drives.

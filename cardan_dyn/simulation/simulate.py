@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from ..checks import described
 from ..dynamics.problem_solver import ProblemSolver
-from ..errors import ArgumentError, choices
+from ..errors import ArgumentError, ModelError, choices
 from .energy_functions import NotSuitableError
 from .methods import by_quadrature, by_response, in_all_coordinates
 from .setup import Asked, Setup, forces_of, setup_of, with_all_loops, with_recorded_contacts
@@ -28,6 +28,11 @@ def simulated(solver: ProblemSolver, asked: Asked) -> Trajectory:
         raise ArgumentError(
             f"method {described(method)} is unknown; methods: {choices(_METHODS, method)}"
         )
+    if not _has_mass(solver):
+        raise ModelError(
+            f"{solver.problem.mechanism.name}: no body has mass, so that no motion follows from "
+            "what acts; give links an <inertial>, or prescribe the motion: Scene.sweep"
+        )
     setup = setup_of(with_recorded_contacts(with_all_loops(solver)), asked)
     # Steps of a given length are those of the general method.
     first = ("quadrature", "response") if setup.step is None else ()
@@ -42,12 +47,22 @@ def simulated(solver: ProblemSolver, asked: Asked) -> Trajectory:
     return in_all_coordinates(setup)
 
 
+def _has_mass(solver: ProblemSolver) -> bool:
+    """Return whether any moving body has mass, whatever the outputs of the scene need."""
+    mechanism = solver.problem.mechanism
+    return any(
+        inertia.mass > 0.0 and body not in mechanism.auxiliary_bodies
+        for body, inertia in enumerate(mechanism.model.inertias)
+        if body
+    )
+
+
 def planned(solver: ProblemSolver) -> str:
     """Return by which methods a scene is simulated if nothing else is asked for, in words."""
-    if not solver.has_mass:
+    if not _has_mass(solver):
         return "nothing, no body has mass"
     try:
         forces = forces_of(solver)
     except ArgumentError as error:
-        return f"nothing, {error}"
+        return f"nothing without other loads: {error}"
     return in_words(traits(solver, forces), solver.problem.drives[0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 import pytest
-from testkit.ball_rods import ALONG, LINE, WAYS, as_a_floating_rod, as_balls
+from testkit.ball_rods import ALONG, LINE, WAYS, as_a_floating_rod, as_balls, link
 
 import cardan_dyn as cd
 
@@ -196,6 +196,11 @@ def test_rods_in_a_loop_of_several_drives() -> None:
     rng = np.random.default_rng(2)
     turn = scene.sweep(0.05 * rng.uniform(-1, 1, (20, 6)), rng.uniform(-1, 1, (20, 6)))
     assert len(turn.idle_rods) == 6
+    # While the legs are driven, as the author says, what is described is what a scene does.
+    driven = cd.load((text + "</robot>").replace('"prismatic">', '"prismatic" independent="true">'))
+    report = cd.describe(driven)
+    assert len(report.idle_rods) == 6
+    assert report.mobility - len(report.idle_rods) == len(drives)
     assert turn.balance_residual < 1e-12
     assert turn.loop_residual < 1e-12
     for leg in range(6):
@@ -251,3 +256,25 @@ def test_loads_about_the_line_of_a_massless_rod_are_refused() -> None:
         scene.sweep([0.3])
     through = scene.replace(loads={"rod": [1.0, 2.0, 3.0, 0.0, 0.0, 0.0], "d": 3.0})
     assert through.sweep([0.3]).balance_residual < 1e-13
+
+
+def test_a_rod_in_an_open_chain_swings() -> None:
+    """Between two balls, but on no loop: a scene wants its joints driven, and so it is said."""
+    hanging = (
+        link("upper", 1.0, "0 0 -0.2", np.diag([0.01, 0.01, 0.001]))
+        + link("lower", 1.0, "0 0 -0.2", np.diag([0.01, 0.01, 0.001]))
+        + '<joint name="top" type="spherical"><parent link="ground"/><child link="upper"/></joint>'
+        + '<joint name="middle" type="spherical"><parent link="upper"/><child link="lower"/>'
+        + '<origin xyz="0 0 -0.4"/></joint></robot>'
+    )
+    mechanism = cd.load(as_balls().replace("</robot>", hanging))
+    report = cd.describe(mechanism)
+    assert report.idle_rods == [("b", "c")]
+    # A drive, the spin of the rod, and three coordinates of each ball.
+    assert (report.mobility, "mobility 8, 7 without idle rods" in str(report)) == (8, True)
+    with pytest.raises(cd.MobilityError, match="mobility 7: nothing decides the motion of"):
+        cd.Scene(mechanism, drive="a")
+    turns = [f"{name}.{axis}" for name in ("top", "middle") for axis in "xyz"]
+    held = dict.fromkeys(turns, 0.0)
+    scene = cd.Scene(mechanism, drive="a", held=held, gravity=(0.0, 0.0, -9.81))
+    assert scene.sweep([0.0, 0.1]).balance_residual < 1e-13

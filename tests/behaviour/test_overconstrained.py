@@ -166,6 +166,11 @@ def test_clemens_couplings_are_those_of_free_bodies(arms: str, turned: float, be
     for item in report.loops:
         found |= {name: parted(words) for name, words in (item.indeterminate or {}).items()}
     assert found == free.open
+    # What no loop has by itself is said of all of them together.
+    text = str(report)
+    alone = sum(item.redundant for item in report.loops)
+    is_said = f"{free.self_stresses} self-stresses" in text
+    assert is_said == (" redundant by itself" in text) == (free.self_stresses > alone)
 
 
 @pytest.mark.parametrize("arms", ARMS)

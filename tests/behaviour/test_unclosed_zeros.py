@@ -58,6 +58,21 @@ def test_wrenches_are_those_of_the_closed_description() -> None:
         np.testing.assert_allclose(np.sin(0.5 * offset), 0.0, atol=1e-12)
 
 
+def test_an_open_zero_is_not_closed_without_a_word() -> None:
+    """The gap between coupler and rocker in the plane, by complex numbers."""
+    a, b, d = OFFSETS["a"], OFFSETS["b"], OFFSETS["d"]
+    coupler = 0.5j * np.exp(1j * a) + (2.0 + 2.0j) * np.exp(1j * (a + b))
+    gap = abs(coupler - (2.0 + 2.5j * np.exp(1j * d)))
+    mechanism = displaced()
+    (line,) = (line for line in mechanism.warnings if "are open at the description's zero" in line)
+    assert f"c by {gap:.3g} m, " in line
+    # Its own joint turns away what the angles differ by.
+    assert float(line.split(" m, ")[1].split(" rad")[0]) < 1e-10
+    assert line in str(cd.describe(mechanism))
+    closed = cd.load(four_bar(loop("continuous")))
+    assert not any("open" in line for line in closed.warnings)
+
+
 def test_the_same_start_every_time() -> None:
     first, second = (cd.Scene(displaced(), drive="a").sweep(POSITIONS) for _ in range(2))
     np.testing.assert_array_equal(first.motion.q, second.motion.q)

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 from testkit.linkages import four_bar, loop, tilted_slider_crank
+from testkit.scaling import in_lengths
 
 import cardan_dyn as cd
 
@@ -121,6 +126,62 @@ def test_numbers_next_to_nothing_are_nothing() -> None:
     assert np.array_equal(found.drive_effort, expected.sweep(POSITIONS).drive_effort)
 
 
-def test_a_mechanism_without_size_is_refused() -> None:
+@pytest.mark.parametrize("size", [1e-40, 1e-17])
+def test_a_mechanism_without_size_is_refused(size: float) -> None:
     with pytest.raises(cd.ModelError, match="the greatest length is"):
-        cd.load(tilted_slider_crank(1e-40, False))
+        cd.load(tilted_slider_crank(size, False))
+
+
+def test_bars_without_size_do_not_hold_each_other() -> None:
+    mechanism = cd.load(in_lengths(cd.load("four_bar"), 1e-20))
+    assert any("greatest length" in line for line in mechanism.warnings)
+    with pytest.raises(cd.MobilityError):
+        cd.Scene(mechanism, drive="crank_bearing")
+
+
+SPHERICAL = np.array([[0.0, 0.0, 1.0], [0.5, 0.0, 1.0], [0.6, 1.0, 0.8], [0.0, 1.2, 0.6]])
+"""Axes of a spherical four-bar: crank bearing, crank pin, rocker pin, rocker bearing."""
+
+
+def spherical_four_bar(offset: tuple[float, float, float]) -> str:
+    """Without mass and lengths, but for what rounding leaves of zero."""
+    words = [" ".join(map(repr, axis)) for axis in SPHERICAL.tolist()]
+    x, y, z = offset
+    links = "".join(f'<link name="{name}"/>' for name in ("ground", "a", "b", "c"))
+    return f"""<robot name="sphere">{links}
+      <joint name="A" type="continuous"><parent link="ground"/><child link="a"/>
+        <axis xyz="{words[0]}"/></joint>
+      <joint name="B" type="continuous"><parent link="a"/><child link="b"/>
+        <origin xyz="{x!r} {y!r} {z!r}"/><axis xyz="{words[1]}"/></joint>
+      <joint name="D" type="continuous"><parent link="ground"/><child link="c"/>
+        <axis xyz="{words[3]}"/></joint>
+      <loop name="C" type="continuous"><predecessor link="b"><origin xyz="{z!r} {x!r} 0"/>
+        </predecessor><successor link="c"/><axis xyz="{words[2]}"/></loop></robot>"""
+
+
+@pytest.mark.parametrize(
+    "offset", [(0.0, 0.0, 0.0), (1e-17, 0.0, 0.0), (0.0, -6.1e-17, 2.2e-16), (5e-324, 0.0, 0.0)]
+)
+def test_rounding_is_no_length(tmp_path: Path, offset: tuple[float, float, float]) -> None:
+    """Against the angle between both pins, which stays what it is (SciPy's root of it)."""
+    mechanism = cd.load(spherical_four_bar(offset))
+    crank = np.linspace(0.0, 0.5, 6)
+    turn = cd.Scene(mechanism, drive="A", loads={"D": -1.0}).sweep(crank)
+    a, b, c, d = SPHERICAL / np.linalg.norm(SPHERICAL, axis=1)[:, None]
+
+    def missed(rocker: float, angle: float) -> float:
+        pins = Rotation.from_rotvec(angle * a).apply(b), Rotation.from_rotvec(rocker * d).apply(c)
+        return float(pins[0] @ pins[1] - b @ c)
+
+    rocker = [0.0]
+    for angle in crank[1:]:
+        near = rocker[-1]
+        rocker.append(brentq(missed, near - 0.05, near + 0.2, args=(angle,), xtol=1e-15))
+    np.testing.assert_allclose(turn.motion.position("D"), rocker, atol=1e-13)
+    np.testing.assert_allclose(turn.drive_effort, turn.motion.ratio("D"), rtol=1e-12)
+    path = mechanism.write(tmp_path / "sphere.urdf")
+    assert path.read_text(encoding="utf-8") == mechanism.to_urdf()
+    moved = {name: turn.motion.position(name)[3] for name in mechanism}
+    assert cd.load(mechanism.write(tmp_path / "moved.urdf", at=moved)).assembled().zero_residual < (
+        1e-14
+    )

@@ -7,7 +7,7 @@ Nothing of the package under test is used.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -38,6 +38,7 @@ class Joint:
         parent_side, child_side: `(4, 4)` placements of its frame in them [m].
         axis, axis_2: `(3,)` unit vectors in its frame.
         closes: whether it closes a loop.
+        zero: its coordinates while all joints of the tree are at zero, where not zero themselves.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Joint:
     axis_2: Array
     closes: bool
     text: str
+    zero: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +144,98 @@ def unit(vector: Array) -> Array:
     return vector / np.linalg.norm(vector)
 
 
+def written(placement: Array) -> tuple[Array, str]:
+    """Return a `(4, 4)` placement, exactly as its text says it, and that text."""
+    rpy, xyz = angles(placement[:3, :3]), placement[:3, 3]
+    return (
+        placed(rotation(rpy), xyz),
+        f'<origin xyz="{words(xyz)}" rpy="{words(rpy)}"/>',
+    )
+
+
+def loop_joint(
+    name: str,
+    kind: str,
+    links: tuple[str, str],
+    ends: Iterable[Array],
+    axes: tuple[Array, Array | None],
+    zero: Array | None = None,
+) -> Joint:
+    """Return a loop between two links, whose frames `(4, 4)` in them are its ends."""
+    (first, one), (second, two) = map(written, ends)
+    axis, axis_2 = axes
+    extra = "" if axis_2 is None else f'<axis2 xyz="{words(axis_2)}"/>'
+    text = (
+        f'<loop name="{name}" type="{kind}"><predecessor link="{links[0]}">{one}'
+        f'</predecessor><successor link="{links[1]}">{two}</successor>'
+        f'<axis xyz="{words(axis)}"/>{extra}</loop>'
+    )
+    axis = unit(np.asarray(axis, float))
+    axis_2 = axis if axis_2 is None else unit(np.asarray(axis_2, float))
+    return Joint(name, kind, *links, first, second, axis, axis_2, True, text, zero)
+
+
+def turned(joint: Joint, rng: np.random.Generator, size: float) -> Joint:
+    """Return a loop whose frames are turned and shifted along its own freedoms.
+
+    The same bodies meet in the same axes and points; what differs is where its coordinates count
+    from: those in `Joint.zero` close it while the tree is at zero.
+    """
+    axis, axis_2 = joint.axis, joint.axis_2
+    angle_1, angle_2 = (
+        float(
+            rng.choice([0.0, 0.5 * np.pi, np.pi, rng.uniform(-np.pi, np.pi)], p=[0.1] * 3 + [0.7])
+        )
+        for _ in range(2)
+    )
+    shift_1, shift_2 = size * rng.uniform(-1.0, 1.0, size=2) * (rng.random(2) < 0.8)
+    between = np.arctan2(np.sin(angle_2 - angle_1), np.cos(angle_2 - angle_1))
+    if between < 1e-9 - np.pi:
+        between += 2.0 * np.pi
+    turns = turn(axis, angle_1), turn(axis, angle_2)
+    if joint.type in ("revolute", "continuous"):
+        moves = [placed(rotated, np.zeros(3)) for rotated in turns]
+        zero = np.array([between])
+    elif joint.type == "prismatic":
+        moves = [placed(np.eye(3), shift * axis) for shift in (shift_1, shift_2)]
+        zero = np.array([shift_2 - shift_1])
+    elif joint.type == "cylindrical":
+        moves = [
+            placed(*item) for item in zip(turns, (shift_1 * axis, shift_2 * axis), strict=True)
+        ]
+        zero = np.array([shift_2 - shift_1, between])
+    elif joint.type == "planar":
+        smallest = min(range(3), key=lambda k: (abs(axis[k]), k))
+        first = unit(np.cross(axis, np.eye(3)[smallest]))
+        second = np.cross(axis, first)
+        moves = [placed(turns[0], shift_1 * first), placed(turns[1], shift_2 * second)]
+        seen = turns[0].T @ (shift_2 * second - shift_1 * first)
+        zero = np.array([first @ seen, second @ seen, between])
+    elif joint.type == "universal":
+        # Of its two axes, each link keeps its own.
+        moves = [placed(turns[0], np.zeros(3)), placed(turn(axis_2, angle_2), np.zeros(3))]
+        zero = np.array([-angle_1, angle_2])
+        zero = np.arctan2(np.sin(zero), np.cos(zero))
+        zero[zero < 1e-9 - np.pi] += 2.0 * np.pi
+    elif joint.type == "spherical":
+        quaternions = [unit(rng.normal(size=4)) for _ in range(2)]
+        moves = [placed(of_quaternion(item), np.zeros(3)) for item in quaternions]
+        (u, a), (v, b) = ((item[:3], item[3]) for item in quaternions)
+        zero = np.append(a * v - b * u - np.cross(u, v), a * b + u @ v)
+        zero *= 1.0 if zero[3] > 0.0 else -1.0
+    else:
+        return joint
+    ends = (joint.parent_side @ moves[0], joint.child_side @ moves[1])
+    axes = axis, axis_2 if joint.type == "universal" else None
+    return loop_joint(joint.name, joint.type, (joint.parent, joint.child), ends, axes, zero)
+
+
+def of_quaternion(quaternion: Array) -> Array:
+    """Return the rotation of a unit quaternion (x, y, z, w)."""
+    vector, scalar = skew(quaternion[:3]), quaternion[3]
+    return np.eye(3) + 2.0 * scalar * vector + 2.0 * vector @ vector
+
+
 class Builder:
     """Puts a chain together from joints given in the world, all of them at zero.
 
@@ -219,20 +313,8 @@ class Builder:
     ) -> None:
         """Add a loop whose frame in the world is `frame`, axes in that frame."""
         axis = np.array([0.0, 0.0, 1.0]) if axis is None else axis
-        (first, one), (second, two) = (
-            self._seen_from(link, frame) for link in (predecessor, successor)
-        )
-        extra = "" if axis_2 is None else f'<axis2 xyz="{words(axis_2)}"/>'
-        text = (
-            f'<loop name="{name}" type="{kind}"><predecessor link="{predecessor}">{one}'
-            f'</predecessor><successor link="{successor}">{two}</successor>'
-            f'<axis xyz="{words(axis)}"/>{extra}</loop>'
-        )
-        axis = unit(np.asarray(axis, float))
-        axis_2 = axis if axis_2 is None else unit(np.asarray(axis_2, float))
-        self.joints[name] = Joint(
-            name, kind, predecessor, successor, first, second, axis, axis_2, True, text
-        )
+        ends = (inverse(self.at[link]) @ frame for link in (predecessor, successor))
+        self.joints[name] = loop_joint(name, kind, (predecessor, successor), ends, (axis, axis_2))
 
     def coupling(self, name: str, predecessor: str, successor: str, ratio: float) -> None:
         """Add a coupling."""
@@ -252,12 +334,7 @@ class Builder:
 
     def _seen_from(self, link: str, frame: Array) -> tuple[Array, str]:
         """Return a frame in a link, exactly as its text says it."""
-        relative = inverse(self.at[link]) @ frame
-        rpy, xyz = angles(relative[:3, :3]), relative[:3, 3]
-        return (
-            placed(rotation(rpy), xyz),
-            f'<origin xyz="{words(xyz)}" rpy="{words(rpy)}"/>',
-        )
+        return written(inverse(self.at[link]) @ frame)
 
 
 class RandomBuilder(Builder):

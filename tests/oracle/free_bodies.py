@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from chains import Chain, Joint, Redraw, skew, turn
+from chains import Chain, Joint, Redraw, of_quaternion, skew, turn
 
 Array = np.ndarray
 Position = dict[str, Array]
@@ -55,12 +55,6 @@ def carried(first: Array, second: Array) -> Array:
     """Return the rate of the second twist if it is carried along with the first."""
     (v, w), (p, s) = (first[:3], first[3:]), (second[:3], second[3:])
     return np.concatenate([np.cross(w, p) + np.cross(v, s), np.cross(w, s)])
-
-
-def quaternion_rotation(quaternion: Array) -> Array:
-    """Return the rotation of a quaternion (x, y, z, w)."""
-    vector, scalar = skew(quaternion[:3]), quaternion[3]
-    return np.eye(3) + 2.0 * scalar * vector + 2.0 * vector @ vector
 
 
 def quaternion_times(first: Array, rotation_vector: Array) -> Array:
@@ -171,9 +165,13 @@ class Oracle:
         self.coupling_rows = self._coupling_rows()
 
     def zero(self) -> Position:
-        """Return the position in which every joint is at zero."""
+        """Return the position in which every joint of the tree is at zero, and the loops closed."""
         result = {}
         for name, parts in self.parts.items():
+            stated = self.chain.joints[name].zero
+            if stated is not None:
+                result[name] = stated.copy()
+                continue
             values = [[0.0, 0.0, 0.0, 1.0] if kind == "ball" else [0.0] for kind, _ in parts]
             result[name] = np.array([value for group in values for value in group])
         return result
@@ -204,7 +202,7 @@ class Oracle:
             for kind, axis in self.parts[joint.name]:
                 rotated, point = frame[:3, :3], frame[:3, 3]
                 if kind == "ball":
-                    rotated = rotated @ quaternion_rotation(x[joint.name][at : at + 4])
+                    rotated = rotated @ of_quaternion(x[joint.name][at : at + 4])
                     columns[:, column : column + 3] = _turning(rotated, point)
                     frame = _moved(frame, rotated, point)
                     column, at = column + 3, at + 4

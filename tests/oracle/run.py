@@ -53,6 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=2000)
     parser.add_argument("--start", type=int, default=0)
+    parser.add_argument("--turned", action="store_true", help="turn the frames of loops")
     parser.add_argument("--text", action="store_true", help="print the descriptions as well")
     options = parser.parse_args(arguments)
     warnings.simplefilter("error")
@@ -62,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     count, began = 0, time.perf_counter()
     for seed in range(options.start, options.start + options.seeds):
         try:
-            case = draw(seed)
+            case = draw(seed, options.turned)
         except Exception:  # As above.
             case = None
             traceback.print_exc()

@@ -7,10 +7,10 @@ that comes out has one right answer.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from chains import Chain, Redraw, random_chain
+from chains import Chain, Redraw, random_chain, turned
 from free_bodies import Acting, Oracle, Position, Statics
 
 Array = np.ndarray
@@ -84,7 +84,7 @@ def followed(case: Case, oracle: Oracle) -> list[Position]:
     """
     zero = oracle.zero()
     check_regular(case, oracle, zero)
-    rest = dict.fromkeys(case.prescribed, 0.0)
+    rest = {name: float(zero[name][0]) for name in case.prescribed}
     start = _follow(case, oracle, zero, rest, rest | case.held)
     return [
         _follow(
@@ -182,19 +182,47 @@ def decided(case: Case, oracle: Oracle, positions: Sequence[Position]) -> None:
             raise Redraw("elastic choice is not clear")
 
 
-def draw(seed: int) -> Case:
-    """Return the case of a seed, the first one of its drawings that is regular and clear."""
+def draw(seed: int, turns: bool = False) -> Case:
+    """Return the case of a seed, the first one of its drawings that is regular and clear.
+
+    Args:
+        seed: any.
+        turns: whether the frames of its loops are turned, see `chains.turned`.
+    """
     for attempt in range(400):
         rng = np.random.default_rng([seed, attempt])
         try:
             chain = random_chain(rng)
             oracle = Oracle(chain)
             case = _scene(rng, chain, oracle)
+            if turns:
+                case = with_turned_loops(case, rng)
+                oracle = Oracle(case.chain)
             decided(case, oracle, followed(case, oracle))
         except Redraw:
             continue
         return case
     raise RuntimeError(f"seed {seed} gives no case")
+
+
+def with_turned_loops(case: Case, rng: np.random.Generator) -> Case:
+    """Return a case in which coordinates of loops count from elsewhere."""
+    chain = case.chain
+    joints = {
+        name: turned(joint, rng, chain.size) if joint.closes else joint
+        for name, joint in chain.joints.items()
+    }
+    zero = {
+        name: 0.0 if joints[name].zero is None else float(joints[name].zero[0])
+        for name in case.prescribed
+    }
+    return replace(
+        case,
+        chain=replace(chain, joints=joints),
+        held={name: value + zero[name] for name, value in case.held.items()},
+        positions=case.positions + [zero[name] for name in case.drives],
+        features=case.features | {"turned loops"},
+    )
 
 
 def _scene(rng: np.random.Generator, chain: Chain, oracle: Oracle) -> Case:

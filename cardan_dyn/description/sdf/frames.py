@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
@@ -44,13 +44,20 @@ class Frames:
         canonical: name of the link that carries the model's frame.
     """
 
-    def __init__(self, model: ElementTree.Element, version: tuple[int, int], where: str) -> None:
+    def __init__(
+        self,
+        model: ElementTree.Element,
+        version: tuple[int, int],
+        where: str,
+        standing: Mapping[str, Array] | None = None,
+    ) -> None:
         """Read the frames.
 
         Args:
             model: the `<model>`.
             version: of the format.
             where: how messages name the source of the text.
+            standing: `(4, 4)` placements in the world of links that do not state theirs.
 
         Raises:
             ModelError: names are missing or repeated, or a pose is malformed.
@@ -70,6 +77,7 @@ class Frames:
                 self._add(item, f"{where}: {tag} {item.get('name')!r}")
         self._placements = {WORLD: np.eye(4), MODEL: np.eye(4)}
         self._placements[MODEL] = self._model_placement(model)
+        self._placements |= standing or {}
 
     def _check_names(self, names: dict[str, list[str]]) -> None:
         check_unique([*names["link"], *names["frame"]], "link or frame", self._where)

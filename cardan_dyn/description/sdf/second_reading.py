@@ -6,8 +6,10 @@ round they stand; what the first reader checked is not checked again.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
@@ -15,8 +17,6 @@ from ...arrays import Array
 from ..description import LinkDescription
 
 if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
-
     from ..description import (
         CouplingDescription,
         Description,
@@ -39,6 +39,33 @@ def reread(description: Description, root: Element) -> Description:
         root: outermost element of the text.
     """
     return _Numbers(root).of(description)
+
+
+def loops_in_urdf(robot: Element, loops: Iterable[LoopDescription]) -> dict[str, LoopDescription]:
+    """Return loops, by name, with the numbers of joints that a URDF's `<gazebo>` elements state.
+
+    The URDF is taken for a model whose links are placed relative to each other, as its joints say.
+    """
+    root = Element("sdf", version="1.7")
+    model = SubElement(root, "model")
+    names = {link.attrib["name"] for link in robot.findall("link")}
+    added = {item.attrib["name"]: item for item in robot.findall("gazebo/joint")}
+    joints = robot.findall("joint")
+    carried = {child.attrib["link"]: item for item in joints for child in item.findall("child")}
+    for name in names:
+        body = SubElement(model, "link", name=name)
+        if name not in carried:
+            continue
+        parent, origin = carried[name].find("parent"), carried[name].find("origin")
+        pose = SubElement(body, "pose", relative_to="" if parent is None else parent.attrib["link"])
+        stated = {} if origin is None else origin.attrib
+        pose.text = f"{stated.get('xyz', '0 0 0')} {stated.get('rpy', '0 0 0')}"
+    for link, item in carried.items():
+        if item.attrib["name"] not in {*names, *added}:
+            SubElement(model, "frame", name=item.attrib["name"], attached_to=link)
+    model.extend([*robot.findall("gazebo/frame"), *added.values()])
+    numbers = _Numbers(root)
+    return {loop.name: numbers.loop(loop) for loop in loops if loop.name in added}
 
 
 class _Numbers:
@@ -110,7 +137,7 @@ class _Numbers:
                 for link in description.links
             ),
             joints=tuple(map(self._joint, description.joints)),
-            loops=tuple(map(self._loop, description.loops)),
+            loops=tuple(map(self.loop, description.loops)),
             couplings=tuple(self._coupling(item, hinges) for item in description.couplings),
         )
 
@@ -130,7 +157,8 @@ class _Numbers:
             axis_2=axis_2,
         )
 
-    def _loop(self, loop: LoopDescription) -> LoopDescription:
+    def loop(self, loop: LoopDescription) -> LoopDescription:
+        """Return a loop with its placements and axes."""
         frame = self.places[f" {loop.name}"]
         axis, axis_2 = self._axes(loop.type, self._joints[loop.name])
         return replace(

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
+from testkit.many_drives import linkage
 from testkit.simulated import ABOUT_PIN, GRAVITY, WEIGHT, integrated, pendulum
 
 import cardan_dyn as cd
@@ -48,3 +51,34 @@ def test_scenes_are_left_as_they_are(hanging: cd.Scene) -> None:
     assert not hanging.loads
     effort = hanging.sweep([0.5]).drive_effort
     np.testing.assert_allclose(effort, [WEIGHT * np.sin(0.5)], rtol=1e-14)
+
+
+def half_of_two_linkages() -> cd.Mechanism:
+    """Two four-bars beside each other, of which only the second has mass."""
+    first, second = linkage(0, "base"), linkage(1, "base", "3 0 0")
+    first = re.sub(r"<inertial>.*?</inertial>", "", first)
+    return cd.load(f'<robot name="two"><link name="base"/>{first}{second}</robot>')
+
+
+def test_what_has_no_mass_is_not_simulated() -> None:
+    text = re.sub(r"<inertial>.*?</inertial>", "", linkage(0, "base"))
+    scene = cd.Scene(
+        cd.load(f'<robot name="one"><link name="base"/>{text}</robot>'), drive="crank_0"
+    )
+    assert scene.plan().simulation == "nothing, no body has mass"
+    for given in ({}, {"speed": 1.0}, {"loads": {"crank_0": 1.0}}):
+        with pytest.raises(cd.ModelError, match="no body has mass, so that no motion follows"):
+            scene.simulate(0.1, **given)
+
+
+def test_a_plan_says_what_a_simulation_does() -> None:
+    """Whatever outputs leave out: all bodies move."""
+    scene = cd.Scene(half_of_two_linkages(), drive=["crank_0", "crank_1"], outputs=["end_0"])
+    assert scene.plan().simulation.startswith("DOP853 in all coordinates")
+    assert scene.simulate(0.01, motion={"crank_0": 1.0}).method == "DOP853"
+    loaded = cd.Scene(pendulum(), drive="pin", loads={"pin": np.array([1.0, 2.0])})
+    assert loaded.plan().simulation.startswith("nothing without other loads: loads['pin'] has")
+    with pytest.raises(cd.ArgumentError, match="takes one value"):
+        loaded.simulate(0.1)
+    pulled = loaded.simulate(0.1, loads={"pin": 1.0})
+    np.testing.assert_allclose(pulled.at([0.1]).position, 0.5 * 0.1**2 / ABOUT_PIN, rtol=1e-8)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from testkit.ball_rods import ALONG, WAYS
 from testkit.claims import GRAVITY, SCENES, four_bar, linkages_on_arms, spatial, universal
-from testkit.planar_linkages import ARM, five_bar, rocker_range
+from testkit.planar_linkages import ARM, five_bar, meeting_points, rocker_range, tips
 from testkit.planar_linkages import four_bar as linkage
 from testkit.scaling import moving, scaled
 from testkit.scenes import double
@@ -553,6 +553,33 @@ def test_reach_of_several_drives() -> None:
     expected = [is_in_reach(share * end[::-1]) for end in grid.reshape(-1, 2)]
     assert 10 < np.sum(expected) < 89
     np.testing.assert_array_equal(found, np.reshape(expected, (11, 9)))
+
+
+def test_whole_turns_do_not_close_a_way_that_is_open() -> None:
+    """Lines of many turns lead where they lead, though each drive by itself could turn back."""
+    rng, scene = np.random.default_rng(3), cd.Scene(five_bar(), drive=["A", "D"])
+    share = np.linspace(0.0, 1.0, 2000)[:, None]
+    ends = rng.uniform(-20.0, 20.0, (1000, 2))
+    is_open = np.array([is_in_reach(share * end) for end in ends])
+    taken = ends - 2.0 * np.pi * np.trunc(ends / (2.0 * np.pi))
+    is_short_way_open = np.array([is_in_reach(share * end) for end in taken])
+    assert np.sum(is_open & ~is_short_way_open) >= 2
+    reached = scene.reachable(ends)
+    np.testing.assert_array_equal(reached, is_open | is_short_way_open)
+    turn = scene.sweep(ends[is_open])
+    rows = np.zeros((len(turn.position), turn.mechanism.coordinates.size))
+    for name in "AB":
+        columns = turn.mechanism.coordinates.columns[name]
+        rows[:, columns.start] = turn.motion.position(name)
+    np.testing.assert_allclose(
+        meeting_points(turn.mechanism, rows), tips(ends[is_open]), atol=1e-11
+    )
+    for end in ends[~reached][:5]:
+        with pytest.raises(cd.AssemblyError, match="on the straight way there") as caught:
+            scene.sweep(end)
+        nearest = np.asarray(caught.value.nearest)
+        assert abs(np.cross([*end, 0.0], [*nearest, 0.0])[2]) < 1e-9 * (end @ end)
+        assert 0.0 < nearest @ end < end @ end
 
 
 def test_reach_of_a_rocker_ends_at_its_dead_points() -> None:
