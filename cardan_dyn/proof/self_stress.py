@@ -103,9 +103,12 @@ class SelfStressProof:
         )
         owners = [frames.motions[motion].joint for motion in twists.owners[self._rows].tolist()]
         self._row_signs = self._signs[owners]
-        self._coupling_columns = -coupling_factors[:, twists.rates[self._rows]].T
         scale = np.where(twists.sliding[self._rows], length, 1.0)
         self._row_scale = scale[:, None]
+        columns = -coupling_factors[:, twists.rates[self._rows]].T * self._row_scale
+        # A moment, or the force at a slide, counts by its greatest effort.
+        sizes = np.max(np.abs(columns), axis=0, initial=0.0)
+        self._coupling_columns = columns / np.where(sizes > 0.0, sizes, 1.0)
         self._lengths = np.repeat([length, 1.0], 3)
         self.unknowns = 6 * len(loops) + len(coupling_factors)
 
@@ -135,7 +138,7 @@ class SelfStressProof:
     def _equilibrium(self, state: State, count: int) -> Array:
         """Return `(N, R, C)` the effort along each passive rate per unit of each unknown.
 
-        Unknowns are all closure wrenches, their forces times the length, then coupling moments;
+        Unknowns are all closure wrenches, their forces times the length, then couplings' efforts;
         efforts of slides are multiplied with the length likewise.
         """
         units = state.unit_twists[self._rows]
@@ -144,7 +147,7 @@ class SelfStressProof:
         matrix = factors[:, :, None, :] * self._row_signs[:, :, None]
         matrix = matrix.reshape(count, len(self._rows), 6 * self._row_signs.shape[1])
         couplings = np.broadcast_to(self._coupling_columns, (count, *self._coupling_columns.shape))
-        return np.concatenate([matrix, couplings], axis=2) * self._row_scale
+        return np.concatenate([matrix * self._row_scale, couplings], axis=2)
 
     def _changes(self, stresses: Array, joint_frames: Array) -> Array:
         """Return `(J, 6)` how far self-stresses change the components of all wrenches.
