@@ -12,6 +12,7 @@ import numpy as np
 from chains import cut_elsewhere
 from free_bodies import OPEN, Oracle, Position, Statics
 from scenes import Case, followed, solved
+from wound_bushings import wound
 
 import cardan_dyn as cd
 
@@ -131,6 +132,34 @@ def cut_differently(case: Case, seed: int) -> list[Difference] | None:
         )
         errors[f"wrench of {name}"] = error / greatest
     return _over(errors, TOLERANCE * max(1.0, condition / 1e2))
+
+
+def misjudged(seed: int) -> list[Difference]:
+    """Return what is wrong with the efforts of a bushing that is wound over many turns.
+
+    Where its rotation is sure, it may be refused only for its stiffness.
+    """
+    case = wound(seed)
+    links = (case.links[end] for end in case.ends)
+    bushing = cd.Bushing(*links, case.origin, case.stiffness, origin_b=case.origin_b)
+    drives = [f"j{index}" for index in range(len(case.axes))]
+    scene = cd.Scene(cd.load(case.text), drive=drives, elements=[bushing])
+    differing = []
+    for target in case.targets:
+        vector, sure = case.followed(target)
+        try:
+            sweep = scene.sweep(target[None] if len(target) > 1 else target)
+        except cd.ArgumentError as error:
+            if sure and "principal axes of its rotational stiffness" not in str(error):
+                differing.append(Difference(f"refused at {target}: {error}"))
+            continue
+        expected = case.efforts(target, vector)
+        size = max(float(np.max(np.abs(expected))), float(np.linalg.norm(vector)), 1e-3)
+        errors = {
+            f"effort at {target}": float(np.max(np.abs(sweep.drive_effort - expected))) / size
+        }
+        differing += _over(errors, 1e-6)
+    return differing
 
 
 def position_of(sweep: cd.Sweep, oracle: Oracle, sample: int) -> Position:

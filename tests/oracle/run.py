@@ -3,6 +3,7 @@
 python tests/oracle/run.py --seeds 2000 --start 0
 python tests/oracle/run.py --seeds 2000 --similar
 python tests/oracle/run.py --seeds 2000 --cut
+python tests/oracle/run.py --seeds 2000 --wound
 """
 
 from __future__ import annotations
@@ -48,6 +49,10 @@ def against_free_bodies(case: Case) -> list[compare.Difference]:
     return compare.differences(case, compare.sweep_of(case))
 
 
+def _ignoring_the_case(_: Case, seed: int) -> list[compare.Difference]:
+    return compare.misjudged(seed)
+
+
 def kind_of(message: str) -> str:
     """Return what kind of failure a message tells of, without joints and numbers."""
     error = re.match(r"(\w+) \(\w+:\d+\)", message)
@@ -69,6 +74,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--cut", action="store_true", help="compare with chains whose loops are other joints"
     )
+    parser.add_argument(
+        "--wound", action="store_true", help="wind bushings of other chains over many turns"
+    )
     parser.add_argument("--text", action="store_true", help="print the descriptions as well")
     options = parser.parse_args(arguments)
     warnings.simplefilter("error")
@@ -85,6 +93,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         check: Check = against_free_bodies
         if options.similar:
             check = partial(compare.dissimilar, seed=seed)
+        elif options.wound:
+            check = partial(_ignoring_the_case, seed=seed)
         elif options.cut:
             check = partial(compare.cut_differently, seed=seed)
         wrong = failures(case, check)
