@@ -60,10 +60,10 @@ class ClosureForces:
             of_loop = multipliers[:, start : start + rows.shape[1]]
             result[loop] = state.equations.wrench(axes, state.actions, rows @ of_loop)
             start += rows.shape[1]
-        for coupling in state.group.couplings:
-            # The successor's coefficient in a coupling's row is -1, its effort the multiplier.
+        for coupling, unit in zip(state.group.couplings, state.equations.slip_units, strict=True):
+            # The successor's coefficient in a coupling's row is -1 over the unit of its slip.
             index = self._loop_count + coupling
-            result[index] = multipliers[:, start : start + 1]
+            result[index] = multipliers[:, start : start + 1] / unit
             start += 1
         return result
 

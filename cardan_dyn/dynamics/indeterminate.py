@@ -91,7 +91,9 @@ class IndeterminacyRule(Protocol):
 class LeastNorm:
     """Least sum of squares over all joints: of moments, and of forces times a length.
 
-    The sum depends neither on where a ring was cut nor on the order of the joints. Two
+    Moments are those about the joints' origins, as results have them. The sum depends neither on
+    where a ring was cut nor on the order of the joints, as long as a joint that slides keeps its
+    child, with which its origin moves. Two
     self-stresses are connected only where they load the same joint, so the normal equations are
     sparse: of a line of loops they are a band, which is solved in time linear in their number.
     """

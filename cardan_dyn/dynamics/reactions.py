@@ -101,6 +101,13 @@ class ReactionSolver:
         self._solved_loops = {
             loop for index in active for loop in kinematics.solvers[index].group.loops
         }
+        self._slip_units = {
+            coupling: unit
+            for solver in kinematics.solvers
+            for coupling, unit in zip(
+                solver.group.couplings, solver.equations.slip_units.tolist(), strict=True
+            )
+        }
         # Of the groups that carry a body, the first one.
         self._carrying_group = {
             body: index
@@ -143,7 +150,9 @@ class ReactionSolver:
             index - loops
             for item in self_stresses
             for index, unit_forces in item.forces.items()
-            if index >= loops and np.abs(unit_forces).max(initial=0.0) > UNIQUE_TOLERANCE
+            if index >= loops
+            and self._slip_units[index - loops] * np.abs(unit_forces).max(initial=0.0)
+            > UNIQUE_TOLERANCE
         }
         return [
             Reactions(

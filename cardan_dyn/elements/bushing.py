@@ -11,10 +11,11 @@ from ..arrays import Array
 from ..checks import numbers, semidefinite
 from ..errors import ArgumentError
 from .element import Element
-from .rotation_vectors import greatest_angle, left_jacobian_inverse_transposed, rotation_vector
+from .rotation_vectors import greatest_angle, left_jacobian_inverse_transposed
+from .winding import GREATEST_ANGLE
 
-GREATEST_ANGLE = 3.1
-"""Rotation [rad] up to which a rotation vector is a smooth function of it; at pi it jumps."""
+_ALONG = 1e-9
+"""Part of a moment across an axis that counts as rounding of one along it."""
 _RIGID = 1e-6
 """Deviation of a placement's axes from unit vectors at right angles that counts as rounding of the
 numbers given."""
@@ -47,7 +48,15 @@ class Bushing(Element):
     the first, then the rotation vector from the first to the second. The energy is ½ dᵀ K d, and
     the elastic wrench is exactly its gradient, at large rotations too. The damper exerts -C times
     the velocity of the second origin as seen from the first frame, then the relative angular
-    velocity, in the same axes. Rotations beyond 3.1 rad are refused.
+    velocity, in the same axes.
+
+    It remembers how it was wound. Where all joints on a way from one link to the other turn about
+    one direction, which both frames then share, their angles add up to the rotation, over any
+    number of turns, as a `JointSpring` has it; from 3.1 rad on, the moment has to be along that
+    direction. About axes that change, rotations by more than half a turn cannot be told from
+    others: beyond 3.1 rad they are refused, as are those that leave half a turn on the straight
+    line of joint angles from the description's zero. Balls count no turns: where every way between
+    the links leads over one, the rotation is the shortest.
 
     Attributes:
         link_a, link_b: names of the links, one of which may stand in the world.
@@ -94,27 +103,39 @@ class Bushing(Element):
         """Names of both links."""
         return self.link_a, self.link_b
 
-    def force(self, rotation: Array, span: Array, rate: Array, label: str) -> BushingForce:
+    def force(self, turn: Array, span: Array, rate: Array, label: str) -> BushingForce:
         """Return what it exerts.
 
         Args:
-            rotation: `(N, 3, 3)` of the second frame relative to the first.
+            turn: `(N, 3)` rotation vectors of the second frame relative to the first [rad], longer
+                than 3.1 rad only where it is wound about an axis that does not change.
             span: `(N, 3)` from the first origin to the second, in the axes of the first [m].
             rate: `(N, 6)` velocity of the second origin as seen from the first frame, then relative
                 angular velocity, in the same axes [m/s, rad/s].
             label: how messages call the element.
 
         Raises:
-            ArgumentError: it is turned by more than 3.1 rad.
+            ArgumentError: it is wound by more than 3.1 rad, and its stiffness is not symmetric
+                about the axis.
         """
-        turn = rotation_vector(rotation)
-        angle = greatest_angle(turn)
-        if not angle <= GREATEST_ANGLE:
-            raise too_far(label, angle)
         deformation = np.concatenate([span, turn], axis=1)
         gradient = deformation @ self.stiffness
         elastic = gradient.copy()
-        elastic[:, 3:] = left_jacobian_inverse_transposed(turn, gradient[:, 3:])
+        square = np.einsum("ni,ni->n", turn, turn)
+        far = square > GREATEST_ANGLE**2
+        if np.any(far):
+            across = np.cross(turn[far], gradient[far, 3:])
+            sizes = np.linalg.norm(turn[far], axis=1) * np.linalg.norm(gradient[far, 3:], axis=1)
+            if np.any(np.linalg.norm(across, axis=1) > _ALONG * sizes):
+                raise ArgumentError(
+                    f"{label}: it is wound by {greatest_angle(turn):.4g} rad, and its moment then "
+                    "is not along the axis about which it turns; beyond "
+                    f"{GREATEST_ANGLE:g} rad, this axis has to be one of the principal axes of its "
+                    "rotational stiffness, which nothing couples with translation"
+                )
+        # Along the axis, the rate of the rotation vector is the angular velocity.
+        near = ~far
+        elastic[near, 3:] = left_jacobian_inverse_transposed(turn[near], gradient[near, 3:])
         drag = rate @ self.damping
         return BushingForce(
             wrench=-elastic - drag,
@@ -127,8 +148,10 @@ class Bushing(Element):
 def too_far(label: str, angle: float) -> ArgumentError:
     """Return the error of a bushing that is turned too far, by an angle [rad]."""
     return ArgumentError(
-        f"{label}: it is turned by {angle:.4g} rad; a bushing turns by {GREATEST_ANGLE:g} rad at "
-        "most"
+        f"{label}: it is turned by {angle:.4g} rad, or was on the way there by more than half a "
+        f"turn, about axes that change; it may be turned by {GREATEST_ANGLE:g} rad, farther only "
+        "where all joints between its links turn about one direction and keep it. Put it at "
+        "a single joint, or use a JointSpring, which counts whole turns"
     )
 
 

@@ -10,12 +10,14 @@ import numpy as np
 from ..arrays import Array, inverse
 from ..forces.link_loads import LinkLoad
 from ..mechanism.mechanism import Mechanism
-from .bushing import Bushing, BushingForce
+from .bushing import Bushing, BushingForce, too_far
 from .element import Element
 from .joint_elements import JointElement, JointForce
 from .link_motions import LinkMotion, LinkMotions
 from .pin_contact import ContactForce, ContactMotion, PinContact
 from .point_spring import PointForce, PointSpring
+from .rotation_vectors import greatest_angle
+from .winding import Winding
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -111,9 +113,31 @@ class ElementForces:
             if isinstance(element, Bushing)
         }
 
+        self._windings = {
+            index: _winding(mechanism, element, self._ends[index])
+            for index, element in enumerate(self.elements)
+            if isinstance(element, Bushing)
+        }
+
     def end_of(self, index: int) -> Array:
         """Return the placement `(4, 4)` in `link_b` of the frame of a bushing, by its index."""
         return self._ends[index]
+
+    def turns_of(self, index: int, x: Array, rotation: Array) -> Array:
+        """Return rotation vectors `(N, 3)` of a bushing, whole turns counted.
+
+        Args:
+            index: of the element.
+            x: `(N, size)` coordinates; angles count whole turns.
+            rotation: `(N, 3, 3)` of its second frame relative to the first.
+
+        Raises:
+            ArgumentError: it is turned too far.
+        """
+        turn, lost = self._windings[index].turns(x, rotation)
+        if np.any(lost):
+            raise too_far(self.labels[index], greatest_angle(turn[lost]))
+        return turn
 
     def at(self, x: Array, v: Array, time: ArrayLike = 0.0) -> Acted:
         """Return what all elements exert.
@@ -158,7 +182,7 @@ class ElementForces:
             elif isinstance(element, PointSpring):
                 done.append(self._of_spring(index, element, links, len(x)))
             elif isinstance(element, Bushing):
-                done.append(self._of_bushing(index, element, links, len(x)))
+                done.append(self._of_bushing(index, element, links, x))
             elif isinstance(element, PinContact):
                 done.append(self._of_contact(element, links, times))
         return done
@@ -187,9 +211,17 @@ class ElementForces:
         return _Done(done, -np.einsum("ni,ni->n", done.force, rate), wrenches)
 
     def _of_bushing(
-        self, index: int, element: Bushing, links: dict[str, LinkMotion], count: int
+        self, index: int, element: Bushing, links: dict[str, LinkMotion], x: Array
     ) -> _Done:
-        """Return what a bushing exerts at N samples; arguments as of `_of_spring`."""
+        """Return what a bushing exerts at N samples.
+
+        Args:
+            index: of the element.
+            element: the element.
+            links: motions of the links.
+            x: `(N, size)` coordinates, whole turns counted.
+        """
+        count = len(x)
         at_a, at_b = links[element.link_a], links[element.link_b]
         first, second = at_a.placed(element.origin), at_b.placed(self._ends[index])
         back = first.rotation.transpose(0, 2, 1)
@@ -205,7 +237,8 @@ class ElementForces:
         )
         span_seen = _all(np.einsum("nij,nj->ni", back, span), count)
         rotation = np.broadcast_to(back @ second.rotation, (count, 3, 3))
-        done = element.force(rotation, span_seen, rate, self.labels[index])
+        turn = self.turns_of(index, x, rotation)
+        done = element.force(turn, span_seen, rate, self.labels[index])
         force, moment = (
             np.einsum("nij,nj->ni", first.rotation, half)
             for half in (done.wrench[:, :3], done.wrench[:, 3:])
@@ -274,6 +307,16 @@ def _without_deformation(mechanism: Mechanism, element: Bushing) -> Array:
     at_zero = LinkMotions(mechanism, element.links).at(row, rest)
     first, second = (_matrix(at_zero[link]) for link in element.links)
     return inverse(second) @ first @ element.origin
+
+
+def _winding(mechanism: Mechanism, element: Bushing, end: Array) -> Winding:
+    """Return the winding of a bushing, by the `(4, 4)` placement of its frame in `link_b`."""
+    placements = zip(element.links, (element.origin, end), strict=True)
+    first, second = (
+        (mechanism.links[link][0], mechanism.links[link][1].rotation @ placement[:3, :3])
+        for link, placement in placements
+    )
+    return Winding(mechanism, first, second)
 
 
 def _matrix(motion: LinkMotion) -> Array:

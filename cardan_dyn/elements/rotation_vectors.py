@@ -39,6 +39,22 @@ def rotation_vector(rotation: Array) -> Array:
     return np.asarray(vector * factor[:, None])
 
 
+def quaternion(rotation: Array) -> Array:
+    """Return one of both unit quaternions `(4,)` (x, y, z, w) of a rotation `(3, 3)`."""
+    # Rows of 4 q qᵀ, of which the greatest loses no digits.
+    diagonal, rows = np.diag(rotation), np.empty((4, 4))
+    rows[:3, :3] = rotation + rotation.T
+    rows[range(3), range(3)] = 1.0 + 2.0 * diagonal - np.sum(diagonal)
+    rows[3, :3] = rows[:3, 3] = [
+        rotation[2, 1] - rotation[1, 2],
+        rotation[0, 2] - rotation[2, 0],
+        rotation[1, 0] - rotation[0, 1],
+    ]
+    rows[3, 3] = 1.0 + np.sum(diagonal)
+    greatest = rows[np.argmax(np.diag(rows))]
+    return np.asarray(greatest / np.linalg.norm(greatest))
+
+
 def greatest_angle(vectors: Array) -> float:
     """Return the greatest length of rotation vectors `(N, 3)`."""
     return float(np.sqrt(np.max(np.einsum("ni,ni->n", vectors, vectors), initial=0.0)))

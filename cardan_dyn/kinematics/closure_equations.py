@@ -112,13 +112,15 @@ class ClosureEquations:
         nv, length = mechanism.model.nv, mechanism.characteristic_length
         coupling_rows = np.array([_coupling_row(coupling, nv) for coupling in self.couplings])
         coupling_rows = coupling_rows.reshape(-1, nv).T
-        self._coupling_rows = coupling_rows[self.movable]
         self.coupled_columns = np.nonzero(np.any(coupling_rows != 0.0, axis=1))[0]
         self.coupled_ratios = coupling_rows[self.coupled_columns]
         self.coupled_offsets = np.array([coupling.offset for coupling in self.couplings])
         self.slip_units = np.array(
             [_slip_unit(coupling, slides, length) for coupling in self.couplings]
         )
+        # In units of their slips, like the rows of loops: the unit of length would decide rank and
+        # condition.
+        self._coupling_rows = coupling_rows[self.movable] / self.slip_units
 
     def _signs_of(self, loop: Loop) -> Array:
         """Return `(n,)` on which side of a loop each body is, see `signs`."""
@@ -211,9 +213,8 @@ class ClosureEquations:
             for index, (axes, rows) in enumerate(zip(reduction.axes, reduction.rows, strict=True))
         ]
         if self.couplings or not blocks:
-            blocks.append(
-                np.zeros((len(twist), self._coupling_rows.shape[1])) if slips is None else slips
-            )
+            none = np.zeros((len(twist), self._coupling_rows.shape[1]))
+            blocks.append(none if slips is None else slips / self.slip_units)
         return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
 
     def wrench(self, axes: LoopAxes, actions: Array, combinations: Array) -> Array:

@@ -24,7 +24,7 @@ from .coordinates import Coordinates
 from .couplings import coupling_of
 from .joints import Joint, NamedCoordinate, described_joints, named_coordinates
 from .presentation import Presentation
-from .tree import TreeBuilder
+from .tree import TreeBuilder, artificial_inertia
 from .welds import (
     LEAST_LENGTH,
     characteristic_length,
@@ -70,8 +70,10 @@ class Mechanism(Presentation):
         independent_joints: names of the joints that the description's author drives.
         auxiliary_bodies: indices of the bodies in `model` that only carry a loop's joint to the
             world. Their artificial inertia, without effect, keeps the inertia matrix regular.
-        characteristic_length: greatest distance within a body [m]. It weighs forces against
-            moments and distances against angles wherever both are compared.
+        characteristic_length: greatest distance within a body [m]: between its joints and its
+            centre of mass, and the radius of gyration about that; for joints on the world, from
+            their middle. It weighs forces against moments and distances against angles wherever
+            both are compared, and does not depend on which joint of a ring is the loop.
         coordinates: layout of joint coordinates and velocities.
     """
 
@@ -116,6 +118,8 @@ class Mechanism(Presentation):
         )
         if self.characteristic_length == 1.0:
             self._check_lengths()
+        for body in self.auxiliary_bodies:
+            self.model.inertias[body] = artificial_inertia(description, self.characteristic_length)
         self.coordinates = Coordinates(
             self.model, self.joints.values(), self.characteristic_length, cardan
         )

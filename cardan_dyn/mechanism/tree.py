@@ -185,14 +185,11 @@ class TreeBuilder:
     def _loop_inertia(self, loop: LoopDescription) -> pinocchio.Inertia:
         """Return the inertia of the body that carries a loop's joint: a share of its successor's.
 
-        A successor that is the world has no inertia. An artificial one, of the size of the other
-        links', keeps the inertia matrix regular.
+        A successor that is the world has none.
         """
         body = self._bodies[loop.successor]
         if body.joint is None:
-            masses = [link.mass for link in self._description.links if link.mass > 0.0]
-            mass = float(np.mean(masses)) if masses else 1.0
-            return pinocchio.Inertia(mass, np.zeros(3), mass * np.eye(3))
+            return pinocchio.Inertia.Zero()
         placement = se3(body.links[loop.successor] @ loop.successor_origin)
         return placement.actInv(_share(self._inertia(body), self._shares[body]))
 
@@ -254,6 +251,20 @@ def _bodies(description: Description) -> _Bodies:
     for loop in description.loops:
         bodies[loop.predecessor].loops.append(loop)
     return bodies
+
+
+def artificial_inertia(description: Description, length: float) -> pinocchio.Inertia:
+    """Return the inertia of a body that only carries a loop's joint to the world.
+
+    It does not move. Inertia of the size of the other links' keeps the inertia matrix regular.
+
+    Args:
+        description: of the mechanism.
+        length: characteristic length [m].
+    """
+    masses = [link.mass for link in description.links if link.mass > 0.0]
+    mass = float(np.mean(masses)) if masses else 1.0
+    return pinocchio.Inertia(mass, np.zeros(3), mass * length**2 * np.eye(3))
 
 
 def se3(matrix: Array) -> pinocchio.SE3:

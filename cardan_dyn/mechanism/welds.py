@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pinocchio
 
+from ..arrays import Array
 from .tree import se3
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def constraint_models(
     return result
 
 
-def characteristic_length(model: pinocchio.Model, loops: Iterable[Loop]) -> float:
+def characteristic_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
     """Return the greatest distance that occurs within a body of the mechanism [m].
 
     It is 1 m where there is none, as in a spherical linkage without mass.
@@ -84,22 +85,36 @@ def characteristic_length(model: pinocchio.Model, loops: Iterable[Loop]) -> floa
     return longest if longest >= LEAST_LENGTH else 1.0
 
 
-def greatest_length(model: pinocchio.Model, loops: Iterable[Loop]) -> float:
-    """Return the greatest distance that occurs within a body of the mechanism [m], or zero."""
-    placed = list(zip(list(model.parents)[1:], list(model.jointPlacements)[1:], strict=True))
+def greatest_length(model: pinocchio.Model, loops: Sequence[Loop]) -> float:
+    """Return the greatest distance that occurs within a body of the mechanism [m], or zero.
+
+    Distances are those between its joints and its centre of mass, and its radius of gyration about
+    that. They do not depend on which joints of a ring are in the tree and which one is the loop.
+    """
+    # What carries the joint of a loop to its successor is that one once more.
+    welded = {loop.predecessor for loop in loops if model.names[loop.predecessor] == loop.joint}
+    points: dict[int, list[Array]] = {body: [] for body in range(model.njoints)}
+    for body in range(1, model.njoints):
+        points[model.parents[body]].append(model.jointPlacements[body].translation)
+        if body not in welded:
+            points[body].append(np.zeros(3))
     for loop in loops:
-        placed.append((loop.predecessor, loop.predecessor_placement))
-        placed.append((loop.successor, loop.successor_placement))
+        points[loop.successor].append(loop.successor_placement.translation)
+        if loop.predecessor not in welded:
+            points[loop.predecessor].append(loop.predecessor_placement.translation)
     lengths = [0.0]
-    lengths += [float(np.linalg.norm(frame.translation)) for body, frame in placed if body]
-    # The world's origin may be anywhere, so frames in the world are measured from their middle.
-    on_world = [frame.translation for body, frame in placed if not body]
-    if on_world:
-        spread = np.asarray(on_world) - np.mean(on_world, axis=0)
-        lengths.append(float(np.max(np.linalg.norm(spread, axis=1))))
-    for inertia in list(model.inertias)[1:]:
-        if inertia.mass > 0.0:
-            lengths.append(float(np.linalg.norm(inertia.lever)))
+    for body, inertia in enumerate(model.inertias):
+        # What has mass in the world does not move.
+        if body and body not in welded and inertia.mass > 0.0:
+            points[body].append(inertia.lever)
             spread_of_mass = max(float(np.trace(inertia.inertia)), 0.0) / (2.0 * inertia.mass)
             lengths.append(float(np.sqrt(spread_of_mass)))
+    # The world's origin may be anywhere, so frames in the world are measured from their middle.
+    on_world = np.asarray(points.pop(0))
+    if len(on_world):
+        lengths.append(float(np.max(np.linalg.norm(on_world - on_world.mean(axis=0), axis=1))))
+    for in_body in points.values():
+        placed = np.asarray(in_body).reshape(-1, 3)
+        spans = np.linalg.norm(placed[:, None] - placed, axis=2)
+        lengths.append(float(np.max(spans, initial=0.0)))
     return max(lengths)

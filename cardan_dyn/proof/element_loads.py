@@ -7,7 +7,7 @@ with the left Jacobian of rotations.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,11 @@ from ..elements.point_spring import COINCIDENT, PointSpring
 from ..mechanism.frames import ElementaryMotion, Frames
 from .named_motions import named_motions
 from .twists import State, cross
+
+_WOUND = 3.1
+"""Rotation [rad] beyond which a bushing turns about an axis that stays."""
+_PARALLEL = 1e-5
+"""Angle [rad] between axes that counts as none; of what differs, a rotation is by half a turn."""
 
 
 class ElementLoads(NamedTuple):
@@ -117,7 +122,7 @@ class ProvenElements:
             elif isinstance(element, PinContact):
                 on_second, term = self._of_contact(element, first, second, time)
             else:
-                on_second, term = self._of_bushing(element, first, second)
+                on_second, term = self._of_bushing(element, first, second, state, x)
             terms += term
             wrenches += [
                 (frame.body, sign * on_second)
@@ -203,14 +208,24 @@ class ProvenElements:
         reach = _norm(first.origin) + _norm(second.origin) + element.play
         return wrench, self._length * (steepness * reach + pressure)
 
-    def _of_bushing(self, element: Bushing, first: _Moving, second: _Moving) -> tuple[Array, Array]:
+    def _of_bushing(
+        self,
+        element: Bushing,
+        first: _Moving,
+        second: _Moving,
+        state: State,
+        x: Array,
+    ) -> tuple[Array, Array]:
         """Return the wrench `(2, 3, N)` of a bushing on `link_b`, and the size of its terms."""
         span, count = second.origin - first.origin, second.origin.shape[-1]
         turn = _rotation_vectors(np.einsum("cin,din->ncd", first.axes, second.axes))
+        wound = self._wound(element, turn, first, state, x)
         seen = np.einsum("cin,in->cn", first.axes, span)
-        gradient = element.stiffness @ np.concatenate([seen, turn.T])
+        gradient = element.stiffness @ np.concatenate([seen, wound.T])
         # The gradient with respect to the rotation vector, by the rate at which it changes.
         jacobians = _left_jacobians(turn)
+        # About an axis that stays, a wound rotation vector changes like the angle.
+        jacobians[np.einsum("ni,ni->n", wound, wound) > _WOUND**2] = np.eye(3)
         moment = np.linalg.solve(jacobians.transpose(0, 2, 1), gradient[3:].T[:, :, None])
         gradient[3:] = moment[:, :, 0].T
         speed_b = second.velocity + cross(second.spin, second.origin)
@@ -225,13 +240,78 @@ class ProvenElements:
         reach = _norm(first.origin) + _norm(second.origin)
         pace = _norm(speed_a) + _norm(speed_b)
         spins = _norm(first.spin) + _norm(second.spin)
-        extents, paces = np.stack([reach, np.full(count, np.pi)]), np.stack([pace, spins])
+        extents, paces = (
+            np.stack([reach, np.pi + np.linalg.norm(wound, axis=1)]),
+            np.stack([pace, spins]),
+        )
         weights = np.array([self._length, 1.0])
         terms = np.zeros(count)
         for matrix, sizes in ((element.stiffness, extents), (damping, paces)):
             blocks = np.abs(matrix).reshape(2, 3, 2, 3).max(axis=(1, 3))
             terms += weights @ blocks @ sizes
         return wrench, terms
+
+    def _wound(
+        self, element: Bushing, turn: Array, first: _Moving, state: State, x: Array
+    ) -> Array:
+        """Return rotation vectors `(N, 3)` with the whole turns that the joints have made.
+
+        Of joints whose axes are parallel in the world at every sample, the angles add up to the
+        rotation but for what it is at zero, which is less than half a turn.
+
+        Args:
+            element: the bushing.
+            turn: `(N, 3)` shortest rotation vectors in the axes of its first frame.
+            first: its first frame.
+            state: of the mechanism.
+            x: `(N, size)` coordinates, whole turns counted.
+        """
+        for angles, direction in self._sums(element, state, x):
+            axis = np.einsum("cin,in->nc", first.axes, direction)
+            along = np.einsum("ni,ni->n", turn, axis)
+            if np.max(np.linalg.norm(turn - along[:, None] * axis, axis=1)) > _PARALLEL:
+                continue
+            at_zero = along[0] - angles[0]
+            whole = angles + np.arctan2(np.sin(at_zero), np.cos(at_zero))
+            if np.all(np.isfinite(whole)):
+                is_far = np.abs(whole) > _WOUND
+                return np.where(is_far[:, None], whole[:, None] * axis, turn)
+        return turn
+
+    def _sums(self, element: Bushing, state: State, x: Array) -> Iterator[tuple[Array, Array]]:
+        """Yield angles `(N,)` by which joints turn a bushing's links, and their axis `(3, N)`."""
+        frames = self._frames
+        start, goal = (frames.links[link][0] for link in element.links)
+        around: dict[int, list[tuple[int, int, float]]] = {}
+        for joint, (parent, child) in enumerate(zip(frames.parents, frames.children, strict=True)):
+            around.setdefault(parent, []).append((joint, child, 1.0))
+            around.setdefault(child, []).append((joint, parent, -1.0))
+        motions: dict[int, list[int]] = {}
+        for index, motion in enumerate(frames.motions):
+            motions.setdefault(motion.joint, []).append(index)
+        none = np.zeros((3, len(x)))
+        waiting = [(start, np.zeros(len(x)), none)]
+        seen = {start: [none]}
+        while waiting:
+            body, angles, direction = waiting.pop(0)
+            if body == goal and np.any(direction):
+                yield angles, direction
+                continue
+            for joint, other, sign in around.get(body, []):
+                total, axis, follows = angles, direction, True
+                for index in motions.get(joint, []):
+                    motion = frames.motions[index]
+                    if motion.kind == "slide":
+                        continue
+                    own = np.einsum("c,cin->in", motion.axis, state.motion_frames[index, :3])
+                    axis = axis if np.any(axis) else own
+                    follows &= motion.kind == "turn"
+                    follows &= bool(np.max(_norm(cross(axis, own))) <= _PARALLEL)
+                    total = total + sign * np.einsum("in,in->n", axis, own) * x[:, motion.column]
+                known = seen.setdefault(other, [])
+                if follows and not any(np.allclose(axis, one, atol=_PARALLEL) for one in known):
+                    known.append(axis)
+                    waiting.append((other, total, axis))
 
 
 def _effort(element: JointElement, x: Array, v: Array, time: Array) -> tuple[Array, Array]:

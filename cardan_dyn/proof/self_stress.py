@@ -103,9 +103,12 @@ class SelfStressProof:
         )
         owners = [frames.motions[motion].joint for motion in twists.owners[self._rows].tolist()]
         self._row_signs = self._signs[owners]
-        self._coupling_columns = -coupling_factors[:, twists.rates[self._rows]].T
         scale = np.where(twists.sliding[self._rows], length, 1.0)
         self._row_scale = scale[:, None]
+        columns = -coupling_factors[:, twists.rates[self._rows]].T * self._row_scale
+        # A moment, or the force at a slide, counts by its greatest effort.
+        sizes = np.max(np.abs(columns), axis=0, initial=0.0)
+        self._coupling_columns = columns / np.where(sizes > 0.0, sizes, 1.0)
         self._lengths = np.repeat([length, 1.0], 3)
         self.unknowns = 6 * len(loops) + len(coupling_factors)
 
@@ -124,18 +127,42 @@ class SelfStressProof:
             yield self._influence(x[start : start + _POSITIONS_AT_ONCE])
 
     def _influence(self, x: Array) -> tuple[Array, Array]:
-        state = self._twists.state(x)
-        null_spaces, clear = _null_spaces(self._equilibrium(state, len(x)))
         result = np.zeros((len(x), len(self.joints), 6))
-        joint_frames = state.joint_frames.transpose(3, 0, 1, 2)
-        for sample, (stresses, frames) in enumerate(zip(null_spaces, joint_frames, strict=True)):
-            result[sample] = self._changes(stresses, frames)
+        changes, clear = self._changes(x)
+        for sample, change in enumerate(changes):
+            result[sample] = np.sqrt(np.sum(change**2, axis=3)).reshape(-1, 6) * self._lengths
         return result, clear
+
+    def unique_in(self, joint: int, x: Array, rotations: Array) -> Array | None:
+        """Return `(6,)` which components of a wrench are unique in other axes.
+
+        Args:
+            joint: its index.
+            x: `(N, size)` coordinates with closed loops.
+            rotations: `(N, 3, 3)` from the joint's frame to these axes.
+
+        Returns:
+            Whether each changes at no position; None where self-stresses are too many to be
+            decomposed, or their rank is in doubt at all positions.
+        """
+        if self.unknowns > MOST_UNKNOWNS:
+            return None
+        greatest, judged = np.zeros(6), False
+        for start in range(0, len(x), _POSITIONS_AT_ONCE):
+            block = slice(start, start + _POSITIONS_AT_ONCE)
+            changes, clear = self._changes(x[block])
+            for change, rotation, is_clear in zip(changes, rotations[block], clear, strict=True):
+                if is_clear:
+                    judged = True
+                    turned = rotation @ change[joint]
+                    sizes = np.sqrt(np.sum(turned**2, axis=2)).reshape(6) * self._lengths
+                    greatest = np.maximum(greatest, sizes)
+        return greatest <= _UNIQUE if judged else None
 
     def _equilibrium(self, state: State, count: int) -> Array:
         """Return `(N, R, C)` the effort along each passive rate per unit of each unknown.
 
-        Unknowns are all closure wrenches, their forces times the length, then coupling moments;
+        Unknowns are all closure wrenches, their forces times the length, then couplings' efforts;
         efforts of slides are multiplied with the length likewise.
         """
         units = state.unit_twists[self._rows]
@@ -144,10 +171,22 @@ class SelfStressProof:
         matrix = factors[:, :, None, :] * self._row_signs[:, :, None]
         matrix = matrix.reshape(count, len(self._rows), 6 * self._row_signs.shape[1])
         couplings = np.broadcast_to(self._coupling_columns, (count, *self._coupling_columns.shape))
-        return np.concatenate([matrix, couplings], axis=2) * self._row_scale
+        return np.concatenate([matrix * self._row_scale, couplings], axis=2)
 
-    def _changes(self, stresses: Array, joint_frames: Array) -> Array:
-        """Return `(J, 6)` how far self-stresses change the components of all wrenches.
+    def _changes(self, x: Array) -> tuple[list[Array], Array]:
+        """Return how self-stresses change the wrenches at some positions.
+
+        Returns:
+            Per position `(J, 2, 3, k)` of every joint in its frame, force and moment, for a basis
+            of self-stresses; and `(n,)` whether the rank at a position is beyond doubt.
+        """
+        state = self._twists.state(x)
+        null_spaces, clear = _null_spaces(self._equilibrium(state, len(x)))
+        joint_frames = state.joint_frames.transpose(3, 0, 1, 2)
+        return list(map(self._on_joints, null_spaces, joint_frames)), clear
+
+    def _on_joints(self, stresses: Array, joint_frames: Array) -> Array:
+        """Return what self-stresses add to all wrenches, `(J, 2, 3, k)` in the joints' frames.
 
         Args:
             stresses: `(C, k)` orthonormal basis of the self-stresses at one position.
@@ -159,9 +198,7 @@ class SelfStressProof:
         wrenches = wrenches / self._lengths[::3, None, None]
         on_joints = np.einsum("jl,lkis->jkis", self._signs, wrenches)
         on_joints[:, 1] -= np.cross(joint_frames[:, 3, :, None], on_joints[:, 0], axis=1)
-        in_joint_frames = np.einsum("jci,jkis->jkcs", joint_frames[:, :3], on_joints)
-        sizes = np.sqrt(np.sum(in_joint_frames**2, axis=3)).reshape(len(in_joint_frames), 6)
-        return np.asarray(sizes * self._lengths)
+        return np.asarray(np.einsum("jci,jkis->jkcs", joint_frames[:, :3], on_joints))
 
 
 def prove_flags(

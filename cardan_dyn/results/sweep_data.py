@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -246,7 +246,17 @@ class SweepData(Prescribed):
             from .axes import turned  # Imported here: most scripts use the joints' own axes.
 
             components, axis = turned(self.mechanism, joint, frame, components, self.rotation)
-        return JointWrench(joint, frame, components, axis, self.unique[index])
+        return JointWrench(joint, frame, components, axis, partial(self._unique_in, index, frame))
+
+    def _unique_in(self, output: int, frame: str) -> Array:
+        """Return which components `(6,)` of the wrench of an output are unique in some axes."""
+        unique, joint = self.unique[output], self.outputs[output]
+        if frame == "joint" or np.all(unique):
+            return unique
+        from .axes import rotation_to, unique_in
+
+        rotation = rotation_to(self.mechanism, joint, frame, self.rotation)
+        return unique_in(self._problem, joint, unique, rotation, self.motion.rows)
 
     def rotation(self, joint: str) -> Array:
         """Return rotations `(N, 3, 3)` that take components in a joint's frame to world axes.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple, Protocol
@@ -76,16 +77,22 @@ class JointWrench:
             and equal to `joint` at coordinate zero) or `world`.
         axis: unit axis of the joint in these axes, `(3,)`; `(N, 3)` where it turns: in `world`, and
             in `parent` for `spherical`, `universal` and `floating` joints.
-        unique: `(6,)` whether each component of force and moment, in the joint frame, follows
-            from the equations of motion alone at every position. Where it is False, the value is
-            the one of least norm, or least elastic energy, among those that satisfy them.
     """
 
     joint: str
     frame: str
     _components: Components
     axis: Array
-    unique: Array
+    _flags: Callable[[], Array]
+
+    @cached_property
+    def unique(self) -> Array:
+        """Whether each component follows from the equations of motion alone, `(6,)`.
+
+        Force, then moment, in the axes of `frame`, at every position. Where it is False, the value
+        is the one of least norm, or least elastic energy, among those that satisfy them.
+        """
+        return self._flags()
 
     def __repr__(self) -> str:
         shape = " × ".join(str(size) for size in self.moment.shape[:-1])

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array
-from ..elements.bushing import GREATEST_ANGLE, Bushing, too_far
+from ..elements.bushing import Bushing
 from ..elements.element import Element
 from ..elements.element_forces import ElementForces
 from ..elements.joint_elements import Actuator, JointElement, JointSpring
@@ -43,12 +43,14 @@ class _Joined(NamedTuple):
         element: the bushing.
         joints: indices of the joints in the model that move its ends, 0 for the world.
         placements: `pin.SE3` of its frames in those joints' frames.
+        place: index of the element.
         label: how messages call it.
     """
 
     element: Bushing
     joints: tuple[int, int]
     placements: tuple[pinocchio.SE3, pinocchio.SE3]
+    place: int
     label: str
 
 
@@ -70,7 +72,7 @@ class ElementEfforts:
         self._mechanism = mechanism
         named = mechanism.coordinates.named
         self._nv = mechanism.model.nv
-        every = ElementForces(mechanism, elements)
+        self._every = every = ElementForces(mechanism, elements)
         pairs = list(zip(elements, every.labels, strict=True))
         joint_springs = [item for item in elements if isinstance(item, JointSpring)]
         self._columns = np.array([named[item.joint].column for item in joint_springs], dtype=int)
@@ -94,7 +96,7 @@ class ElementEfforts:
             if isinstance(item, PointSpring)
         ]
         self._bushings = [
-            self._joined(item, every.end_of(index), every.labels[index])
+            self._joined(item, every.end_of(index), index, every.labels[index])
             for index, item in enumerate(elements)
             if isinstance(item, Bushing)
         ]
@@ -110,12 +112,12 @@ class ElementEfforts:
         joint, frame = self._mechanism.links[link]
         return _End(joint, np.asarray(frame.act(point)))
 
-    def _joined(self, element: Bushing, end: Array, label: str) -> _Joined:
+    def _joined(self, element: Bushing, end: Array, index: int, label: str) -> _Joined:
         (first, frame_a), (second, frame_b) = (
             self._mechanism.links[link] for link in (element.link_a, element.link_b)
         )
         placements = frame_a * se3(np.asarray(element.origin)), frame_b * se3(end)
-        return _Joined(element, (first, second), placements, label)
+        return _Joined(element, (first, second), placements, index, label)
 
     def __bool__(self) -> bool:
         along = self._columns.size or self._others
@@ -135,9 +137,30 @@ class ElementEfforts:
         for spring in self._springs:
             _add_spring(efforts, model, data, *spring)
         for bushing in self._bushings:
-            _add_bushing(efforts, model, data, bushing)
+            self._add_bushing(efforts, model, data, bushing, x)
         for contact in self._contacts:
             contact.add(efforts, model, data, time)
+
+    def _add_bushing(
+        self, efforts: Array, model: Any, data: Any, bushing: _Joined, x: Array
+    ) -> None:
+        """Add the efforts of a bushing, see `Bushing`; placements and Jacobians are computed."""
+        element, (first, second) = bushing.element, bushing.joints
+        a, b = (
+            data.oMi[joint] * placement
+            for joint, placement in zip(bushing.joints, bushing.placements, strict=True)
+        )
+        seen = a.actInv(b)
+        turn = self._every.turns_of(bushing.place, x[None], seen.rotation[None])
+        rate = np.zeros(6)
+        if np.any(element.damping):
+            rate = _relative_velocity(data, bushing, a, b)
+        wrench = element.force(turn, seen.translation[None], rate[None], bushing.label).wrench[0]
+        force, moment = a.rotation @ wrench[:3], a.rotation @ wrench[3:]
+        if second:
+            _add_wrench(efforts, model, data, second, b.translation, force, moment)
+        if first:
+            _add_wrench(efforts, model, data, first, b.translation, -force, -moment)
 
 
 def _is_spring(element: Element) -> bool:
@@ -161,30 +184,6 @@ def _add_spring(
         _add_wrench(efforts, model, data, a.joint, at_a, force, none)
     if b.joint:
         _add_wrench(efforts, model, data, b.joint, at_b, -force, none)
-
-
-def _add_bushing(efforts: Array, model: Any, data: Any, bushing: _Joined) -> None:
-    """Add the efforts of a bushing, see `Bushing`; placements and Jacobians are computed."""
-    element, (first, second) = bushing.element, bushing.joints
-    a, b = (
-        data.oMi[joint] * placement
-        for joint, placement in zip(bushing.joints, bushing.placements, strict=True)
-    )
-    seen = a.actInv(b)
-    turn = pinocchio.log3(seen.rotation)
-    angle = float(np.linalg.norm(turn))
-    if angle > GREATEST_ANGLE:
-        raise too_far(bushing.label, angle)
-    gradient = element.stiffness @ np.concatenate([seen.translation, turn])
-    # The right Jacobian's inverse is the transposed inverse of the left one.
-    gradient[3:] = pinocchio.Jlog3(seen.rotation) @ gradient[3:]
-    if np.any(element.damping):
-        gradient += element.damping @ _relative_velocity(data, bushing, a, b)
-    force, moment = -a.rotation @ gradient[:3], -a.rotation @ gradient[3:]
-    if second:
-        _add_wrench(efforts, model, data, second, b.translation, force, moment)
-    if first:
-        _add_wrench(efforts, model, data, first, b.translation, -force, -moment)
 
 
 def _relative_velocity(data: Any, bushing: _Joined, a: Any, b: Any) -> Array:

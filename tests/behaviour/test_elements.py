@@ -321,8 +321,12 @@ def test_states_without_a_force_are_refused() -> None:
     coincident = cd.PointSpring("crank", (0.0, 0.0, 0.0), "base", (0.0, 0.0, 0.0), 5.0, length=0.1)
     with pytest.raises(cd.ArgumentError, match=r"elements\[1\] \(PointSpring\): its points coin"):
         four_bar(TORSION, coincident).sweep(TURN)
-    with pytest.raises(cd.ArgumentError, match=r"elements\[0\] \(Bushing\): it is turned by 3.1"):
-        four_bar(cd.Bushing("base", "crank", (0, 0, 0), K)).sweep([0.0, 3.12])
+    tilted = np.eye(4)
+    tilted[1:3, 1:3] = [[0.8, -0.6], [0.6, 0.8]]
+    with pytest.raises(
+        cd.ArgumentError, match=r"elements\[0\] \(Bushing\): it is wound by 3.12 rad"
+    ):
+        four_bar(cd.Bushing("base", "crank", tilted, K)).sweep([0.0, 3.12])
 
 
 def test_a_damper_between_points_that_meet() -> None:
@@ -387,3 +391,63 @@ def test_an_actuator_of_the_position_does_its_work() -> None:
     work = -np.diff(x + 0.5 * np.sin(2.0 * x))
     assert np.diff(ends.kinetic_energy) == pytest.approx(work, rel=1e-8)
     assert abs(work[0]) > 1.0 and run.energy_residual < 1e-8
+
+
+ROTOR = (
+    '<robot name="rotor"><link name="base"/><link name="arm"><inertial><mass value="2"/>'
+    '<inertia ixx="1" iyy="1" izz="1.5" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    '<joint name="pin" type="continuous"><parent link="base"/><child link="arm"/>'
+    '<axis xyz="0 0 1"/></joint></robot>'
+)
+
+
+def test_a_bushing_at_a_hinge_counts_whole_turns() -> None:
+    """Like a torsion spring: swept, simulated as a harmonic oscillation, and at rest."""
+    scene = cd.Scene(
+        cd.load(ROTOR), drive="pin", elements=[cd.Bushing("base", "arm", (0, 0, 0), K, name="e")]
+    )
+    positions = np.array([0.1, 3.2, -3.2, 2.0 * np.pi + 0.1, -7.0, 20.0 * np.pi])
+    turn = scene.sweep(positions)
+    np.testing.assert_allclose(turn.drive_effort, K[5, 5] * positions, rtol=1e-14)
+    np.testing.assert_allclose(turn.elastic_energy, 0.5 * K[5, 5] * positions**2, rtol=1e-14)
+    np.testing.assert_allclose(turn.element_force["e"].deformation[:, 5], positions, rtol=1e-14)
+    run = scene.simulate(3.0, position=20.0, speed=0.0)
+    times = np.linspace(0.0, 3.0, 7)
+    expected = 20.0 * np.cos(np.sqrt(K[5, 5] / 1.5) * times)
+    np.testing.assert_allclose(run.at(times).position, expected, atol=1e-8)
+    loaded = scene.replace(loads={"pin": 90.0})
+    np.testing.assert_allclose(loaded.equilibrium(0.0).position, 90.0 / K[5, 5], rtol=1e-9)
+
+
+def test_a_bushing_on_a_closed_chain_turns_by_the_angles_around_it() -> None:
+    """The coupler turns by the sum of two angles that count ten turns each, by less than one."""
+    positions = np.linspace(0.0, 20.0 * np.pi, 41)
+    bushing = cd.Bushing("base", "crank", (0, 0, 0), [0, 0, 0, 0, 0, 3.0], name="crank")
+    scene = cd.Scene(
+        cd.load("slider_crank"),
+        drive="crank_bearing",
+        elements=[bushing, cd.Bushing("crank", "rod", (0, 0, 0), [0, 0, 0, 0, 0, 5.0], name="rod")],
+    )
+    turn = scene.sweep(positions)
+    for name, joint in (("crank", "crank_bearing"), ("rod", "crank_pin")):
+        wound = turn.element_force[name].deformation[:, 5]
+        np.testing.assert_allclose(wound, turn.motion.position(joint), atol=1e-12)
+    expected = 3.0 * positions + 5.0 * wound * turn.motion.ratio("crank_pin")
+    np.testing.assert_allclose(turn.drive_effort, expected, rtol=1e-12, atol=1e-10)
+
+
+def test_a_rotation_that_left_half_a_turn_about_changing_axes_is_refused() -> None:
+    """Two turns and 0.1 rad about one axis look like 0.1 rad, and no sum of angles tells them."""
+    text = ROTOR.replace(
+        "</robot>",
+        '<link name="hand"/><joint name="wrist" type="continuous"><parent link="arm"/>'
+        '<child link="hand"/><axis xyz="1 0 0"/></joint></robot>',
+    )
+    scene = cd.Scene(
+        cd.load(text), drive=["pin", "wrist"], elements=[cd.Bushing("base", "hand", (0, 0, 0), K)]
+    )
+    near = scene.sweep([[0.1, 0.0], [0.1, 0.2]])
+    np.testing.assert_allclose(near.drive_effort[0], [0.1 * K[5, 5], 0.0], atol=1e-12)
+    for position in ([3.2, 0.0], [2.0 * np.pi + 0.1, 0.2], [4.0 * np.pi + 0.1, 0.0]):
+        with pytest.raises(cd.ArgumentError, match="on the way there by more than half a turn"):
+            scene.sweep([position])

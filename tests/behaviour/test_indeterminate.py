@@ -210,3 +210,41 @@ def test_universal_joint_alone_needs_no_rule(joint: cd.Mechanism) -> None:
     turn = universal(joint, 0.6).sweep(POSITIONS)
     for name in joint.joint_names:
         assert np.max(np.abs(turn[name].force)) < 1e-14
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.5, np.pi / 2.0])
+def test_flags_of_uniqueness_are_those_of_the_axes_asked_for(tilt: float) -> None:
+    """A planar ring leaves open the force along its normal and the moments across it."""
+    text = FLAT_RING.replace("TILT", repr(tilt))
+    turn = cd.Scene(cd.load(text), drive="a", gravity=(1.0, 2.0, 3.0)).sweep([0.1, 0.4, 0.9])
+    opened = [False, False, True, True, True, False]
+    for name in "abcd":
+        assert turn[name].unique.tolist() == [not is_open for is_open in opened]
+        across = abs(np.sin(tilt)) > 1e-9
+        along = abs(np.cos(tilt)) > 1e-9
+        # World axes: x is shared, y and z are turned about it.
+        expected = [False, across, along, True, along, across]
+        assert turn.wrench(name, "world").unique.tolist() == [not flag for flag in expected]
+
+
+FLAT_RING = (
+    '<robot name="ring"><link name="world"/><link name="ground"/><joint name="tilt" type="fixed">'
+    '<parent link="world"/><child link="ground"/><origin xyz="0 0 0" rpy="TILT 0 0"/></joint>'
+    + "".join(
+        f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" '
+        'ixz="0" iyz="0"/></inertial></link>'
+        for name in ("crank", "coupler", "rocker")
+    )
+    + "".join(
+        f'<joint name="{name}" type="continuous"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{place}"/><axis xyz="0 0 1"/></joint>'
+        for name, parent, child, place in (
+            ("a", "ground", "crank", "0 0 0"),
+            ("b", "crank", "coupler", "0 1 0"),
+            ("d", "ground", "rocker", "3 0 0"),
+        )
+    )
+    + '<loop name="c" type="continuous"><predecessor link="coupler"><origin xyz="3 1 0"/>'
+    '</predecessor><successor link="rocker"><origin xyz="0 2 0"/></successor>'
+    '<axis xyz="0 0 1"/></loop></robot>'
+)

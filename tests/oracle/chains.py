@@ -7,8 +7,9 @@ Nothing of the package under test is used.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -78,6 +79,53 @@ class Chain:
     couplings: tuple[Coupling, ...]
     size: float
     features: frozenset[str]
+
+    def scaled(self, length: float, mass: float) -> Chain:
+        """Return the chain with all lengths and masses multiplied.
+
+        Only texts and the size follow: no oracle is asked about it.
+        """
+
+        def multiplied(text: str) -> str:
+            text = re.sub(
+                r'(<origin xyz=")([^"]*)',
+                lambda found: found[1] + words([length * float(x) for x in found[2].split()]),
+                text,
+            )
+            for name, factor in ((r"mass value", mass), (r"i[xyz]{2}", mass * length**2)):
+                text = re.sub(
+                    rf'([ <]{name}=)"([^"]*)"',
+                    lambda found, factor=factor: f'{found[1]}"{factor * float(found[2])!r}"',
+                    text,
+                )
+            return text
+
+        return replace(
+            self,
+            links={
+                name: replace(item, text=multiplied(item.text)) for name, item in self.links.items()
+            },
+            joints={
+                name: replace(item, text=multiplied(item.text))
+                for name, item in self.joints.items()
+            },
+            couplings=tuple(
+                replace(item, ratio=item.ratio * length ** self._slides_more(item))
+                for item in self.couplings
+            ),
+            size=self.size * length,
+        )
+
+    def _slides_more(self, coupling: Coupling) -> int:
+        """Return 1 where only the successor of a coupling slides, -1 where only the other does."""
+        by_child = {joint.child: joint for joint in self.joints.values() if not joint.closes}
+
+        def slides(link: str) -> int:
+            while link in by_child and by_child[link].type == "fixed":
+                link = by_child[link].parent
+            return int(link in by_child and by_child[link].type == "prismatic")
+
+        return slides(coupling.successor) - slides(coupling.predecessor)
 
     @property
     def text(self) -> str:
@@ -335,6 +383,59 @@ class Builder:
     def _seen_from(self, link: str, frame: Array) -> tuple[Array, str]:
         """Return a frame in a link, exactly as its text says it."""
         return written(inverse(self.at[link]) @ frame)
+
+
+def cut_elsewhere(
+    chain: Chain, rng: np.random.Generator
+) -> tuple[Chain, set[str], dict[str, Array]]:
+    """Return a chain in which other joints close its rings; it has neither couplings nor floats.
+
+    Joints that slide keep parent and child: their origin moves with the latter.
+
+    Returns:
+        The chain, the joints whose parent and child have changed places, and per link the
+        `(4, 4)` placement of its frame in the new one.
+    """
+    at, edges = {"world": np.eye(4)}, list(chain.joints.values())
+    for joint in edges:
+        if not joint.closes:
+            at[joint.child] = at[joint.parent] @ joint.parent_side
+    # What is fixed stays in the tree, some loops stay loops, and what slides keeps its child.
+    order = [edges[index] for index in rng.permutation(len(edges))]
+    order.sort(key=lambda joint: joint.type != "fixed" or joint.closes)
+    waiting = [
+        joint for joint in order if not (joint.type in ("fixed", "universal") and joint.closes)
+    ]
+    slides = ("prismatic", "planar", "cylindrical")
+    builder, reverse, tree = Builder(chain.size), set(), []
+    while len(builder.at) < len(chain.links):
+        joint = next(
+            item
+            for item in waiting
+            if (item.parent in builder.at) != (item.child in builder.at)
+            and (item.parent in builder.at or item.type not in slides)
+        )
+        tree.append(joint)
+        frame, axis = at[joint.parent] @ joint.parent_side, joint.axis
+        ends = joint.parent, joint.child
+        if joint.child in builder.at:
+            reverse.add(joint.name)
+            ends, axis = ends[::-1], -axis
+        builder.joint(joint.name, joint.type, *ends, frame, axis)
+    for joint in edges:
+        if joint not in tree:
+            frame = at[joint.parent] @ joint.parent_side
+            second = joint.axis_2 if joint.type == "universal" else None
+            builder.loop(
+                joint.name, joint.type, joint.parent, joint.child, frame, joint.axis, second
+            )
+    moved = {name: inverse(builder.at[name]) @ at[name] for name in chain.links}
+    for name, link in chain.links.items():
+        axes = moved[name][:3, :3]
+        tensor = axes @ link.inertia @ axes.T
+        centre = axes @ link.centre + moved[name][:3, 3]
+        builder.link(name, link.mass, centre, inertia=0.5 * (tensor + tensor.T))
+    return builder.chain(), reverse, moved
 
 
 class RandomBuilder(Builder):

@@ -6,11 +6,13 @@ Only this file and the tests that call it know the package.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from chains import cut_elsewhere
 from free_bodies import OPEN, Oracle, Position, Statics
 from scenes import Case, followed, solved
+from wound_bushings import wound
 
 import cardan_dyn as cd
 
@@ -54,6 +56,110 @@ def scene_of(case: Case) -> cd.Scene:
 def sweep_of(case: Case) -> cd.Sweep:
     """Return the package's sweep of a case."""
     return scene_of(case).sweep(case.positions, speed=case.speeds, acceleration=case.accelerations)
+
+
+def dissimilar(case: Case, seed: int) -> list[Difference]:
+    """Return in what the sweep of a case differs from that of a similar one of another size.
+
+    Lengths and masses are multiplied by up to 1e±9, times by up to 1e±4.
+    """
+    oracle = Oracle(case.chain)
+    exponents = np.random.default_rng(seed).uniform((-9.0, -9.0, -4.0), (9.0, 9.0, 4.0))
+    size, mass, time = (10.0**exponents).tolist()
+    length = size / case.chain.size
+    names = [*case.prescribed, *case.joint_loads]
+    slides = oracle.slides[[oracle.rate_columns([name])[0] for name in names]]
+    plain, scaled = sweep_of(case), sweep_of(case.scaled(slides, length, mass, time))
+    force, unit = mass * length / time**2, float(plain.mechanism.characteristic_length)
+    greatest = max(
+        max(unit * float(np.max(np.abs(one.force))), float(np.max(np.abs(one.moment))))
+        for one in plain.values()
+    )
+    lengths = scaled.mechanism.characteristic_length / length
+    errors = {"characteristic length": abs(lengths / unit - 1.0)}
+    if np.max(plain.condition) < 1e12:  # Beyond, wrenches are the rounding of nothing.
+        change = float(np.max(np.abs(scaled.condition / plain.condition - 1.0)))
+        errors["condition"] = 1e-3 * change
+    differing = []
+    for name in plain.outputs:
+        one, other = plain[name], scaled[name]
+        error = max(
+            unit * float(np.max(np.abs(other.force / force - one.force))),
+            float(np.max(np.abs(other.moment / (force * length) - one.moment))),
+        )
+        errors[f"wrench of {name}"] = error / greatest if greatest else error
+        if np.any(one.unique != other.unique):
+            differing.append(Difference(f"flags of {name}"))
+    allowed = TOLERANCE * max(1.0, float(np.max(plain.condition)) / 1e3)
+    return differing + _over(errors, allowed)
+
+
+def cut_differently(case: Case, seed: int) -> list[Difference] | None:
+    """Return in what a sweep differs where other joints close the rings of a chain.
+
+    What statics leaves open is compared as well. None if the case cannot be cut elsewhere.
+    """
+    loads = {name: load for name, load in case.link_loads.items() if load[2] == "link"}
+    case = replace(case, compliance={}, link_loads=loads)
+    joints = case.chain.joints.values()
+    floats = any(joint.type == "floating" for joint in joints)
+    if floats or case.chain.couplings or not any(joint.closes for joint in joints):
+        return None
+    chain, reverse, moved = cut_elsewhere(case.chain, np.random.default_rng([seed, 1]))
+    turned = {}
+    for name, (force, moment, _) in loads.items():
+        axes, point = moved[name][:3, :3], moved[name][:3, 3]
+        turned[name] = axes @ force, axes @ moment + np.cross(point, axes @ force), "link"
+    first, second = sweep_of(case), sweep_of(replace(case, chain=chain, link_loads=turned))
+    length = float(first.mechanism.characteristic_length)
+    greatest = max(
+        max(length * float(np.max(np.abs(one.force))), float(np.max(np.abs(one.moment))))
+        for one in first.values()
+    )
+    condition = max(float(np.max(item.condition)) for item in (first, second))
+    if condition > 1e12 or not greatest:
+        return None  # Wrenches are the rounding of nothing.
+    ratio = float(second.mechanism.characteristic_length) / length
+    errors = {"characteristic length": abs(ratio - 1.0)}
+    for name in first.outputs:
+        one, other = (item.wrench(name, "world") for item in (first, second))
+        sign, way = -1.0 if name in reverse else 1.0, second.origin(name) - first.origin(name)
+        force = sign * other.force
+        moment = sign * other.moment + np.cross(way, force)
+        error = max(
+            length * float(np.max(np.abs(force - one.force))),
+            float(np.max(np.abs(moment - one.moment))),
+        )
+        errors[f"wrench of {name}"] = error / greatest
+    return _over(errors, TOLERANCE * max(1.0, condition / 1e2))
+
+
+def misjudged(seed: int) -> list[Difference]:
+    """Return what is wrong with the efforts of a bushing that is wound over many turns.
+
+    Where its rotation is sure, it may be refused only for its stiffness.
+    """
+    case = wound(seed)
+    links = (case.links[end] for end in case.ends)
+    bushing = cd.Bushing(*links, case.origin, case.stiffness, origin_b=case.origin_b)
+    drives = [f"j{index}" for index in range(len(case.axes))]
+    scene = cd.Scene(cd.load(case.text), drive=drives, elements=[bushing])
+    differing = []
+    for target in case.targets:
+        vector, sure = case.followed(target)
+        try:
+            sweep = scene.sweep(target[None] if len(target) > 1 else target)
+        except cd.ArgumentError as error:
+            if sure and "principal axes of its rotational stiffness" not in str(error):
+                differing.append(Difference(f"refused at {target}: {error}"))
+            continue
+        expected = case.efforts(target, vector)
+        size = max(float(np.max(np.abs(expected))), float(np.linalg.norm(vector)), 1e-3)
+        errors = {
+            f"effort at {target}": float(np.max(np.abs(sweep.drive_effort - expected))) / size
+        }
+        differing += _over(errors, 1e-6)
+    return differing
 
 
 def position_of(sweep: cd.Sweep, oracle: Oracle, sample: int) -> Position:

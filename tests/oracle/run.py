@@ -1,6 +1,9 @@
 """Long runs of random chains: a line for every seed that fails, then what failures have in common.
 
 python tests/oracle/run.py --seeds 2000 --start 0
+python tests/oracle/run.py --seeds 2000 --similar
+python tests/oracle/run.py --seeds 2000 --cut
+python tests/oracle/run.py --seeds 2000 --wound
 """
 
 from __future__ import annotations
@@ -12,7 +15,8 @@ import time
 import traceback
 import warnings
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -21,13 +25,15 @@ sys.path[:0] = [str(HERE)]
 import compare  # noqa: E402
 from scenes import Case, draw  # noqa: E402
 
+Check = Callable[[Case], list[compare.Difference] | None]
 
-def failures(case: Case | None) -> list[str]:
+
+def failures(case: Case | None, check: Check) -> list[str]:
     """Return what is wrong with the package's answer to a case, an exception included."""
     if case is None:
         return ["no case could be drawn"]
     try:
-        differing = compare.differences(case, compare.sweep_of(case))
+        differing = check(case) or []
     except Exception as error:  # A long run goes on whatever happens.
         innermost = traceback.extract_tb(error.__traceback__)[-1]
         text = " ".join(str(error).split())[:150]
@@ -36,6 +42,15 @@ def failures(case: Case | None) -> list[str]:
         ]
     differing.sort(key=lambda item: -item.size if item.size == item.size else 1.0)
     return [str(item) for item in differing]
+
+
+def against_free_bodies(case: Case) -> list[compare.Difference]:
+    """Return in what a sweep differs from the free bodies."""
+    return compare.differences(case, compare.sweep_of(case))
+
+
+def _ignoring_the_case(_: Case, seed: int) -> list[compare.Difference]:
+    return compare.misjudged(seed)
 
 
 def kind_of(message: str) -> str:
@@ -54,6 +69,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, default=2000)
     parser.add_argument("--start", type=int, default=0)
     parser.add_argument("--turned", action="store_true", help="turn the frames of loops")
+    parser.add_argument(
+        "--similar", action="store_true", help="compare with chains of other sizes and masses"
+    )
+    parser.add_argument(
+        "--cut", action="store_true", help="compare with chains whose loops are other joints"
+    )
+    parser.add_argument(
+        "--wound", action="store_true", help="wind bushings of other chains over many turns"
+    )
     parser.add_argument("--text", action="store_true", help="print the descriptions as well")
     options = parser.parse_args(arguments)
     warnings.simplefilter("error")
@@ -67,7 +91,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except Exception:  # As above.
             case = None
             traceback.print_exc()
-        wrong = failures(case)
+        check: Check = against_free_bodies
+        if options.similar:
+            check = partial(compare.dissimilar, seed=seed)
+        elif options.wound:
+            check = partial(_ignoring_the_case, seed=seed)
+        elif options.cut:
+            check = partial(compare.cut_differently, seed=seed)
+        wrong = failures(case, check)
         had = sorted(case.features) if case else []
         for feature in had:
             features[feature][0] += 1

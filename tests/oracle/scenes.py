@@ -55,6 +55,43 @@ class Case:
         """What acts on the chain."""
         return Acting(self.gravity, self.joint_loads, self.link_loads)
 
+    def scaled(self, slides: Array, length: float, mass: float, time: float) -> Case:
+        """Return the case in other units, or the similar one of another size.
+
+        Args:
+            slides: `(D,)` whether each prescribed coordinate and then each load is along a slide.
+            length, mass, time: factors.
+        """
+        names = (*self.drives, *self.held, *self.joint_loads)
+        per = {
+            name: length if is_slide else 1.0 for name, is_slide in zip(names, slides, strict=True)
+        }
+        per_drive = np.array([per[name] for name in self.drives])
+        force = mass * length / time**2
+        compliances = np.repeat([length, 1.0], 3)
+        compliances = np.outer(compliances, compliances) / (force * length)
+        return replace(
+            self,
+            chain=self.chain.scaled(length, mass),
+            held={name: value * per[name] for name, value in self.held.items()},
+            joint_loads={
+                name: value * (force if per[name] != 1.0 else force * length)
+                for name, value in self.joint_loads.items()
+            },
+            link_loads={
+                name: (force * one, force * length * other, axes)
+                for name, (one, other, axes) in self.link_loads.items()
+            },
+            gravity=self.gravity * length / time**2,
+            compliance={
+                name: value * (compliances if value.ndim > 1 else np.diag(compliances))
+                for name, value in self.compliance.items()
+            },
+            positions=self.positions * per_drive,
+            speeds=self.speeds * per_drive / time,
+            accelerations=self.accelerations * per_drive / time**2,
+        )
+
     def matrices(self) -> dict[str, Array]:
         """Return compliances as matrices."""
         return {

@@ -6,7 +6,7 @@ More of them: `python tests/oracle/run.py --seeds 2000`, and with `--turned`.
 from __future__ import annotations
 
 import pytest
-from compare import differences, sweep_of
+from compare import cut_differently, differences, dissimilar, sweep_of
 from scenes import draw
 
 
@@ -22,3 +22,17 @@ def test_loops_may_be_turned_along_their_freedoms(seed: int) -> None:
     case = draw(seed, turns=True)
     differing = differences(case, sweep_of(case))
     assert not differing, f"{sorted(case.features)}: " + "; ".join(map(str, differing))
+
+
+# Among them a rack beside a pinion, closures to the world and masses far from their joints.
+@pytest.mark.parametrize("seed", [2, 3, 11, 43, 83, 138, 158, 203, 207, 288])
+def test_a_similar_chain_of_another_size_has_similar_wrenches(seed: int) -> None:
+    differing = dissimilar(draw(seed), seed)
+    assert not differing, "; ".join(map(str, differing))
+
+
+# Closures to the world, and bodies whose joints lie far apart.
+@pytest.mark.parametrize("seed", [2, 138, 149, 162, 189])
+def test_what_is_chosen_does_not_depend_on_where_rings_are_cut(seed: int) -> None:
+    differing = cut_differently(draw(seed), seed) or []
+    assert not differing, "; ".join(map(str, differing))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from compare import misjudged
 from scenes import Case, draw
 
 import cardan_dyn as cd
@@ -63,3 +64,8 @@ def test_the_work_of_the_drives_is_what_the_elements_store(seed: int) -> None:
     # At speed, the proof computes damping and inertia another way.
     moving = swept(0.0, speed=1.0, acceleration=0.5)
     assert all(np.all(force.dissipation >= 0.0) for force in moving.element_force.values())
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_wound_bushing_is_right_or_refused(seed: int) -> None:
+    assert not misjudged(seed)

@@ -176,4 +176,3 @@ def test_every_output_has_its_row_of_flags(turn: cd.Sweep) -> None:
     changed = kind(**{**values, "unique": flags})
     for row, name in zip(flags, turn, strict=True):
         np.testing.assert_array_equal(changed[name].unique, row)
-        np.testing.assert_array_equal(changed.wrench(name, "world").unique, row)
