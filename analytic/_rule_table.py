@@ -145,8 +145,8 @@ ROWS: tuple[Row, ...] = (
     (
         "joint_angles",
         "Joint angles",
-        "1/2 degree <= beta <= 6 degrees and the angle of the table by speed; difference of both <= "
-        "1 degree (engineersedge: 1.5)",
+        "1/2 degree <= beta <= 6 degrees and the angle of the table by speed; difference of both "
+        "<= 1 degree (engineersedge: 1.5)",
         (
             "compound_angle.compound_angle",
             "installation.joint_angles_from_slopes",
@@ -251,8 +251,8 @@ ROWS: tuple[Row, ...] = (
         ),
         "AE-7 p. 267 (by PSS); Elbe; IMS; Cardan India; Dana industrial p. 43",
         (
-            "The constant: a steel tube of constant section, on rigid supports close to its joints; "
-            "the beam of a line counts with joints, neighbours and bearings instead.",
+            "The constant: a steel tube of constant section, on rigid supports close to its "
+            "joints; the beam of a line counts with joints, neighbours and bearings instead.",
             "The half-critical speed counts from joint angles of some 3 degrees on.",
         ),
         "PSS: 3.5 x 0.120 in, 60 in: 6251/min; calcady.com: 3.5 x 0.083 in, 45 in: 11 390/min "

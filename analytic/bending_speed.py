@@ -1,7 +1,7 @@
 """Critical bending speeds by makers' constants, lengths they allow, and lines of shafts as beams.
 
-`shaft_design.critical_speed` is the single beam on rigid supports. SI units; but for `line_bending`,
-which takes one line, all arguments broadcast.
+`shaft_design.critical_speed` is the single beam on rigid supports. SI units; all arguments
+broadcast, but those of `line_bending`, which takes one line.
 
 References:
     AE-7 p. 267; Elbe and Dana catalogues; S. Timoshenko: Vibration Problems in Engineering.
@@ -47,7 +47,7 @@ class LineBearing(NamedTuple):
 
 
 class LineBending(NamedTuple):
-    """First critical speed of a line [rad/s], and the shares of its shafts in the kinetic energy."""
+    """First critical speed of a line [rad/s], and its shafts' shares in the kinetic energy."""
 
     speed: float
     shares: FloatArray

@@ -125,7 +125,7 @@ def verdict(
     line: LineData,
     limits: Mapping[str, Limit | float | str | None] | None,
     analysis: Analysis | None,
-    analyse: Callable[[], Analysis],
+    analyse: Callable[..., Analysis],
 ) -> Verdict:
     """Return the verdict on a line; see `DriveLine.verdict`.
 
@@ -133,7 +133,7 @@ def verdict(
         line: the line.
         limits: see `DriveLine.verdict`.
         analysis: likewise.
-        analyse: analyses the line at 1 rad/s and 1 N·m.
+        analyse: takes a line and the arguments of `DriveLine.analyse`.
     """
     case = Case(line, limits, analysis, analyse)
     rows = [

@@ -189,7 +189,7 @@ def test_line_lies_between_dunkerley_and_rayleigh(seed):
     shape = flexible @ masses
     upper = np.sqrt((masses @ shape) / (masses @ shape**2))
     assert found.speed <= (1 + 2e-3) * upper  # Rayleigh, with the deflection of the weight.
-    assert 0 <= found.shares.min() and found.shares.sum() <= 1 + 1e-12
+    assert found.shares.min() >= 0 and found.shares.sum() <= 1 + 1e-12
 
 
 def lumped_line(L, EI, mu, m, centre, lumps=60):
