@@ -401,7 +401,11 @@ ROWS: tuple[Row, ...] = (
         ("centred_double_joint.centre_offset", "centred_double_joint.centred_joint"),
         ("residual_angle",),
         "own derivation; Elbe, technical annex 7 and SOREM treat the same joint",
-        ("One shaft slides, the swivel axis is fixed to the other.", "Both forks stand in line."),
+        (
+            "One shaft slides, the swivel axis is fixed to the other.",
+            "Both forks stand in line.",
+            "A disc in the middle plane of the piece instead of a ball: both angles are equal.",
+        ),
         "own derivation against points in the plane at 15 digits; a = 60 mm, 35 degrees: "
         "X = 2.91 mm, residual 3.6 degrees at 20 and 8.4 at 45",
         (

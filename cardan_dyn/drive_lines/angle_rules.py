@@ -60,7 +60,7 @@ def signs_hold(case: Case) -> tuple[str, ...]:
 
 
 def _is_square(case: Case) -> bool:
-    phases = case.line.fork_phases[case.line.joint_angles > 0.0]
+    phases = case.line.fork_phases[case.line.uneven_angles > 0.0]
     steps = np.diff(phases) / (np.pi / 2)
     return bool(np.all(np.abs(steps - np.round(steps)) * np.pi / 2 <= SQUARE))
 
@@ -81,11 +81,14 @@ def _joint_angles(case: Case) -> Iterator[VerdictRow]:
             yield judged(row, Limit(joint.largest_angle, "rad", "largest_angle of the joint"))
         else:
             yield judged(row, None, "give largest_angle of the joint")
+        is_single = joint.kind == "cross" and not {k, k + 1} & set(line.centred)
         for name, what in (("joint_angle", "of road vehicles"), ("pto_angle", "continuous, PTO")):
             limit = case.limit(name)
-            if limit is not None:
+            # Rules of single joints with a cross: others turn evenly, alone or in pairs.
+            if limit is not None and is_single:
                 yield judged(replace(row, quantity=f"joint angle, {what}"), limit)
-        yield from _practical_angles(case, row)
+        if is_single:
+            yield from _practical_angles(case, row)
     for k in range(line.count - 1):
         row = VerdictRow(
             rule="joint_angles",
@@ -121,7 +124,8 @@ def _practical_angles(case: Case, row: VerdictRow) -> Iterator[VerdictRow]:
 def _compensated_otherwise(case: Case) -> str:
     """Return why the angles of a shaft's two joints need not be equal; empty if they do."""
     line = case.line
-    if line.count > 2:
+    crosses = sum(joint.kind == "cross" for joint in line.joints)
+    if line.count > 2 or crosses < 2:
         return "more joints than those of this shaft compensate each other; see residual angle"
     apart = float(line.fork_phases[1] - line.fork_phases[0])
     if abs(np.cos(apart)) > SQUARE:
@@ -147,12 +151,13 @@ def _slopes(case: Case) -> Iterator[VerdictRow]:
 
 def _uniformity(case: Case) -> Iterator[VerdictRow]:
     line = case.line
-    betas, phases, count = line.joint_angles, line.fork_phases, line.count
+    betas, phases, count = line.uneven_angles, line.fork_phases, line.count
     exact = float(drive_line.residual_angle(betas, phases))
     by_rule = float(drive_line.residual_angle_approximate(betas, phases))
     broken = (*signs_hold(case), *first_order(exact, by_rule))
     limit = case.limit("residual_angle")
-    rest = _allowed_last(case, limit) if limit is not None and count > 1 else ()
+    is_joint = line.joints[-1].kind == "cross" and line.count - 1 not in line.centred
+    rest = _allowed_last(case, limit) if limit is not None and count > 1 and is_joint else ()
     where = line.shaft_names[-1]
     residual = VerdictRow(
         rule="uniformity",
@@ -178,8 +183,10 @@ def _uniformity(case: Case) -> Iterator[VerdictRow]:
     )
     of_u = judged(non_uniformity, case.limit("non_uniformity"), case.why_not("non_uniformity"))
     # Unless both are given, both are the limit of one angle: rounding must not part them.
-    yield of_u if {"residual_angle", "non_uniformity"} <= case.given else replace(
-        of_u, status=held.status
+    yield (
+        of_u
+        if {"residual_angle", "non_uniformity"} <= case.given
+        else replace(of_u, status=held.status)
     )
     for k in range(1, count):
         beta = float(drive_line.residual_angle(betas[:k], phases[:k]))
@@ -215,7 +222,7 @@ def _allowed_last(case: Case, limit: Limit) -> tuple[Inverse, ...]:
     from scipy.optimize import brentq
 
     line = case.line
-    betas, phases = line.joint_angles.copy(), line.fork_phases
+    betas, phases = line.uneven_angles.copy(), line.fork_phases
 
     def excess(last: float) -> float:
         betas[-1] = last
@@ -255,7 +262,7 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
     if fastest is None or fastest.speed is None:
         yield not_judged("accelerations", "", "torsional acceleration", "give speed")
         return
-    betas, phases, speed = line.joint_angles, line.fork_phases, fastest.speed
+    betas, phases, speed = line.uneven_angles, line.fork_phases, fastest.speed
     residual = float(drive_line.residual_angle(betas, phases))
     # Seen from the output, every joint has its other pin as the driving one.
     back = betas[::-1], phases[::-1] + np.pi / 2

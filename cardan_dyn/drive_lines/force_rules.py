@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from analytic import axial_force, fork_couples, line_forces
+from analytic import axial_force, drive_line, fork_couples, line_forces
 from analytic.limits import Limit
 from analytic.support_forces import Spans
 
@@ -33,6 +33,7 @@ def force_rules(case: Case) -> Iterator[VerdictRow]:
     else:
         yield from _couples(case)
         yield from _bearings(case)
+        yield from _centrings(case)
     yield from _axial(case)
 
 
@@ -43,12 +44,16 @@ def _couples(case: Case) -> Iterator[VerdictRow]:
     behind, points_out = case.worst(lambda item: item.bending_out)
     for k, beta in enumerate(line.joint_angles):
         rule = fork_couples.fork_couples(float(beta), torque)
+        couples = (float(rule.input_normal), float(rule.output_in_plane))
+        is_even = line.joints[k].kind == "constant_velocity"
+        if is_even:
+            couples = (torque * math.tan(beta / 2.0),) * 2
         for sides, points, by_rule, text in (
-            (before, points_in, rule.input_normal, "before"),
-            (behind, points_out, rule.output_in_plane, "behind"),
+            (before, points_in, couples[0], "before"),
+            (behind, points_out, couples[1], "behind"),
         ):
             broken = list(_with_mass(case))
-            if text == "behind" and beta > _HALF_RIGHT:
+            if text == "behind" and beta > _HALF_RIGHT and not is_even:
                 broken.append("up to 45°: the shaft behind is bent more between both positions")
             if k > 0:
                 broken.append("torque of the input shaft: joints before this one vary it")
@@ -58,7 +63,7 @@ def _couples(case: Case) -> Iterator[VerdictRow]:
                 quantity=f"bending moment {text} the joint",
                 value=float(sides[k]),
                 unit="N m",
-                rule_value=float(by_rule),
+                rule_value=by_rule,
                 condition=points[k].point.name,
                 note=points[k].how,
                 source="none: bearings and shafts carry it",
@@ -127,6 +132,39 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
             yield _unless_friction_is_unknown(case, held)
 
 
+def _centrings(case: Case) -> Iterator[VerdictRow]:
+    """Yield the rows of centred double joints: how evenly they turn, and the force inside."""
+    line = case.line
+    if not line.centred:
+        return
+    forces, cases = case.worst(lambda item: item.centring)
+    for index, k in enumerate(line.centred):
+        kind, where = line.shafts[k].centring, line.shaft_names[k]
+        pair = slice(k - 1, k + 1)
+        yield VerdictRow(
+            rule="centred_double_joint",
+            where=where,
+            quantity="residual angle of both joints together",
+            value=float(drive_line.residual_angle(line.joint_angles[pair], line.fork_phases[pair])),
+            unit="rad",
+            source="stated: the whole line is judged",
+        )
+        row = VerdictRow(
+            rule="centred_double_joint",
+            where=where,
+            quantity="force in the centring",
+            value=float(forces[index]),
+            unit="N",
+            condition=cases[index].point.name,
+            note=cases[index].how,
+            broken=_with_mass(case),
+        )
+        most = None if kind is None else kind.force_limit
+        limit = None if most is None else Limit(most, "N", "force_limit of the centring")
+        held = judged(row, limit, "give force_limit of the centring")
+        yield _unless_friction_is_unknown(case, held)
+
+
 def _slides(case: Case) -> bool:
     """Return whether a spline of the line has friction."""
     return any(shaft.spline is not None and shaft.spline.friction for shaft in case.line.shafts)
@@ -162,10 +200,11 @@ def _by_statics(case: Case) -> tuple[dict[str, float], str]:
     spans = _spans(line.shafts)
     inner = line.shafts[1:-1]
     counts = [len(shaft.bearings) for shaft in inner]
-    if spans is None or line.count < 2 or counts != [1] * (line.count - 2) + [0]:
+    others = line.centred or any(joint.kind != "cross" for joint in line.joints)
+    if others or spans is None or line.count < 2 or counts != [1] * (line.count - 2) + [0]:
         return {}, (
-            "two bearings on both end shafts and one centre bearing on each intermediate shaft "
-            "but the last: this line has others, no closed form"
+            "two bearings on both end shafts, one centre bearing on each intermediate shaft but "
+            "the last, and joints with a cross: this line has others, no closed form"
         )
     if strongest is None or not strongest.torque:
         return {}, ""

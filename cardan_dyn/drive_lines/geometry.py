@@ -103,9 +103,7 @@ def geometry(shafts: Sequence[Shaft]) -> Geometry:
     return Geometry(*map(read_only, arrays))
 
 
-def centring_places(
-    shafts: Sequence[Shaft], found: Geometry, index: int
-) -> tuple[float, float]:
+def centring_places(shafts: Sequence[Shaft], found: Geometry, index: int) -> tuple[float, float]:
     """Return where the axes beside a coupling piece meet.
 
     Args:
@@ -137,8 +135,8 @@ def _centring(piece: Shaft, length: float, angle: float) -> tuple[float, float, 
     sine = fixed * math.sin(angle) / length
     if sine >= 1.0:
         raise ModelError(
-            f"angle of {math.degrees(angle):.6g}° between the shafts beside a coupling piece is out "
-            f"of the reach of a centring made for {math.degrees(kind.equal_at):.6g}°; give a "
+            f"angle of {math.degrees(angle):.6g}° between the shafts beside a coupling piece is "
+            f"out of the reach of a centring made for {math.degrees(kind.equal_at):.6g}°; give a "
             "smaller one"
         )
     sliding = math.asin(sine)

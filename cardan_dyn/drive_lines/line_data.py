@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import ModelError, choices
-from .fields import flag, parts, quantity, settle, text
+from .fields import flag, parts, quantity, settle, text, unusual
 from .geometry import Geometry, called, geometry
 from .parts import Bearing, DutyPoint, Joint, Shaft
 
@@ -53,8 +53,8 @@ class LineData:
     shafts: tuple[Shaft, ...] = parts(Shaft, "shafts along the power flow", dataclasses.MISSING)
     joints: tuple[Joint, ...] = parts(Joint, "joints, each between a shaft and the next")
     name: str = text("name of the line", "drive_line")
-    speed: float | None = quantity("speed", "speed of the input shaft", None)
-    torque: float | None = quantity("torque", "torque of the input shaft", None)
+    speed: float | None = quantity("speed", "speed of the input shaft", None, usual=(1e-3, 5e3))
+    torque: float | None = quantity("torque", "torque of the input shaft", None, usual=(1e-3, 1e8))
     duty_cycle: tuple[DutyPoint, ...] = parts(DutyPoint, "shares of the time")
     application: str = text("vehicle, agricultural or industrial, for the limits of the verdict")
     service_factor: float | None = quantity("number", "shock torque over torque", None, above=0.0)
@@ -93,6 +93,11 @@ class LineData:
         _check_names([bearing.name for bearing in self.bearings if bearing.name], "bearings")
         _check_names(self.joint_names, "joints")
         _check_names(self.shaft_names, "shafts")
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What of the data is valid, but so far from what lines have that its unit may be wrong."""
+        return tuple(unusual(self))
 
     @property
     def uneven_angles(self) -> Array:

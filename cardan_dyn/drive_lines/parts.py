@@ -32,12 +32,20 @@ class Tube:
         shear_limit: greatest shear stress that is allowed under torque [Pa].
     """
 
-    outer_diameter: float = quantity("length", "outer diameter", above=0.0)
-    wall: float = quantity("length", "thickness of the wall, half of D if solid", above=0.0)
-    density: float = quantity("density", "density of the material", 7850.0, above=0.0)
-    modulus: float = quantity("modulus", "Young's modulus", 2.1e11, above=0.0)
-    shear_modulus: float = quantity("modulus", "shear modulus", 8.08e10, above=0.0)
-    shear_limit: float | None = quantity("modulus", "greatest shear stress", None, above=0.0)
+    outer_diameter: float = quantity("length", "outer diameter", above=0.0, usual=(5e-3, 2.0))
+    wall: float = quantity(
+        "length", "thickness of the wall, half of D if solid", above=0.0, usual=(5e-4, 0.5)
+    )
+    density: float = quantity(
+        "density", "density of the material", 7850.0, above=0.0, usual=(1e3, 2e4)
+    )
+    modulus: float = quantity("modulus", "Young's modulus", 2.1e11, above=0.0, usual=(5e9, 1e12))
+    shear_modulus: float = quantity(
+        "modulus", "shear modulus", 8.08e10, above=0.0, usual=(1e9, 5e11)
+    )
+    shear_limit: float | None = quantity(
+        "modulus", "greatest shear stress", None, above=0.0, usual=(1e6, 2e9)
+    )
 
     def __post_init__(self) -> None:
         settle(self)
@@ -85,13 +93,25 @@ class Spline:
     distance: float | None = quantity(
         "length", "distance from the joint at the shaft's front", None, least=0.0
     )
-    friction: float | None = quantity("number", "coefficient of friction", None, least=0.0)
-    radius: float | None = quantity("length", "mean radius", None, above=0.0)
-    travel: float | None = quantity("length", "length over which it can slip", None, above=0.0)
-    compressed: float | None = quantity("length", "length of the shaft pushed in", None, above=0.0)
-    profile: float | None = quantity("length", "overlap of the profiles pushed in", None, above=0.0)
-    shortest: float | None = quantity("length", "least length in operation", None, above=0.0)
-    longest: float | None = quantity("length", "greatest length in operation", None, above=0.0)
+    friction: float | None = quantity(
+        "number", "coefficient of friction", None, least=0.0, usual=(0.01, 0.5)
+    )
+    radius: float | None = quantity("length", "mean radius", None, above=0.0, usual=(1e-3, 30.0))
+    travel: float | None = quantity(
+        "length", "length over which it can slip", None, above=0.0, usual=(1e-3, 30.0)
+    )
+    compressed: float | None = quantity(
+        "length", "length of the shaft pushed in", None, above=0.0, usual=(1e-3, 30.0)
+    )
+    profile: float | None = quantity(
+        "length", "overlap of the profiles pushed in", None, above=0.0, usual=(1e-3, 30.0)
+    )
+    shortest: float | None = quantity(
+        "length", "least length in operation", None, above=0.0, usual=(1e-3, 30.0)
+    )
+    longest: float | None = quantity(
+        "length", "greatest length in operation", None, above=0.0, usual=(1e-3, 30.0)
+    )
 
     def __post_init__(self) -> None:
         settle(self)
@@ -117,10 +137,14 @@ class Bearing:
         axial_limit: greatest force that it bears along the shaft [N].
     """
 
-    distance: float = quantity("length", "distance from the joint, along the shaft", above=0.0)
+    distance: float = quantity(
+        "length", "distance from the joint, along the shaft", above=0.0, usual=(1e-3, 30.0)
+    )
     name: str = text("name, which must differ from the others")
     locating: bool | None = flag("whether it carries axial force")
-    stiffness: float | None = quantity("rigidity", "stiffness across the shaft", None, above=0.0)
+    stiffness: float | None = quantity(
+        "rigidity", "stiffness across the shaft", None, above=0.0, usual=(1e3, 1e11)
+    )
     radial_limit: float | None = quantity("force", "greatest force across", None, above=0.0)
     axial_limit: float | None = quantity("force", "greatest force along", None, above=0.0)
 
@@ -149,7 +173,7 @@ class Centring:
 
     kind: str = text("disc or ball", "disc")
     equal_at: float | None = quantity(
-        "angle", "angle of equal joint angles, of a ball", None, above=0.0, below=math.pi
+        "angle", "angle of equal joint angles, of a ball", None, least=0.0, below=math.pi
     )
     fixed_to: str = text("shaft that a ball is fixed to: rear or front", "rear")
     force_limit: float | None = quantity("force", "greatest force", None, above=0.0)
@@ -200,8 +224,10 @@ class Joint:
     name: str = text("name")
     kind: str = text("cross or constant_velocity", "cross")
     size: str = text("size by a catalogue")
-    cross_mass: float = quantity("mass", "mass of the cross", 0.0, least=0.0)
-    cross_span: float = quantity("length", "length of the cross over its pins", 0.0, least=0.0)
+    cross_mass: float = quantity("mass", "mass of the cross", 0.0, least=0.0, usual=(1e-3, 1e4))
+    cross_span: float = quantity(
+        "length", "length of the cross over its pins", 0.0, least=0.0, usual=(5e-3, 3.0)
+    )
     rated_torque: float | None = quantity(
         "torque", "rated torque T_D of the bearing life", None, above=0.0
     )
@@ -277,7 +303,9 @@ class Shaft:
     """
 
     name: str = text("name")
-    length: float | None = quantity("length", "length between joint centres", None, above=0.0)
+    length: float | None = quantity(
+        "length", "length between joint centres", None, above=0.0, usual=(1e-3, 30.0)
+    )
     slope_side: float | None = quantity(
         "angle", "slope in the side view, up is positive", None, above=-_QUARTER, below=_QUARTER
     )

@@ -102,6 +102,10 @@ def _uneven(torque: float, nominal: float) -> tuple[str, ...]:
 
 def _life(case: Case, k: int) -> Iterator[VerdictRow]:
     line, joint, where = case.line, case.line.joints[k], case.line.joint_names[k]
+    if joint.kind != "cross":
+        reason = "the rule is that of joints with a cross; ask the maker of the joint"
+        yield not_judged("joint_life", where, "B10 life", reason)
+        return
     kinds = [kind for kind in ("rated_torque", "capacity") if getattr(joint, kind) is not None]
     if not kinds:
         reason = "give rated_torque or capacity of the joint"

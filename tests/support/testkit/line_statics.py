@@ -162,9 +162,7 @@ def statics(
             wanted[bearing.name] = found.contact(None, body, at, forces, []), forces
         if shaft.spline is not None:
             distance = shaft.spline.distance
-            at = origin + axis * (
-                line.geometry.lengths[k] / 2 if distance is None else distance
-            )
+            at = origin + axis * (line.geometry.lengths[k] / 2 if distance is None else distance)
             found.contact(("shaft", k), ("rear", k), at, across(axis), whole)
             found.load(("rear", k), push * axis, np.zeros(3), at)
             found.load(("shaft", k), -push * axis, np.zeros(3), at)
