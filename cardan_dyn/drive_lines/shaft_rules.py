@@ -141,7 +141,8 @@ def _critical(case: Case) -> _Critical | str:
                 soft += [name] if item.stiffness is None else []
                 place = item.distance + _extensions(case, k)[0]
                 bearings.append(bending_speed.LineBearing(inner.index(k), place, stiffness))
-    single = len(inner) == 1 and not bearings and bool(np.isinf(ends).all())
+    rigid = bool(np.isinf(ends).all())
+    single = len(inner) == 1 and not bearings and rigid and not line.centred
     if single:
         # The beam itself, without the elements' last digits.
         found = float(np.sqrt(rigidities[0] / heavy[0]) * (np.pi / lengths[inner[0]]) ** 2)
