@@ -1,12 +1,16 @@
-"""Critical bending speeds by makers' constants, lengths they allow, and elastic centre bearings.
+"""Critical bending speeds by makers' constants, lengths they allow, and lines of shafts as beams.
 
-`shaft_design.critical_speed` is the beam itself. SI units, all arguments broadcast.
+`shaft_design.critical_speed` is the single beam on rigid supports. SI units; all arguments
+broadcast, but those of `line_bending`, which takes one line.
 
 References:
     AE-7 p. 267; Elbe and Dana catalogues; S. Timoshenko: Vibration Problems in Engineering.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,11 +19,39 @@ from analytic._checks import FloatArray, not_negative, positive, refuse, same_sh
 from analytic.shaft_design import critical_speed
 
 __all__ = [
+    "LineBearing",
+    "LineBending",
     "critical_speed_by_constant",
     "elastic_bearing_factor",
     "greatest_length",
+    "line_bending",
     "on_elastic_bearing",
 ]
+
+_ELEMENTS = 16
+"""Elements of each shaft: the first critical speed is then 2e-6 of it too high."""
+_LOOSE = 1e-10
+"""Pivot of the stiffness relative to its diagonal at which a line is not held: rounding is 1e-12,
+and a bearing as soft as this would hold nothing."""
+
+
+class LineBearing(NamedTuple):
+    """A bearing of a line: index of its shaft, place from that shaft's front [m], stiffness [N/m].
+
+    An infinite stiffness is a rigid bearing.
+    """
+
+    shaft: int
+    distance: float
+    stiffness: float
+
+
+class LineBending(NamedTuple):
+    """First critical speed of a line [rad/s], and its shafts' shares in the kinetic energy."""
+
+    speed: float
+    shares: FloatArray
+
 
 _BISECTIONS = 60
 """Halvings of (0, pi): beyond the digits of a float."""
@@ -155,6 +187,156 @@ def on_elastic_bearing(
     )
     bending = modulus * (np.pi / 64.0) * (outer - inner) * (outer + inner) * (outer**2 + inner**2)
     return rigid * elastic_bearing_factor(bending / (stiffness * length**3))
+
+
+def line_bending(
+    lengths: ArrayLike,
+    rigidities: ArrayLike,
+    line_masses: ArrayLike,
+    joint_masses: ArrayLike,
+    ends: ArrayLike = np.inf,
+    bearings: Sequence[LineBearing] = (),
+    elements: int = _ELEMENTS,
+) -> LineBending:
+    """First critical bending speed of shafts in a row with joints between them.
+
+    Shafts are Euler-Bernoulli beams, joints are hinges with a point mass. The first and the last
+    joint stand on the end shafts, and centre bearings anywhere on the shafts; all shafts bend
+    together. Supports are alike in all directions, so that the critical speed is the natural
+    frequency at rest.
+
+    Args:
+        lengths: `(m,)` of the shafts between their joints [m], greater than 0.
+        rigidities: `(m,)` E I [N m^2], greater than 0.
+        line_masses: `(m,)` mass per length [kg/m], greater than 0.
+        joint_masses: `(m + 1,)` of the joints [kg], not negative.
+        ends: `(2,)` or one stiffness of both supports at the first and the last joint [N/m]; 0 is
+            free, infinite is rigid.
+        bearings: on the shafts.
+        elements: of each shaft; between bearings there is one at least.
+
+    Returns:
+        The speed and `(m,)` shares of the shafts in the kinetic energy of the mode; the joints have
+        the rest.
+
+    Raises:
+        ValueError: an argument out of range, shapes that do not match, or a line that is not held.
+
+    Source:
+        Finite elements with cubic deflection and consistent mass. Shear, and the gyroscopic moment
+        of discs, do not count: they are 1 % at a length of 10 diameters.
+
+    >>> found = line_bending([1.5], [1e5], [8.0], [0.0, 0.0])
+    >>> round(found.speed / float((np.pi / 1.5) ** 2 * np.sqrt(1e5 / 8.0)), 5)
+    1.0
+    """
+    size, bend, heavy = (
+        np.atleast_1d(positive(name, value))
+        for name, value in (
+            ("lengths", lengths),
+            ("rigidities", rigidities),
+            ("line_masses", line_masses),
+        )
+    )
+    shape = same_shape(lengths=size, rigidities=bend, line_masses=heavy)
+    size, bend, heavy = (np.broadcast_to(value, shape) for value in (size, bend, heavy))
+    count = shape[0]
+    for item in bearings:
+        inside = 0 <= item.shaft < count and 0.0 <= item.distance <= size[item.shaft]
+        if not (inside and item.stiffness > 0.0):
+            raise ValueError(
+                f"bearing = {item} is not in the valid range: on one of {count} shafts, within its "
+                "length, with a stiffness in (0, inf]"
+            )
+    points = np.broadcast_to(not_negative("joint_masses", joint_masses), (count + 1,))
+    held = np.array(np.broadcast_to(np.asarray(ends, dtype=float), (2,)))
+    refuse("ends", held, ~(held >= 0.0), "[0, inf]")
+    # Displacements of the joints come first; then, shaft by shaft, all others.
+    springs = {0: held[0], count: held[1]}
+    total, masses = count + 1, []
+    parts: list[tuple[list[int], FloatArray, int]] = []
+    for k in range(count):
+        of_shaft = [item for item in bearings if item.shaft == k]
+        places = _mesh(float(size[k]), [item.distance for item in of_shaft], elements)
+        nodes = len(places)
+        inner = list(range(total, total + nodes - 2))
+        slopes = list(range(total + nodes - 2, total + 2 * nodes - 2))
+        total += 2 * nodes - 2
+        shift = [k, *inner, k + 1]
+        parts.append(([i for pair in zip(shift, slopes, strict=True) for i in pair], places, k))
+        for item in of_shaft:
+            at = shift[int(np.argmin(np.abs(places - item.distance)))]
+            springs[at] = springs.get(at, 0.0) + item.stiffness
+    K, M = np.zeros((total, total)), np.zeros((total, total))
+    M[range(count + 1), range(count + 1)] = points
+    for index, places, k in parts:
+        own = np.zeros((total, total))
+        for e, step in enumerate(np.diff(places)):
+            block = np.ix_(index[2 * e : 2 * e + 4], index[2 * e : 2 * e + 4])
+            K[block] += bend[k] * _element_bending(step)
+            own[block] += heavy[k] * _element_mass(step)
+        masses.append(own)
+    M += sum(masses)
+    fixed = [i for i, value in springs.items() if np.isinf(value)]
+    for i, value in springs.items():
+        K[i, i] += 0.0 if np.isinf(value) else value
+    keep = np.setdiff1d(np.arange(total), fixed)
+    mode, inverse_square = _first_mode(K[np.ix_(keep, keep)], M[np.ix_(keep, keep)])
+    whole = np.zeros(total)
+    whole[keep] = mode
+    energy = np.array([whole @ own @ whole for own in masses])
+    return LineBending(float(1.0 / np.sqrt(inverse_square)), energy / (whole @ M @ whole))
+
+
+def _mesh(length: float, places: Sequence[float], elements: int) -> FloatArray:
+    """Places of the nodes of a shaft, with all bearings among them."""
+    stops = np.unique([0.0, length, *places])
+    counts = np.maximum(np.rint(elements * np.diff(stops) / length), 1).astype(int)
+    steps = [
+        np.linspace(start, end, number, endpoint=False)
+        for start, end, number in zip(stops[:-1], stops[1:], counts, strict=True)
+    ]
+    return np.append(np.concatenate(steps), length)
+
+
+def _element_bending(h: float) -> FloatArray:
+    rows = [
+        [12.0, 6.0 * h, -12.0, 6.0 * h],
+        [6.0 * h, 4.0 * h * h, -6.0 * h, 2.0 * h * h],
+        [-12.0, -6.0 * h, 12.0, -6.0 * h],
+        [6.0 * h, 2.0 * h * h, -6.0 * h, 4.0 * h * h],
+    ]
+    return np.array(rows) / h**3
+
+
+def _element_mass(h: float) -> FloatArray:
+    rows = [
+        [156.0, 22.0 * h, 54.0, -13.0 * h],
+        [22.0 * h, 4.0 * h * h, 13.0 * h, -3.0 * h * h],
+        [54.0, 13.0 * h, 156.0, -22.0 * h],
+        [-13.0 * h, -3.0 * h * h, -22.0 * h, 4.0 * h * h],
+    ]
+    return np.array(rows) * (h / 420.0)
+
+
+def _first_mode(K: FloatArray, M: FloatArray) -> tuple[FloatArray, float]:
+    """Mode of the lowest frequency and 1 / omega^2, from M x = K x / omega^2.
+
+    The greatest eigenvalue of the flexible side keeps the digits that stiff springs would take.
+    """
+    scale = 1.0 / np.sqrt(np.diag(K))
+    try:
+        root = np.linalg.cholesky(K * scale * scale[:, None])
+    except np.linalg.LinAlgError:
+        root = np.zeros_like(K)
+    if np.min(np.diag(root)) ** 2 <= _LOOSE:
+        raise ValueError(
+            "bearings of the line do not hold it across its axis: valid is a line whose joints all "
+            "stand on supports or on shafts that are held at two places"
+        )
+    back = np.linalg.solve(root, np.diag(scale))
+    values, vectors = np.linalg.eigh(back @ M @ back.T)
+    return back.T @ vectors[:, -1], float(values[-1])
 
 
 def _bearing_number(z: FloatArray) -> FloatArray:

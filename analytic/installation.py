@@ -25,10 +25,12 @@ from analytic._checks import (
     same_shape,
 )
 from analytic.compound_angle import angle_between
+from analytic.limits import SPEED_ANGLES
 
 __all__ = [
     "OperatingLengths",
     "TelescopeMargins",
+    "greatest_joint_angle",
     "joint_angles_from_slopes",
     "joint_efficiency",
     "operating_lengths",
@@ -150,6 +152,32 @@ def joint_angles_from_slopes(slopes: ArrayLike, headings: ArrayLike = 0.0) -> Fl
     """
     directions = shaft_directions(np.atleast_1d(real("slopes", slopes)), headings)
     return np.atleast_1d(angle_between(directions[..., :-1, :], directions[..., 1:, :]))
+
+
+def greatest_joint_angle(speed: ArrayLike) -> FloatArray:
+    """Greatest angle at which a joint should run at a speed, by a maker's table.
+
+    Args:
+        speed: of rotation [rad/s], not negative.
+
+    Returns:
+        beta [rad], in the shape of `speed`. Between the rows of the table speed times angle is
+        interpolated, above it that of the last row holds, below it the angle of the first.
+
+    Raises:
+        ValueError: an argument out of range.
+
+    Source:
+        Spicer driveline installation manual, `limits.SPEED_ANGLES`.
+
+    >>> rpm = np.array([1000.0, 3500.0, 5000.0, 10000.0])
+    >>> np.degrees(greatest_joint_angle(rpm * np.pi / 30)).round(2)
+    array([11.5,  5. ,  3.2,  1.6])
+    """
+    speed = not_negative("speed", speed)
+    speeds, angles = np.array(list(SPEED_ANGLES)), np.array(list(SPEED_ANGLES.values()))
+    reached = np.maximum(speed, speeds[0])
+    return np.asarray(np.interp(reached, speeds, speeds * angles) / reached)[()]
 
 
 def residual_unbalance(grade: ArrayLike, mass: ArrayLike, speed: ArrayLike) -> FloatArray:

@@ -46,15 +46,20 @@ class EquivalentDuty(NamedTuple):
 
 
 def required_rated_torque(
-    torque: ArrayLike, speed: ArrayLike, beta: ArrayLike, life: ArrayLike
+    torque: ArrayLike,
+    speed: ArrayLike,
+    beta: ArrayLike,
+    life: ArrayLike,
+    shock_factor: ArrayLike = 1.0,
 ) -> FloatArray:
-    """Rated torque T_D that a joint needs for a life, T_D = T (L_h n beta / 1.5e6)^0.3.
+    """Rated torque T_D that a joint needs for a life, T_D = T (L_h n beta K / 1.5e6)^0.3.
 
     Args:
         torque: T [N m], greater than 0.
         speed: speed of rotation [rad/s], greater than 0.
         beta: joint angle [rad], 0 <= beta < pi/2; below 3 degrees it counts as 3 degrees.
         life: L_h, B10 life that is asked for [h], greater than 0.
+        shock_factor: K, greater than 0.
 
     Returns:
         T_D [N m], in the broadcast shape.
@@ -69,8 +74,9 @@ def required_rated_torque(
     2185
     """
     torque, life = positive("torque", torque), positive("life", life)
-    n_beta = _n_beta(speed, beta, torque=torque, life=life)
-    return torque * (life * n_beta / 1.5e6) ** 0.3
+    shock = positive("shock_factor", shock_factor)
+    n_beta = _n_beta(speed, beta, torque=torque, life=life, shock_factor=shock)
+    return torque * (life * n_beta * shock / 1.5e6) ** 0.3
 
 
 def required_capacity(

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import isfinite, pi, radians
+from math import cos, isfinite, pi, radians
 from numbers import Real
 from types import MappingProxyType
 from typing import Literal, NamedTuple
@@ -26,6 +26,7 @@ __all__ = [
     "LIMITS",
     "POWER_FACTORS",
     "SERVICE_FACTORS",
+    "SPEED_ANGLES",
     "JointSize",
     "Limit",
 ]
@@ -79,10 +80,18 @@ _BEFCO = "Befco, driveline length instructions"
 LIMITS: Mapping[str, Limit] = MappingProxyType(
     {
         "residual_angle": Limit(radians(3.0), "rad", "catalogue chapter 6 (Klein), 6.4 and 6.5"),
-        "non_uniformity": Limit(0.0027, "1", "catalogue chapter 6 (Klein), U at 3 degrees"),
+        "non_uniformity": Limit(
+            1.0 / cos(radians(3.0)) - cos(radians(3.0)),
+            "1",
+            "catalogue chapter 6 (Klein), U at 3 degrees, printed as 0.0027",
+        ),
         "joint_angle": Limit(radians(6.0), "rad", _EDGE),
-        "angle_difference": Limit(radians(1.5), "rad", _EDGE),
-        "angle_difference_spicer": Limit(radians(1.0), "rad", _SPICER),
+        "least_joint_angle": Limit(
+            radians(0.5), "rad", f"{_SPICER}: rollers that do not turn wear the pins", "least"
+        ),
+        "speed_angle_share": Limit(1.0, "1", f"{_SPICER}, greatest angles by speed"),
+        "angle_difference": Limit(radians(1.0), "rad", f"{_SPICER}: equal within 1 degree"),
+        "angle_difference_edge": Limit(radians(1.5), "rad", _EDGE),
         "torsional_acceleration": Limit(300.0, "rad/s^2", f"{_PSS_LAYOUT}, normal"),
         "torsional_acceleration_greatest": Limit(500.0, "rad/s^2", f"{_PSS_LAYOUT}, greatest"),
         "torsional_acceleration_edge": Limit(400.0, "rad/s^2", f"{_EDGE}, behind its table"),
@@ -157,6 +166,26 @@ JOINT_SIZES: Mapping[str, JointSize] = MappingProxyType(
 
 Source: Dana commercial drive shafts catalogue, influence of speed and deflection angle, which
 prints 1/min and degrees/min.
+"""
+
+SPEED_ANGLES: Mapping[float, float] = MappingProxyType(
+    {
+        rpm * _RPM: radians(degrees)
+        for rpm, degrees in (
+            (1500.0, 11.5),
+            (2000.0, 8.7),
+            (2500.0, 7.0),
+            (3000.0, 5.8),
+            (3500.0, 5.0),
+            (4000.0, 4.2),
+            (4500.0, 3.7),
+            (5000.0, 3.2),
+        )
+    }
+)
+"""Greatest angle of a joint in normal operation [rad] by its speed [rad/s].
+
+Source: Spicer driveline installation manual, which prints 1/min and degrees.
 """
 
 SERVICE_FACTORS: Mapping[str, tuple[Limit, Limit]] = MappingProxyType(

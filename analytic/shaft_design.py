@@ -118,17 +118,23 @@ def speed_is_permissible(
 
 
 def joint_life(
-    speed: ArrayLike, beta: ArrayLike, torque: ArrayLike, rated_torque: ArrayLike
+    speed: ArrayLike,
+    beta: ArrayLike,
+    torque: ArrayLike,
+    rated_torque: ArrayLike,
+    shock_factor: ArrayLike = 1.0,
 ) -> FloatArray:
     """Life of the bearings of a joint, from its rated torque.
 
-    L_h = 1.5e6 / (n beta) (T_D / T)^(10/3), n in 1/min, beta in degrees.
+    L_h = 1.5e6 / (n beta K) (T_D / T)^(10/3), n in 1/min, beta in degrees.
 
     Args:
         speed: speed of rotation [rad/s], greater than 0.
         beta: joint angle [rad], 0 <= beta < pi/2; below 3 degrees it counts as 3 degrees.
         torque: T [N m], greater than 0.
         rated_torque: T_D [N m], the torque of 5000 h at n beta = 300, greater than 0.
+        shock_factor: K, greater than 0; it divides the life as in `joint_life_from_capacity`, of
+            which this is the same form, L_C = 1.5e-4 T_D^(10/3) with T_D in kN m.
 
     Returns:
         The life [h], in the broadcast shape.
@@ -143,8 +149,9 @@ def joint_life(
     5000.0
     """
     torque, rated = positive("torque", torque), positive("rated_torque", rated_torque)
-    n_beta = _n_beta(speed, beta, torque=torque, rated_torque=rated)
-    return 1.5e6 / n_beta * np.power(rated / torque, 10.0 / 3.0)
+    shock = positive("shock_factor", shock_factor)
+    n_beta = _n_beta(speed, beta, torque=torque, rated_torque=rated, shock_factor=shock)
+    return 1.5e6 / (n_beta * shock) * np.power(rated / torque, 10.0 / 3.0)
 
 
 def joint_life_from_capacity(

@@ -150,6 +150,8 @@ def print_report(report: LineReport, console: Console) -> None:
         table("forks", ("shaft", "given", "best"), phasing_rows(report.phasing))
     console.print(_verdict_table(report))
     console.print(f"Verdict: {report.verdict.summary}", highlight=False)
+    for text in report.verdict.remarks:
+        console.print(text, style="yellow", markup=False, highlight=False)
     for row in report.verdict.failed:
         place = row.where or "line"
         console.print(

@@ -7,7 +7,7 @@ from .examples import examples
 from .forces import LineForces
 from .geometry import Geometry
 from .layout import Layout
-from .parts import Bearing, DutyPoint, Joint, Shaft, Spline, Tube
+from .parts import Bearing, Centring, DutyPoint, Joint, Shaft, Spline, Tube
 from .phasing import Alternative, Phasing
 from .toml_schema import toml_schema
 from .variants import Variants
@@ -18,6 +18,7 @@ __all__ = [
     "Alternative",
     "Analysis",
     "Bearing",
+    "Centring",
     "DriveLine",
     "DutyPoint",
     "Geometry",

@@ -24,6 +24,7 @@ class Analysis(AnalysisData):
         bearings: names of its m bearings; `bearing_in` and `bearing_out` are those at the joints
             of end shafts without bearings of their own.
         splines: names of the s shafts that have a spline.
+        centrings: names of the c coupling pieces of centred double joints.
         speed: of the input shaft [rad/s].
         position: `(P,)` of the input shaft [rad], 0 where its fork's pin is horizontal.
         designs: adjustable joints to their positions `(D,)` in each design [rad or m]; empty

@@ -26,6 +26,7 @@ class AnalysisData:
         bearings: names of its m bearings; `bearing_in` and `bearing_out` are those at the joints
             of end shafts without bearings of their own.
         splines: names of the s shafts that have a spline.
+        centrings: names of the c coupling pieces of centred double joints.
         speed: of the input shaft [rad/s].
         position: `(P,)` of the input shaft [rad], 0 where its fork's pin is horizontal.
         designs: adjustable joints to their positions `(D,)` in each design [rad or m]; empty
@@ -50,6 +51,7 @@ class AnalysisData:
     joints: tuple[str, ...]
     bearings: tuple[str, ...]
     splines: tuple[str, ...]
+    centrings: tuple[str, ...]
     speed: float
     position: Array
     designs: Mapping[str, Array]

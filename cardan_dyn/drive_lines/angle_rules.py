@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from analytic import drive_acceleration, drive_line, single_joint, uniformity
+from analytic import drive_acceleration, drive_line, installation, single_joint, uniformity
 from analytic.limits import JOINT_SIZES, Limit
 
 from ..arrays import Array
+from ..errors import choices
 from .verdict_case import Case
 from .verdict_rows import Inverse, VerdictRow, judged, not_judged
 
@@ -59,7 +60,7 @@ def signs_hold(case: Case) -> tuple[str, ...]:
 
 
 def _is_square(case: Case) -> bool:
-    phases = case.line.fork_phases[case.line.joint_angles > 0.0]
+    phases = case.line.fork_phases[case.line.uneven_angles > 0.0]
     steps = np.diff(phases) / (np.pi / 2)
     return bool(np.all(np.abs(steps - np.round(steps)) * np.pi / 2 <= SQUARE))
 
@@ -80,10 +81,14 @@ def _joint_angles(case: Case) -> Iterator[VerdictRow]:
             yield judged(row, Limit(joint.largest_angle, "rad", "largest_angle of the joint"))
         else:
             yield judged(row, None, "give largest_angle of the joint")
+        is_single = joint.kind == "cross" and not {k, k + 1} & set(line.centred)
         for name, what in (("joint_angle", "of road vehicles"), ("pto_angle", "continuous, PTO")):
             limit = case.limit(name)
-            if limit is not None:
+            # Rules of single joints with a cross: others turn evenly, alone or in pairs.
+            if limit is not None and is_single:
                 yield judged(replace(row, quantity=f"joint angle, {what}"), limit)
+        if is_single:
+            yield from _practical_angles(case, row)
     for k in range(line.count - 1):
         row = VerdictRow(
             rule="joint_angles",
@@ -91,11 +96,41 @@ def _joint_angles(case: Case) -> Iterator[VerdictRow]:
             quantity="difference of both joint angles",
             value=float(abs(line.joint_angles[k + 1] - line.joint_angles[k])),
             unit="rad",
-            broken=("of a shaft whose two joints compensate: here more joints do",)
-            if line.count > 2
-            else (),
         )
+        other = _compensated_otherwise(case)
+        if other:
+            yield judged(replace(row, note=f"does not apply: {other}"), None)
+            continue
         yield judged(row, case.limit("angle_difference"), case.why_not("angle_difference"))
+
+
+def _practical_angles(case: Case, row: VerdictRow) -> Iterator[VerdictRow]:
+    """Yield the rows of an angle that makers want at least, and at most at the line's speed."""
+    name = "least_joint_angle"
+    yield judged(replace(row, quantity="least joint angle"), case.limit(name), case.why_not(name))
+    quantity, fastest = "joint angle at the greatest speed", case.fastest
+    share = case.limit("speed_angle_share")
+    if share is None:
+        reason = case.why_not("speed_angle_share")
+        yield not_judged(row.rule, row.where, quantity, reason)
+    elif fastest is None or not fastest.speed:
+        yield not_judged(row.rule, row.where, quantity, "give speed")
+    else:
+        most = share.value * float(installation.greatest_joint_angle(fastest.speed))
+        held = replace(row, quantity=quantity, condition=fastest.name)
+        yield judged(held, Limit(most, "rad", share.source))
+
+
+def _compensated_otherwise(case: Case) -> str:
+    """Return why the angles of a shaft's two joints need not be equal; empty if they do."""
+    line = case.line
+    crosses = sum(joint.kind == "cross" for joint in line.joints)
+    if line.count > 2 or crosses < 2:
+        return "more joints than those of this shaft compensate each other; see residual angle"
+    apart = float(line.fork_phases[1] - line.fork_phases[0])
+    if abs(np.cos(apart)) > SQUARE:
+        return "the forks do not stand so that both joints compensate; see residual angle"
+    return ""
 
 
 def _slopes(case: Case) -> Iterator[VerdictRow]:
@@ -116,12 +151,13 @@ def _slopes(case: Case) -> Iterator[VerdictRow]:
 
 def _uniformity(case: Case) -> Iterator[VerdictRow]:
     line = case.line
-    betas, phases, count = line.joint_angles, line.fork_phases, line.count
+    betas, phases, count = line.uneven_angles, line.fork_phases, line.count
     exact = float(drive_line.residual_angle(betas, phases))
     by_rule = float(drive_line.residual_angle_approximate(betas, phases))
     broken = (*signs_hold(case), *first_order(exact, by_rule))
     limit = case.limit("residual_angle")
-    rest = _allowed_last(case, limit) if limit is not None and count > 1 else ()
+    is_joint = line.joints[-1].kind == "cross" and line.count - 1 not in line.centred
+    rest = _allowed_last(case, limit) if limit is not None and count > 1 and is_joint else ()
     where = line.shaft_names[-1]
     residual = VerdictRow(
         rule="uniformity",
@@ -134,7 +170,8 @@ def _uniformity(case: Case) -> Iterator[VerdictRow]:
         inverses=rest,
         note=_lead(exact),
     )
-    yield judged(residual, limit, case.why_not("residual_angle"))
+    held = judged(residual, limit, case.why_not("residual_angle"))
+    yield held
     non_uniformity = VerdictRow(
         rule="uniformity",
         where=where,
@@ -144,7 +181,13 @@ def _uniformity(case: Case) -> Iterator[VerdictRow]:
         broken=broken[:1] if signs_hold(case) else (),
         inverses=_allowed_by_u(case.limit("non_uniformity")),
     )
-    yield judged(non_uniformity, case.limit("non_uniformity"), case.why_not("non_uniformity"))
+    of_u = judged(non_uniformity, case.limit("non_uniformity"), case.why_not("non_uniformity"))
+    # Unless both are given, both are the limit of one angle: rounding must not part them.
+    yield (
+        of_u
+        if {"residual_angle", "non_uniformity"} <= case.given
+        else replace(of_u, status=held.status)
+    )
     for k in range(1, count):
         beta = float(drive_line.residual_angle(betas[:k], phases[:k]))
         yield VerdictRow(
@@ -179,7 +222,7 @@ def _allowed_last(case: Case, limit: Limit) -> tuple[Inverse, ...]:
     from scipy.optimize import brentq
 
     line = case.line
-    betas, phases = line.joint_angles.copy(), line.fork_phases
+    betas, phases = line.uneven_angles.copy(), line.fork_phases
 
     def excess(last: float) -> float:
         betas[-1] = last
@@ -219,7 +262,7 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
     if fastest is None or fastest.speed is None:
         yield not_judged("accelerations", "", "torsional acceleration", "give speed")
         return
-    betas, phases, speed = line.joint_angles, line.fork_phases, fastest.speed
+    betas, phases, speed = line.uneven_angles, line.fork_phases, fastest.speed
     residual = float(drive_line.residual_angle(betas, phases))
     # Seen from the output, every joint has its other pin as the driving one.
     back = betas[::-1], phases[::-1] + np.pi / 2
@@ -279,6 +322,13 @@ def _allowed_speed(limit: Limit | None, ratio: float, speed: float) -> tuple[Inv
     return (Inverse("allowed speed", float(np.sqrt(limit.value / ratio)), "rad/s"), *angles)
 
 
+def _unknown_size(size: str) -> str:
+    """Return that a size is in no table, if one is given."""
+    if not size.strip() or size.strip().upper() in _sizes():
+        return ""
+    return f"; its size {size!r} is none of Dana's: {choices(_sizes(), size)}"
+
+
 @cache
 def _sizes() -> dict[str, Any]:
     return {size.upper(): entry for size, entry in JOINT_SIZES.items()}
@@ -303,7 +353,7 @@ def _n_beta(case: Case) -> Iterator[VerdictRow]:
             unit="rad/s",
             condition=fastest.name,
         )
-        missing = "give largest_speed of the joint, or its size"
+        missing = "give largest_speed of the joint, or its size" + _unknown_size(joint.size)
         yield judged(row, None if bound is None else Limit(bound, "rad/s", source), missing)
         product = joint.largest_n_beta or (known.n_beta if known else None)
         source = (
@@ -322,7 +372,7 @@ def _n_beta(case: Case) -> Iterator[VerdictRow]:
             inverses=inverses,
             broken=_far_from_usual(case, k) if product is not None else (),
         )
-        missing = "give largest_n_beta of the joint, or its size"
+        missing = "give largest_n_beta of the joint, or its size" + _unknown_size(joint.size)
         yield judged(row, None if product is None else Limit(product, "rad^2/s", source), missing)
 
 

@@ -24,7 +24,7 @@ from ..checks import described
 from ..errors import ArgumentError, choices
 from .drive_line import DriveLine
 from .fork_choice import halved
-from .parts import Bearing, Shaft, Spline
+from .parts import Bearing, Centring, Shaft, Spline
 from .phasing import phasing
 
 PARALLEL = ("common", "input", "output")
@@ -203,8 +203,8 @@ def centred_double_joint(
     Args:
         angle: between input and output shaft [rad], 0 <= angle < π.
         arm: half the distance of the joints [m].
-        equal_at: angle for which the centring is made [rad]; this angle unless given, as if the
-            centring halved every angle.
+        equal_at: angle for which the centring is made, a ball fixed to the output shaft [rad];
+            unless given a disc, which halves every angle.
         fields: others of the `DriveLine`.
 
     Raises:
@@ -218,17 +218,15 @@ def centred_double_joint(
     """
     total = _within(angle, "angle", 0.0, math.pi)
     made_for = total if equal_at is None else _within(equal_at, "equal_at", 0.0, math.pi)
-    if equal_at is None:
-        first = total / 2.0
-    else:
-        sine = math.sin(total) / (2.0 * math.cos(made_for / 2.0))
-        if sine >= 1.0:
-            raise ArgumentError(
-                f"angle = {math.degrees(total):.6g}° is out of the reach of a centring made for "
-                f"{math.degrees(made_for):.6g}°; give a smaller one"
-            )
-        first = math.asin(sine)
-    coupling = Shaft(name="coupling", length=2.0 * arm, slope_side=first - total / 2.0)
+    kind = Centring()
+    if equal_at is not None and math.sin(total) < 2.0 * math.cos(made_for / 2.0):
+        kind = Centring(kind="ball", equal_at=made_for)
+    elif equal_at is not None:
+        raise ArgumentError(
+            f"angle = {math.degrees(total):.6g}° is out of the reach of a centring made for "
+            f"{math.degrees(made_for):.6g}°; give a smaller one"
+        )
+    coupling = Shaft(name="coupling", length=2.0 * arm, centring=kind)
     ends = (Shaft(slope_side=-total / 2.0), Shaft(slope_side=total / 2.0))
     return DriveLine(shafts=(ends[0], coupling, ends[1]), **fields)
 

@@ -15,6 +15,14 @@ The links that turn are `shaft_k`, behind its spline `slide_k`, its rear fork `f
   their origins at the centres of the first and the last joint; an end shaft without bearings turns
   on its place in this one alone.
 
+- A joint of constant velocity bends about `pin_k_in`, `pin_k_bend` and `pin_k_out`, of which the
+  last one follows the first: so its halves are mirror images, and it passes on all rotation.
+- `centring_k` is the centring of the coupling piece k: a ball between the shafts beside it. A ball
+  that slides along one of them has a cage on it; where both reach into a disc, `centring_k` holds
+  the shaft behind the piece and `centring_front_k` the one before it, in cages that slide through
+  the disc, and the disc slides in the middle plane of the piece. Studs are as long as the angles of
+  the data need.
+
 Shafts with bearings hang from their places, and a loop joins them to the cross before them; others
 hang from that cross. So no chain of links is longer than it has to be.
 
@@ -32,13 +40,13 @@ import math
 
 import numpy as np
 
-from .geometry import leftwards
+from .geometry import centring_places, leftwards
 from .inertias import Body, cross_inertia, shaft_bodies
 from .line_data import LineData
 from .robot import Robot, rpy
 from .supports import Support, Supports, hangs_by_rear, spline_distance, supports
 from .visuals import cross_visuals, shaft_visuals
-from .zero import Zero, zero
+from .zero import Zero, line_zero
 
 X, Y, Z = np.eye(3)
 
@@ -64,7 +72,8 @@ class _Writer(Robot):
     def __init__(self, line: LineData) -> None:
         self.line = line
         self.supports = supports(line)
-        self.zero = zero(line.geometry, line.fork_offsets)
+        self.zero = line_zero(line)
+        self.rears: dict[int, str] = {}
         super().__init__(line.name or "drive_line")
 
     def write(self) -> None:
@@ -76,7 +85,41 @@ class _Writer(Robot):
                 self.cross(k)
                 turn = (0.0, self.zero.driving[k - 1], 0.0)
                 self.joint(f"pin_{k}_in", "continuous", fork, f"cross_{k}", Y, rpy=turn)
-            fork = self.shaft(k)
+            self.rears[k] = fork = self.shaft(k)
+            if k > 1 and self.line.shafts[k - 1].centring is not None:
+                self.centring(k - 1)
+
+    def centring(self, k: int) -> None:
+        """Write the centring of coupling piece k between the shafts beside it."""
+        found, kind = self.line.geometry, self.line.shafts[k].centring
+        if kind is None:
+            return
+        before, behind = centring_places(self.line.shafts, found, k)
+        front, rear = (self.rears[k - 1], before), (f"shaft_{k + 1}", -behind)
+        if kind.kind == "ball":
+            fixed, along = (rear, front) if kind.fixed_to == "rear" else (front, rear)
+            self.caged(f"centring_{k}", along, fixed)
+            return
+        # Where the disc is in the piece: that turns at zero as its pins do.
+        point = found.frames[k].T @ (before * found.directions[k - 1])
+        turned = self.zero.rotations[k]
+        turn = np.array([[np.cos(turned), np.sin(turned)], [-np.sin(turned), np.cos(turned)]])
+        place = (point[0], *(turn @ point[1:]))
+        self.link(f"disc_{k}_y")
+        self.link(f"disc_{k}")
+        self.joint(f"disc_slide_{k}_y", "prismatic", f"shaft_{k}", f"disc_{k}_y", Y, xyz=place)
+        self.joint(f"disc_slide_{k}_z", "prismatic", f"disc_{k}_y", f"disc_{k}", Z)
+        self.caged(f"centring_front_{k}", (f"disc_{k}", 0.0), front)
+        self.caged(f"centring_{k}", (f"disc_{k}", 0.0), rear)
+
+    def caged(self, name: str, along: tuple[str, float], fixed: tuple[str, float]) -> None:
+        """Write a ball fixed to one link in a cage that slides along x of another one."""
+        none = (0.0, 0.0, 0.0)
+        self.link(f"cage_{name}")
+        at = (along[1], 0.0, 0.0)
+        self.joint(f"cage_slide_{name}", "prismatic", along[0], f"cage_{name}", X, xyz=at)
+        ends = (f"cage_{name}", none, none), (fixed[0], (fixed[1], 0.0, 0.0), none)
+        self.loop(name, "spherical", *ends)
 
     def cross(self, k: int) -> None:
         """Write the cross of a joint, with x along the normal of its pins."""
@@ -205,13 +248,30 @@ class _Writer(Robot):
     def driven(self, k: int, has_place: bool) -> None:
         """Write the driven pin of joint k, which is a loop if the shaft has a place of its own."""
         turn = self.zero.driven[k - 1]
-        if has_place:
+        if self.line.joints[k - 1].kind == "constant_velocity":
+            self.driven_evenly(k, has_place)
+        elif has_place:
             here, straight = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
             ends = (f"cross_{k}", here, (0.0, 0.0, turn)), (f"shaft_{k}", here, straight)
             self.loop(f"pin_{k}_out", "continuous", *ends, axis=Z)
         else:
             rpy = (0.0, 0.0, turn)
             self.joint(f"pin_{k}_out", "continuous", f"cross_{k}", f"shaft_{k}", Z, rpy=rpy)
+
+    def driven_evenly(self, k: int, has_place: bool) -> None:
+        """Write the rear half of a joint of constant velocity, the mirror image of the front."""
+        bend, turn = (0.0, 0.0, 2.0 * self.zero.driven[k - 1]), (0.0, self.zero.driving[k - 1], 0.0)
+        self.link(f"half_{k}")
+        self.joint(f"pin_{k}_bend", "continuous", f"cross_{k}", f"half_{k}", Z, rpy=bend)
+        name, end = f"pin_{k}_out", f"shaft_{k}"
+        if has_place:
+            name, end = f"pin_{k}_turn", f"follower_{k}"
+            self.link(end)
+        follower = self.joint(name, "continuous", f"half_{k}", end, Y, rpy=turn)
+        self.mimic(follower, f"pin_{k}_in")
+        if has_place:
+            none = (0.0, 0.0, 0.0)
+            self.loop(f"pin_{k}_out", "fixed", (end, none, none), (f"shaft_{k}", none, none))
 
     def rear_piece(self, k: int, body: Body | None) -> str:
         """Write what lies behind a shaft's spline; return its link, or the shaft's without one.

@@ -44,6 +44,8 @@ class DriveLine(PhasedLine):
             limits that hold for one of them alone are not judged unless given.
         service_factor: K, shock torque over torque; 1 unless given.
         reversing: whether the torque changes its sense.
+        acceleration: greatest angular acceleration of the input shaft, running up or braking, on
+            top of the torque [rad/s²]; the verdict counts with none unless given.
         life: that is asked of the joints' bearings [s].
 
     Raises:
@@ -220,7 +222,10 @@ class DriveLine(PhasedLine):
 
         Values are exact where closed forms or the analysis give them, with those of the rule
         beside them; rows say which data they lack, and which assumptions of the rule do not hold.
-        The line is judged at its own speed and torque and at those of its duty cycle.
+        The line is judged at its own speed and torque and at those of its duty cycle. Of forces the
+        worst counts, joint by joint and bearing by bearing, in each direction: with the shock
+        torque and without, at rest and at speed, with splines that slide in and out, run up and
+        braked, under the weight of the line.
 
         Args:
             limits: names of `analytic.limits.LIMITS` to other values [SI units, radians] or
@@ -228,15 +233,15 @@ class DriveLine(PhasedLine):
                 `torsional_distance` (least distance of speeds from torsional critical ones,
                 relative to these) and `critical_constant` (of bending speeds [rad m/s], or a name
                 of `analytic.limits.CRITICAL_CONSTANTS`).
-            analysis: one of this line, whose speed, torque and forces count instead of the line's
-                own; without it, forces are those of a steady turn without weight.
+            analysis: one of this line, whose speed and torque count instead of the line's own, and
+                whose forces count besides the worst of these.
 
         Raises:
             ArgumentError: an unknown limit, or one that is no number; an analysis of another line.
         """
         from .verdict import verdict  # Imported here: as above.
 
-        return verdict(self, limits, analysis, lambda: self.analyse(speed=1.0, torque=1.0))
+        return verdict(self, limits, analysis, lambda line, **options: line.analyse(**options))
 
     def replace(self, **changes: Any) -> DriveLine:
         """Return a line that differs in some fields.

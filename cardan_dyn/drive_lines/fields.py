@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +30,7 @@ class Entry(NamedTuple):
         most: greatest valid value.
         below: value that valid ones stay under.
         type: the dataclass of parts.
+        usual: range of values that lines have; others are valid, and remarked on.
     """
 
     kind: str
@@ -40,6 +41,7 @@ class Entry(NamedTuple):
     most: float | None = None
     below: float | None = None
     type: Any = None
+    usual: tuple[float, float] | None = None
 
     def allowed(self, unit: Unit | None = None) -> str:
         """Return valid values in words, in a unit; in SI units unless given."""
@@ -75,7 +77,7 @@ def _field(entry: Entry, default: Any) -> Any:
 
 
 def quantity(
-    dimension: str, meaning: str, default: Any = dataclasses.MISSING, **limits: float
+    dimension: str, meaning: str, default: Any = dataclasses.MISSING, **limits: Any
 ) -> Any:
     """Return a field that holds a number of a dimension; None as its default makes it optional."""
     return _field(Entry("quantity", meaning, dimension, **limits), default)
@@ -109,6 +111,24 @@ def parts(kind: type, meaning: str, default: Any = ()) -> Any:
 def entries(kind: Any) -> dict[str, tuple[dataclasses.Field[Any], Entry]]:
     """Return the fields of a dataclass with what they hold."""
     return {item.name: (item, item.metadata["entry"]) for item in dataclasses.fields(kind)}
+
+
+def unusual(instance: Any, at: str = "") -> Iterator[str]:
+    """Yield what of a dataclass and its parts is valid, but outside of what lines have."""
+    for name, (_, entry) in entries(type(instance)).items():
+        value, place = getattr(instance, name), f"{at}{name}"
+        if entry.kind == "part" and value is not None:
+            yield from unusual(value, f"{place}.")
+        elif entry.kind == "parts":
+            for index, item in enumerate(value):
+                yield from unusual(item, f"{place}[{index}].")
+        elif entry.usual is not None and value is not None:
+            low, high = entry.usual
+            if value and not low <= abs(value) <= high:
+                yield (
+                    f"{place} = {value:.6g} {SI[entry.dimension]} is unusual: lines have "
+                    f"{low:g} to {high:g}; is its unit right?"
+                )
 
 
 def settle(instance: Any) -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from analytic import axial_force, fork_couples, line_forces
+from analytic import axial_force, drive_line, fork_couples, line_forces
 from analytic.limits import Limit
 from analytic.support_forces import Spans
 
@@ -17,7 +17,7 @@ from .analysis import Analysis
 from .parts import Bearing, Shaft
 from .supports import supports
 from .verdict_case import Case
-from .verdict_rows import Inverse, VerdictRow, judged, not_judged
+from .verdict_rows import NOT_JUDGED, PASS, Inverse, VerdictRow, judged, not_judged
 
 _HALF_RIGHT = math.pi / 4
 _SMALL = 1e-9
@@ -33,22 +33,27 @@ def force_rules(case: Case) -> Iterator[VerdictRow]:
     else:
         yield from _couples(case)
         yield from _bearings(case)
+        yield from _centrings(case)
     yield from _axial(case)
 
 
 def _couples(case: Case) -> Iterator[VerdictRow]:
     line, strongest = case.line, case.strongest
-    torque = abs((strongest.torque if strongest else None) or 0.0)
+    torque = abs((strongest.torque if strongest else None) or 0.0) * case.service_factor
     before, points_in = case.worst(lambda item: item.bending_in)
     behind, points_out = case.worst(lambda item: item.bending_out)
     for k, beta in enumerate(line.joint_angles):
         rule = fork_couples.fork_couples(float(beta), torque)
+        couples = (float(rule.input_normal), float(rule.output_in_plane))
+        is_even = line.joints[k].kind == "constant_velocity"
+        if is_even:
+            couples = (torque * math.tan(beta / 2.0),) * 2
         for sides, points, by_rule, text in (
-            (before, points_in, rule.input_normal, "before"),
-            (behind, points_out, rule.output_in_plane, "behind"),
+            (before, points_in, couples[0], "before"),
+            (behind, points_out, couples[1], "behind"),
         ):
             broken = list(_with_mass(case))
-            if text == "behind" and beta > _HALF_RIGHT:
+            if text == "behind" and beta > _HALF_RIGHT and not is_even:
                 broken.append("up to 45°: the shaft behind is bent more between both positions")
             if k > 0:
                 broken.append("torque of the input shaft: joints before this one vary it")
@@ -58,8 +63,9 @@ def _couples(case: Case) -> Iterator[VerdictRow]:
                 quantity=f"bending moment {text} the joint",
                 value=float(sides[k]),
                 unit="N m",
-                rule_value=float(by_rule),
-                condition=points[k].name,
+                rule_value=by_rule,
+                condition=points[k].point.name,
+                note=points[k].how,
                 source="none: bearings and shafts carry it",
                 broken=tuple(broken),
             )
@@ -72,16 +78,16 @@ def _with_mass(case: Case) -> tuple[str, ...]:
 
 
 def _bearings(case: Case) -> Iterator[VerdictRow]:
-    line, unit = case.line, case.unit
+    unit = case.unit
     if unit is None:
         return
-    radial, points = case.worst(lambda item: item.bearing_radial)
-    axial, axial_points = case.worst(lambda item: item.bearing_axial)
+    radial, cases = case.worst(lambda item: item.bearing_radial)
+    axial, axial_cases = case.worst(lambda item: item.bearing_axial)
     by_rule, reason = _by_statics(case)
     by_name = _by_name(case, unit)
+    sliding = ["no axial force in the spline: the value is with its friction"]
     broken = [*_with_mass(case), *([reason] if reason else [])]
-    if any(shaft.spline is not None and shaft.spline.friction for shaft in line.shafts):
-        broken.append("no axial force in the spline: its friction comes on top, see axial force")
+    broken += sliding if _slides(case) else []
     if unit.indeterminate:
         broken.append(
             "statics leaves forces open; the least ones are shown: " + unit.indeterminate[0]
@@ -95,15 +101,17 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
             value=float(radial[index]),
             unit="N",
             rule_value=by_rule.get(name),
-            condition=points[index].name,
+            condition=cases[index].point.name,
+            note=cases[index].how,
             broken=tuple(broken),
         )
         limit = bearing.radial_limit if bearing else None
         if limit is not None and radial[index]:
-            torque = abs(points[index].torque or 0.0) * limit / float(radial[index])
+            torque = abs(cases[index].point.torque or 0.0) * limit / float(radial[index])
             row = _with_inverse(case, row, torque)
         missing = "give radial_limit of the bearing" if bearing else "a bearing at the joint itself"
-        yield judged(row, None if limit is None else Limit(limit, "N", "radial_limit"), missing)
+        held = judged(row, None if limit is None else Limit(limit, "N", "radial_limit"), missing)
+        yield _unless_friction_is_unknown(case, held)
         along = bearing.axial_limit if bearing else None
         if along is not None or axial[index] > _SMALL * max(radial.max(), 1.0):
             row = VerdictRow(
@@ -112,11 +120,63 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
                 quantity="force along the shaft",
                 value=float(axial[index]),
                 unit="N",
-                condition=axial_points[index].name,
-                broken=tuple(broken[1:] if not reason else broken),
+                condition=axial_cases[index].point.name,
+                note=axial_cases[index].how,
+                broken=tuple(broken),
             )
+            if along is not None and axial[index]:
+                torque = abs(axial_cases[index].point.torque or 0.0) * along / float(axial[index])
+                row = _with_inverse(case, row, torque)
             missing = "give axial_limit of the bearing" if bearing else "no bearing of its own"
-            yield judged(row, None if along is None else Limit(along, "N", "axial_limit"), missing)
+            held = judged(row, None if along is None else Limit(along, "N", "axial_limit"), missing)
+            yield _unless_friction_is_unknown(case, held)
+
+
+def _centrings(case: Case) -> Iterator[VerdictRow]:
+    """Yield the rows of centred double joints: how evenly they turn, and the force inside."""
+    line = case.line
+    if not line.centred:
+        return
+    forces, cases = case.worst(lambda item: item.centring)
+    for index, k in enumerate(line.centred):
+        kind, where = line.shafts[k].centring, line.shaft_names[k]
+        pair = slice(k - 1, k + 1)
+        yield VerdictRow(
+            rule="centred_double_joint",
+            where=where,
+            quantity="residual angle of both joints together",
+            value=float(drive_line.residual_angle(line.joint_angles[pair], line.fork_phases[pair])),
+            unit="rad",
+            source="stated: the whole line is judged",
+        )
+        row = VerdictRow(
+            rule="centred_double_joint",
+            where=where,
+            quantity="force in the centring",
+            value=float(forces[index]),
+            unit="N",
+            condition=cases[index].point.name,
+            note=cases[index].how,
+            broken=_with_mass(case),
+        )
+        most = None if kind is None else kind.force_limit
+        limit = None if most is None else Limit(most, "N", "force_limit of the centring")
+        held = judged(row, limit, "give force_limit of the centring")
+        yield _unless_friction_is_unknown(case, held)
+
+
+def _slides(case: Case) -> bool:
+    """Return whether a spline of the line has friction."""
+    return any(shaft.spline is not None and shaft.spline.friction for shaft in case.line.shafts)
+
+
+def _unless_friction_is_unknown(case: Case, row: VerdictRow) -> VerdictRow:
+    """Return the row of a bearing, which passes nothing while a force that loads it is unknown."""
+    if row.status != PASS or not case.unknown_frictions:
+        return row
+    named = ", ".join(case.unknown_frictions)
+    text = f"not judged: give friction and radius of the spline of {named}, 0 for none"
+    return replace(row, status=NOT_JUDGED, note="; ".join(filter(None, [row.note, text])))
 
 
 def _with_inverse(case: Case, row: VerdictRow, torque: float) -> VerdictRow:
@@ -140,17 +200,18 @@ def _by_statics(case: Case) -> tuple[dict[str, float], str]:
     spans = _spans(line.shafts)
     inner = line.shafts[1:-1]
     counts = [len(shaft.bearings) for shaft in inner]
-    if spans is None or line.count < 2 or counts != [1] * (line.count - 2) + [0]:
+    others = line.centred or any(joint.kind != "cross" for joint in line.joints)
+    if others or spans is None or line.count < 2 or counts != [1] * (line.count - 2) + [0]:
         return {}, (
-            "two bearings on both end shafts and one centre bearing on each intermediate shaft "
-            "but the last: this line has others, no closed form"
+            "two bearings on both end shafts, one centre bearing on each intermediate shaft but "
+            "the last, and joints with a cross: this line has others, no closed form"
         )
     if strongest is None or not strongest.torque:
         return {}, ""
     found = line_forces.line_support_forces(
         line.geometry.directions,
-        np.linspace(0.0, np.pi, 180, endpoint=False),
-        strongest.torque,
+        np.linspace(0.0, np.pi, 1440, endpoint=False),
+        strongest.torque * case.service_factor,
         line.geometry.lengths[1:-1],
         np.array([shaft.bearings[0].distance for shaft in inner[:-1]]),
         spans,
@@ -188,28 +249,39 @@ def _axial(case: Case) -> Iterator[VerdictRow]:
         spline, where = shaft.spline, line.shaft_names[k]
         if spline is None:
             continue
-        if strongest is None or strongest.torque is None or spline.radius is None:
-            missing = "radius of the spline" if spline.radius is None else "torque"
+        lacking = [name for name in ("friction", "radius") if getattr(spline, name) is None]
+        if spline.friction == 0.0 or strongest is None or strongest.torque is None:
+            lacking = []
+        if lacking or strongest is None or strongest.torque is None:
+            missing = f"{' and '.join(lacking)} of the spline" if lacking else "torque"
             reason = f"give {missing}"
             yield not_judged("axial_force", where, "force of the sliding spline", reason)
             continue
+        friction, radius = spline.friction or 0.0, spline.radius or 1.0
         beta = float(line.joint_angles[k - 1])
-        # The torque in this shaft varies as the joints before it turn unevenly.
-        torque = abs(strongest.torque)
-        if case.forces:
-            torque = float(case.worst(lambda item: item.torsion_out)[0][k - 1])
+        most = abs(strongest.torque) * case.service_factor
+        force, condition, how = most * friction / radius, strongest.name, ""
+        if case.forces and case.unit is not None:
+            # The torque in this shaft varies as the joints before it turn unevenly.
+            index = case.unit.splines.index(where)
+            sizes, cases = case.worst(lambda item: item.spline_friction)
+            force, condition = float(sizes[index]), cases[index].point.name
+            how = cases[index].how
         yield VerdictRow(
             rule="axial_force",
             where=where,
             quantity="force of the sliding spline",
-            value=torque * spline.friction / spline.radius,
+            value=force,
             unit="N",
-            rule_value=float(
-                axial_force.axial_force(strongest.torque, beta, spline.radius, spline.friction)
-            ),
-            condition=strongest.name,
+            rule_value=float(axial_force.axial_force(most, beta, radius, friction)),
+            condition=condition,
             source="none: locating bearings carry it",
-            note=f"μ = {spline.friction:g}; lubrication pressure times area comes on top",
+            note="; ".join(
+                filter(
+                    None,
+                    [how, f"μ = {friction:g}; lubrication pressure times area comes on top"],
+                )
+            ),
             broken=(
                 "mu T cos(beta) / r: the torque in the shaft is the one that varies over the "
                 "turn, between T cos(beta) and T / cos(beta)",

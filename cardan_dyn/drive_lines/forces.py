@@ -28,6 +28,9 @@ class LineForces(NamedTuple):
             axes that turn with the shaft; x is its friction. In
             all designs a spline is at the distance from the front joint that the data say.
         spline_moment: `(…, s, 3)` moment likewise [N·m]; x is the torque through it.
+        centring_force: `(…, c, 3)` force of the centring of each coupling piece on the shaft that
+            its ball is fixed to, of a disc on the shaft behind the piece [N], in axes that turn
+            with the shaft that the ball slides along, or with the piece.
         holding_moment: `(…, n)` moment that keeps each joint angle, positive if it acts on what
             lies behind the joint in the sense in which its angle grows [N·m].
         drive_torque: `(…)` torque that drives the input shaft [N·m].
@@ -39,6 +42,7 @@ class LineForces(NamedTuple):
     bearing_force: Array
     spline_force: Array
     spline_moment: Array
+    centring_force: Array
     holding_moment: Array
     drive_torque: Array
     load_torque: Array
@@ -87,6 +91,11 @@ class LineForces(NamedTuple):
     def spline_bending(self) -> Array:
         """Bending moment at the middle of each spline `(…, s)` [N·m]."""
         return np.hypot(self.spline_moment[..., 1], self.spline_moment[..., 2])
+
+    @property
+    def centring(self) -> Array:
+        """Size of the force in the centring of each coupling piece `(…, c)` [N]."""
+        return np.asarray(np.linalg.norm(self.centring_force, axis=-1))
 
     def times(self, factor: Array) -> LineForces:
         """Return these forces times a factor `(…)`; what acts on a line without inertia is so."""

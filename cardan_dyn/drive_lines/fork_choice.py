@@ -140,6 +140,16 @@ def _blocks(allowed: Allowed) -> list[list[int]]:
     return blocks
 
 
+def _combinations(sizes: Sequence[int]) -> Array:
+    """Return all ways to pick one of each size, `(c, s)` indices: of any number of sizes."""
+    # A grid has as many dimensions as there are sizes, and NumPy's arrays have 32 at most.
+    picks = np.zeros((1, 0), dtype=int)
+    for size in sizes:
+        added = np.tile(np.arange(size), len(picks))
+        picks = np.column_stack([np.repeat(picks, size, axis=0), added])
+    return picks
+
+
 def _polygons(
     betas: Array, planes: Array, allowed: Allowed, corners: Sequence[int], count: int
 ) -> Choice:
@@ -150,14 +160,14 @@ def _polygons(
         lists = [values for index in block[1:] if (values := allowed[index - 1]) is not None]
         of_block = np.zeros((1, 1))
         if lists:
-            offsets = np.stack([mesh.ravel() for mesh in np.meshgrid(*lists)], axis=1)
-            of_block = phases_of(offsets, planes[block])
+            chosen_of = _combinations([len(values) for values in lists])
+            columns = [values[chosen_of[:, i]] for i, values in enumerate(lists)]
+            of_block = phases_of(np.stack(columns, axis=1), planes[block])
         phases.append(of_block)
         sides.append(distance(drive_line.residual_angle(betas[block], of_block)))
     ends = [block[-1] + 1 for block in blocks]
     links = [number for number, end in enumerate(ends, 1) if end in corners]
-    picks = np.stack(np.meshgrid(*(np.arange(len(side)) for side in sides), indexing="ij"), -1)
-    picks = picks.reshape(-1, len(blocks))
+    picks = _combinations([len(side) for side in sides])
     of_links = np.stack([side[picks[:, k]] for k, side in enumerate(sides)], axis=1)
     values = least_greatest(of_links, links)
     for corner in (corner for corner in corners if corner < ends[0]):

@@ -103,6 +103,49 @@ def geometry(shafts: Sequence[Shaft]) -> Geometry:
     return Geometry(*map(read_only, arrays))
 
 
+def centring_places(shafts: Sequence[Shaft], found: Geometry, index: int) -> tuple[float, float]:
+    """Return where the axes beside a coupling piece meet.
+
+    Args:
+        shafts: of the line.
+        found: its geometry.
+        index: of the shaft with the centring.
+
+    Returns:
+        Distances of the centring along the flow behind the joint before the piece, and before the
+        joint behind it [m].
+    """
+    front, rear = found.joint_angles[index - 1 : index + 1]
+    return _centring(shafts[index], float(found.lengths[index]), float(front + rear))[1:]
+
+
+def _centring(piece: Shaft, length: float, angle: float) -> tuple[float, float, float]:
+    """Return the angle of the joint before a coupling piece, and `centring_places`.
+
+    By the sine rule in the triangle of both joints and the centring.
+
+    Raises:
+        ModelError: the centring does not reach that angle.
+    """
+    kind = piece.centring
+    if kind is None or kind.kind == "disc" or kind.equal_at is None:
+        arm = length / 2.0 / math.cos(angle / 2.0)
+        return angle / 2.0, arm, arm
+    fixed = length / 2.0 / math.cos(kind.equal_at / 2.0)
+    sine = fixed * math.sin(angle) / length
+    if sine >= 1.0:
+        raise ModelError(
+            f"angle of {math.degrees(angle):.6g}° between the shafts beside a coupling piece is "
+            f"out of the reach of a centring made for {math.degrees(kind.equal_at):.6g}°; give a "
+            "smaller one"
+        )
+    sliding = math.asin(sine)
+    along = length * math.cos(sliding) - fixed * math.cos(angle)
+    if kind.fixed_to == "rear":
+        return sliding, along, fixed
+    return angle - sliding, fixed, along
+
+
 def called(shafts: Sequence[Shaft], index: int) -> str:
     """Return how messages call a shaft."""
     name = shafts[index].name
@@ -124,10 +167,19 @@ def leftwards(axis: Array) -> Array:
 
 def _directions_and_lengths(shafts: Sequence[Shaft]) -> tuple[Array, Array]:
     directions, lengths = np.empty((len(shafts), 3)), np.full(len(shafts), np.nan)
+    pieces = [index for index, shaft in enumerate(shafts) if shaft.centring is not None]
     for index, shaft in enumerate(shafts):
         at = called(shafts, index)
         if shaft.length is not None:
             lengths[index] = shaft.length
+        if index in pieces:
+            if index in (0, len(shafts) - 1) or shafts[index - 1].centring is not None:
+                raise ModelError(
+                    f"centring of {at}: a coupling piece lies between two shafts that are none"
+                )
+            if shaft.length is None:
+                raise ModelError(f"{at} has no length; give the distance of its joints")
+            continue
         if shaft.end is None:
             directions[index] = direction(shaft.slope_side or 0.0, shaft.slope_plan or 0.0)
             if shaft.length is None and 0 < index < len(shafts) - 1:
@@ -143,6 +195,15 @@ def _directions_and_lengths(shafts: Sequence[Shaft]) -> tuple[Array, Array]:
                 "its points; leave out one of them"
             )
         directions[index], lengths[index] = span / size, size
+    for index in pieces:
+        before, behind = directions[index - 1], directions[index + 1]
+        normal = np.cross(before, behind)
+        sine = float(np.linalg.norm(normal))
+        angle = math.atan2(sine, float(before @ behind))
+        first = _centring(shafts[index], float(lengths[index]), angle)[0]
+        across = np.cross(normal, before) / sine if angle > _STRAIGHT else np.zeros(3)
+        directions[index] = math.cos(first) * before + math.sin(first) * across
+        directions[index] /= np.linalg.norm(directions[index])
     return directions, lengths
 
 

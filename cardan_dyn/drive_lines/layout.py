@@ -170,7 +170,8 @@ def _known(line: Line) -> dict[str, _Place]:
     for index, (name, shaft) in enumerate(zip(line.shaft_names, line.shafts, strict=True)):
         has_points = shaft.end is not None
         fields = [field for field in _POINTS if getattr(shaft, field[:-2]) is not None]
-        fields += [] if has_points else ["slope_side", "slope_plan"]
+        placed = has_points or shaft.centring is not None
+        fields += [] if placed else ["slope_side", "slope_plan"]
         if not has_points and shaft.length is not None:
             fields.append("length")
         for field in fields:
@@ -233,7 +234,7 @@ def _residual(line: Line, places: Mapping[str, _Place], options: Mapping[str, An
             varied = _with(line, places, values)
         except ModelError:
             return np.inf
-        betas, planes = varied.joint_angles, varied.geometry.plane_offsets
+        betas, planes = varied.uneven_angles, varied.geometry.plane_offsets
         allowed = allowed_offsets(varied, options.get("teeth"), options.get("fixed", ()))
         if all(item is None for item in allowed):
             return float(angle(least_greatest(distance(betas), corners)))

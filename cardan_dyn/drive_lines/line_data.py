@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import ModelError, choices
-from .fields import flag, parts, quantity, settle, text
+from .fields import flag, parts, quantity, settle, text, unusual
 from .geometry import Geometry, called, geometry
 from .parts import Bearing, DutyPoint, Joint, Shaft
 
@@ -41,6 +41,8 @@ class LineData:
             limits that hold for one of them alone are not judged unless given.
         service_factor: K, shock torque over torque; 1 unless given.
         reversing: whether the torque changes its sense.
+        acceleration: greatest angular acceleration of the input shaft, running up or braking, on
+            top of the torque [rad/s²]; the verdict counts with none unless given.
         life: that is asked of the joints' bearings [s].
 
     Raises:
@@ -51,12 +53,15 @@ class LineData:
     shafts: tuple[Shaft, ...] = parts(Shaft, "shafts along the power flow", dataclasses.MISSING)
     joints: tuple[Joint, ...] = parts(Joint, "joints, each between a shaft and the next")
     name: str = text("name of the line", "drive_line")
-    speed: float | None = quantity("speed", "speed of the input shaft", None)
-    torque: float | None = quantity("torque", "torque of the input shaft", None)
+    speed: float | None = quantity("speed", "speed of the input shaft", None, usual=(1e-3, 5e3))
+    torque: float | None = quantity("torque", "torque of the input shaft", None, usual=(1e-3, 1e8))
     duty_cycle: tuple[DutyPoint, ...] = parts(DutyPoint, "shares of the time")
     application: str = text("vehicle, agricultural or industrial, for the limits of the verdict")
     service_factor: float | None = quantity("number", "shock torque over torque", None, above=0.0)
     reversing: bool = flag("whether the torque changes its sense", default=False)
+    acceleration: float | None = quantity(
+        "angular_acceleration", "greatest acceleration of the input shaft", None, least=0.0
+    )
     life: float | None = quantity("time", "life asked of the joints' bearings", None, above=0.0)
 
     def __post_init__(self) -> None:
@@ -89,6 +94,22 @@ class LineData:
         _check_names(self.joint_names, "joints")
         _check_names(self.shaft_names, "shafts")
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What of the data is valid, but so far from what lines have that its unit may be wrong."""
+        return tuple(unusual(self))
+
+    @property
+    def uneven_angles(self) -> Array:
+        """Joint angles as far as they make the line uneven: 0 at constant velocity `(n,)` [rad]."""
+        even = np.array([joint.kind == "constant_velocity" for joint in self.joints])
+        return np.where(even, 0.0, self.joint_angles)
+
+    @property
+    def centred(self) -> tuple[int, ...]:
+        """Indices of the shafts that are coupling pieces of centred double joints."""
+        return tuple(k for k, shaft in enumerate(self.shafts) if shaft.centring is not None)
+
     def _check_shafts(self) -> None:
         """Refuse what the place of a shaft in the line does not allow."""
         lengths, last = self.geometry.lengths, len(self.shafts) - 1
@@ -101,6 +122,13 @@ class LineData:
                     f"distance = {repeated:.9g} m of bearings of {at}: two of them are at one "
                     "place; give different distances"
                 )
+            if shaft.centring is not None and index not in (0, last):
+                kinds = {joint.kind for joint in self.joints[index - 1 : index + 1]}
+                if kinds != {"cross"}:
+                    raise ModelError(
+                        f"centring of {at}: both joints of a centred double joint have a cross; "
+                        "a joint of constant velocity needs no centring"
+                    )
             if index in (0, last):
                 for field in ("fork_offset", "spline"):
                     if getattr(shaft, field):

@@ -43,7 +43,12 @@ class LineMotion(NamedTuple):
 
 
 def line_motion(
-    sweep: Sweep, stand: Zero, slips: Sequence[str], speed: float, acceleration: float
+    sweep: Sweep,
+    stand: Zero,
+    slips: Sequence[str],
+    speed: float,
+    acceleration: float,
+    even: Sequence[bool] = (),
 ) -> LineMotion:
     """Return the motion of all shafts in a sweep.
 
@@ -53,6 +58,7 @@ def line_motion(
         slips: joints of the splines.
         speed: of the input shaft [rad/s].
         acceleration: of the input shaft [rad/s²].
+        even: which joints are those of constant velocity; none unless given.
     """
     motion = sweep.motion
     rotations = [np.broadcast_to(motion.position("bearing_in"), sweep.shape)]
@@ -60,6 +66,11 @@ def line_motion(
     accelerations = [np.full(sweep.shape, acceleration)]
     turns = []
     for k, (zero_in, zero_out) in enumerate(zip(*stand[:2], strict=True), 1):
+        if len(even) and even[k - 1]:
+            for values in (rotations, ratios, accelerations):
+                values.append(values[-1])
+            turns.append((np.zeros_like(ratios[-1][..., 0]),) * 2)
+            continue
         a = motion.position(f"pin_{k}_in") + zero_in
         b = motion.position(f"pin_{k}_out") + zero_out
         along, across = np.cos(a) * np.cos(b), np.sin(b)

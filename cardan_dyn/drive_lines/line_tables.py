@@ -3,7 +3,7 @@
 The dimensions are
 
 - `position`, of the input shaft [rad], and `design` where there are variants,
-- `shaft`, `joint`, `bearing` and `spline`, with their names,
+- `shaft`, `joint`, `bearing`, `spline` and `coupling_piece`, with their names,
 - `component`: x, y, z of moments in axes of the shafts, and `bearing_component`: along, left, up.
 
 `rotation`, `angle_error`, `ratio` and `acceleration` are those of every shaft. Moments, torsion and
@@ -75,6 +75,7 @@ def dataset(analysis: AnalysisData) -> xarray.Dataset:
         "joint": list(analysis.joints),
         "bearing": list(analysis.bearings),
         "spline": list(analysis.splines),
+        "coupling_piece": list(analysis.centrings),
         "component": list("xyz"),
         "bearing_component": ["along", "left", "up"],
     }
@@ -130,6 +131,7 @@ def _forces(forces: LineForces, samples: tuple[str, ...], prefix: str) -> dict[s
         add(name, ("spline",), unit, text)
     for name, (text, *dims) in _VECTORS.items():
         add(name, tuple(dims), "N" if name == "bearing_force" else "N·m", text)
+    add("centring", ("coupling_piece",), "N", "force in the centring of a coupling piece")
     add("drive_torque", (), "N·m", "torque that drives the input shaft")
     add("load_torque", (), "N·m", "torque on the output shaft")
     return found

@@ -15,6 +15,8 @@ from .fields import flag, part, parts, point, quantity, refuse, settle, text
 
 _QUARTER = math.pi / 2
 PRECISION_BEARINGS = ("plain", "needle")
+JOINT_KINDS = ("cross", "constant_velocity")
+CENTRINGS = ("disc", "ball")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,12 +32,20 @@ class Tube:
         shear_limit: greatest shear stress that is allowed under torque [Pa].
     """
 
-    outer_diameter: float = quantity("length", "outer diameter", above=0.0)
-    wall: float = quantity("length", "thickness of the wall, half of D if solid", above=0.0)
-    density: float = quantity("density", "density of the material", 7850.0, above=0.0)
-    modulus: float = quantity("modulus", "Young's modulus", 2.1e11, above=0.0)
-    shear_modulus: float = quantity("modulus", "shear modulus", 8.08e10, above=0.0)
-    shear_limit: float | None = quantity("modulus", "greatest shear stress", None, above=0.0)
+    outer_diameter: float = quantity("length", "outer diameter", above=0.0, usual=(5e-3, 2.0))
+    wall: float = quantity(
+        "length", "thickness of the wall, half of D if solid", above=0.0, usual=(5e-4, 0.5)
+    )
+    density: float = quantity(
+        "density", "density of the material", 7850.0, above=0.0, usual=(1e3, 2e4)
+    )
+    modulus: float = quantity("modulus", "Young's modulus", 2.1e11, above=0.0, usual=(5e9, 1e12))
+    shear_modulus: float = quantity(
+        "modulus", "shear modulus", 8.08e10, above=0.0, usual=(1e9, 5e11)
+    )
+    shear_limit: float | None = quantity(
+        "modulus", "greatest shear stress", None, above=0.0, usual=(1e6, 2e9)
+    )
 
     def __post_init__(self) -> None:
         settle(self)
@@ -70,7 +80,8 @@ class Spline:
 
     Attributes:
         distance: from the joint at the shaft's front [m]; the middle of the shaft unless given.
-        friction: coefficient μ; about 0.11 for greased steel, 0.08 for coated splines.
+        friction: coefficient μ; about 0.11 for greased steel, 0.08 for coated splines. Unless given
+            analyses count with none, and forces of bearings pass no verdict.
         radius: mean radius r_m of the spline [m], which friction needs.
         travel: length over which it can slip, L_a [m].
         compressed: length of the shaft between its joints with the spline pushed in, L_z [m].
@@ -82,17 +93,29 @@ class Spline:
     distance: float | None = quantity(
         "length", "distance from the joint at the shaft's front", None, least=0.0
     )
-    friction: float = quantity("number", "coefficient of friction", 0.0, least=0.0)
-    radius: float | None = quantity("length", "mean radius", None, above=0.0)
-    travel: float | None = quantity("length", "length over which it can slip", None, above=0.0)
-    compressed: float | None = quantity("length", "length of the shaft pushed in", None, above=0.0)
-    profile: float | None = quantity("length", "overlap of the profiles pushed in", None, above=0.0)
-    shortest: float | None = quantity("length", "least length in operation", None, above=0.0)
-    longest: float | None = quantity("length", "greatest length in operation", None, above=0.0)
+    friction: float | None = quantity(
+        "number", "coefficient of friction", None, least=0.0, usual=(0.01, 0.5)
+    )
+    radius: float | None = quantity("length", "mean radius", None, above=0.0, usual=(1e-3, 30.0))
+    travel: float | None = quantity(
+        "length", "length over which it can slip", None, above=0.0, usual=(1e-3, 30.0)
+    )
+    compressed: float | None = quantity(
+        "length", "length of the shaft pushed in", None, above=0.0, usual=(1e-3, 30.0)
+    )
+    profile: float | None = quantity(
+        "length", "overlap of the profiles pushed in", None, above=0.0, usual=(1e-3, 30.0)
+    )
+    shortest: float | None = quantity(
+        "length", "least length in operation", None, above=0.0, usual=(1e-3, 30.0)
+    )
+    longest: float | None = quantity(
+        "length", "greatest length in operation", None, above=0.0, usual=(1e-3, 30.0)
+    )
 
     def __post_init__(self) -> None:
         settle(self)
-        if self.friction > 0.0 and self.radius is None:
+        if self.friction and self.radius is None:
             raise refuse(self, "friction", "needs the mean radius of the spline; give radius")
 
 
@@ -114,10 +137,14 @@ class Bearing:
         axial_limit: greatest force that it bears along the shaft [N].
     """
 
-    distance: float = quantity("length", "distance from the joint, along the shaft", above=0.0)
+    distance: float = quantity(
+        "length", "distance from the joint, along the shaft", above=0.0, usual=(1e-3, 30.0)
+    )
     name: str = text("name, which must differ from the others")
     locating: bool | None = flag("whether it carries axial force")
-    stiffness: float | None = quantity("rigidity", "stiffness across the shaft", None, above=0.0)
+    stiffness: float | None = quantity(
+        "rigidity", "stiffness across the shaft", None, above=0.0, usual=(1e3, 1e11)
+    )
     radial_limit: float | None = quantity("force", "greatest force across", None, above=0.0)
     axial_limit: float | None = quantity("force", "greatest force along", None, above=0.0)
 
@@ -126,11 +153,55 @@ class Bearing:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Centring:
+    """What keeps both halves of a centred double joint (wide-angle joint) at equal angles.
+
+    A coupling piece between two joints with a cross has it instead of a bearing. Where the piece
+    lies follows from the shafts before and behind it, whose axes meet in the centring; it presses
+    them apart with a force that no bearing of the line takes.
+
+    Attributes:
+        kind: `disc`, which floats in the middle plane of the piece and which studs of both shafts
+            reach into: both angles are equal, and the force lies in that plane; or `ball`, fixed to
+            one of the shafts and sliding along the other: the angles are equal at one angle, and
+            the force is normal to the other shaft.
+        equal_at: of a ball, angle between both shafts at which the joint angles are equal, besides
+            0 [rad]; that of the line unless given.
+        fixed_to: of a ball, the shaft that it is fixed to: `rear` or `front`.
+        force_limit: greatest force that it bears [N].
+    """
+
+    kind: str = text("disc or ball", "disc")
+    equal_at: float | None = quantity(
+        "angle", "angle of equal joint angles, of a ball", None, least=0.0, below=math.pi
+    )
+    fixed_to: str = text("shaft that a ball is fixed to: rear or front", "rear")
+    force_limit: float | None = quantity("force", "greatest force", None, above=0.0)
+
+    def __post_init__(self) -> None:
+        settle(self)
+        for field, known in (("kind", CENTRINGS), ("fixed_to", ("rear", "front"))):
+            value = getattr(self, field)
+            if value not in known:
+                raise ModelError(
+                    f"{field} of a Centring is {value!r}; kinds: {choices(known, value)}"
+                )
+        if self.kind == "disc" and self.equal_at is not None:
+            raise refuse(self, "equal_at", "is that of a ball; a disc makes all angles equal")
+
+
+@dataclass(frozen=True, kw_only=True)
 class Joint:
-    """A universal joint with a cross.
+    """A joint between two shafts: a universal joint with a cross, or one of constant velocity.
+
+    A joint of constant velocity (Rzeppa, other ball joints, tripod) is the ideal one: both shafts
+    turn alike at any angle, and the moment between them lies in the plane that halves the angle
+    between their normals. That a tripod lets its shaft orbit, and what rubs, does not count. A
+    centred double joint is two joints with a cross, and a `Centring` in the piece between them.
 
     Attributes:
         name: for messages and tables.
+        kind: `cross` or `constant_velocity`.
         size: its size by a catalogue.
         cross_mass: mass of the cross [kg].
         cross_span: length of the cross over its pins [m]: two crossed rods of half the mass each
@@ -151,9 +222,12 @@ class Joint:
     """
 
     name: str = text("name")
+    kind: str = text("cross or constant_velocity", "cross")
     size: str = text("size by a catalogue")
-    cross_mass: float = quantity("mass", "mass of the cross", 0.0, least=0.0)
-    cross_span: float = quantity("length", "length of the cross over its pins", 0.0, least=0.0)
+    cross_mass: float = quantity("mass", "mass of the cross", 0.0, least=0.0, usual=(1e-3, 1e4))
+    cross_span: float = quantity(
+        "length", "length of the cross over its pins", 0.0, least=0.0, usual=(5e-3, 3.0)
+    )
     rated_torque: float | None = quantity(
         "torque", "rated torque T_D of the bearing life", None, above=0.0
     )
@@ -181,6 +255,14 @@ class Joint:
 
     def __post_init__(self) -> None:
         settle(self)
+        if self.kind not in JOINT_KINDS:
+            raise ModelError(
+                f"kind of a Joint is {self.kind!r}; kinds: {choices(JOINT_KINDS, self.kind)}"
+            )
+        if self.kind != "cross":
+            for field in ("cross_span", "rated_torque", "capacity", "pin_radius", "pin_friction"):
+                if getattr(self, field):
+                    raise refuse(self, field, f"is that of a cross, and its kind is {self.kind!r}")
         if self.din_808 not in ("", *PRECISION_BEARINGS):
             raise ModelError(
                 f"din_808 of a Joint is {self.din_808!r}; kinds: "
@@ -207,6 +289,8 @@ class Shaft:
             flow; 0 if they are in line [rad]. Of intermediate shafts.
         tube: what the shaft is made of.
         spline: the slip in it.
+        centring: of the coupling piece of a centred double joint, which has no slopes, points,
+            bearings and spline of its own.
         bearings: two on an end shaft, or none if its support shall be one bearing at its joint;
             centre bearings on an intermediate shaft.
         mass: [kg]; that of the tube unless given, 0 without a tube.
@@ -219,7 +303,9 @@ class Shaft:
     """
 
     name: str = text("name")
-    length: float | None = quantity("length", "length between joint centres", None, above=0.0)
+    length: float | None = quantity(
+        "length", "length between joint centres", None, above=0.0, usual=(1e-3, 30.0)
+    )
     slope_side: float | None = quantity(
         "angle", "slope in the side view, up is positive", None, above=-_QUARTER, below=_QUARTER
     )
@@ -231,6 +317,7 @@ class Shaft:
     fork_offset: float = quantity("angle", "angle from the front to the rear fork", 0.0)
     tube: Tube | None = part(Tube, "what it is made of")
     spline: Spline | None = part(Spline, "the slip in it")
+    centring: Centring | None = part(Centring, "centring, of the piece of a double joint")
     bearings: tuple[Bearing, ...] = parts(Bearing, "bearings that support it")
     mass: float | None = quantity("mass", "mass", None, least=0.0)
     inertia: float | None = quantity("inertia", "inertia about its axis", None, least=0.0)
@@ -251,6 +338,13 @@ class Shaft:
             )
         if self.start is not None and self.end is None:
             raise refuse(self, "start", "needs the other end of the shaft; give end")
+        if self.centring is not None:
+            for name in (*slopes, "start", "end", "spline", "bearings"):
+                if getattr(self, name) not in (None, ()):
+                    raise ModelError(
+                        f"{name} of a Shaft with a centring: the shafts beside it say where it "
+                        "lies, and they carry it; leave it out"
+                    )
         heavy = self.mass or (self.mass is None and self.tube is not None)
         for name in ("inertia", "transverse_inertia"):
             if getattr(self, name) and not heavy:

@@ -87,7 +87,7 @@ class Phasing(Generic[Line]):
     @property
     def residual_angles(self) -> Array:
         """Residual angles of the shafts behind all joints of the best line `(n,)` [rad]."""
-        return residual_angles(self.line.joint_angles, self.line.fork_phases)
+        return residual_angles(self.line.uneven_angles, self.line.fork_phases)
 
     @property
     def angle_error(self) -> float:
@@ -261,7 +261,7 @@ def input_torque(line: LineData, torque: float | None) -> float:
 
 def _least_residual(line: Line, corners: list[int], allowed: Allowed, count: int) -> Phasing[Line]:
     """Return the forks with the least greatest residual angle of shafts."""
-    betas, planes, given = line.joint_angles, line.geometry.plane_offsets, line.fork_offsets
+    betas, planes, given = line.uneven_angles, line.geometry.plane_offsets, line.fork_offsets
     choice = least_residual(betas, planes, allowed, corners, given, count)
 
     def values(phases: Array) -> Array:

@@ -57,13 +57,13 @@ def _static(case: Case) -> Iterator[VerdictRow]:
     if strongest is None or strongest.torque is None:
         yield not_judged("static_ratings", "", "torque", "give torque")
         return
-    nominal = abs(strongest.torque)
+    nominal = abs(strongest.torque) * case.service_factor
     if case.forces:
-        torque, points = case.worst(lambda item: item.torsion_in)
-        note = ""
+        torque, cases = case.worst(lambda item: item.torsion_in)
+        conditions, notes = [item.point.name for item in cases], [item.how for item in cases]
     else:
-        torque, points = np.full(line.count, nominal), [strongest] * line.count
-        note = f"torque of the input shaft: {case.no_forces}"
+        torque, conditions = np.full(line.count, nominal), [strongest.name] * line.count
+        notes = [f"torque of the input shaft: {case.no_forces}"] * line.count
     alternating = "reversing_limit" if line.reversing else "pulsating_limit"
     named = {
         "torque_limit": ("T_CS", "shock torque"),
@@ -78,11 +78,11 @@ def _static(case: Case) -> Iterator[VerdictRow]:
                 rule="static_ratings",
                 where=line.joint_names[k],
                 quantity=quantity,
-                value=float(torque[k]) * case.service_factor,
+                value=float(torque[k]),
                 unit="N m",
-                rule_value=nominal * case.service_factor,
-                condition=points[k].name,
-                note=note,
+                rule_value=nominal,
+                condition=conditions[k],
+                note=notes[k],
                 broken=_uneven(float(torque[k]), nominal),
             )
             limit = Limit(rating, "N m", f"{field} of the joint, {symbol}") if rating else None
@@ -102,6 +102,10 @@ def _uneven(torque: float, nominal: float) -> tuple[str, ...]:
 
 def _life(case: Case, k: int) -> Iterator[VerdictRow]:
     line, joint, where = case.line, case.line.joints[k], case.line.joint_names[k]
+    if joint.kind != "cross":
+        reason = "the rule is that of joints with a cross; ask the maker of the joint"
+        yield not_judged("joint_life", where, "B10 life", reason)
+        return
     kinds = [kind for kind in ("rated_torque", "capacity") if getattr(joint, kind) is not None]
     if not kinds:
         reason = "give rated_torque or capacity of the joint"
@@ -172,7 +176,11 @@ def _life_at(case: Case, joint: Joint, kind: str, beta: float, point: OperatingP
     if torque == 0.0 or speed == 0.0:
         return math.inf
     if kind == "rated_torque":
-        return float(shaft_design.joint_life(speed, beta, torque, joint.rated_torque or 0.0))
+        return float(
+            shaft_design.joint_life(
+                speed, beta, torque, joint.rated_torque or 0.0, case.service_factor
+            )
+        )
     return float(
         shaft_design.joint_life_from_capacity(
             speed, beta, torque, joint.capacity or 0.0, case.service_factor
@@ -194,7 +202,9 @@ def _needed(
         parts = [
             p.share
             * float(
-                joint_rating.required_rated_torque(abs(p.torque or 0), p.speed or 0, beta, hours)
+                joint_rating.required_rated_torque(
+                    abs(p.torque or 0), p.speed or 0, beta, hours, case.service_factor
+                )
             )
             ** (10.0 / 3.0)
             for p in loads

@@ -80,6 +80,10 @@ class Robot:
             _limit(joint, kind)
         return joint
 
+    def mimic(self, element: ElementTree.Element, of: str) -> None:
+        """Let a joint follow another one of the tree."""
+        ElementTree.SubElement(element, "mimic", joint=of, multiplier="1", offset="0")
+
     def adjustable(
         self,
         name: str,

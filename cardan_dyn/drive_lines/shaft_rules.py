@@ -4,32 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from analytic import bending_speed, installation, shaft_design, torsional_speed, tube
 from analytic.limits import Limit
 
-from .parts import Shaft
+from ..errors import ModelError
+from .geometry import centring_places
+from .parts import Shaft, Tube
+from .supports import Support, supports
 from .verdict_case import Case
-from .verdict_rows import FAIL, Inverse, VerdictRow, judged, not_judged
+from .verdict_rows import FAIL, NOT_JUDGED, PASS, Inverse, VerdictRow, judged, not_judged
 
 _STEEL = (2.1e11, 7850.0)
 """Modulus and density of the makers' constants [Pa, kg/m³]."""
-_SHORT_OVERHANG = 0.1
-"""Overhang of a tube beyond its centre bearing, relative to its span, that still is close."""
 
 
 def shaft_rules(case: Case) -> Iterator[VerdictRow]:
     """Yield the rows about shafts."""
     for k in range(case.line.count + 1):
         yield from _tube(case, k)
+    critical = _critical(case)
+    yield from _bending_speed(case, critical)
     for k in range(1, case.line.count):
-        yield from _bending_speed(case, k)
         yield from _lengths(case, k)
     yield from _torsional_speed(case)
     for k in range(1, case.line.count):
-        yield from _balance(case, k)
+        yield from _balance(case, k, critical)
 
 
 def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
@@ -43,16 +46,16 @@ def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
     if strongest is None or strongest.torque is None:
         yield not_judged("tube", where, "shear stress", "give torque")
         return
-    nominal, torque, condition = abs(strongest.torque), abs(strongest.torque), strongest.name
+    nominal = abs(strongest.torque) * case.service_factor
+    torque, condition, how = nominal, strongest.name, ""
     if case.forces:
-        sizes, points = case.worst(
+        sizes, cases = case.worst(
             lambda item: item.torsion_in if k < line.count else item.torsion_out
         )
         index = min(k, line.count - 1)
-        torque, condition = float(sizes[index]), points[index].name
+        torque, condition, how = float(sizes[index]), cases[index].point.name, cases[index].how
     stress = [
-        float(tube.shear_stress(size * case.service_factor, *_diameters(line.shafts[k])))
-        for size in (torque, nominal)
+        float(tube.shear_stress(size, *_diameters(line.shafts[k]))) for size in (torque, nominal)
     ]
     row = VerdictRow(
         rule="tube",
@@ -62,16 +65,13 @@ def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
         unit="Pa",
         rule_value=stress[1],
         condition=condition,
+        note=how,
     )
     allowed = section.shear_limit
     if allowed is not None:
         row = replace(
             row,
-            inverses=(
-                Inverse(
-                    "allowed torque T·K", torque * case.service_factor * allowed / stress[0], "N m"
-                ),
-            )
+            inverses=(Inverse("allowed torque T·K", torque * allowed / stress[0], "N m"),)
             if stress[0]
             else (),
         )
@@ -84,90 +84,214 @@ def _diameters(shaft: Shaft) -> tuple[float, float]:
     return (0.0, 0.0) if section is None else (section.outer_diameter, section.inner_diameter)
 
 
-def _span(case: Case, k: int) -> tuple[float, float, float | None]:
-    """Return the longest free length of a shaft, its overhang, and the softest bearing's stiffness.
+def _span(case: Case, k: int) -> float:
+    """Return the longest free length of a shaft between its joints and bearings [m].
 
-    Both ends are supports, unless a bearing of the shaft stands for the joint at its rear.
+    A bearing of the shaft stands for the joint at its rear.
     """
-    length = float(case.line.geometry.lengths[k])
-    bearings = sorted(case.line.shafts[k].bearings, key=lambda item: item.distance)
-    if not bearings:
-        return length, 0.0, None
-    places = [0.0, *(item.distance for item in bearings)]
-    soft = [item.stiffness for item in bearings if item.stiffness is not None]
-    return max(np.diff(places)), length - places[-1], min(soft, default=None)
+    places = sorted(item.distance for item in case.line.shafts[k].bearings)
+    return float(max(np.diff([0.0, *places]), default=case.line.geometry.lengths[k]))
 
 
-def _bending_speed(case: Case, k: int) -> Iterator[VerdictRow]:
-    line, where, fastest = case.line, case.line.shaft_names[k], case.fastest
-    shaft = line.shafts[k]
-    if shaft.tube is None or fastest is None or fastest.speed is None:
-        missing = f"tube of {where}" if shaft.tube is None else "speed"
-        yield not_judged("bending_speed", where, "share of the critical speed", f"give {missing}")
-        return
-    span, overhang, stiffness = _span(case, k)
-    both = _diameters(shaft)
-    material = shaft.tube.modulus, shaft.tube.density
-    rigid = float(shaft_design.critical_speed(*both, span, *material))
-    exact = rigid
-    if stiffness is not None:
-        exact = float(bending_speed.on_elastic_bearing(*both, span, stiffness, *material))
+class _Critical(NamedTuple):
+    """Critical bending speed of a line.
+
+    Attributes:
+        speed: [rad/s]; by the maker's constant if the caller gave one.
+        shaft: that bends or moves most.
+        by_rule: of that shaft alone, on rigid supports [rad/s].
+        span: free length of that shaft [m].
+        single: whether the line is one shaft on rigid supports, so that the rule is exact.
+        soft: names of centre bearings whose stiffness is not known.
+    """
+
+    speed: float
+    shaft: int
+    by_rule: float
+    span: float
+    single: bool
+    soft: tuple[str, ...]
+
+
+def _critical(case: Case) -> _Critical | str:
+    """Return the critical bending speed of a line; in words why there is none."""
+    line, lengths = case.line, case.line.geometry.lengths
+    inner = [k for k in range(1, line.count) if line.shafts[k].centring is None]
+    if not inner:
+        return "there is no shaft between joints"
+    lacking = [line.shaft_names[k] for k in inner if line.shafts[k].tube is None]
+    if lacking:
+        return f"give tube of {', '.join(lacking)}"
+    sections = [section for k in inner if (section := line.shafts[k].tube) is not None]
+    heavy = [
+        (section.density * section.area if (mass := line.shafts[k].mass) is None else mass / length)
+        for k, section, length in zip(inner, sections, lengths[inner], strict=True)
+    ]
+    if not min(heavy) > 0.0:
+        return "give mass of all shafts, or none to count with that of their tubes"
+    ends = [_end_stiffness(line.shafts[0]), _end_stiffness(line.shafts[-1])]
+    rigidities = [s.modulus * s.area * _square_radius(s) for s in sections]
+    names = iter(item.name for item in _bearings(case))
+    soft, bearings = [], []
+    for k, shaft in enumerate(line.shafts):
+        for item in shaft.bearings:
+            name = next(names, "")
+            if k in inner:
+                stiffness = np.inf if item.stiffness is None else item.stiffness
+                soft += [name] if item.stiffness is None else []
+                place = item.distance + _extensions(case, k)[0]
+                bearings.append(bending_speed.LineBearing(inner.index(k), place, stiffness))
+    rigid = bool(np.isinf(ends).all())
+    single = len(inner) == 1 and not bearings and rigid and not line.centred
+    if single:
+        # The beam itself, without the elements' last digits.
+        found = float(np.sqrt(rigidities[0] / heavy[0]) * (np.pi / lengths[inner[0]]) ** 2)
+        at = inner[0]
+    else:
+        try:
+            bending = bending_speed.line_bending(
+                [lengths[k] + sum(_extensions(case, k)) for k in inner],
+                rigidities,
+                heavy,
+                _joint_masses(case),
+                ends,
+                bearings,
+            )
+        except ValueError as error:
+            return str(error)
+        found, at = bending.speed, inner[int(np.argmax(bending.shares))]
+    span = _span(case, at)
+    section = sections[inner.index(at)]
+    both, material = _diameters(line.shafts[at]), (section.modulus, section.density)
+    by_rule = float(shaft_design.critical_speed(*both, span, *material))
     constant = case.critical_constant
-    by_rule = rigid
     if constant is not None:
-        by_rule = float(bending_speed.critical_speed_by_constant(*both, span, constant.value))
+        by_maker = float(bending_speed.critical_speed_by_constant(*both, span, constant.value))
+        found, by_rule = found * by_maker / by_rule, by_maker
+    return _Critical(found, at, by_rule, span, single, tuple(soft))
+
+
+def _bearings(case: Case) -> tuple[Support, ...]:
+    """Return the bearings of a line; none if they do not hold it."""
+    try:
+        return supports(case.line).bearings
+    except ModelError:
+        return ()
+
+
+def _square_radius(section: Tube) -> float:
+    """Return the square of the radius of gyration of a section about its diameter [m²]."""
+    return (section.outer_diameter**2 + section.inner_diameter**2) / 16.0
+
+
+def _end_stiffness(shaft: Shaft) -> float:
+    """Return the stiffness of an end shaft's bearings at its joint [N/m]; the shaft is rigid."""
+    held = sorted(shaft.bearings, key=lambda item: item.distance)[:2]
+    levers = [1.0]
+    if len(held) == 2:
+        lever = held[0].distance / (held[1].distance - held[0].distance)
+        levers = [1.0 + lever, lever]
+    give = sum(
+        lever**2 / item.stiffness
+        for lever, item in zip(levers, held, strict=False)
+        if item.stiffness is not None
+    )
+    return 1.0 / give if give else np.inf
+
+
+def _extensions(case: Case, k: int) -> tuple[float, float]:
+    """Return by how much a shaft as a beam goes on to the centrings at its front and rear [m]."""
+    places = {
+        at: centring_places(case.line.shafts, case.line.geometry, at)
+        for at in (k - 1, k + 1)
+        if case.line.shafts[at].centring is not None
+    }
+    return places.get(k - 1, (0.0, 0.0))[1], places.get(k + 1, (0.0, 0.0))[0]
+
+
+def _joint_masses(case: Case) -> list[float]:
+    """Return the masses at the ends of beams [kg]; that of a coupling piece is with its joints."""
+    line = case.line
+    result = [joint.cross_mass for joint in line.joints]
+    for k in range(line.count - 1, 0, -1):
+        if line.shafts[k].centring is not None:
+            result[k - 1 : k + 1] = [sum(result[k - 1 : k + 1]) + (line.shafts[k].mass or 0.0)]
+    return result
+
+
+def _bending_speed(case: Case, found: _Critical | str) -> Iterator[VerdictRow]:
+    fastest, line = case.fastest, case.line
+    quantity = "share of the critical speed"
+    if line.count == 1:
+        return
+    if isinstance(found, str) or fastest is None or fastest.speed is None:
+        reason = found if isinstance(found, str) else "give speed"
+        yield not_judged("bending_speed", "", quantity, reason)
+        return
     name = {
         "industrial": "bending_speed_share_industrial",
         "vehicle": "bending_speed_share_automotive",
     }.get(line.application, "bending_speed_share")
     name = "bending_speed_share" if "bending_speed_share" in case.given else name
     limit = case.limit(name)
-    used = exact if constant is None or stiffness is not None else by_rule
     row = VerdictRow(
         rule="bending_speed",
-        where=where,
-        quantity="share of the critical speed",
-        value=fastest.speed / used,
-        rule_value=fastest.speed / by_rule,
+        where=line.shaft_names[found.shaft],
+        quantity=quantity,
+        value=fastest.speed / found.speed,
+        rule_value=fastest.speed / found.by_rule,
         condition=fastest.name,
-        broken=_not_a_beam(case, k, overhang / span, stiffness),
-        inverses=_greatest_length(case, k, used * span**2, limit),
-        note=_critical_text(used, span, constant),
+        broken=_not_a_beam(case, found),
+        inverses=_greatest_length(case, found, limit),
+        note=_critical_text(case, found),
     )
-    yield judged(row, limit, case.why_not(name))
-    yield from _half_critical(case, k, used)
+    yield _unless_soft(judged(row, limit, case.why_not(name)), found)
+    for half in _half_critical(case, found):
+        yield _unless_soft(half, found)
 
 
-def _critical_text(critical: float, span: float, constant: Limit | None) -> str:
+def _unless_soft(row: VerdictRow, found: _Critical) -> VerdictRow:
+    """Return the row of a line, which passes nothing while a bearing's stiffness is unknown."""
+    if row.status != PASS or not found.soft:
+        return row
+    text = (
+        f"not judged: give stiffness of {', '.join(found.soft)}, across the shaft and with its "
+        "bracket; the value is that of rigid ones, which soft ones exceed"
+    )
+    return replace(row, status=NOT_JUDGED, note="; ".join(filter(None, [row.note, text])))
+
+
+def _critical_text(case: Case, found: _Critical) -> str:
+    constant = case.critical_constant
     by = "" if constant is None else f" by {constant.source}"
-    rpm = critical * 30.0 / np.pi
-    return f"critical speed {rpm:.0f} 1/min{by}, free length {span * 1e3:.0f} mm"
+    rpm = found.speed * 30.0 / np.pi
+    of = f"free length {found.span * 1e3:.0f} mm"
+    if not found.single:
+        of = "of all shafts together with joints and bearings"
+    return f"critical speed {rpm:.0f} 1/min{by}, {of}"
 
 
-def _greatest_length(
-    case: Case, k: int, constant: float, limit: Limit | None
-) -> tuple[Inverse, ...]:
+def _greatest_length(case: Case, found: _Critical, limit: Limit | None) -> tuple[Inverse, ...]:
     """Return the greatest free length of a shaft on rigid supports."""
     fastest = case.fastest
-    soft = any(item.stiffness is not None for item in case.line.shafts[k].bearings)
-    if limit is None or limit.value <= 0.0 or fastest is None or not fastest.speed or soft:
+    if limit is None or limit.value <= 0.0 or fastest is None or not fastest.speed:
         return ()
-    outer, inner = _diameters(case.line.shafts[k])
+    if not found.single:
+        return ()
+    outer, inner = _diameters(case.line.shafts[found.shaft])
     # The beam or the constant that was used, in the form of the makers.
-    maker = constant / np.hypot(outer, inner)
+    maker = found.speed * found.span**2 / np.hypot(outer, inner)
     length = bending_speed.greatest_length(outer, inner, fastest.speed, maker, limit.value)
     return (Inverse("greatest free length", float(length), "m"),)
 
 
-def _not_a_beam(case: Case, k: int, overhang: float, stiffness: float | None) -> tuple[str, ...]:
-    section = case.line.shafts[k].tube
+def _not_a_beam(case: Case, found: _Critical) -> tuple[str, ...]:
+    section = case.line.shafts[found.shaft].tube
     broken = []
-    if stiffness is not None:
-        broken.append("rigid supports: the centre bearing is elastic, which the value counts with")
-    if overhang > _SHORT_OVERHANG:
+    if not found.single:
         broken.append(
-            f"supports close to the joints: the tube goes on {100 * overhang:.0f} % of its free "
-            "length beyond its bearing and carries a joint there, which lowers the critical speed"
+            "one shaft on rigid supports close to its joints: the value counts with all shafts, "
+            "joints and bearings"
         )
     constant = case.critical_constant
     material = None if section is None else (section.modulus, section.density)
@@ -176,8 +300,8 @@ def _not_a_beam(case: Case, k: int, overhang: float, stiffness: float | None) ->
     return tuple(broken)
 
 
-def _half_critical(case: Case, k: int, critical: float) -> Iterator[VerdictRow]:
-    line, where = case.line, case.line.shaft_names[k]
+def _half_critical(case: Case, found: _Critical) -> Iterator[VerdictRow]:
+    line, where, critical = case.line, case.line.shaft_names[found.shaft], found.speed
     low, high = case.limit("half_critical_from"), case.limit("half_critical_to")
     angle = case.limit("second_order_angle")
     quantity = "distance from half the critical speed"
@@ -202,7 +326,7 @@ def _half_critical(case: Case, k: int, critical: float) -> Iterator[VerdictRow]:
             Inverse("zone to", high.value * critical, "rad/s"),
         ),
     )
-    bends = max(float(line.joint_angles[k - 1]), float(line.joint_angles[k]))
+    bends = float(max(line.uneven_angles))
     if angle is not None and bends < angle.value:
         shown = f"joint angles below {np.degrees(angle.value):.3g}° excite no second order"
         yield judged(row, None, shown)
@@ -254,7 +378,7 @@ def _torsional_speed(case: Case) -> Iterator[VerdictRow]:
 
 def _zone(case: Case, frequency: float, share: float) -> VerdictRow:
     """Return the row of the first zone of parametric instability."""
-    beta = float(max(case.line.joint_angles))
+    beta = float(max(case.line.uneven_angles))
     zone = torsional_speed.parametric_zone(beta, share)
     low, high = float(zone.least) * frequency, float(zone.greatest) * frequency
     inside = [point for point in case.points if point.speed and low <= point.speed <= high]
@@ -333,7 +457,7 @@ def _lengths(case: Case, k: int) -> Iterator[VerdictRow]:
         yield judged(row, limit or Limit(0.0, "m", "the profiles part", "least"))
 
 
-def _balance(case: Case, k: int) -> Iterator[VerdictRow]:
+def _balance(case: Case, k: int, critical: _Critical | str) -> Iterator[VerdictRow]:
     line, where, fastest = case.line, case.line.shaft_names[k], case.fastest
     shaft, length = line.shafts[k], float(line.geometry.lengths[k])
     mass = shaft.mass
@@ -358,17 +482,15 @@ def _balance(case: Case, k: int) -> Iterator[VerdictRow]:
         condition=fastest.name,
         source=grade.source,
         note=text,
-        broken=_not_rigid(case, k),
+        broken=_not_rigid(case, critical),
     )
 
 
-def _not_rigid(case: Case, k: int) -> tuple[str, ...]:
-    """Return that a shaft runs so close to its critical speed that it bends."""
-    shaft, fastest = case.line.shafts[k], case.fastest
-    if shaft.tube is None or fastest is None or not fastest.speed:
+def _not_rigid(case: Case, critical: _Critical | str) -> tuple[str, ...]:
+    """Return that a line runs so close to its critical speed that it bends."""
+    fastest = case.fastest
+    if isinstance(critical, str) or fastest is None or not fastest.speed:
         return ()
-    material = shaft.tube.modulus, shaft.tube.density
-    critical = float(shaft_design.critical_speed(*_diameters(shaft), _span(case, k)[0], *material))
-    if fastest.speed <= critical / 2.0:
+    if fastest.speed <= critical.speed / 2.0:
         return ()
     return ("well below the critical speed: it runs above half of it",)

@@ -28,7 +28,7 @@ from .line_data import LineData
 from .line_motion import LineMotion, line_motion
 from .supports import Supports, hangs_by_rear, spline_distance, supports
 from .tasks import Task
-from .zero import Zero, zero
+from .zero import Zero, line_zero
 
 _BLOCK, _BLOCK_OF_ONE = 10_000, 50_000
 """Samples times joints that are closed at a time: of designs, some 10 kilobytes for each; of one
@@ -103,6 +103,7 @@ def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
         shafts=line.shaft_names,
         joints=line.joint_names,
         bearings=tuple(name.removeprefix("support_") for name in setup.bearings),
+        centrings=tuple(line.shaft_names[k] for k in line.centred),
         splines=tuple(line.shaft_names[int(name.removeprefix("slip_"))] for name in setup.slips),
         speed=task.speed,
         position=read_only(task.positions),
@@ -146,7 +147,7 @@ class _Arrays:
 
 def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
     """Return the scene, with all joint angles held and what varies from design to design."""
-    stand, held_by = zero(line.geometry, line.fork_offsets), supports(line)
+    stand, held_by = line_zero(line), supports(line)
     listed = [(item.shaft, f"support_{item.name}") for item in held_by.bearings]
     ends = ((0, "bearing_in"), (line.count, "bearing_out"))
     listed += [end for end in ends if not line.shafts[end[0]].bearings]
@@ -167,7 +168,9 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
     )
     pins = [f"pin_{k}_{side}" for k in range(1, line.count + 1) for side in ("in", "out")]
     angles = {f"joint_angle_{k}": 0.0 for k in range(1, line.count + 1)}
-    outputs = dict.fromkeys([*pins, *names, *slips, *angles, "bearing_in", "bearing_out"])
+    centrings = [f"centring_{k}" for k in line.centred]
+    wanted = [*pins, *names, *slips, *centrings, *angles, "bearing_in", "bearing_out"]
+    outputs = dict.fromkeys(wanted)
     scene = scene_of(
         line,
         mechanism,
@@ -257,7 +260,8 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
         moving = sweep({"bearing_out": 0.0}, moving=True)
         inertial = _of(setup, line, turns, moving)
         sweeps.append(moving)
-    motion = line_motion(moving, setup.zero, setup.slips, task.speed, task.acceleration)
+    even = [joint.kind == "constant_velocity" for joint in line.joints]
+    motion = line_motion(moving, setup.zero, setup.slips, task.speed, task.acceleration, even)
     residuals = tuple(
         float(np.max([getattr(item, name) for item in sweeps]))
         for name in ("loop_residual", "balance_residual", "power_residual")
@@ -315,6 +319,7 @@ def _of(setup: _Setup, line: LineData, turns: Sequence[Array], sweep: Sweep) -> 
         _in_spline(sweep[name], lever, sweep.motion.position(name))
         for name, lever in zip(setup.slips, setup.levers, strict=True)
     ]
+    centrings = [sweep.wrench(f"centring_{k}", "parent").force for k in line.centred]
     empty = np.zeros((*sweep.shape, 0, 3))
     return LineForces(
         moment_in=np.stack(moments_in, axis=-2),
@@ -322,6 +327,7 @@ def _of(setup: _Setup, line: LineData, turns: Sequence[Array], sweep: Sweep) -> 
         bearing_force=np.stack(forces, axis=-2),
         spline_force=np.stack([force for force, _ in slips], axis=-2) if slips else empty,
         spline_moment=np.stack([moment for _, moment in slips], axis=-2) if slips else empty,
+        centring_force=np.stack(centrings, axis=-2) if centrings else empty,
         holding_moment=np.stack(
             [sweep.holding_effort[f"joint_angle_{k}"] for k in joints], axis=-1
         ),

@@ -10,6 +10,9 @@ with x along the input shaft, y in the bending plane and z normal to it. Statics
 gives the forces of bearings as fixed sums of these moments: neither the position nor the fork
 phases are in their factors. So designs × positions are one product of arrays.
 
+Joints of constant velocity pass on T [x + tan(beta/2) y], and T as it is. The force of a centring
+acts between the shafts beside its piece.
+
 Source:
     Thoma 1920 (6), (7) for the moments; statics of the shafts. For two joints the result is that of
     `analytic.support_forces`.
@@ -17,12 +20,14 @@ Source:
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import ModelError
+from .geometry import centring_places
 from .line_data import LineData
 from .supports import Support, spline_distance, supports
 
@@ -41,6 +46,7 @@ class SupportLoads(NamedTuple):
         factors: `(b, 2, n, 3)` force that bearing b exerts on its shaft along these axes per moment
             of joint k along x, y, z of its bend [1/m].
         betas: `(n,)` joint angles [rad].
+        even: `(n,)` which joints are those of constant velocity.
     """
 
     names: tuple[str, ...]
@@ -48,6 +54,7 @@ class SupportLoads(NamedTuple):
     axes: Array
     factors: Array
     betas: Array
+    even: Array
 
     def forces(self, phases: Array, rotation: Array, torque: float = 1.0) -> Array:
         """Return the forces of the bearings on their shafts in world axes `(..., b, 3)` [N].
@@ -65,14 +72,16 @@ class SupportLoads(NamedTuple):
         return np.asarray(np.sum(self._across(phases, rotation) ** 2, axis=-1))
 
     def _across(self, phases: Array, rotation: Array) -> Array:
-        found = moments(self.betas, phases, rotation)
+        found = moments(self.betas, phases, rotation, self.even)
         flat = (
             found.reshape(*found.shape[:-2], -1) @ self.factors.reshape(-1, self.betas.size * 3).T
         )
         return np.asarray(flat.reshape(*found.shape[:-2], len(self.names), 2))
 
 
-def moments(betas: Array, phases: Array, rotation: Array) -> Array:
+def moments(
+    betas: Array, phases: Array, rotation: Array, even: Sequence[bool] | Array = ()
+) -> Array:
     """Return the moments of joints per torque of the input shaft `(..., n, 3)`.
 
     Each is that of a shaft on the next: along x of the shaft, y in the bending plane, z normal to
@@ -82,12 +91,17 @@ def moments(betas: Array, phases: Array, rotation: Array) -> Array:
         betas: `(n,)` joint angles [rad].
         phases: `(..., n)` fork phases [rad].
         rotation: `(...)` of the line, broadcast against phases without their last axis [rad].
+        even: `(n,)` which joints are those of constant velocity; none unless given.
     """
     shape = np.broadcast_shapes(phases.shape[:-1], np.shape(rotation))
     result = np.empty((*shape, len(betas), 3))
     pins = np.exp(2j * np.asarray(phases))
     torque, lead = np.ones(shape), np.exp(2j * np.asarray(rotation))
     for k, beta in enumerate(betas):
+        if len(even) and even[k]:
+            # Along the normal of the plane that halves the angle between both shafts.
+            result[..., k, :] = torque[..., None] * [1.0, np.tan(beta / 2.0), 0.0]
+            continue
         kappa = np.tan(beta / 2.0) ** 2
         # `lead` is the rotation of the shaft behind the joint, `pin` that of its pin.
         pin = lead * pins[..., k]
@@ -130,7 +144,8 @@ def support_loads(line: LineData) -> SupportLoads:
         factors[row] = solved[columns].reshape(2, line.count, 3)
     shafts = np.array([item.shaft for item in bearings])
     names = tuple(item.name for item in bearings)
-    return SupportLoads(names, shafts, axes, factors, line.joint_angles)
+    even = np.array([joint.kind == "constant_velocity" for joint in line.joints])
+    return SupportLoads(names, shafts, axes, factors, line.joint_angles, even)
 
 
 class _Unknowns:
@@ -152,6 +167,10 @@ class _Unknowns:
             *self._starts[1:],
             min((c.start for c in self.clamps.values()), default=column),
         ]
+        self.centrings: dict[int, slice] = {}
+        for index in line.centred:
+            self.centrings[index] = slice(column, column + 2)
+            column += 2
         self.count = column
 
     def joint(self, number: int) -> slice:
@@ -193,6 +212,16 @@ def _balances(
                     matrix[3:, column] = np.cross(arm, np.eye(3)[axis])
                     if item.behind and axis == 0:
                         behind[column] = 1.0
+        for piece, columns, axes in _centrings(line, unknowns):
+            if index not in (piece - 1, piece + 1):
+                continue
+            place = centring_places(line.shafts, line.geometry, piece)[0]
+            point = line.geometry.centres[piece - 1] + place * line.geometry.directions[piece - 1]
+            force = (1.0 if index > piece else -1.0) * frame.T @ axes
+            matrix[:3, columns] = force
+            matrix[3:, columns] = np.cross(frame.T @ (point - origin), force, axisb=0, axisc=0)
+            if has_spline and index < piece:
+                behind[columns] = force[0]
         if index in unknowns.clamps:
             matrix[[0, 1, 2, 4, 5], unknowns.clamps[index]] = np.eye(5)
         # The torques balance by the motion of the joints.
@@ -203,6 +232,20 @@ def _balances(
             rows.append(behind[None])
             applied.append(np.zeros((1, 3 * line.count)))
     return np.concatenate(rows), np.concatenate(applied)
+
+
+def _centrings(line: LineData, unknowns: _Unknowns) -> Iterator[tuple[int, slice, Array]]:
+    """Yield each coupling piece with the columns of its centring's force and their world axes.
+
+    The force acts on the shaft behind the piece: across the piece if a disc passes it on, across
+    the shaft that it slides along if a ball does.
+    """
+    for piece, columns in unknowns.centrings.items():
+        kind = line.shafts[piece].centring
+        slides = piece
+        if kind is not None and kind.kind == "ball":
+            slides = piece - 1 if kind.fixed_to == "rear" else piece + 1
+        yield piece, columns, line.geometry.frames[slides][:, 1:]
 
 
 def _bend_axes(line: LineData, number: int) -> Array:

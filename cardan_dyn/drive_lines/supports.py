@@ -2,6 +2,7 @@
 
 Across its axis every shaft is held at two places: at its bearings, and at joints that the shaft on
 their other side holds. A joint so serves one of its two shafts, and n joints need n + 2 bearings.
+The centring of a coupling piece ties the shafts beside it to each other and stands for a bearing.
 Along the axis, each stretch of the line between two splines, or a spline and an end, is held by one
 locating bearing. More than that is statically indeterminate, less is a mechanism that falls apart.
 """
@@ -141,6 +142,7 @@ def _across(line: LineData) -> list[str]:
     for index, shaft in enumerate(line.shafts):
         is_end = index in (0, last)
         held = offered + (len(shaft.bearings) or (_PLACES if is_end else 0))
+        held += shaft.centring is not None
         # A shaft that lacks one place takes the joint behind it, which the next shaft then holds.
         lacking = _PLACES - held
         if lacking > (0 if index == last else 1):
@@ -165,7 +167,7 @@ def _loose(line: LineData, index: int) -> str:
     before = line.shaft_names[index - 1]
     return (
         f"nothing holds joint {index} between {before} and {name} across their axes; give one of "
-        "them a (further) bearing"
+        "them a (further) bearing, or a centring if it is the piece of a double joint"
     )
 
 

@@ -72,6 +72,10 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
         Unit("rpm", _TURN_PER_MINUTE, 1.0, ("rpm", "1/min", "rev/min")),
         Unit("rad_s", 1.0, 1.0, ("rad/s",)),
     ),
+    "angular_acceleration": (
+        Unit("rad_s2", 1.0, 1.0, ("rad/s2",)),
+        Unit("rpm_s", _TURN_PER_MINUTE, 1.0, ("rpm/s",)),
+    ),
     "mass": (
         Unit("kg", 1.0, 1.0, ("kg",)),
         Unit("g", 1.0, 1e3, ("g",)),
@@ -123,6 +127,7 @@ SI = {
     "angle": "rad",
     "torque": "N·m",
     "speed": "rad/s",
+    "angular_acceleration": "rad/s²",
     "mass": "kg",
     "inertia": "kg·m²",
     "stiffness": "N·m/rad",

@@ -69,6 +69,7 @@ def variants(
         rigid = [k for k, shaft in enumerate(line.shafts[1:-1], 1) if shaft.spline is None]
         given |= changes | {f"tube_length_{k}": changes[f"shaft_length_{k}"] for k in rigid}
     given |= _misaligned(line, misalignments, given)
+    _check_centrings(line, given)
     sizes = {name: np.shape(value) for name, value in given.items()}
     counts = {shape[0] for shape in sizes.values() if shape != (1,)} or {1}
     if len(counts) > 1:
@@ -79,6 +80,20 @@ def variants(
     held = {name: np.broadcast_to(value, (count,)) for name, value in given.items()}
     arrays = FrozenDict({name: np.array(value) for name, value in held.items()})
     return Variants(count, arrays, line.shafts)
+
+
+def _check_centrings(line: LineData, given: Mapping[str, Array]) -> None:
+    """Refuse designs that would move a coupling piece: its centring says where it lies."""
+    for k in line.centred:
+        for name in (
+            *(f"joint_{what}_{joint}" for what in ("angle", "plane") for joint in (k, k + 1)),
+            *(f"{what}_{k}" for what in ("shaft_length", "tube_length", "offset_y", "offset_z")),
+        ):
+            if np.any(given.get(name, np.zeros(1))) and name != f"joint_plane_{k}":
+                raise ArgumentError(
+                    f"{name} moves the coupling piece {line.shaft_names[k]}, which its centring "
+                    "puts in its place; make a line of its own of each such design"
+                )
 
 
 def _check_lengths(line: LineData, values: Array) -> None:

@@ -37,10 +37,12 @@ class Verdict:
     Attributes:
         line: its name.
         rows: a row per rule and place, in the order of `analytic.rules.RULES`.
+        remarks: data that are valid, but so unusual that their unit may be wrong.
     """
 
     line: str
     rows: tuple[VerdictRow, ...]
+    remarks: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -77,7 +79,8 @@ class Verdict:
         columns = [HEADINGS.index(name) for name in _NARROW]
         cells = [[row.texts[i] for i in columns] for row in self.rows]
         widths = [max(map(len, column)) for column in zip(_NARROW, *cells, strict=True)]
-        lines = [f"{self.line}: {self.summary}", _line(_NARROW, widths)]
+        lines = [f"{self.line}: {self.summary}", *(f"! {text}" for text in self.remarks)]
+        lines.append(_line(_NARROW, widths))
         title = ""
         for row, texts in zip(self.rows, cells, strict=True):
             if row.texts[0] != title:
@@ -88,7 +91,8 @@ class Verdict:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        return table(HEADINGS, (row.texts for row in self.rows), f"{self.line}: {self.summary}")
+        title = "; ".join([f"{self.line}: {self.summary}", *self.remarks])
+        return table(HEADINGS, (row.texts for row in self.rows), title)
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return all rows as a table in SI units and radians, `unit` beside the numbers.
@@ -125,7 +129,7 @@ def verdict(
     line: LineData,
     limits: Mapping[str, Limit | float | str | None] | None,
     analysis: Analysis | None,
-    analyse: Callable[[], Analysis],
+    analyse: Callable[..., Analysis],
 ) -> Verdict:
     """Return the verdict on a line; see `DriveLine.verdict`.
 
@@ -133,7 +137,7 @@ def verdict(
         line: the line.
         limits: see `DriveLine.verdict`.
         analysis: likewise.
-        analyse: analyses the line at 1 rad/s and 1 N·m.
+        analyse: takes a line and the arguments of `DriveLine.analyse`.
     """
     case = Case(line, limits, analysis, analyse)
     rows = [
@@ -142,7 +146,8 @@ def verdict(
         for row in rules(case)
     ]
     order = list(RULES)
-    return Verdict(line.name, tuple(sorted(rows, key=lambda row: order.index(row.rule))))
+    ordered = tuple(sorted(rows, key=lambda row: order.index(row.rule)))
+    return Verdict(line.name, ordered, line.remarks)
 
 
 def _line(texts: tuple[str, ...] | list[str], widths: list[int]) -> str:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from numbers import Real
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
+from analytic import single_joint, uniformity
 from analytic.limits import CRITICAL_CONSTANTS, LIMITS, Limit
 
 from ..arrays import Array
@@ -33,6 +36,7 @@ from torsional critical ones, relative to these, and a maker's constant of bendi
 USED = frozenset(
     {
         *("residual_angle", "non_uniformity", "joint_angle", "angle_difference", "pto_angle"),
+        *("least_joint_angle", "speed_angle_share"),
         *("torsional_acceleration", "torsional_acceleration_greatest"),
         *("inertia_acceleration", "inertia_acceleration_greatest"),
         *("bending_speed_share", "bending_speed_share_industrial"),
@@ -44,18 +48,52 @@ USED = frozenset(
     }
 )
 """Names of `analytic.limits.LIMITS` by which the verdict goes; others decide no row."""
+FREE_FALL = 9.81
+"""Acceleration of free fall [m/s²]."""
+_FINER = 8
+"""Times as many positions as analyses have: 1/8°, where the greatest of a smooth force is met to
+some 1e-6."""
 POSITIVE = frozenset({"mean_life_factor", "balance_grade_maker", "critical_constant"})
 """Names of what rules divide by."""
 _FOR = {
     "vehicle": {
         "joint_angle",
         "angle_difference",
+        "least_joint_angle",
+        "speed_angle_share",
         "bending_speed_share_automotive",
     },
     "agricultural": {"pto_angle", "telescope_travel_left", "telescope_overlap"},
     "industrial": {"bending_speed_share_industrial"},
 }
 """Limits that hold for one application alone, unless the caller gives them."""
+
+
+class _Derived(NamedTuple):
+    """A limit that follows from another one, which the caller gave.
+
+    Attributes:
+        of: name of the other one.
+        value: of its value.
+        unit: of the limit.
+    """
+
+    of: str
+    value: Callable[[float], object]
+    unit: str
+
+    def limit(self, given: Limit | None) -> Limit | None:
+        """Return the limit; None if the other one is taken out or says nothing."""
+        if given is None or not 0.0 <= given.value < math.pi / 2.0:
+            return None
+        return Limit(float(self.value(given.value)), self.unit, given.source)  # type: ignore[arg-type]
+
+
+_OF_ONE_ANGLE = {
+    "non_uniformity": _Derived("residual_angle", single_joint.non_uniformity, "1"),
+    "residual_angle": _Derived("non_uniformity", uniformity.angle_of_non_uniformity, "rad"),
+}
+"""Both are the limit of one angle: where one of them is given, so is the other."""
 
 
 @dataclass(frozen=True)
@@ -79,15 +117,36 @@ class OperatingPoint:
 
 @dataclass(frozen=True)
 class Forces:
-    """Forces of a line at an operating point; see `LineForces`.
+    """Forces of a line in a load case; see `LineForces`.
 
     Attributes:
         point: the operating point.
-        total: with inertia.
+        total: of all that acts.
+        how: what acts besides the torque, in words.
     """
 
     point: OperatingPoint
     total: LineForces
+    how: str = ""
+
+
+class _Parts(NamedTuple):
+    """What the forces of a steady or accelerated turn are made of.
+
+    Attributes:
+        torque: per torque of the input shaft [1/(N·m)].
+        slides: for each spline with friction its name, and the forces if it is drawn out, per size
+            of the torque.
+        speed: per square of the speed; None without mass.
+        acceleration: per angular acceleration of the input shaft; likewise.
+        weight: of the line; likewise.
+    """
+
+    torque: LineForces
+    slides: tuple[tuple[str, LineForces], ...]
+    speed: LineForces | None
+    acceleration: LineForces | None
+    weight: LineForces | None
 
 
 class Case:
@@ -104,7 +163,7 @@ class Case:
         line: LineData,
         limits: Mapping[str, Limit | float | str | None] | None,
         analysis: Analysis | None,
-        analyse: Callable[[], Analysis],
+        analyse: Callable[..., Analysis],
     ) -> None:
         """Take a line.
 
@@ -112,7 +171,7 @@ class Case:
             line: the line.
             limits: see `DriveLine.verdict`.
             analysis: likewise.
-            analyse: analyses the line at 1 rad/s and 1 N·m.
+            analyse: takes a line and the arguments of `DriveLine.analyse`.
 
         Raises:
             ArgumentError: a limit is unknown or none, or the analysis is not one of the line.
@@ -128,6 +187,9 @@ class Case:
         """Return a limit; None if the caller has taken it out, or it does not hold for the line."""
         if name in self._limits:
             return self._limits[name]
+        derived = _OF_ONE_ANGLE.get(name)
+        if derived is not None and derived.of in self._limits:
+            return derived.limit(self._limits[derived.of])
         of = [kind for kind, names in _FOR.items() if name in names]
         if of and self.line.application not in of:
             return None
@@ -135,8 +197,10 @@ class Case:
 
     def why_not(self, name: str) -> str:
         """Return why there is no limit of a name."""
-        if name in self._limits:
-            return f"limits take {name} out"
+        derived = _OF_ONE_ANGLE.get(name)
+        for given in (name, derived.of if derived else name):
+            if given in self._limits:
+                return f"limits take {given} out"
         of = [kind for kind, names in _FOR.items() if name in names]
         if of:
             return f"a limit of {of[0]} lines; give application = {of[0]!r}, or limits[{name!r}]"
@@ -166,33 +230,83 @@ class Case:
 
     @cached_property
     def unit(self) -> Analysis | None:
-        """Analysis at 1 rad/s and 1 N·m, or the one that was given; None if there is none."""
-        if self._analysis is not None:
-            return self._analysis
+        """Analysis at 1 rad/s and 1 N·m; None if there is none."""
         try:
-            return self._analyse()
+            return self._analyse(self.line, speed=1.0, torque=1.0)
         except CardanError as error:
             self._reason = str(error)
             return None
 
     @cached_property
+    def _parts(self) -> _Parts | None:
+        """What forces are made of; None if there are none."""
+        unit = self.unit
+        if unit is None:
+            return None
+        slides = []
+        for name in unit.splines:
+            sliding = _with_friction_in(self.line, name)
+            if sliding is not None:
+                drawn = self._analyse(sliding, speed=1.0, torque=1.0, slipping="out")
+                slides.append((name, drawn.static.plus(unit.static.times(np.array(-1.0)))))
+        heavy: list[LineForces | None] = [unit.inertial, None, None]
+        if unit.inertial is not None:
+            if self.line.acceleration:
+                heavy[1] = self._analyse(
+                    self.line, speed=0.0, torque=1.0, acceleration=1.0
+                ).inertial
+            heavy[2] = self._analyse(
+                self.line, speed=0.0, torque=1.0, gravity=(0.0, 0.0, -FREE_FALL)
+            ).inertial
+        speed, acceleration, weight = (None if part is None else _finer(part) for part in heavy)
+        return _Parts(
+            _finer(unit.static),
+            tuple((name, _finer(part)) for name, part in slides),
+            speed,
+            acceleration,
+            weight,
+        )
+
+    @cached_property
     def forces(self) -> tuple[Forces, ...]:
-        """Forces at all operating points whose torque is known."""
-        found = self.unit
-        if found is None:
+        """Forces in all load cases of the operating points whose torque is known."""
+        parts = self._parts
+        if parts is None:
             return ()
-        if self._analysis is not None:
-            return (Forces(self.points[0], self._analysis.total),)
         result = []
+        if self._analysis is not None:
+            result.append(Forces(self.points[0], self._analysis.total, "the analysis"))
         for point in self.points:
-            if point.torque is None or (found.inertial is not None and point.speed is None):
-                continue
-            total = found.static.times(np.array(point.torque))
-            if found.inertial is not None:
-                # Inertia forces of a steady drive grow with the square of its speed.
-                total = total.plus(found.inertial.times(np.array((point.speed or 0.0) ** 2)))
-            result.append(Forces(point, total))
+            if point.torque is not None and (parts.speed is None or point.speed is not None):
+                result += self._load_cases(parts, point)
         return tuple(result)
+
+    def _load_cases(self, parts: _Parts, point: OperatingPoint) -> Iterator[Forces]:
+        """Yield the forces of an operating point.
+
+        Sizes of forces are convex in all that acts, so that the worst is at the ends of all ranges:
+        of the torque from none to the shock torque, of the speed and of the acceleration.
+        """
+        full = (point.torque or 0.0) * self.service_factor
+        torques = [full, 0.0, *([-full] if self.line.reversing else [])] if full else [0.0]
+        speeds = [point.speed or 0.0, 0.0] if parts.speed is not None and point.speed else [0.0]
+        most = (self.line.acceleration or 0.0) if parts.acceleration is not None else 0.0
+        for torque, speed, rate in itertools.product(
+            torques, speeds, (most, -most) if most else (0.0,)
+        ):
+            shift = [(1, -1)] * len(parts.slides) if torque else [(0,)] * len(parts.slides)
+            for senses in itertools.product(*shift):
+                total = parts.torque.times(np.array(torque))
+                for sense, (_, slide) in zip(senses, parts.slides, strict=True):
+                    total = total.plus(slide.times(np.array(sense * abs(torque))))
+                for part, factor in (
+                    (parts.speed, speed**2),
+                    (parts.acceleration, rate),
+                    (parts.weight, 1.0),
+                ):
+                    if part is not None and factor:
+                        total = total.plus(part.times(np.array(factor)))
+                yield Forces(point, total, _how(parts, torque, full, speed, rate, senses))
 
     @property
     def no_forces(self) -> str:
@@ -203,14 +317,65 @@ class Case:
             return self._reason
         return "give speed and torque" if self.unit.inertial is not None else "give torque"
 
-    def worst(self, pick: Callable[[LineForces], Array]) -> tuple[Array, list[OperatingPoint]]:
-        """Return the greatest sizes of a quantity `(k,)`, and the operating points they are at.
+    def worst(self, pick: Callable[[LineForces], Array]) -> tuple[Array, list[Forces]]:
+        """Return the greatest sizes of a quantity `(k,)`, and the load cases they are in.
 
         Args:
             pick: takes the quantity `(P, k)` of all positions from forces.
         """
         sizes = np.array([np.abs(pick(item.total)).max(axis=0) for item in self.forces])
-        return sizes.max(axis=0), [self.forces[i].point for i in sizes.argmax(axis=0)]
+        return sizes.max(axis=0), [self.forces[i] for i in sizes.argmax(axis=0)]
+
+    @cached_property
+    def unknown_frictions(self) -> tuple[str, ...]:
+        """Names of the shafts whose spline has no coefficient of friction."""
+        named = zip(self.line.shaft_names, self.line.shafts, strict=True)
+        return tuple(n for n, shaft in named if shaft.spline and shaft.spline.friction is None)
+
+
+def _with_friction_in(line: LineData, name: str) -> LineData | None:
+    """Return a line in which one spline alone has friction; None if that has none."""
+    shafts = list(line.shafts)
+    for k, (called, shaft) in enumerate(zip(line.shaft_names, shafts, strict=True)):
+        if shaft.spline is None:
+            continue
+        if called == name and not shaft.spline.friction:
+            return None
+        if called != name and shaft.spline.friction:
+            shafts[k] = replace(shaft, spline=replace(shaft.spline, friction=0.0))
+    return replace(line, shafts=tuple(shafts))
+
+
+def _finer(forces: LineForces) -> LineForces:
+    """Return forces of a whole turn at more positions, so that no greatest value is between them.
+
+    They are sums of harmonics of the turn, which all positions together determine.
+    """
+    result = []
+    for values in forces:
+        count = len(values)
+        waves = np.fft.rfft(values, axis=0)
+        result.append(np.fft.irfft(waves, n=_FINER * count, axis=0) * _FINER)
+    return LineForces(*result)
+
+
+def _how(
+    parts: _Parts, torque: float, full: float, speed: float, rate: float, senses: tuple[int, ...]
+) -> str:
+    """Return a load case in words, as far as it is not that of the operating point itself."""
+    listed = []
+    if full and not torque:
+        listed.append("without torque")
+    if torque * full < 0.0:
+        listed.append("torque reversed")
+    if parts.speed is not None and not speed:
+        listed.append("at rest")
+    if rate:
+        listed.append("running up" if rate > 0.0 else "braking")
+    for sense, (name, _) in zip(senses, parts.slides, strict=True):
+        if sense:
+            listed.append(f"spline of {name} {'drawn out' if sense > 0 else 'pushed in'}")
+    return ", ".join(listed)
 
 
 def _points(line: LineData, analysis: Analysis | None) -> tuple[OperatingPoint, ...]:

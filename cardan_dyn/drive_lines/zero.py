@@ -10,12 +10,16 @@ tan(a/2) tan(b/2): the lead of the next shaft over this one.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from .geometry import Geometry
+
+if TYPE_CHECKING:
+    from .line_data import LineData
 
 
 class Zero(NamedTuple):
@@ -33,12 +37,20 @@ class Zero(NamedTuple):
     rotations: Array
 
 
-def zero(found: Geometry, fork_offsets: Array) -> Zero:
+def line_zero(line: LineData) -> Zero:
+    """Return how the pins and shafts of a line stand."""
+    even = [joint.kind == "constant_velocity" for joint in line.joints]
+    return zero(line.geometry, line.fork_offsets, even)
+
+
+def zero(found: Geometry, fork_offsets: Array, even: Sequence[bool] = ()) -> Zero:
     """Return how the pins and shafts of a line stand.
 
     Args:
         found: geometry of the line.
         fork_offsets: `(n - 1,)` see `Shaft` [rad].
+        even: which joints are those of constant velocity; none unless given. Of these both turns
+            are those of the front half, which bends by half the joint angle.
     """
     count = len(found.joint_angles)
     driving, driven, rotations = np.zeros(count), np.zeros(count), np.zeros(count + 1)
@@ -46,6 +58,11 @@ def zero(found: Geometry, fork_offsets: Array) -> Zero:
         pin = rotations[k] - plane
         if k:
             pin += math.pi / 2 + fork_offsets[k - 1]
+        if len(even) and even[k]:
+            driven[k] = math.asin(math.sin(beta / 2.0) * math.cos(pin))
+            driving[k] = math.atan2(math.sin(beta / 2.0) * math.sin(pin), math.cos(beta / 2.0))
+            rotations[k + 1] = pin
+            continue
         driven[k] = math.asin(math.sin(beta) * math.cos(pin))
         driving[k] = math.atan2(math.sin(beta) * math.sin(pin), math.cos(beta))
         rotations[k + 1] = pin + float(lead(driving[k], driven[k]))

@@ -77,6 +77,19 @@ def test_efficiency_near_one_hundred_percent():
     assert single_joint.non_uniformity(0.0) == 0.0
 
 
+def test_greatest_angles_as_printed():
+    """Spicer: 3.2 degrees at 5000/min, 5.0 at 3500/min, 11.5 at 1500/min."""
+    rpm = np.array([5000.0, 3500.0, 1500.0])
+    angles = np.degrees(installation.greatest_joint_angle(rpm * RPM))
+    assert angles == pytest.approx([3.2, 5.0, 11.5], rel=1e-12)
+    every = installation.greatest_joint_angle(np.linspace(0.0, 8000.0, 400) * RPM)
+    assert np.all(np.diff(every) <= 1e-15)
+    # Between rows no angle is above both of speed times angle.
+    assert np.degrees(installation.greatest_joint_angle(1750 * RPM)) == pytest.approx(
+        (1500 * 11.5 + 2000 * 8.7) / 2 / 1750
+    )
+
+
 def test_shapes_nan_and_bad_arguments():
     angles = installation.joint_angles_from_slopes(np.zeros((4, 3)), [0.0, 0.1, np.nan])
     assert angles.shape == (4, 2)

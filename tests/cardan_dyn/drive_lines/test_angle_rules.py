@@ -47,7 +47,52 @@ def test_allowed_angles_of_the_second_joint_are_those_of_the_product_formula() -
 def test_non_uniformity_and_its_inverse() -> None:
     second = rows(planar(3.0, 0.0), "uniformity")[1]
     assert second.value == pytest.approx(0.0027428, abs=5e-8)
-    assert second.inverses[0].value == pytest.approx(np.radians(2.977), abs=1e-5)
+    assert second.inverses[0].value == pytest.approx(np.radians(3.0), rel=1e-12)
+
+
+@pytest.mark.parametrize("most", [None, 0.02, np.radians(3.0), 0.4])
+def test_a_residual_angle_and_its_own_non_uniformity_pass_together(most: float | None) -> None:
+    """Both are limits of one angle: 2.99 degrees pass both, and so at any limit."""
+    angle = np.radians(3.0) if most is None else most
+    limits = {} if most is None else {"residual_angle": most}
+    for share in (0.5, 0.9966, 1 - 1e-9, 1 - 1e-13, 1.0, 1 + 0.7e-9, 1 + 1e-8, 1.01, 2.0):
+        first, second = rows(planar(np.degrees(angle * share), 0.0), "uniformity", **limits)[:2]
+        assert first.status == second.status == ("pass" if share <= 1 + 1e-9 else "fail")
+        assert second.limit.value == pytest.approx(1 / np.cos(angle) - np.cos(angle), rel=1e-9)
+    other = rows(planar(2.0, 0.0), "uniformity", non_uniformity=0.001)[0]
+    assert np.cos(other.limit.value) == pytest.approx((np.sqrt(0.001**2 + 4) - 0.001) / 2)
+    assert rows(planar(9.0, 0.0), "uniformity", residual_angle=None)[1].status == "not judged"
+
+
+def test_rules_that_do_not_apply_fail_no_line() -> None:
+    """A coupling shaft of 1 and 3.5 degrees in a line of three joints, and crossed forks."""
+    slopes = np.radians(np.cumsum([0.0, 1.0, 3.5, -3.64]))
+    shafts = [Shaft(slope_side=slope, length=1.0) for slope in slopes]
+    line = DriveLine(shafts=shafts, application="vehicle", speed=150.0)
+    found = [row for row in rows(line, "joint_angles") if "difference" in row.quantity]
+    assert [row.status for row in found] == ["stated", "stated"]
+    assert all("does not apply" in row.note for row in found)
+    crossed = double_shaft((0.0, 0.1, 0.0), fork_offset=np.pi / 2).replace(application="vehicle")
+    (row,) = (row for row in rows(crossed, "joint_angles") if "difference" in row.quantity)
+    assert row.status == "stated"
+    two = planar(3.0, 4.1, application="vehicle")
+    (row,) = (row for row in rows(two, "joint_angles") if "difference" in row.quantity)
+    assert row.status == "fail" and row.limit.value == pytest.approx(np.radians(1.0))
+
+
+@pytest.mark.parametrize(
+    ("rpm", "angle", "status"),
+    [(5000, 3.19, "pass"), (5000, 3.21, "fail"), (3500, 4.99, "pass"), (3500, 5.01, "fail")],
+)
+def test_greatest_angle_by_speed_and_least_angle(rpm: float, angle: float, status: str) -> None:
+    line = planar(angle, angle, application="vehicle", speed=rpm * RPM)
+    found = {row.quantity: row.status for row in rows(line, "joint_angles")}
+    assert found["joint angle at the greatest speed"] == status
+    assert found["least joint angle"] == "pass"
+    straight = planar(0.4, 0.4, application="vehicle", speed=rpm * RPM)
+    assert {row.status for row in rows(straight, "joint_angles") if "least" in row.quantity} == {
+        "fail"
+    }
 
 
 def test_spatial_lines_break_the_sum_with_signs() -> None:

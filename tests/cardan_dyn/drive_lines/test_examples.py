@@ -15,7 +15,7 @@ FAILED = {
     "paper_machine": set(),
     "pto": set(),
     "rolling_mill": set(),
-    "truck": {("joint_angles", "coupling_shaft")},
+    "truck": set(),
 }
 """Rules and places at which each line misses a limit."""
 
@@ -35,10 +35,14 @@ def test_verdict(name: str) -> None:
     assert {(row.rule, row.where) for row in found.failed} == FAILED[name]
     assert sum(row.status == "pass" for row in found) >= 15
     assert {"bearing_forces", "uniformity", "accelerations"} <= {row.rule for row in found}
-    # Statics of the closed form and of the mechanism, which counts with inertia.
+    # The closed form is that of the shock torque alone, without friction, inertia and weight.
+    hardest = max([abs(p.torque) for p in line.duty_cycle] + [abs(line.torque or 0.0)])
+    shock = line.analyse(speed=0.0, torque=hardest * (line.service_factor or 1.0))
+    at_rest = dict(zip(shock.bearings, shock.static.bearing_radial.max(axis=0), strict=True))
     for row in found:
         if row.rule == "bearing_forces" and row.rule_value:
-            assert row.value == pytest.approx(row.rule_value, rel=0.5)
+            assert at_rest[row.where] == pytest.approx(row.rule_value, rel=3e-4)
+            assert row.value > row.rule_value
 
 
 @pytest.mark.parametrize("name", sorted(FAILED))

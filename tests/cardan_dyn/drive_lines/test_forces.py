@@ -6,7 +6,7 @@ from cardan_dyn.drive_lines import LineForces
 
 def forces(seed: int = 0, shape: tuple[int, ...] = (4, 5)) -> LineForces:
     rng = np.random.default_rng(seed)
-    sizes = [(2, 3), (2, 3), (3, 3), (1, 3), (1, 3), (2,), (), ()]
+    sizes = [(2, 3), (2, 3), (3, 3), (1, 3), (1, 3), (2, 3), (2,), (), ()]
     return LineForces(*(rng.uniform(-1, 1, (*shape, *size)) for size in sizes))
 
 
@@ -21,6 +21,7 @@ def test_components() -> None:
     assert found.spline_friction.shape == found.spline_torque.shape == (4, 5, 1)
     squares = found.spline_torque**2 + found.spline_bending**2
     assert squares == pytest.approx(np.sum(found.spline_moment**2, axis=-1))
+    assert found.centring**2 == pytest.approx(np.sum(found.centring_force**2, axis=-1))
 
 
 def test_forces_are_linear() -> None:

@@ -56,10 +56,26 @@ def test_required_rating_of_a_duty_cycle(field: str) -> None:
     # Damage by hand: n beta T^(10/3), in the units of the catalogues.
     damage = 0.2 * 2000 * 8 * 300.0 ** (10 / 3) + 0.5 * 900 * 8 * 700.0 ** (10 / 3)
     if field == "rated_torque":
-        assert row.value / HOUR == pytest.approx(1.5e6 * 900.0 ** (10 / 3) / damage, rel=1e-9)
+        assert row.value / HOUR == pytest.approx(
+            1.5e6 * 900.0 ** (10 / 3) / (1.5 * damage), rel=1e-9
+        )
     else:
         per_knm = damage * 1e-10 * 1.5
         assert row.value / HOUR == pytest.approx(900.0 * 1e10 / per_knm, rel=1e-9)
+
+
+def test_one_joint_has_one_life_by_both_ratings() -> None:
+    """L_C = 1.5e-4 T_D^(10/3) with T_D in kN·m is the same joint, whatever the shock factor."""
+    for shock in (None, 1.5, 3.0):
+        fields = {"speed": 90.0, "torque": 700.0, "service_factor": shock, "life": 2e6}
+        joint = Joint(rated_torque=1300.0, capacity=1.5e-4 * 1.3 ** (10 / 3))
+        one, two = (row for row in rows(line(8.0, joint, **fields), "joint_life")[:2])
+        assert one.value == pytest.approx(two.value, rel=1e-12)
+        n_beta = 90.0 / RPM * 8.0
+        expected = 1.5e6 / n_beta * (1.3 / 0.7) ** (10 / 3) / (shock or 1.0)
+        assert one.value / HOUR == pytest.approx(expected, rel=1e-12)
+        needed = [item.inverses[0].value for item in (one, two)]
+        assert 1.5e-4 * (needed[0] / 1e3) ** (10 / 3) == pytest.approx(needed[1], rel=1e-12)
 
 
 def test_a_cycle_at_rest_has_no_life() -> None:

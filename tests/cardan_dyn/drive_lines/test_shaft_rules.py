@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from testkit.line_data import double_shaft, random_line
 
-from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Shaft, Spline, Tube, VerdictRow
+from cardan_dyn.drive_lines import (
+    Bearing,
+    DriveLine,
+    DutyPoint,
+    Joint,
+    Shaft,
+    Spline,
+    Tube,
+    VerdictRow,
+)
 
 RPM = np.pi / 30
 INCH = 0.0254
@@ -71,16 +82,24 @@ def test_centre_bearing_shortens_and_softens() -> None:
         shaft = Shaft(
             length=length, tube=tube, bearings=[Bearing(distance=0.8 * length, **bearing)]
         )
-        shafts = [given.shafts[0], shaft, *given.shafts[2:]]
-        return rows(given.replace(shafts=shafts, speed=10.0), "bending_speed")[0]
+        behind = dataclasses.replace(given.shafts[2], tube=tube)
+        shafts = [given.shafts[0], shaft, behind, given.shafts[3]]
+        joints = [Joint(cross_mass=2.0)] * 3
+        case = given.replace(shafts=shafts, joints=joints, speed=10.0)
+        return rows(case, "bending_speed")[0]
 
-    whole = rows(line(length, tube=tube).replace(speed=10.0), "bending_speed")[0]
     rigid = share()
-    assert rigid.value == pytest.approx(0.64 * whole.value, rel=1e-9)
-    assert "25 %" in rigid.broken[0]
-    soft = share(stiffness=1e5)
-    assert soft.value > 1.5 * rigid.value
-    assert "elastic" in soft.broken[0]
+    assert rigid.status == "not judged" and "give stiffness of C1" in rigid.note
+    soft = share(stiffness=1e6)
+    assert soft.value > rigid.value and soft.status == "pass"
+    assert "all shafts" in soft.broken[0]
+    # So soft that the shafts stay straight: the joint swings with both of them on the bearing.
+    softest = share(stiffness=1e3)
+    mass = 7850.0 * np.pi / 4 * (0.08**2 - 0.074**2)
+    lengths = given.geometry.lengths[1:3]
+    swinging = mass * lengths.sum() / 3 + 2.0
+    natural = np.sqrt(1e3 * 0.8**2 / swinging)
+    assert 10.0 / softest.value == pytest.approx(natural, rel=1e-3)
 
 
 def test_stress_is_that_of_the_section() -> None:
