@@ -14,7 +14,6 @@ import numpy as np
 from ..arrays import Array
 from ..errors import AssemblyError, SingularConfigurationError
 from ..problem.problem import Problem
-from ..proof.closed_positions import refuse_left
 from .all_groups import Kinematics
 from .loop_system import LoopSystem
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION
@@ -180,12 +179,19 @@ class StartSearch:
         """
         state = self._kinematics.close(zero[None, :], most=_ZERO_NEWTON_STEPS)
         if state.residual[0] < CLOSURE_TOLERANCE and state.correction[0] < _NEARBY:
-            groups = [solver.group for solver in self._kinematics.solvers]
-            loops = [index for group in groups for index in group.loops]
-            couplings = [index for group in groups for index in group.couplings]
-            refuse_left(self._problem.mechanism, loops, couplings, zero, state.x[0])
+            if state.correction[0] > SAFE_CORRECTION:
+                self._prove_open(zero, state.x[0])
             return state.x[0]
         return self._closed_near(zero, self._free(()))
+
+    def _prove_open(self, zero: Array, closed: Array) -> None:
+        """Refuse closed coordinates `(size,)` if those that they were found from were closed."""
+        from ..proof.closed_positions import refuse_left  # Most zeros are closed and stay.
+
+        groups = [solver.group for solver in self._kinematics.solvers]
+        loops = [index for group in groups for index in group.loops]
+        couplings = [index for group in groups for index in group.couplings]
+        refuse_left(self._problem.mechanism, loops, couplings, zero, closed)
 
     def _closed_near(self, x: Array, free: Array) -> Array:
         """Return closed coordinates `(size,)` near some that may be far from closed.
