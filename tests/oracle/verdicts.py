@@ -392,7 +392,8 @@ def _forces(line: DriveLine, found: Judged, worst: Worst) -> None:
     for shaft in line.shafts:
         for item in shaft.bearings:
             for way, limit in (("across", item.radial_limit), ("along", item.axial_limit)):
-                found.most("bearing_forces", item.name, worst[way, item.name], limit)
+                if limit is not None:
+                    found.most("bearing_forces", item.name, worst[way, item.name], limit)
     for k in line.centred:
         name = line.shaft_names[k]
         limit = line.shafts[k].centring.force_limit
