@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..checks import numbers
+from ..checks import numbers, whole
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import AccuracyError, ArgumentError
 from ..frozen import frozen, read_only
@@ -125,8 +125,12 @@ class Trajectory(Tabled):
         return Trajectory(self._solver, self._run, self._forces, self._course, t)
 
     def evenly(self, count: int) -> Trajectory:
-        """Return the same simulation at equidistant times, as an animation shows it."""
-        return self.at(np.linspace(0.0, float(self._run.times[-1]), count))
+        """Return the same simulation at equidistant times, as an animation shows it.
+
+        Raises:
+            ArgumentError: the count is no whole number above 0.
+        """
+        return self.at(np.linspace(0.0, float(self._run.times[-1]), whole("count", count)))
 
     @cached_property
     def _rows(self) -> Rows:

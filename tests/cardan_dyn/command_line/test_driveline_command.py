@@ -40,8 +40,11 @@ def test_prints_data_forks_and_verdict() -> None:
         "Fork couples",
     ):
         assert text in result.output
-    assert "FAIL coupling_shaft: difference of both joint angles" in result.output
-    assert run("truck", "--check").exit_code == 1
+    assert "FAIL" not in result.output
+    strict = run("truck", "--check", "--limit", "residual_angle=0.02")
+    assert "FAIL axle: residual angle 1.414°" in strict.output
+    assert strict.exit_code == 1
+    assert run("truck", "--check").exit_code == 0
     assert run("pto", "--check").exit_code == 0
 
 

@@ -174,3 +174,12 @@ def test_slopes_are_compared_with_sums_of_squares() -> None:
     (row,) = rows(line, "slopes")
     exact = np.arctan(np.hypot(np.tan(0.2), np.tan(0.2)))
     assert row.value == pytest.approx(abs(np.hypot(0.2, 0.2) - exact), rel=1e-9)
+
+
+def test_a_size_in_no_table_is_said_to_be_so() -> None:
+    line = planar(5.0, 5.0, joints=[Joint(size="2056"), Joint(size="2055")], speed=100.0)
+    found = {(row.where, row.quantity): row for row in rows(line, "n_beta")}
+    for quantity in ("speed", "speed times angle"):
+        row = found["joint_1", quantity]
+        assert row.status == "not judged" and "size '2056' is none of Dana's" in row.note
+        assert found["joint_2", quantity].status == "pass"

@@ -9,7 +9,7 @@ import pytest
 from testkit.line_data import NEAR, SPAN, double_shaft, random_line
 
 from analytic.support_forces import Spans, planar_support_forces
-from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Shaft, VerdictRow
+from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Shaft, Spline, VerdictRow
 
 
 def frictionless(shaft: Shaft) -> Shaft:
@@ -108,3 +108,81 @@ def test_lines_without_closed_form_and_without_hold() -> None:
     loose = line.replace(shafts=[line.shafts[0], Shaft(length=0.5), *line.shafts[2:]])
     (row,) = rows(loose, "bearing_forces")
     assert row.status == "not judged" and "hold" in row.note
+
+
+def sliding(limit: float, **fields: object) -> DriveLine:
+    """A double shaft in Z, whose spline pushes with 50 kN against locating bearings."""
+    given = double_shaft((0.0, 0.0, 0.0), (0.0, 0.1, 0.0), friction=0.1, radius=0.02)
+    ends = [
+        dataclasses.replace(
+            shaft,
+            bearings=[
+                dataclasses.replace(item, axial_limit=limit if place == 0 else None)
+                for place, item in enumerate(shaft.bearings)
+            ],
+        )
+        for shaft in (given.shafts[0], given.shafts[2])
+    ]
+    return given.replace(shafts=[ends[0], given.shafts[1], ends[1]], torque=1e4, **fields)
+
+
+def test_locating_bearings_bear_the_push_of_the_spline() -> None:
+    """μ T / r = 50 kN along the shaft fail bearings for 5 kN; statics of an end shaft say F cos."""
+    found = [row for row in rows(sliding(5e3), "bearing_forces") if "along" in row.quantity]
+    assert [row.status for row in found] == ["fail", "fail"]
+    for row in found:
+        # Its own friction varies with the torque of the middle shaft, up to T / cos; across the
+        # joint the pin's reaction to the bending moment comes along as well.
+        assert row.value == pytest.approx(50e3, rel=0.02)
+        assert "spline of shaft_1" in row.note
+        at_limit = sliding(5e3).replace(torque=row.inverses[0].value)
+        again = [r for r in rows(at_limit, "bearing_forces") if "along" in r.quantity]
+        assert next(r for r in again if r.where == row.where).value == pytest.approx(5e3, rel=1e-9)
+    assert {r.status for r in rows(sliding(60e3), "bearing_forces") if "along" in r.quantity} == {
+        "pass"
+    }
+    shock = rows(sliding(60e3, service_factor=1.5), "bearing_forces")
+    assert {r.status for r in shock if "along" in r.quantity} == {"fail"}
+
+
+def test_what_is_not_known_of_a_spline_passes_no_bearing() -> None:
+    line = sliding(60e3)
+    middle = dataclasses.replace(line.shafts[1], spline=Spline())
+    unknown = line.replace(shafts=[line.shafts[0], middle, line.shafts[2]])
+    for row in rows(unknown, "bearing_forces"):
+        assert row.status == "not judged"
+    (row,) = rows(unknown, "axial_force")
+    assert row.note == "not judged: give friction and radius of the spline"
+    free = unknown.replace(shafts=[frictionless(shaft) for shaft in unknown.shafts])
+    assert {r.status for r in rows(free, "bearing_forces") if "along" in r.quantity} == {"pass"}
+
+
+def test_weight_and_running_up_load_bearings() -> None:
+    """A heavy straight line: half of its weight at each end; a fast run up, own statics."""
+    ends = [Bearing(distance=0.1, radial_limit=1.0), Bearing(distance=0.3)]
+    spline = Spline(friction=0.0)
+    shafts = [
+        Shaft(bearings=ends),
+        Shaft(length=1.0, mass=40.0, inertia=0.5, transverse_inertia=3.4, spline=spline),
+        Shaft(bearings=ends, mass=5.0, inertia=2.0, centre=0.1),
+    ]
+    line = DriveLine(shafts=shafts, speed=100.0, torque=0.0, acceleration=300.0)
+    found = {row.where: row for row in rows(line, "bearing_forces") if "across" in row.quantity}
+    # 20 kg hang 0.1 m before the near bearing, whose span is 0.2 m.
+    assert found["B"].value == pytest.approx(20.0 * 9.81 * 1.5, rel=1e-9)
+    assert found["A"].value == pytest.approx(20.0 * 9.81 * 0.5, rel=1e-9)
+    assert found["E"].value == pytest.approx((20.0 * 1.5 + 5.0) * 9.81, rel=1e-9)
+    assert found["B"].status == "fail"
+    # Running up, joint 2 turns 2 kg·m² and joint 1 the shaft's 0.5 besides.
+    torque = {row.where: row.value for row in rows(line, "static_ratings")}
+    assert torque == pytest.approx({"joint_1": 300.0 * 2.5, "joint_2": 300.0 * 2.0}, rel=1e-9)
+
+
+def test_an_analysis_counts_besides_the_worst_case() -> None:
+    line = sliding(5e3)
+    harmless = line.analyse(speed=1.0, torque=1e4)
+    assert not line.verdict(analysis=harmless).passed
+    pulled = line.analyse(speed=1.0, torque=1e4, slipping="out")
+    worst = [row for row in line.verdict(analysis=pulled) if "along" in row.quantity]
+    most = np.abs(pulled.static.bearing_axial).max()
+    assert max(row.value for row in worst if row.rule == "bearing_forces") >= most * (1 - 1e-12)

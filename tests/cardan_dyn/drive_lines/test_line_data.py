@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from cardan_dyn import ModelError
-from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Joint, Shaft, Spline, Tube
+from cardan_dyn.drive_lines import (
+    Bearing,
+    DriveLine,
+    DutyPoint,
+    Joint,
+    Shaft,
+    Spline,
+    Tube,
+    examples,
+)
 
 
 def double_shaft(**changes: object) -> DriveLine:
@@ -123,3 +132,14 @@ def test_names_differ_from_those_of_parts_without_a_name() -> None:
 def test_names_can_be_printed(name: str) -> None:
     with pytest.raises(ModelError, match="expected a text of one line that can be printed"):
         Shaft(name=name)
+
+
+def test_data_whose_unit_may_be_wrong_are_remarked_on() -> None:
+    tube = Tube(outer_diameter=0.1, wall=0.004, modulus=210e6)
+    line = DriveLine(shafts=[Shaft(), Shaft(length=1200.0, tube=tube), Shaft()])
+    assert len(line.remarks) == 2
+    assert "shafts[1].length = 1200 m" in line.remarks[0]
+    assert "shafts[1].tube.modulus = 2.1e+08 Pa" in line.remarks[1]
+    assert all(text in str(line.verdict()) for text in line.remarks)
+    for name in examples():
+        assert DriveLine.from_toml(name).remarks == ()

@@ -205,3 +205,12 @@ def test_a_single_joint_has_no_forks_to_turn() -> None:
 def test_texts_of_phasings_say_what_was_gained() -> None:
     line = arrangements.z_arrangement(np.radians(10.0), 1.0).replace(name="z")
     assert repr(line.phasing()) == "<Phasing of 'z' by residual_angle: 0°, given 0°; proven>"
+
+
+@pytest.mark.parametrize("count", [33, 70])
+def test_lines_of_more_joints_than_arrays_have_dimensions(count: int) -> None:
+    line = random_line(count, seed=count, bend=0.05)
+    found = line.phasing()
+    assert found.proven and found.value == pytest.approx(0.0, abs=1e-6)
+    held = line.phasing(fixed=[*range(2, count - 1)])
+    assert held.value <= held.given_value

@@ -34,6 +34,9 @@ def test_times(swing: cd.Trajectory) -> None:
     assert len(swing) == swing.shape[0] == len(swing.position)
     assert swing.at(1.5).t.tolist() == [1.5]
     np.testing.assert_allclose(swing.evenly(4).t, [0.0, 1.0, 2.0, 3.0])
+    for count in (-3, 0, 2.5, "4", True):
+        with pytest.raises(cd.ArgumentError, match="count is"):
+            swing.evenly(count)
     np.testing.assert_array_equal(swing.at([2.0, 1.0]).position[::-1], swing.at([1, 2]).position)
     assert "pendulum" in repr(swing)
 

@@ -1,0 +1,23 @@
+"""Verdicts on random lines, recomputed by a program of its own: `verdicts.py` runs many."""
+
+from __future__ import annotations
+
+import pytest
+import verdicts
+
+from cardan_dyn.drive_lines import DriveLine, examples
+
+
+@pytest.mark.parametrize("seed", [2])
+def test_what_fails_a_line_is_what_its_forces_and_limits_say(seed: int) -> None:
+    line, worst = verdicts.draw(seed)
+    own = verdicts.judged(line, worst)
+    assert list(verdicts.differences(line, own)) == []
+
+
+@pytest.mark.parametrize("name", examples())
+def test_lines_of_the_package_by_hand(name: str) -> None:
+    line = DriveLine.from_toml(name)
+    own = verdicts.judged(line, verdicts.worst_forces(line))
+    assert own.failed == set()
+    assert list(verdicts.differences(line, own)) == []
