@@ -50,8 +50,9 @@ rounding, and the arrow would flicker."""
 _LEAST_SCALE = 1e-5
 """Least length of an arrow. A scale of zero has no inverse, which the viewer needs for normals."""
 _ROUNDING = 1e-9
-"""Moments below this fraction of the greatest one, and forces that would make only such moments
-with the radius of the scene as lever, are taken for rounding and not drawn."""
+"""Moments below this fraction of the greatest one, or of what the greatest force makes with the
+radius of the scene as lever, and forces that would make only such moments, are taken for rounding
+and not drawn."""
 
 
 @dataclass(frozen=True)
@@ -193,7 +194,8 @@ class _Builder:
     def draw_moments(self, vectors: list[Vectors], arrows: bool, traces: bool) -> None:
         """Draw torsion and bending as arrows, whole moments with their traces, and their scale."""
         greatest = max((item.greatest_moment for item in vectors), default=0.0)
-        if not greatest > 0.0:
+        force = max((item.greatest_force for item in vectors), default=0.0)
+        if not greatest > _ROUNDING * force * self._radius:
             return
         scale = _ARROW * self._radius / greatest
         shown = [item for item in vectors if item.greatest_moment > _ROUNDING * greatest]
