@@ -53,7 +53,7 @@ def over_angle(
     position = turn.motion.position(drive)
     slides = _slides(turn, drive)
     abscissa = position if slides else np.rad2deg(position)
-    figure, panels = wrench_panels(wrenches, abscissa, names(quantities))
+    figure, panels = wrench_panels(wrenches, abscissa, names(quantities, "quantities"))
     if slides:
         panels[-1].set_xlabel(f"{drive} [m]")
     else:
@@ -83,8 +83,8 @@ def ratio_and_angle_error(
 
     Raises:
         ModelError: unknown joint.
-        ArgumentError: no sweep, one over several dimensions, `drive` is not a drive of one, or a
-            joint slides.
+        ArgumentError: no sweep, one over several dimensions, `drive` is not a drive of one, or
+            it slides.
     """
     if not turns:
         raise ArgumentError("there is no sweep to be drawn")
@@ -92,12 +92,11 @@ def ratio_and_angle_error(
     angles, drives = [], []
     for index, (label, turn) in enumerate(turns.items()):
         drives.append(drive_of(turn, drive))
-        for name in (drives[-1], output):
-            if _slides(turn, name):
-                raise ArgumentError(
-                    f"{name!r} slides; a speed ratio and an angle error are those of two joints "
-                    "that turn. See turn.motion.ratio and figures.over_angle"
-                )
+        if _slides(turn, drives[-1]):
+            raise ArgumentError(
+                f"drive {drives[-1]!r} slides; an angle error is that of joints that turn. See "
+                "turn.motion.ratio and figures.over_angle"
+            )
         angle = turn.motion.position(drives[-1])
         error = turn.motion.position(output) - angle
         style = {**curve_style(index, len(angle)), "label": label}
