@@ -11,6 +11,7 @@ from ..arrays import Array
 from ..errors import ArgumentError
 from ..mechanism.joints import Joint
 from ..results.sweep import Sweep
+from ..results.wrench import WITHOUT_AXIS
 from . import shapes as forms
 from .bodies import Bodies
 from .commands import Color, Drawing, Pose, mesh, meshcat, node_name
@@ -317,7 +318,7 @@ class _Builder:
 
 def has_axis(joint: Joint) -> bool:
     """Return whether a joint has one axis that its child keeps."""
-    return joint.type not in ("spherical", "universal", "floating", "fixed")
+    return joint.type not in (*WITHOUT_AXIS, "universal")
 
 
 def _shift(height: float) -> Array:
