@@ -167,7 +167,7 @@ class Actuator(JointElement):
     def __post_init__(self) -> None:
         effort = self.effort if callable(self.effort) else self._number("effort")
         self._set(joint=self._text("joint"), effort=effort, name=self._text("name"))
-        if self.of not in _OF:
+        if not isinstance(self.of, str) or self.of not in _OF:
             raise ArgumentError(f"Actuator: of is {described(self.of)}; it is {choices(_OF)}")
 
     @property

@@ -33,7 +33,7 @@ def over_angle(
     drive: str | None = None,
     title: str = "",
 ) -> Figure:
-    """Draw torsion and bending of joints, or their forces, over the angle of the drive.
+    """Draw torsion and bending of joints, or their forces, over the position of the drive.
 
     What is drawn is exerted by the parent link on the child link, at the joint origin.
 
@@ -41,7 +41,7 @@ def over_angle(
         turn: the sweep, or a trajectory.
         joints: one joint or several; each is a line.
         quantities: of `torsion`, `bending`, `axial`, `shear`; each has its own axes.
-        drive: joint whose angle is the abscissa; the first drive if not given.
+        drive: joint whose angle [°], or slide [m], is the abscissa; the first drive if not given.
         title: of the figure.
 
     Raises:
@@ -50,9 +50,14 @@ def over_angle(
     """
     wrenches = [turn[name] for name in names(joints)]
     drive = drive_of(turn, drive)
-    angle = turn.motion.position(drive)
-    figure, panels = wrench_panels(wrenches, np.rad2deg(angle), names(quantities))
-    angle_axis(panels[-1], f"{drive} [°]", angle)
+    position = turn.motion.position(drive)
+    slides = _slides(turn, drive)
+    abscissa = position if slides else np.rad2deg(position)
+    figure, panels = wrench_panels(wrenches, abscissa, names(quantities, "quantities"))
+    if slides:
+        panels[-1].set_xlabel(f"{drive} [m]")
+    else:
+        angle_axis(panels[-1], f"{drive} [°]", position)
     figure.suptitle(title, fontsize=TITLE_SIZE)
     return figure
 
@@ -78,7 +83,8 @@ def ratio_and_angle_error(
 
     Raises:
         ModelError: unknown joint.
-        ArgumentError: no sweep, one over several dimensions, or `drive` is not a drive of one.
+        ArgumentError: no sweep, one over several dimensions, `drive` is not a drive of one, or
+            it slides.
     """
     if not turns:
         raise ArgumentError("there is no sweep to be drawn")
@@ -86,6 +92,11 @@ def ratio_and_angle_error(
     angles, drives = [], []
     for index, (label, turn) in enumerate(turns.items()):
         drives.append(drive_of(turn, drive))
+        if _slides(turn, drives[-1]):
+            raise ArgumentError(
+                f"drive {drives[-1]!r} slides; an angle error is that of joints that turn. See "
+                "turn.motion.ratio and figures.over_angle"
+            )
         angle = turn.motion.position(drives[-1])
         error = turn.motion.position(output) - angle
         style = {**curve_style(index, len(angle)), "label": label}
@@ -100,6 +111,12 @@ def ratio_and_angle_error(
     figure.suptitle(title, fontsize=TITLE_SIZE)
     legend(figure, min(len(turns), 3))
     return figure
+
+
+def _slides(turn: Swept, name: str) -> bool:
+    """Return whether a joint or coordinate is a slide."""
+    coordinate = turn.mechanism.drivable.get(name)
+    return coordinate is not None and coordinate.slides
 
 
 def _mean(values: Array, angle: Array) -> float:

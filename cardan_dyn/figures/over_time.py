@@ -49,7 +49,9 @@ def over_time(
         ArgumentError: unknown quantity, a sweep without times, or one over several dimensions.
     """
     time = _times(turn)
-    figure, panels = wrench_panels([turn[name] for name in names(joints)], time, names(quantities))
+    figure, panels = wrench_panels(
+        [turn[name] for name in names(joints)], time, names(quantities, "quantities")
+    )
     _time_axis(panels[-1], time)
     figure.suptitle(title, fontsize=TITLE_SIZE)
     return figure

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array
+from ..checks import names as checked_names
 from ..errors import ArgumentError, MissingExtraError, choices
 from ..results.sweep import Sweep
 from ..results.wrench import JointWrench
@@ -234,9 +235,13 @@ def thinned(count: int, points: int = POINTS) -> slice:
     return slice(None, None, max(1, (count - 1) // max(points, 1)))
 
 
-def names(joints: str | Sequence[str]) -> list[str]:
-    """Return one name or several as a list."""
-    return [joints] if isinstance(joints, str) else list(joints)
+def names(joints: str | Sequence[str], label: str = "joints") -> list[str]:
+    """Return one name or several as a list.
+
+    Raises:
+        ArgumentError: it is anything else.
+    """
+    return list(checked_names(label, joints))
 
 
 def refuse_grid(turn: Swept) -> None:

@@ -18,7 +18,7 @@ from ..problem.problem import Problem
 from .motion import Motion
 from .prescribed import Prescribed
 from .source import Source
-from .wrench import JointWrench
+from .wrench import WITHOUT_AXIS, JointWrench
 
 if TYPE_CHECKING:
     from .element_results import ElementResults
@@ -215,8 +215,24 @@ class SweepData(Prescribed):
         return (
             f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "
             f"residuals: loop {self.loop_residual:.1e}, balance {self.balance_residual:.1e}, "
-            f"power {self.power_residual:.1e}>"
+            f"power {self.power_residual:.1e}{self._chosen()}>"
         )
+
+    @property
+    def rule(self) -> str:
+        """By which rule wrenches are chosen that statics leaves open."""
+        return "least elastic energy" if self._problem.compliance else "least norm"
+
+    def _chosen(self) -> str:
+        """Return which wrenches statics leaves open and a rule has chosen, for `repr`."""
+        opened = [
+            name for name, row in zip(self.outputs, self.unique, strict=True) if not np.all(row)
+        ]
+        opened += [name for name, unique in self.coupling_unique.items() if not unique]
+        if not opened:
+            return ""
+        more = f" and {len(opened) - 3} more" if len(opened) > 3 else ""
+        return f"; not determined by statics, chosen by {self.rule}: {', '.join(opened[:3])}{more}"
 
     def wrench(self, joint: str, frame: str = "joint") -> JointWrench:
         """Return the wrench exerted by a joint's parent on its child, at the joint origin.
@@ -246,7 +262,9 @@ class SweepData(Prescribed):
             from .axes import turned  # Imported here: most scripts use the joints' own axes.
 
             components, axis = turned(self.mechanism, joint, frame, components, self.rotation)
-        return JointWrench(joint, frame, components, axis, partial(self._unique_in, index, frame))
+        has_axis = self.mechanism.joints[joint].type not in WITHOUT_AXIS
+        flags = partial(self._unique_in, index, frame)
+        return JointWrench(joint, frame, components, axis if has_axis else None, flags)
 
     def _unique_in(self, output: int, frame: str) -> Array:
         """Return which components `(6,)` of the wrench of an output are unique in some axes."""

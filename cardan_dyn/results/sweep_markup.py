@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Array
 from ..markup import element, table
 from .sweep_data import SweepData
-from .wrench import named_components
+from .wrench import WITHOUT_AXIS, named_components
 
 _MOST_EVALUATED = 100_000
 """Operating points above which a notebook shows no wrenches: a response evaluates them when they
@@ -40,12 +40,13 @@ def sweep_markup(sweep: SweepData) -> str:
 def _wrench_row(sweep: SweepData, joint: str) -> tuple[str, ...]:
     """Return the greatest force, torsion and bending of a joint, and whether they are unique."""
     wrench = sweep[joint]
-    force = np.linalg.norm(wrench.force, axis=-1)
-    greatest = (
-        float(np.max(np.abs(values), initial=0.0))
-        for values in (force, wrench.torsion, wrench.bending)
-    )
-    return (joint, *(f"{value:.4g}" for value in greatest), _uniqueness(wrench.unique))
+    shown = [np.linalg.norm(wrench.force, axis=-1)]
+    has_axis = sweep.mechanism.joints[joint].type not in WITHOUT_AXIS
+    if has_axis:
+        shown += [wrench.torsion, wrench.bending]
+    greatest = [f"{float(np.max(np.abs(values), initial=0.0)):.4g}" for values in shown]
+    parts = greatest if has_axis else [*greatest, "no axis", "no axis"]
+    return (joint, *parts, _uniqueness(wrench.unique))
 
 
 def _uniqueness(unique: Array) -> str:

@@ -16,14 +16,15 @@ from ..forces.link_loads import Wrench
 from .element_variables import effort_units, element_labels, element_variables
 from .sweep_data import SweepData
 from .variable import Variable
+from .wrench import WITHOUT_AXIS
 
 AXES = ("x", "y", "z")
 VECTORS = {"force": ("N", "force"), "moment": ("N·m", "moment")}
 _SCALARS = {
-    "torsion": ("N·m", "moment along the joint axis"),
-    "bending": ("N·m", "size of the moment across the joint axis"),
-    "axial": ("N", "force along the joint axis"),
-    "shear": ("N", "size of the force across the joint axis"),
+    "torsion": ("N·m", "moment along the joint axis; nan where a joint has none"),
+    "bending": ("N·m", "size of the moment across the joint axis; nan where a joint has none"),
+    "axial": ("N", "force along the joint axis; nan where a joint has none"),
+    "shear": ("N", "size of the force across the joint axis; nan where a joint has none"),
 }
 _RATES = {"position": "", "speed": "/s", "acceleration": "/s²"}
 _MOTIONS = {"position": "", "velocity": "/s", "acceleration": "/s²"}
@@ -103,7 +104,15 @@ def _wrenches(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
         long_name = f"{label} of the parent on the child, in the joint's axes"
         yield name, Variable((*dims, "joint", "component"), vectors, unit, long_name)
     for name, (unit, label) in _SCALARS.items():
-        values = np.stack([getattr(wrench, name) for wrench in wrenches], axis=-1)
+        values = np.stack(
+            [
+                np.full(sweep.shape, np.nan)
+                if sweep.mechanism.joints[wrench.joint].type in WITHOUT_AXIS
+                else getattr(wrench, name)
+                for wrench in wrenches
+            ],
+            axis=-1,
+        )
         yield name, Variable((*dims, "joint"), values, unit, label)
 
 

@@ -53,6 +53,7 @@ from ..forces.link_loads import WRENCH_COMPONENTS, Wrench
 from .sweep_data import SweepData
 from .table_variables import labels_of, sample_dims, unit_labels, variables_of
 from .variable import Variable
+from .wrench import named_components
 
 if TYPE_CHECKING:
     import pandas
@@ -153,6 +154,17 @@ def dataframe(sweep: SweepData, *, motion: bool) -> pandas.DataFrame:
     return frame
 
 
+def _not_unique(sweep: SweepData) -> str:
+    """Return what statics leaves open and by which rule it was chosen; empty if nothing is."""
+    opened = [
+        f"{name} ({named_components(~row)})"
+        for name, row in zip(sweep.outputs, sweep.unique, strict=True)
+        if not np.all(row)
+    ]
+    opened += [name for name, unique in sweep.coupling_unique.items() if not unique]
+    return f"chosen by {sweep.rule}: {', '.join(opened)}" if opened else ""
+
+
 def _missing(package: str) -> MissingExtraError:
     return MissingExtraError(f'this table needs {package}: pip install "cardan-dyn[study]"')
 
@@ -216,6 +228,7 @@ def _attributes(sweep: SweepData) -> dict[str, Any]:
             ensure_ascii=False,
         ),
         "gravity": gravity,
+        "not_unique": _not_unique(sweep),
         **residuals,
         "unproven": ", ".join(sweep.unproven),
         "cardan_dyn_version": __version__,

@@ -10,8 +10,11 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ..arrays import Array
+from ..errors import ModelError
 from ..frozen import read_only
 
+WITHOUT_AXIS = frozenset({"spherical", "floating", "fixed"})
+"""Types of joints that have no axis: what a description says of one means nothing."""
 _Direction = tuple[tuple[int, float], ...]
 """A constant vector: the axes along which it has a component, with the components."""
 
@@ -75,15 +78,31 @@ class JointWrench:
         joint: name of the joint.
         frame: axes of all components: `joint` (fixed in the child), `parent` (fixed in the parent
             and equal to `joint` at coordinate zero) or `world`.
-        axis: unit axis of the joint in these axes, `(3,)`; `(N, 3)` where it turns: in `world`, and
-            in `parent` for `spherical`, `universal` and `floating` joints.
     """
 
     joint: str
     frame: str
     _components: Components
-    axis: Array
+    _axis: Array | None
     _flags: Callable[[], Array]
+
+    @property
+    def axis(self) -> Array:
+        """Unit axis of the joint in these axes, `(3,)`.
+
+        It is `(N, 3)` where it turns: in `world`, and in `parent` for `universal` joints.
+
+        Raises:
+            ModelError: the joint has no axis: it is a ball, floats or is fixed.
+        """
+        if self._axis is None:
+            raise ModelError(
+                f"joint {self.joint!r} has no axis, so that nothing is along or across it; use "
+                ".force and .moment, or name the axes that are meant: "
+                f"sweep.wrench({self.joint!r}, 'parent')",
+                name=self.joint,
+            )
+        return self._axis
 
     @cached_property
     def unique(self) -> Array:
@@ -97,9 +116,10 @@ class JointWrench:
     def __repr__(self) -> str:
         shape = " × ".join(str(size) for size in self.moment.shape[:-1])
         greatest = float(np.max(_norm(self.moment), initial=0.0))
+        chosen = "" if np.all(self.unique) else f", not unique: {named_components(~self.unique)}"
         return (
             f"<JointWrench of {self.joint!r} in {self.frame} axes: {shape} samples, "
-            f"moment up to {greatest:.4g} N·m>"
+            f"moment up to {greatest:.4g} N·m{chosen}>"
         )
 
     @cached_property

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .responding import SceneResponses
 
 if TYPE_CHECKING:
@@ -103,4 +105,5 @@ class SceneSimulations(SceneResponses):
         """
         from ..simulation.equilibrium import equilibrium  # Most scripts ask for none.
 
-        return equilibrium(self._solver, position, loads, gravity)
+        with np.errstate(over="ignore", invalid="ignore"):  # What overflows is no equilibrium.
+            return equilibrium(self._solver, position, loads, gravity)

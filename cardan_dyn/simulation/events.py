@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..checks import described, flag
+from ..checks import described, flag, number
 from ..errors import ArgumentError
 from .forces import Named, StateFunction, state_function
 
@@ -95,6 +95,8 @@ def watched(events: Any) -> list[Watched]:
     """
     if isinstance(events, Event) or callable(events):
         events = [events]
+    if isinstance(events, np.ndarray) and not events.ndim:
+        events = [events.item()]
     if not isinstance(events, Iterable):
         raise ArgumentError(f"events is {described(events)}, expected functions or Event(...)")
     result = []
@@ -106,9 +108,9 @@ def watched(events: Any) -> list[Watched]:
             item = Event(
                 item,
                 bool(getattr(item, "terminal", False)),
-                int(np.sign(getattr(item, "direction", 0))),
+                int(np.sign(number(f"{label}: direction", getattr(item, "direction", 0)))),
             )
-        if item.direction not in (-1, 0, 1):
+        if number(f"{label}: direction", item.direction) not in (-1.0, 0.0, 1.0):
             raise ArgumentError(f"{label}: direction {described(item.direction)}; it is -1, 0 or 1")
         name = item.name or getattr(item.function, "__name__", label)
         function = state_function(label, item.function)

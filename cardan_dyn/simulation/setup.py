@@ -28,6 +28,8 @@ _FINEST = 2.5e-14
 MOST_TOUCHES = 100_000
 """Touches of pins with play after which a simulation ends, unless asked for others."""
 
+_FARTHEST = 1e12
+"""Angle [rad], or slide in lengths of the mechanism, up to which a motion keeps four digits."""
 _FEWEST_STEPS = 200
 """Steps that a simulation takes at least where functions of users act: at rest, errors would allow
 steps that leap over a pulse."""
@@ -146,7 +148,9 @@ def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
     positions = drive_positions(solver, asked.position, starts)
     motions = begun_at(motions, dict(zip(problem.drives, positions.tolist(), strict=True)))
     speeds = {name: motion(0.0)[1] for name, motion in motions.items()}
-    begun = closed_start(solver, positions, asked.speed, speeds)
+    with np.errstate(over="ignore", invalid="ignore"):  # Such speeds are refused right here.
+        begun = closed_start(solver, positions, asked.speed, speeds)
+    _refuse_distances(problem.mechanism.coordinates.rate_scale, begun.v[0], duration)
     return Setup(
         solver,
         duration,
@@ -163,6 +167,23 @@ def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
         flag("settle", asked.settle),
         whole("most_touches", asked.most_touches),
     )
+
+
+def _refuse_distances(scale: Array, speeds: Array, duration: float) -> None:
+    """Refuse speeds at which coordinates would lose their digits within a duration.
+
+    Args:
+        scale: `(nv,)` characteristic length for slides, else 1.
+        speeds: `(nv,)` at the start.
+        duration: [s].
+    """
+    fastest = float(np.max(np.abs(speeds) / scale, initial=0.0))
+    if not fastest <= _FARTHEST / duration:
+        raise ArgumentError(
+            f"at the start, a joint moves at {fastest:.3g} rad/s (or lengths of the mechanism per "
+            f"second); within {duration:g} s that is more than {_FARTHEST:g}, of which numbers "
+            "keep no angle within a turn: simulate a shorter time or a lower speed"
+        )
 
 
 def forces_of(solver: ProblemSolver, loads: Any = None) -> Forces:

@@ -11,6 +11,7 @@ from ..arrays import Array
 from ..errors import ArgumentError
 from ..mechanism.joints import Joint
 from ..results.sweep import Sweep
+from ..results.wrench import WITHOUT_AXIS
 from . import shapes as forms
 from .bodies import Bodies
 from .commands import Color, Drawing, Pose, mesh, meshcat, node_name
@@ -50,8 +51,9 @@ rounding, and the arrow would flicker."""
 _LEAST_SCALE = 1e-5
 """Least length of an arrow. A scale of zero has no inverse, which the viewer needs for normals."""
 _ROUNDING = 1e-9
-"""Moments below this fraction of the greatest one, and forces that would make only such moments
-with the radius of the scene as lever, are taken for rounding and not drawn."""
+"""Moments below this fraction of the greatest one, or of what the greatest force makes with the
+radius of the scene as lever, and forces that would make only such moments, are taken for rounding
+and not drawn."""
 
 
 @dataclass(frozen=True)
@@ -193,7 +195,8 @@ class _Builder:
     def draw_moments(self, vectors: list[Vectors], arrows: bool, traces: bool) -> None:
         """Draw torsion and bending as arrows, whole moments with their traces, and their scale."""
         greatest = max((item.greatest_moment for item in vectors), default=0.0)
-        if not greatest > 0.0:
+        force = max((item.greatest_force for item in vectors), default=0.0)
+        if not greatest > _ROUNDING * force * self._radius:
             return
         scale = _ARROW * self._radius / greatest
         shown = [item for item in vectors if item.greatest_moment > _ROUNDING * greatest]
@@ -315,7 +318,7 @@ class _Builder:
 
 def has_axis(joint: Joint) -> bool:
     """Return whether a joint has one axis that its child keeps."""
-    return joint.type not in ("spherical", "universal", "floating", "fixed")
+    return joint.type not in (*WITHOUT_AXIS, "universal")
 
 
 def _shift(height: float) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import decimal
+import warnings
 from collections import OrderedDict
 from collections.abc import Callable
 from operator import attrgetter
@@ -14,6 +15,7 @@ import pytest
 from testkit.exploding import Exploding, ExplodingMapping
 
 import cardan_dyn as cd
+from cardan_dyn import figures
 from cardan_dyn.problem import arguments
 
 
@@ -257,3 +259,29 @@ def test_motions_cannot_be_written_to(name: str) -> None:
     for same in (motion, copy.copy(motion)):
         with pytest.raises(ValueError, match="read-only"):
             attrgetter(name)(same)[...] = 0.0
+
+
+@pytest.mark.parametrize("wrong", [np.array(["time", "position"]), np.array([1.0, 2.0]), [[1.0]]])
+def test_arrays_in_place_of_words_are_refused(wrong: object) -> None:
+    turn = cd.Scene(cd.load("slider_crank"), drive="crank_bearing").sweep([0.1, 0.2])
+    with pytest.raises(cd.ArgumentError, match=r"Actuator: of is .* it is position, time"):
+        cd.Actuator("crank_bearing", 1.0, of=wrong)  # type: ignore[arg-type]
+    for draw in (figures.over_angle, figures.moment_polar):
+        with pytest.raises(cd.CardanError):
+            draw(turn, 3)  # type: ignore[arg-type]
+        with pytest.raises(cd.CardanError):
+            draw(turn, "crank_pin", [wrong])  # type: ignore[list-item]
+    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
+    with pytest.raises(cd.CardanError):
+        scene.simulate(0.01, position=0.1, speed=0.1, events=np.array(None))
+
+
+@pytest.mark.parametrize("great", [1e300, -1e160, 1e155, 1e20])
+def test_speeds_at_which_numbers_overflow_or_lose_their_digits_are_refused(great: float) -> None:
+    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", gravity=(0.0, -9.81, 0.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(cd.ArgumentError, match="simulate a shorter time or a lower speed"):
+            scene.simulate(1.0, position=0.1, speed=great)
+        with pytest.raises(cd.CardanError):
+            scene.replace(loads={"crank_bearing": 1e160}).equilibrium(0.1)

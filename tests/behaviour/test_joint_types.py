@@ -167,3 +167,25 @@ def test_floating_base_is_carried_by_what_holds_it() -> None:
     # The loop is half a decimetre off the description's zero and turned: the base gives way.
     np.testing.assert_allclose(turn.origin("hold"), [[0.0, 0.0, 1.05]] * 3, atol=1e-13)
     np.testing.assert_allclose(turn.rotation("base"), [np.eye(3)] * 3, atol=1e-13)
+
+
+ROD = (
+    '<robot name="rod"><link name="base"/><link name="rod"><inertial><origin xyz="0 0 -1"/>'
+    '<mass value="9.5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    '</link><joint name="ball" type="spherical"><parent link="base"/><child link="rod"/></joint>'
+    "</robot>"
+)
+
+
+def test_a_ball_has_no_axis_along_which_it_is_loaded() -> None:
+    scene = cd.Scene(cd.load(ROD), drive=["ball.x", "ball.y", "ball.z"], gravity=(0.0, 0.0, -10.0))
+    turn = scene.sweep([[0.0, 0.0, 0.0]])
+    ball = turn["ball"]
+    np.testing.assert_allclose(ball.force, [[0.0, 0.0, 95.0]])
+    for name in ("axis", "axial", "torsion", "shear", "bending", "shear_vector", "bending_vector"):
+        with pytest.raises(cd.ModelError, match=r"'ball' has no axis.*use \.force and \.moment"):
+            getattr(ball, name)
+    table = turn.to_dataframe()
+    assert np.isnan(table["ball.axial"][0]) and np.isnan(table["ball.torsion"][0])
+    assert table["ball.force_z"][0] == pytest.approx(95.0)
+    assert "no axis" in turn._repr_html_()

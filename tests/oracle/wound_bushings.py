@@ -16,6 +16,8 @@ Array = np.ndarray
 
 TURNS = 10.0
 """Whole turns up to which drives are turned."""
+SURE = 3.1
+"""Rotation [rad] about a changing axis up to which a bushing has to answer."""
 STEP = 0.2
 """Greatest angle [rad] between points on the way at which rotations are followed."""
 
@@ -66,7 +68,7 @@ class Wound:
     def followed(self, target: Array) -> tuple[Array, bool]:
         """Return the rotation vector that a way in small steps leads to, and whether it is sure.
 
-        It is sure unless the rotation leaves half a turn about an axis that changes.
+        It is sure unless the rotation nears half a turn about an axis that changes.
         """
         shares = np.linspace(0.0, 1.0, 2 + int(np.ceil(np.sum(np.abs(target)) / STEP)))
         shorter = self.vectors(shares[:, None] * target)
@@ -76,7 +78,7 @@ class Wound:
             greatest = max(greatest, float(np.linalg.norm(vector)))
         long = shorter[np.linalg.norm(shorter, axis=1) > 1e-3]
         spread = np.linalg.norm(np.cross(long, long[:1]), axis=1) if len(long) else np.zeros(1)
-        return vector, bool(greatest < np.pi or np.max(spread) < 1e-4)
+        return vector, bool(greatest < SURE or np.max(spread) < 1e-4)
 
     def efforts(self, target: Array, vector: Array) -> Array:
         """Return the slopes `(d,)` of the energy at the end `vector` of a way."""

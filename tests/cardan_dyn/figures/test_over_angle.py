@@ -149,3 +149,16 @@ def test_the_mean_lead_of_a_trajectory_is_that_over_the_angle(spin: cd.Trajector
     lead = figures.ratio_and_angle_error({"spin": spin.at(times)}).axes[1].get_lines()[0]
     # Without its mean, the lead of a universal joint is as great as its lag.
     assert np.max(lead.get_ydata()) == pytest.approx(-np.min(lead.get_ydata()), rel=1e-3)
+
+
+def test_a_slide_is_drawn_in_metres() -> None:
+    positions = np.linspace(-0.05, -0.03, 5)
+    sweep = cd.Scene(
+        cd.load("slider_crank"), drive="piston_guide", start={"crank_bearing": 1.2}
+    ).sweep(positions)
+    figure = figures.over_angle(sweep, "crank_pin", "shear")
+    (panel,) = figure.axes
+    assert panel.get_xlabel() == "piston_guide [m]"
+    np.testing.assert_allclose(panel.lines[0].get_xdata(), positions)
+    with pytest.raises(cd.ArgumentError, match="drive 'piston_guide' slides"):
+        figures.ratio_and_angle_error({"": sweep}, output="crank_bearing")

@@ -75,4 +75,4 @@ def test_an_unmoved_end_in_the_world_has_no_length_of_its_own() -> None:
         text += f'<loop name="{cut}" type="continuous">{"".join(frames)}<axis xyz="0 0 1"/></loop>'
         mechanism = cd.load(text + "</robot>")
         # From (3e-7, 6e-7) to (3e-7, 0); the coupler is 5e-7 long, the crank 2e-7.
-        assert mechanism.characteristic_length == pytest.approx(6e-7, rel=1e-12), cut
+        assert mechanism.characteristic_length == pytest.approx(6e-7, rel=1e-12, abs=0.0), cut

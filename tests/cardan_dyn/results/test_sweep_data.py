@@ -132,8 +132,10 @@ def test_a_drive_effort_that_was_left_out_is_refused() -> None:
 def test_its_text_tells_samples_and_residuals(turn: cd.Sweep) -> None:
     assert repr(turn) == (
         f"<Sweep of 'universal_joint': 40 samples, residuals: loop {turn.loop_residual:.1e}, "
-        f"balance {turn.balance_residual:.1e}, power {turn.power_residual:.1e}>"
+        f"balance {turn.balance_residual:.1e}, power {turn.power_residual:.1e}; not determined by "
+        "statics, chosen by least norm: pin_in, bearing_out, bearing_in>"
     )
+    assert "not unique: force" in repr(turn["pin_in"])
 
 
 @pytest.mark.parametrize("made", COPIES)

@@ -23,7 +23,7 @@ ALL_UNIQUE = np.ones(6, dtype=bool)
 
 
 def wrench(values: np.ndarray, axis: np.ndarray, frame: str = "joint") -> JointWrench:
-    return JointWrench("hinge", frame, StoredComponents(values), axis, ALL_UNIQUE)
+    return JointWrench("hinge", frame, StoredComponents(values), axis, lambda: ALL_UNIQUE)
 
 
 def random_values(count: int = 9) -> np.ndarray:

@@ -57,6 +57,24 @@ def test_forces_are_drawn_where_there_are_any(loaded_turn: cd.Sweep) -> None:
     assert scale.endswith(f"greatest {greatest:.4g} N")
 
 
+def test_the_rounding_of_moments_is_not_drawn_beside_forces() -> None:
+    """A weight that hangs on the line of its guide: its moment is the rounding of a product."""
+    text = (
+        '<robot name="weight"><link name="base"/><link name="block"><inertial>'
+        '<origin xyz="0.252 0.336 0.56"/><mass value="7"/><inertia ixx="1" iyy="1" izz="1" ixy="0" '
+        'ixz="0" iyz="0"/></inertial></link><joint name="guide" type="prismatic">'
+        '<parent link="base"/><child link="block"/><origin xyz="0 0 0" rpy="0.3 0.2 0.1"/>'
+        '<axis xyz="0.36 0.48 0.8"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        "</robot>"
+    )
+    mechanism = cd.load(text)
+    down = mechanism.placements_at_zero[0].rotation @ [-3.6, -4.8, -8.0]
+    turn = cd.Scene(mechanism, drive="guide", gravity=down).sweep(np.linspace(0.0, 1.0, 25))
+    assert 0.0 < np.max(np.abs(turn["guide"].moment)) < 1e-12
+    drawn = scenery(turn, dataclasses.replace(NONE, forces=True, moments=True))
+    assert roots(drawn) == {"force", "scale"}
+
+
 def test_legend_names_what_is_drawn(loaded_turn: cd.Sweep) -> None:
     scene = scenery(loaded_turn, Parts())
     legend = dict(scene.legend)
