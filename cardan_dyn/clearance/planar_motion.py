@@ -24,6 +24,8 @@ from ..arrays import Array
 _GRID = 4096
 """Places over a period between which coefficients are linear."""
 _RTOL = 1e-5
+_DEFLECTIONS = 10.0
+"""Greatest deflections of the wall that a tolerance is meant for, if the play is more."""
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
 _MOST_STEPS = 60_000
 """Of one joint: some seconds."""
@@ -206,6 +208,14 @@ class PlanarModel:
         return _Run(self, begin, begin + periods * self._duration).motion()
 
 
+def _nearest(x: float, y: float, to_x: float, to_y: float) -> float:
+    """Return how near a way from one point to another comes to the middle."""
+    way_x, way_y = to_x - x, to_y - y
+    square = way_x * way_x + way_y * way_y
+    part = min(max(-(x * way_x + y * way_y) / square, 0.0), 1.0) if square > 0.0 else 0.0
+    return math.hypot(x + part * way_x, y + part * way_y)
+
+
 class _Run:
     """One integration, by the pair of Dormand and Prince with 4 floats in place of arrays."""
 
@@ -217,13 +227,11 @@ class _Run:
         self._half = 0.5 * model.contact.play
         force = model.greatest[1]
         deepest = self._half + force / model.contact.stiffness
-        # What a step may miss: of the play, and of the speeds at which it is crossed.
-        self._atol = (
-            _RTOL * self._half,
-            _RTOL * math.sqrt(self._half * force * max(row[6] + row[8] for row in model._table)),
-        )
+        # What a step may miss: of the play and the wall's deflection, and of the speeds there.
+        place = min(self._half, _DEFLECTIONS * (deepest - self._half))
+        lightest = max(row[6] + row[8] for row in model._table)
+        self._atol = _RTOL * place, _RTOL * math.sqrt(place * force * lightest)
         self._longest = model._duration / 64.0
-        self._deepest = deepest
         self._times: list[float] = []
         self._pressures: list[float] = []
         self._touches: list[Touch] = []
@@ -275,13 +283,14 @@ class _Run:
                     wrong = self._pressed(after) > 0.0
             if wrong:
                 step, after = self._located(time, state, slope, step, after, is_pressed)
+            before = state[:2]
             time, state = time + step, after
             x, y, u, v = state
             r = math.sqrt(x * x + y * y)
             if is_pressed:
                 self._keep(time, max(self._pressure(state), 0.0))
             else:
-                gap = max(gap, self._half - r)
+                gap = max(gap, self._half - _nearest(*before, x, y))
                 self._keep(time, 0.0)
             if wrong:
                 is_pressed = not is_pressed

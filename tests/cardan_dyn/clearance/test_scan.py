@@ -54,13 +54,16 @@ def test_estimates_are_those_of_the_closed_forms(drive: cd.Scene, found: Scan) -
         np.testing.assert_allclose(item.force_slope * item.direction, rate, rtol=1e-6, atol=1.0)
         contact = item.reduced_mass, 1e8, 0.5e-4, item.force_slope
         undamped = impact.reversal(*contact, start="release")
-        flown = flight(*contact, 0.25)
+        # The joint's damper as a fraction of this reversal's critical damping.
+        ratio = item.damping / (2.0 * np.sqrt(1e8 * item.reduced_mass))
+        assert ratio == pytest.approx(0.25, rel=0.02)
+        flown = flight(*contact, ratio)
         assert item.contact_time == pytest.approx(float(flown.t_1))
         assert item.impact_speed == pytest.approx(float(flown.v_1))
         assert item.tau == pytest.approx(float(undamped.tau))
-        assert item.peak == pytest.approx(float(damped_peak(*contact, 0.25)))
+        assert item.peak == pytest.approx(float(damped_peak(*contact, ratio)))
         assert item.rigid + item.added == pytest.approx(float(undamped.peak))
-        assert item.energy == pytest.approx(0.5 * contact[0] * float(flown.v_1) ** 2)
+        assert item.energy == pytest.approx(0.5 * contact[0] * item.strike_speed**2)
     power = sum(item.energy for item in found["rocker_bearing"].reversals) * 300.0 / (2.0 * np.pi)
     assert found["rocker_bearing"].impact_power == pytest.approx(power)
 
