@@ -47,6 +47,7 @@ class PinMotion:
 
     Attributes:
         contact: what the pin touches.
+        length: of the mechanism, beside which offsets are small [m].
         swing: duration of a swing of the contact with the joint's mean mass [s].
     """
 
@@ -73,6 +74,7 @@ class PinMotion:
         """
         self._asked = opened, source, course
         self.contact, self._speed, self._period = contact, speed, period
+        self.length = source.problem.mechanism.characteristic_length
         self.swing = 2.0 * math.pi * math.sqrt(mass / contact.stiffness)
 
     def __getstate__(self) -> dict[str, object]:
