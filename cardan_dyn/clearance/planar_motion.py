@@ -283,14 +283,14 @@ class _Run:
                     wrong = self._pressed(after) > 0.0
             if wrong:
                 step, after = self._located(time, state, slope, step, after, is_pressed)
-            before = state[:2]
+            before_x, before_y = state[0], state[1]
             time, state = time + step, after
             x, y, u, v = state
             r = math.sqrt(x * x + y * y)
             if is_pressed:
                 self._keep(time, max(self._pressure(state), 0.0))
             else:
-                gap = max(gap, self._half - _nearest(*before, x, y))
+                gap = max(gap, self._half - _nearest(before_x, before_y, x, y))
                 self._keep(time, 0.0)
             if wrong:
                 is_pressed = not is_pressed

@@ -12,7 +12,7 @@ from analytic.peak_factor import peak_factor_limits
 
 from ..clearance.impact_model import ImpactModel
 from ..clearance.joint_scan import Reversal
-from ..clearance.scan import Scan
+from ..clearance.scanned import Scan
 from .style import Figure, axes_grid, legend, line_style, point_style
 
 _RANGE = (0.5, 20.0)

@@ -203,3 +203,56 @@ def draw(seed: int) -> Loose | None:
     stiffness = 1e8 * (tau / least[joint].tau) ** 2
     contact: dict[str, Any] = {"play": play, "stiffness": stiffness, "damping_ratio": ratio}
     return loose._replace(joint=joint, contact=contact)
+
+
+TURNS, RTOL = 2.6, 1e-7
+"""Of simulations: every reversal is passed once or twice after a quarter of a turn."""
+UNSAFE = 0.1
+"""By which an estimate without a doubt may be below a simulation."""
+
+
+class Passed(NamedTuple):
+    """A reversal as it was stated, and as it was simulated."""
+
+    item: clearance.Reversal
+    simulated: float
+
+    @property
+    def is_inside(self) -> bool:
+        """Whether the interval holds what was simulated."""
+        return self.item.least <= self.simulated <= self.item.greatest
+
+    @property
+    def is_unsafe(self) -> bool:
+        """Whether the estimate is too low, and nothing is said against it."""
+        return not self.item.doubts and self.item.estimate < (1.0 - UNSAFE) * self.simulated
+
+
+def passed(loose: Loose, rtol: float = RTOL) -> list[Passed]:
+    """Scan and simulate a linkage; the greatest forces are taken from the simulation's own times.
+
+    They are found by their positions alone, not by the package's comparison.
+    """
+    given: dict[str, Any] = loose.contact
+    found = clearance.scan(loose.scene, loose.speed, joints=loose.joint, **given)[loose.joint]
+    simulation = clearance.simulate(
+        loose.scene, loose.speed, joints=loose.joint, turns=TURNS, rtol=rtol, **given
+    )
+    steps = simulation.steps
+    parts = np.linspace(0.0, 1.0, 8, endpoint=False)
+    times = (steps[:-1, None] + np.diff(steps)[:, None] * parts).ravel()
+    course = simulation.at(times)[loose.joint]
+    sense, turn = np.sign(loose.speed), 2.0 * np.pi
+    begun, ended = sense * course.position[[0, -1]]
+    result = []
+    for item in found.reversals:
+        way = sense * (course.position - item.position)
+        first = np.ceil((begun + 0.25 * turn - sense * item.position) / turn)
+        peaks = []
+        while sense * item.position + first * turn + item.way <= ended:
+            inside = (way >= first * turn) & (way <= first * turn + item.way)
+            peaks.append(float(np.max(course.force[inside])))
+            first += 1.0
+        if peaks:
+            result.append(Passed(item, float(np.mean(peaks))))
+    return result

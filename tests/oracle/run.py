@@ -1,6 +1,8 @@
 """Long runs of random chains: a line for every seed that fails, then what failures have in common.
 
 python tests/oracle/run.py --seeds 2000 --start 0
+
+With `--loose`, of random linkages with play in a pin, beside simulations of some seconds each.
 """
 
 from __future__ import annotations
@@ -38,6 +40,34 @@ def failures(case: Case | None) -> list[str]:
     return [str(item) for item in differing]
 
 
+def loose(seeds: range) -> int:
+    """Run linkages with play; return 1 if an estimate without a doubt is too low."""
+    from loose_linkages import draw, passed
+
+    reversals = inside = unsafe = 0
+    for seed in seeds:
+        case = draw(seed)
+        if case is None:
+            continue
+        try:
+            found = passed(case)
+        except Exception as error:  # A long run goes on whatever happens.
+            print(f"{seed}: {type(error).__name__}: {' '.join(str(error).split())[:150]}")
+            continue
+        reversals += len(found)
+        inside += sum(item.is_inside for item in found)
+        unsafe += sum(item.is_unsafe for item in found)
+        for item in found:
+            if item.is_unsafe or not item.is_inside:
+                print(
+                    f"{seed} {case.kind} {case.joint}: {item.simulated:.5g} N, stated "
+                    f"{item.item.least:.5g} to {item.item.greatest:.5g}; {item.item.verdict}"
+                )
+        sys.stdout.flush()
+    print(f"{inside} of {reversals} reversals inside, {unsafe} too low without a doubt")
+    return int(unsafe > 0)
+
+
 def kind_of(message: str) -> str:
     """Return what kind of failure a message tells of, without joints and numbers."""
     error = re.match(r"(\w+) \(\w+:\d+\)", message)
@@ -54,7 +84,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, default=2000)
     parser.add_argument("--start", type=int, default=0)
     parser.add_argument("--text", action="store_true", help="print the descriptions as well")
+    parser.add_argument("--loose", action="store_true", help="linkages with play in a pin")
     options = parser.parse_args(arguments)
+    if options.loose:
+        return loose(range(options.start, options.start + options.seeds))
     warnings.simplefilter("error")
     print(f"testing {Path(compare.cd.__file__).parent}")
     failed: dict[str, list[int]] = defaultdict(list)

@@ -88,9 +88,7 @@ def test_slider_crank_by_equations_written_by_hand(speed: float, play: float) ->
     step = 1.0 / model._per_time
     rates = (place(begin + step) - place(begin - step)) / (2.0 * step)
     found = model.run(0.9, begin)
-    expected = hand.forces(
-        speed * begin, np.concatenate([place(begin), rates]), found.time - begin
-    )
+    expected = hand.forces(speed * begin, np.concatenate([place(begin), rates]), found.time - begin)
     # Where it jumps, a time may be before or after.
     steady = np.append(np.diff(found.time) > 0.0, True) & np.insert(
         np.diff(found.time) > 0.0, 0, True

@@ -73,7 +73,11 @@ def test_damping_follows_from_the_masses_that_the_force_moves_over_a_turn() -> N
         for sign in (1.0, -1.0):
             loads = {name: sign * value for name, value in along.items()}
             motion = found.scene.simulate(
-                1e-4, position={found.drive: phi}, motion={found.drive: 0.0}, loads=loads, rtol=1e-12
+                1e-4,
+                position={found.drive: phi},
+                motion={found.drive: 0.0},
+                loads=loads,
+                rtol=1e-12,
             )
             place = motion.motion.position("crank_pin")[-1, :2]
             ends.append(sum(place[k] * value for k, value in enumerate(along.values())))
