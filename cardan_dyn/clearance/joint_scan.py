@@ -124,11 +124,12 @@ class Reversal:
     def least(self) -> float:
         """Lower end of the interval in which that force lies, turn by turn [N]; NaN if not known.
 
-        What the pin does in its plane in some turns, with what whole mechanisms differ from it.
+        What the pin does in its plane in some turns, without friction, with what whole mechanisms
+        differ from it.
         """
         if self.passages is None:
             return math.nan
-        return (1.0 - self._margin) * float(np.min(self.passages.greatest))
+        return float(np.min(self.passages.greatest)) / (1.0 + self._margin)
 
     @property
     def greatest(self) -> float:
