@@ -110,7 +110,7 @@ class Reversal:
     def passages(self) -> Passages | None:
         """What the pin did in the plane of its bush, in every turn; None if that is not known."""
         motion = self.motion
-        if motion is None:
+        if motion is None or not motion.is_followed:
             return None
         found = motion.passages(self.position, self.way, self.contact_time)
         return found if len(found.greatest) > 1 else None
@@ -262,7 +262,12 @@ class Reversal:
             elif self.estimate > (1.0 + _NEAR) * self.least:
                 doubts.append(f"less than this: {interval}, beside {self.estimate:.4g} N")
         elif self.motion is not None:
-            doubts.append("the contact is too stiff for the pin to be followed in its plane")
+            doubts.append(
+                "so stiff a contact swings too often in a turn for its pin to be followed in the "
+                "plane: verify"
+            )
+        elif not math.isnan(self.way):
+            doubts.append("the drive gives way, and the pin is not followed in its plane: verify")
         if self.motion is not None and self._margin > _LOOSE:
             doubts.append("play and deflection are no longer small beside the mechanism")
         if self.model.damping_ratio >= MOST_DAMPED:

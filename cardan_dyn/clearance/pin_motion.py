@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..response.operating_points import solved_motion
-from .planar_motion import PinContactNumbers, PlanarModel, PlanarMotion, Touch
+from .planar_motion import MOST_STEPS, PinContactNumbers, PlanarModel, PlanarMotion, Touch
 
 if TYPE_CHECKING:
     from .force_course import ForceCourse
@@ -21,6 +21,8 @@ _PLACES = 240
 """Positions over a period at which masses are asked for; their series goes on between."""
 _PERIODS = 6.25
 """That a pin is followed: it never forgets how it slid, and no two turns are alike."""
+_STEPS = 12.0
+"""In a swing of the contact, at least."""
 _SETTLED = 0.25
 """Of a period, after which reversals count, as in comparisons with simulations."""
 
@@ -92,10 +94,12 @@ class PinMotion:
         return PlanarModel(plane, self.contact, self._speed).run(_PERIODS)
 
     @property
-    def is_whole(self) -> bool:
-        """Whether the pin was followed for a turn or more."""
-        motion = self._motion
-        return motion.end - float(motion.time[0]) > (1.0 + _SETTLED) * self._turn
+    def is_followed(self) -> bool:
+        """Whether the pin can be followed until every reversal has settled.
+
+        Not where its contact swings more often in a turn than there is time for.
+        """
+        return _STEPS * (2.0 + _SETTLED) * self._turn < MOST_STEPS * self.swing
 
     @property
     def _turn(self) -> float:

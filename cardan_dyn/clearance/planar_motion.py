@@ -27,7 +27,7 @@ _RTOL = 1e-5
 _DEFLECTIONS = 10.0
 """Greatest deflections of the wall that a tolerance is meant for, if the play is more."""
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
-_MOST_STEPS = 60_000
+MOST_STEPS = 60_000
 """Of one joint: some seconds."""
 _LOOKED_AT = (0.25, 0.5, 0.75)
 """Parts of a step of a flight at which a touch is looked for."""
@@ -265,7 +265,7 @@ class _Run:
         gap = 0.0
         slope = self._acceleration(time, *state, is_pressed)
         self._keep(time, self._pressure(state) if is_pressed else 0.0)
-        for _ in range(_MOST_STEPS):
+        for _ in range(MOST_STEPS):
             if time >= self._end:
                 break
             step = min(step, self._longest, self._end - time + 1e-12 * self._longest)

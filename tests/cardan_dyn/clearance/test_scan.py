@@ -184,6 +184,20 @@ def test_verification_puts_simulations_beside(drive: cd.Scene) -> None:
         scan(drive.response(), 300.0, verify=True, **contact)
 
 
+@pytest.mark.parametrize(
+    ("change", "said"), [({"rotor": 2.0}, "gives way"), ({"stiffness": 1e14}, "so stiff a contact")]
+)
+def test_where_no_interval_is_known_an_estimate_is_doubted(
+    drive: cd.Scene, change: dict[str, Any], said: str
+) -> None:
+    """At once: what cannot be followed is not tried."""
+    given: dict[str, Any] = {**CONTACT, "damping_ratio": 0.25, "joints": "needle_pin", **change}
+    for item in scan(drive, 300.0, **given)["needle_pin"].reversals:
+        assert said in item.doubts[0] and said in item.verdict
+        assert np.isnan([item.least, item.expected, item.greatest, item.gap]).all()
+        assert item.severity == item.peak
+
+
 def test_copies_know_what_pins_did(drive: cd.Scene) -> None:
     found = scan(drive, 300.0, joints="needle_pin", damping_ratio=0.25, **CONTACT)
     again = pickle.loads(pickle.dumps(found))

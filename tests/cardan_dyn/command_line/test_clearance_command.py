@@ -129,3 +129,13 @@ def test_one_joint_may_differ_from_all_others() -> None:
     for name, play in (("coupler_pin", 2e-4), ("needle_pin", 1e-4)):
         expected = scan(drive, 300.0, play=play, stiffness=1e8, damping_ratio=0.25)[name].peak
         assert found[name] == pytest.approx(expected, rel=1e-9)
+
+
+def test_verification_is_part_of_the_output() -> None:
+    options = ("--speed", "300", *CONTACT, "--damping-ratio", "0.25", "--joint", "needle_pin")
+    content = json.loads(run("needle_drive", *options, "--verify", "--json").output)
+    assert [row["joint"] for row in content["verified"]] == ["needle_pin"] * 2
+    for row, item in zip(content["verified"], content["joints"][0]["reversals"], strict=True):
+        assert row["least"] < row["simulated"] < row["greatest"]
+        assert item["simulated"] == row["simulated"]
+    assert "verified" not in json.loads(run("needle_drive", *options, "--json").output)
