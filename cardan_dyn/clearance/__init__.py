@@ -7,7 +7,8 @@ from ..elements.contact_laws import (
     LankaraniNikravesh,
     LinearContact,
 )
-from .comparison import Compared, Comparison, compare
+from .compared import Compared, Comparison
+from .comparison import compare
 from .contact_simulation import ContactSimulation, JointContact, PinImpact
 from .impact_model import ImpactModel
 from .influence import Influence, influence
@@ -16,7 +17,8 @@ from .pin_bearings import scan_pins
 from .pin_geometry import PinGeometry
 from .pin_map import PinMap, map_pins
 from .pin_scan import PinReversal, PinScan
-from .scan import Scan, scan
+from .scan import scan
+from .scanned import Scan
 from .simulate import simulate
 from .two_mass_motion import Energies, Impact, TwoMassMotion, TwoMassState
 from .two_masses import two_masses

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from typing import Any
+from collections.abc import Collection, Mapping, Set
+from typing import TYPE_CHECKING, Any
 
 from analytic.impact import Start
 
-from ..checks import described, mapping, number, positive
+from ..checks import described, mapping, names, number, positive
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, ModelError, choices
 from ..problem.problem import Problem
 from .pin_geometry import PinGeometry
+
+if TYPE_CHECKING:
+    from ..scene.scene import Scene
 
 
 def damping_ratio_of(ratio: Any) -> float:
@@ -32,19 +35,46 @@ def start_of(start: Any) -> Start:
     Raises:
         ArgumentError: neither "release" nor "rest".
     """
-    if start not in ("release", "rest"):
+    if not isinstance(start, str) or start not in ("release", "rest"):
         raise ArgumentError(f"start is {described(start)}; it is 'release' or 'rest'")
-    checked: Start = start
+    checked: Start = start  # type: ignore[assignment]
     return checked
 
 
-def play_of(given: Any, name: str) -> float:
-    """Return the play of a joint, given for all joints or by name.
+def scene_of(given: Any) -> Scene:
+    """Return a scene.
 
     Raises:
-        ArgumentError: it is missing, or no positive number.
+        ArgumentError: it is none.
     """
-    return positive(*of_joint("play", given, name))
+    from ..scene.scene import Scene
+
+    if not isinstance(given, Scene):
+        raise ArgumentError(
+            f"scene is {described(given)}, expected a scene: joints are opened in its mechanism, "
+            "which a response no longer has"
+        )
+    return given
+
+
+def play_of(given: Any, name: str, length: float) -> float:
+    """Return the play of a joint, given for all joints or by name.
+
+    Args:
+        given: of all joints or by name.
+        name: of the joint.
+        length: of the mechanism [m].
+
+    Raises:
+        ArgumentError: it is missing, no positive number, or as long as the mechanism.
+    """
+    label, value = of_joint("play", given, name)
+    play = positive(label, value)
+    if not play < length:
+        raise ArgumentError(
+            f"{label} is {play:g} m, no less than the mechanism of {length:.3g} m; plays are in m"
+        )
+    return play
 
 
 def stiffness_of(given: Any, name: str) -> float | PinGeometry:
@@ -94,15 +124,19 @@ def pins_of(
     """Return the joints that turn about one axis, and why others are left out.
 
     Raises:
-        ArgumentError: no names are asked for.
+        ArgumentError: what is asked for are no names, none, or one twice.
         ModelError: one that is asked for is none, or unknown.
     """
     pins, left_out = [], {}
-    names = problem.mechanism.joints if asked is None else asked
-    if not isinstance(names, Collection):
-        raise ArgumentError(f"joints is {described(asked)}, expected names of joints")
-    names = [names] if isinstance(names, str) else names
-    for name in names:
+    wanted = tuple(problem.mechanism.joints)
+    if asked is not None:
+        # Of a set, any order will do.
+        wanted = names("joints", list(asked) if isinstance(asked, Set) else asked)
+    if not wanted:
+        raise ArgumentError("joints is empty; name those that have play")
+    if len(set(wanted)) < len(wanted):
+        raise ArgumentError("joints names a joint twice")
+    for name in wanted:
         parts = problem.mechanism.joint(name).parts
         if len(parts) == 1 and parts[0].kind == "revolute" and name in problem.outputs:
             pins.append(name)

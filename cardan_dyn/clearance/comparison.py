@@ -3,103 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array
+from ..checks import described
+from ..elements.contact_laws import LinearContact
 from ..errors import ArgumentError
+from .compared import Compared, Comparison
 from .contact_simulation import ContactSimulation
-from .joint_scan import JointScan, Reversal
+from .joint_scan import JointScan
 from .pin_scan import PinScan
-from .scan import Scan
+from .scanned import Scan
 
 if TYPE_CHECKING:
-    import pandas
+    from ..elements.pin_contact import PinContact
 
+_SAME = 1e-6
+"""Difference of play, stiffness or damping, as a fraction, that is rounding."""
 _PER_STEP = 8
 """Times at which the force is looked at between two steps of a simulation."""
-
-
-@dataclass(frozen=True, eq=False)
-class Compared:
-    """A reversal as it was estimated, and as it was simulated.
-
-    Attributes:
-        joint: its name.
-        reversal: the estimate.
-        rigid: greatest force without play until the next reversal [N].
-        estimate: the greater of this and the estimated peak [N].
-        simulated: greatest forces of the simulation until the next reversal, of every whole turn
-            after the first reversal `(K,)` [N].
-    """
-
-    joint: str
-    reversal: Reversal
-    rigid: float
-    estimate: float
-    simulated: Array
-
-    @property
-    def error(self) -> float:
-        """Estimate over the mean of the simulated peaks, less 1."""
-        return float(self.estimate / np.mean(self.simulated) - 1.0)
-
-    @property
-    def excess(self) -> float:
-        """What is simulated beyond the rigid maximum, as a fraction of the estimate of it.
-
-        NaN where nothing beyond it is estimated.
-        """
-        estimated = self.estimate - self.rigid
-        if estimated <= 0.0:
-            return np.nan
-        return float((np.mean(self.simulated) - self.rigid) / estimated)
-
-    def row(self) -> dict[str, Any]:
-        """Return its numbers by name, and the doubts of the estimate as text."""
-        item = self.reversal
-        return {
-            "joint": self.joint,
-            "position": item.position,
-            "rigid": self.rigid,
-            "estimate": self.estimate,
-            "simulated": float(np.mean(self.simulated)),
-            "simulated_least": float(np.min(self.simulated)),
-            "simulated_greatest": float(np.max(self.simulated)),
-            "error": self.error,
-            "excess": self.excess,
-            "turn_through": item.turn_through,
-            "flown": item.flown,
-            "tau": item.tau,
-            "doubts": "; ".join(item.doubts),
-        }
-
-
-class Comparison(tuple[Compared, ...]):
-    """Reversals as they were estimated and simulated, joint by joint; `print` shows a table."""
-
-    __slots__ = ()
-
-    def to_dataframe(self) -> pandas.DataFrame:
-        """Return a row for each reversal, SI units."""
-        import pandas
-
-        return pandas.DataFrame([item.row() for item in self])
-
-    def __str__(self) -> str:
-        lines = ["estimate beside simulation [N]"]
-        for item in self:
-            doubts = "; ".join(item.reversal.doubts)
-            lines.append(
-                f"- {item.joint} at {item.reversal.position:.3f} rad: {item.estimate:.4g} beside "
-                f"{np.mean(item.simulated):.4g} ({100.0 * item.error:+.1f} %), rigid "
-                f"{item.rigid:.4g}{'; ' + doubts if doubts else ''}"
-            )
-        return "\n".join(lines)
-
-    __repr__ = __str__
 
 
 def compare(scan: Scan | PinScan, simulation: ContactSimulation) -> Comparison:
@@ -110,13 +35,20 @@ def compare(scan: Scan | PinScan, simulation: ContactSimulation) -> Comparison:
     before which it had not yet settled.
 
     Args:
-        scan: with a damping ratio as the simulation has it; of pin bearings, each is compared.
-        simulation: of the same mechanism, speed, play and contact, over two turns or more.
+        scan: of the same play and contact as the simulation; of pin bearings, each is compared.
+        simulation: of the same mechanism and speed, over two turns or more. It may have friction,
+            of which scans know nothing.
 
     Raises:
-        ArgumentError: they have no joint in common, their speeds differ, or the simulation is too
-            short.
+        ArgumentError: they have no joint in common, their speeds, plays or contacts differ, or the
+            simulation is too short.
     """
+    if not isinstance(scan, (Scan, PinScan)):
+        raise ArgumentError(f"scan is {described(scan)}, expected a scan")
+    if not isinstance(simulation, ContactSimulation):
+        raise ArgumentError(
+            f"simulation is {described(simulation)}, expected one of clearance.simulate"
+        )
     scans: Mapping[str, JointScan] = scan.by_bearing() if isinstance(scan, PinScan) else scan
     joints = [name for name in simulation if name in list(scans)]
     if not joints:
@@ -125,6 +57,8 @@ def compare(scan: Scan | PinScan, simulation: ContactSimulation) -> Comparison:
         raise ArgumentError(
             f"the scan is of {scan.speed:g} rad/s, the simulation of {simulation.speed:g} rad/s"
         )
+    for name in joints:
+        _check_same(scan, scans[name], simulation.contact(name))
     steps = simulation.steps
     parts = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
     times = (steps[:-1, None] + np.diff(steps)[:, None] * parts).ravel()
@@ -134,6 +68,40 @@ def compare(scan: Scan | PinScan, simulation: ContactSimulation) -> Comparison:
         course = fine[name]
         result += _of_joint(scans[name], course.position, course.force, float(np.sign(scan.speed)))
     return Comparison(result)
+
+
+def _check_same(scan: Scan | PinScan, joint: JointScan, contact: PinContact) -> None:
+    """Refuse a simulation of other play or another contact than a scan's.
+
+    Raises:
+        ArgumentError: they differ.
+    """
+    law = contact.law
+    if not isinstance(law, LinearContact):
+        raise ArgumentError(
+            f"joint {joint.name!r}: the simulation has the law {type(law).__name__}, the scan that "
+            "of a linear contact; simulate with stiffness= and damping_ratio=, or a LinearContact"
+        )
+    if isinstance(scan, PinScan):
+        pin = joint.name[:-1]
+        pairs = [
+            ("play", "m", contact.play, [scan.play[pin]]),
+            ("stiffness", "N/m", law.stiffness, [scan.stiffness[pin]]),
+        ]
+    else:
+        items = joint.reversals
+        pairs = [
+            ("play", "m", contact.play, [item.model.play for item in items]),
+            ("stiffness", "N/m", law.stiffness, [item.stiffness for item in items]),
+            ("damping", "N s/m", law.damping, [item.damping for item in items]),
+        ]
+    for label, unit, simulated, scanned in pairs:
+        low, high = min(scanned, default=simulated), max(scanned, default=simulated)
+        if not (1.0 - _SAME) * low <= simulated <= (1.0 + _SAME) * high:
+            raise ArgumentError(
+                f"joint {joint.name!r}: the simulation has a {label} of {simulated:.6g} {unit}, "
+                f"the scan one of {low:.6g}; give both the same play, stiffness and damping_ratio"
+            )
 
 
 def _of_joint(scan: JointScan, position: Array, force: Array, sense: float) -> list[Compared]:
@@ -170,7 +138,6 @@ def _of_joint(scan: JointScan, position: Array, force: Array, sense: float) -> l
                 f"{item.position:.3g} rad; simulate more turns"
             )
         peaks = [float(np.max(force[(turns == turn) & (within <= way)])) for turn in whole]
-        peak = item.peak if item.strikes else 0.0
-        estimate = max(peak, greatest)
+        estimate = replace(item, rigid_ahead=greatest).estimate
         found.append(Compared(scan.name, item, greatest, estimate, np.array(peaks)))
     return found

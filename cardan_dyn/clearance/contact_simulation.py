@@ -161,8 +161,7 @@ class ContactSimulation(Mapping[str, JointContact]):
         )
 
     def __getitem__(self, bearing: str) -> JointContact:
-        if bearing not in self._indices:
-            raise ModelError(f"no joint {bearing!r} has play; {choices(self._indices, bearing)}")
+        contact = self.contact(bearing)
         index = self._indices[bearing]
         force = cast("ContactForce", self.trajectory.element_force[index])
         return JointContact(
@@ -173,15 +172,24 @@ class ContactSimulation(Mapping[str, JointContact]):
             read_only(force.friction),
             read_only(force.depth),
             read_only(force.offset),
-            read_only(self._orbit(index, force.offset)),
+            read_only(self._orbit(contact, force.offset)),
             read_only(force.force),
             tuple(item for item in self.impacts if item.bearing == bearing),
         )
 
-    def _orbit(self, index: int, offset: Array) -> Array:
+    def contact(self, bearing: str) -> PinContact:
+        """Return what a pin strikes: its play and its law.
+
+        Raises:
+            ModelError: no such joint has play.
+        """
+        if bearing not in self._indices:
+            raise ModelError(f"no joint {bearing!r} has play; {choices(self._indices, bearing)}")
+        return cast("PinContact", self.trajectory.elements[self._indices[bearing]])
+
+    def _orbit(self, contact: PinContact, offset: Array) -> Array:
         """Return offsets `(N, 3)` in the world as the bush of a contact sees them, `(N, 2)`."""
         trajectory = self.trajectory
-        contact = cast("PinContact", trajectory.elements[index])
         bush = LinkMotions(trajectory.mechanism, [contact.link_a]).at(*trajectory._counted())
         first = np.cross(contact.axis_a, np.eye(3)[np.argmin(np.abs(contact.axis_a))])
         first /= np.linalg.norm(first)

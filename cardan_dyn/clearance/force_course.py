@@ -17,6 +17,11 @@ _FLAT = 1e-4
 touches zero: it comes back the way it went, and a ramp is not what it follows."""
 
 
+_DIP = 1e-6
+"""Depth of a dip in the size of a force, as a fraction of the greatest, that may be rounding: a
+force is exact beside the greatest of all joints alone."""
+
+
 class Swing(NamedTuple):
     """A position at which the force across a pin is least, so that it swings round.
 
@@ -56,6 +61,7 @@ class ForceCourse:
                 not depending on it; None if it is all of them.
         """
         self._forces, self._period = forces, period
+        self._sizes = np.linalg.norm(forces, axis=1)
         series = Fourier.of(forces.T, period)
         self.tail = _tail(series)
         self._local = _with_derivatives(series)
@@ -63,17 +69,31 @@ class ForceCourse:
         if inertial is not None:
             self._inertial = _with_derivatives(Fourier.of(inertial.T, period))
 
+    @property
+    def most(self) -> float:
+        """Greatest force of the samples [N]."""
+        return float(np.max(self._sizes))
+
+    def at(self, positions: Array) -> Array:
+        """Return the force `(K, d)` at positions of the drive `(K,)` [N]."""
+        return np.asarray(self._local(positions)[: self._forces.shape[1]].T)
+
+    def greatest(self, position: float, way: float, sense: float) -> float:
+        """Return the greatest force [N] of the samples over a way of the drive in a sense."""
+        count = len(self._forces)
+        since = sense * (self._period / count * np.arange(count) - position) % self._period
+        return float(np.max(self._sizes[since <= way], initial=0.0))
+
     def swings(self, sense: float) -> list[Swing]:
         """Return where the force is least, in the order of positions.
 
         Args:
             sense: +1 or -1, in which the drive turns.
         """
-        sizes = np.linalg.norm(self._forces, axis=1)
-        is_least = (sizes < np.roll(sizes, 1)) & (sizes <= np.roll(sizes, -1))
+        sizes = self._sizes
         step, greatest = self._period / len(sizes), float(np.max(sizes))
         found = []
-        for index in np.nonzero(is_least)[0].tolist():
+        for index in _dips(sizes):
             position = self._least_near(index * step, step)
             force, rate, curvature = self._local.at(position).reshape(3, -1)
             slope, least = float(np.linalg.norm(rate)), float(np.linalg.norm(force))
@@ -123,6 +143,24 @@ class ForceCourse:
         turned = np.roll(sizes[:: int(sense)], -index if sense > 0 else index + 1)
         rises = np.nonzero(turned[1:] < turned[:-1])[0]
         return int(rises[0]) if rises.size else len(sizes)
+
+
+def _dips(sizes: Array) -> list[int]:
+    """Return where sizes over a period are least, but for dips that may be rounding."""
+    is_least = (sizes < np.roll(sizes, 1)) & (sizes <= np.roll(sizes, -1))
+    found, least = np.nonzero(is_least)[0].tolist(), _DIP * float(np.max(sizes))
+    if np.ptp(sizes) <= least:
+        return []
+    while len(found) > 1:
+        between = [
+            np.max(np.roll(sizes, -low)[: (high - low) % len(sizes)])
+            for low, high in zip(found, [*found[1:], found[0]], strict=True)
+        ]
+        rises = np.minimum(between, np.roll(between, 1)) - sizes[found]
+        if np.min(rises) > least:
+            break
+        del found[int(np.argmin(rises))]
+    return [int(index) for index in found]
 
 
 def _tail(series: Fourier) -> float:

@@ -41,7 +41,7 @@ class Contact(NamedTuple):
 
     stiffness: float | Array | PinGeometry
     play: float | Array
-    damping_ratio: float = 0.0
+    damping_ratio: float | Array = 0.0
     start: Start = "release"
 
 
@@ -113,7 +113,7 @@ def _at(mass: Array, slope: Array, stiffness: Array, contact: Contact) -> Estima
     numbers_of = mass, stiffness, 0.5 * np.asarray(contact.play), slope
     found = undamped(*numbers_of, start=contact.start)
     time, speed, peak = found.t_1, found.v_1, found.peak
-    if contact.damping_ratio:
+    if np.any(contact.damping_ratio):
         time, speed = flight(*numbers_of, contact.damping_ratio, start=contact.start)
         peak = damped_peak(*numbers_of, contact.damping_ratio, start=contact.start)
     stiffness = np.broadcast_to(stiffness, np.shape(found.tau))

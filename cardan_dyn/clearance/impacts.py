@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,12 +11,14 @@ from analytic.clearance import contact_time
 
 from ..arrays import Array
 from ..errors import ArgumentError
-from .force_course import Swing
+from .force_course import ForceCourse, Swing
 from .force_source import ForceSource
 from .impact_model import Contact, Estimates, ImpactModel, estimates
-from .joint_scan import Reversal
+from .joint_scan import MOST_DAMPED, Reversal
 from .opened_joint import Mobility, OpenedJoint
 from .pin_geometry import PinGeometry
+from .pin_motion import PinMotion
+from .planar_motion import PinContactNumbers
 
 _BELOW_LIMIT = 0.5
 """Force, as a fraction of the greatest of a contact, up to which its stiffness is asked for."""
@@ -31,12 +34,18 @@ class Pin(NamedTuple):
         opened: the mechanism with this joint open.
         swings: where its force is least.
         contact: stiffness, play, damping and start.
+        course: of its force.
+        mean_mass: by which its damping ratio is meant [kg].
+        follows: whether its motion can be followed in the plane of its bush.
     """
 
     name: str
     opened: OpenedJoint
     swings: list[Swing]
     contact: Contact
+    course: ForceCourse
+    mean_mass: float
+    follows: bool
 
 
 class _Case(NamedTuple):
@@ -48,14 +57,24 @@ class _Case(NamedTuple):
     mass: float
     slope: float
 
+    @property
+    def contact(self) -> Contact:
+        """What the sides strike, with its damper as a fraction of this mass's critical one."""
+        contact, pin = self.pin.contact, self.pin
+        ratio = float(np.asarray(contact.damping_ratio)) * np.sqrt(pin.mean_mass / self.mass)
+        return contact._replace(damping_ratio=min(float(ratio), MOST_DAMPED))
 
-def reversals(source: ForceSource, pins: list[Pin], speed: float) -> list[tuple[Reversal, ...]]:
+
+def reversals(
+    source: ForceSource, pins: list[Pin], speed: float, period: float
+) -> list[tuple[Reversal, ...]]:
     """Return for each pin its reversals; swings whose force does not come near zero are none.
 
     Args:
         source: of the forces.
         pins: with their swings.
         speed: of the drive [rad/s].
+        period: after which forces repeat [rad].
 
     Raises:
         ArgumentError: a peak is beyond what the geometry of a pin has a stiffness for.
@@ -78,7 +97,32 @@ def reversals(source: ForceSource, pins: list[Pin], speed: float) -> list[tuple[
         every[case.pin.name].append(
             _reversal(case, found[index], through[index], after / case.mass - 1.0, speed, source)
         )
-    return [tuple(every[pin.name]) for pin in pins]
+    return [_together(pin, every[pin.name], source, speed, period) for pin in pins]
+
+
+def _together(
+    pin: Pin, every: list[Reversal], source: ForceSource, speed: float, period: float
+) -> tuple[Reversal, ...]:
+    """Return the reversals of a pin, each with the way to the next and the motion in its bush."""
+    if not every:
+        return ()
+    sense, motion = float(np.sign(speed)), None
+    if pin.follows:
+        stiffness = max(every, key=lambda item: float(np.nan_to_num(item.peak))).stiffness
+        ratio = float(np.asarray(pin.contact.damping_ratio))
+        numbers = PinContactNumbers(
+            float(np.asarray(pin.contact.play)),
+            stiffness,
+            2.0 * ratio * float(np.sqrt(stiffness * pin.mean_mass)),
+        )
+        motion = PinMotion(pin.opened, source, pin.course, numbers, pin.mean_mass, speed, period)
+    found = []
+    for index, item in enumerate(every):
+        after = every[(index + int(sense)) % len(every)]
+        way = sense * (after.position - item.position) % period or period
+        ahead = pin.course.greatest(item.position, way, sense)
+        found.append(replace(item, way=way, rigid_ahead=ahead, motion=motion))
+    return tuple(found)
 
 
 def _cases(source: ForceSource, pins: list[Pin], speed: float) -> list[_Case]:
@@ -90,8 +134,9 @@ def _cases(source: ForceSource, pins: list[Pin], speed: float) -> list[_Case]:
         mobility = pin.opened.mobility(x)
         mass = mobility.reduced_mass(swing.direction)
         slope = swing.slope * abs(speed)
-        if swing.least < _STAYS_CLOSED * slope * _longest(pin.contact, mass, slope, swing.least):
-            cases.append(_Case(pin, swing, mobility, mass, slope))
+        case = _Case(pin, swing, mobility, mass, slope)
+        if swing.least < _STAYS_CLOSED * slope * _longest(case.contact, mass, slope, swing.least):
+            cases.append(case)
     return cases
 
 
@@ -110,14 +155,15 @@ def _longest(contact: Contact, mass: float, slope: float, least: float) -> float
     """
     play, law = float(np.asarray(contact.play)), contact.stiffness
     from_rest = float(contact_time(mass, 0.5 * play, slope))
-    if not contact.damping_ratio or contact.start != "release":
+    ratio = float(np.asarray(contact.damping_ratio))
+    if not ratio or contact.start != "release":
         return from_rest
     if isinstance(law, PinGeometry):
         if least == 0.0:
             return np.inf
         law = law.stiffness(np.asarray(min(least, _BELOW_LIMIT * law.limit(play))), play)
     stiffness = float(np.asarray(law))
-    return max(from_rest, 2.0 * contact.damping_ratio * float(np.sqrt(mass / stiffness)))
+    return max(from_rest, 2.0 * ratio * float(np.sqrt(mass / stiffness)))
 
 
 def _estimated(cases: list[_Case]) -> list[Estimates]:
@@ -139,10 +185,19 @@ def _estimated(cases: list[_Case]) -> list[Estimates]:
                 stiffness=np.array([case.pin.contact.stiffness for case in some]),
                 play=np.array([case.pin.contact.play for case in some]),
             )
+        contact = contact._replace(
+            damping_ratio=np.array([case.contact.damping_ratio for case in some])
+        )
         masses = np.array([case.mass for case in some])
         slopes = np.array([case.slope for case in some])
         try:
-            values = estimates(masses, slopes, contact)
+            with np.errstate(over="raise"):
+                values = estimates(masses, slopes, contact)
+        except FloatingPointError:
+            raise ArgumentError(
+                "play and stiffness are so great, or so small, that impacts overflow; play is in "
+                "m, stiffness in N/m"
+            ) from None
         except ArgumentError as error:
             raise ArgumentError(f"joint {name!r}: {error}" if name else str(error)) from error
         for place, index in enumerate(group):
@@ -159,7 +214,7 @@ def _reversal(
     source: ForceSource,
 ) -> Reversal:
     """Return what is said of a swing."""
-    swing, mobility, contact = case.swing, case.mobility, case.pin.contact
+    swing, mobility, contact = case.swing, case.mobility, case.contact
     numbers: dict[str, Array] = found._asdict()
     return Reversal(
         position=swing.position,
@@ -173,5 +228,5 @@ def _reversal(
         deviation=mobility.deviation(swing.direction),
         slope_growth=np.nan if source.problem.elements else swing.growth,
         model=ImpactModel(case.mass, slope=case.slope, **contact._asdict()),
-        **{name: float(value) for name, value in numbers.items()},
+        **{name: float(value) for name, value in numbers.items()},  # type: ignore[arg-type]
     )

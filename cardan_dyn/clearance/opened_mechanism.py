@@ -7,6 +7,7 @@ are left carry the inertia of what they move.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -76,7 +77,10 @@ class OpenedMechanism:
         """
         self._length = mechanism.characteristic_length
         model, self._own = _opened(mechanism, freedoms)
-        self._columns, self.added, moved = _layout(mechanism, freedoms)
+        columns, self.added, moved = _layout(mechanism, freedoms)
+        places = np.insert(np.ones(mechanism.coordinates.size, dtype=bool), columns, False)
+        self._columns = np.nonzero(places)[0]
+        self._moved = moved
         loops = [
             loop._replace(
                 predecessor=self._own[loop.predecessor], successor=self._own[loop.successor]
@@ -97,9 +101,10 @@ class OpenedMechanism:
             kept = np.zeros((len(combinations), model.nv))
             kept[:, self.added[body]] = combinations
             self._kept = np.concatenate([self._kept, kept * self._scale / self._length])
-        self._armature = np.zeros(model.nv)
+        self._armature = np.zeros((model.nv, model.nv))
         for index, inertia in rotors.items():
-            self._armature[moved[index]] = inertia
+            self._armature[moved[index], moved[index]] = inertia
+        self._upper = np.triu(np.ones((model.nv, model.nv)), 1) + 0.5 * np.eye(model.nv)
         self._model, self._data = model, model.createData()
 
     def _scales(
@@ -120,11 +125,11 @@ class OpenedMechanism:
         Args:
             x: `(size,)` closed coordinates of the mechanism.
         """
-        x = np.insert(x, self._columns, 0.0)
+        x = self._with_freedoms(x)
         pinocchio.forwardKinematics(self._model, self._data, x)
-        inertia = np.triu(pinocchio.crba(self._model, self._data, x))
-        inertia += np.triu(inertia, 1).T
-        inertia += np.diag(self._armature)
+        # Of a symmetric matrix, its upper half alone is sure to be there.
+        half = self._upper * pinocchio.crba(self._model, self._data, x)
+        inertia = half + half.T + self._armature
         rows = self._closure.jacobian(x) * self._scale
         rows[: len(rows) // 6 * 6].reshape(-1, 6, rows.shape[1])[:, :3] /= self._length
         rows = np.concatenate([rows, self._kept])
@@ -136,6 +141,59 @@ class OpenedMechanism:
         # What is left of the inertias of all coordinates where a way has none.
         greatest = np.max(np.diag(inertia)[self._free] * self._scale[self._free] ** 2, initial=0.0)
         return Ways(ways, ways.T @ inertia @ ways, _WEIGHTLESS * float(greatest))
+
+    def _with_freedoms(self, x: Array) -> Array:
+        """Return coordinates of the opened mechanism, those that were added being zero."""
+        found = np.zeros(self._model.nq)
+        found[self._columns] = x
+        return found
+
+    @property
+    def size(self) -> int:
+        """Number of velocity coordinates."""
+        return int(self._model.nv)
+
+    def velocity(self, v: Array) -> Array:
+        """Return velocities `(..., nv)` of the opened mechanism for those of the closed one."""
+        found = np.zeros((*v.shape[:-1], self._model.nv))
+        found[..., self._moved] = v
+        return found
+
+    def coriolis(self, x: Array, along: Array, ways: Array, changes: Array) -> Array:
+        """Return forces `(nv, f)` on coordinates per unit of each way's rate and of the drive's.
+
+        Args:
+            x: `(size,)` closed coordinates of the mechanism.
+            along: `(nv,)` velocities of the motion of the drive alone, per unit of its rate.
+            ways: `(nv, f)` velocities per unit of the rate of each way.
+            changes: `(nv, f)` derivatives of these by the drive's position.
+        """
+        x, still = self._with_freedoms(x), np.zeros(self._model.nv)
+        found = np.empty_like(ways)
+
+        def force(v: Array, a: Array) -> Array:
+            return np.array(pinocchio.rnea(self._model, self._data, x, v, a))
+
+        alone = force(along, still)
+        for k, (way, change) in enumerate(zip(ways.T, changes.T, strict=True)):
+            # The velocities of the drive alone change with a way as those of the way with the
+            # drive, but for turns of balls, which do not commute.
+            bend = 2.0 * change
+            for start in self._balls:
+                part = slice(start, start + 3)
+                bend[part] += np.cross(along[part], way[part])
+            found[:, k] = force(along + way, bend) - alone - force(way, still)
+        return found
+
+    @cached_property
+    def _balls(self) -> list[int]:
+        """First velocity coordinates of joints that turn about a point."""
+        model = self._model
+        return [
+            model.idx_vs[index]
+            for index in range(1, model.njoints)
+            if model.nvs[index] == 3 and model.nqs[index] == 4
+        ]
 
     def rotation(self, body: int) -> Array:
         """Return the rotation `(3, 3)` from the frame of what was added before a part to the world.

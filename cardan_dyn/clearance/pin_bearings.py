@@ -17,7 +17,7 @@ from analytic.impact import Start
 from ..arrays import Array
 from ..errors import AccuracyError, IndeterminateError, ModelError
 from ..frozen import read_only
-from .arguments import damping_ratio_of, drive_of, period_of, speed_of, start_of
+from .arguments import damping_ratio_of, drive_of, period_of, scene_of, speed_of, start_of
 from .force_course import ForceCourse, Swing
 from .force_source import ForceSource
 from .impact_model import ImpactModel
@@ -90,7 +90,7 @@ def scan_pins(
         Dresig and Thümmel (14) to (17), (22) to (27), (32) to (34), along the forces of the open
         bearings; that, and the reduced mass, are own derivations.
     """
-    speed, source = speed_of(speed), ForceSource(scene)
+    speed, source = speed_of(speed), ForceSource(scene_of(scene))
     given = {"radius": radius, "play": play, "stiffness": stiffness}
     case = pin_case(source.problem, joint, given, bearings)
     impact = {"damping_ratio": damping_ratio_of(damping_ratio), "start": start_of(start)}
@@ -146,6 +146,7 @@ class PinScanner:
             freedoms=self._at_start.freedoms,
             radius=dict(zip(names, case.radii[case.opened].tolist(), strict=True)),
             play=dict(zip(names, case.plays[case.opened].tolist(), strict=True)),
+            stiffness=dict(zip(names, case.stiffnesses[case.opened].tolist(), strict=True)),
             speed=speed,
         )
 
@@ -275,7 +276,7 @@ class PinScanner:
             model=model,
             share=tuple((shares / shares[most]).tolist()),
             split=case.split(direction, mobility.movable),
-            **found,
+            **found,  # type: ignore[arg-type]
         )
 
 

@@ -15,7 +15,7 @@ from ..arrays import Array
 from ..checks import mapping, several
 from ..errors import ArgumentError
 from ..frozen import read_only
-from .arguments import damping_ratio_of, speed_of, start_of
+from .arguments import damping_ratio_of, scene_of, speed_of, start_of
 from .force_source import ForceSource
 from .pin_bearings import PinScanner
 from .pin_case import pin_case
@@ -148,6 +148,7 @@ def map_pins(
         ArgumentError: there is no speed or position, lengths differ, or a joint is not held.
         CardanError: as `scan_pins`.
     """
+    scene_of(scene)
     every = [speed_of(value) for value in several("speeds", speeds)]
     designs = {
         name: several(f"held[{name!r}]", values) for name, values in mapping("held", held).items()

@@ -66,6 +66,7 @@ class PinScan(JointScan):
         freedoms: in how many ways they can move, the drive prescribed.
         radius: of each pin that has open bearings: from the joint's centre to their middle [m].
         play: of the bearings of each of these pins [m].
+        stiffness: of one of these bearings [N/m].
         speed: of the drive [rad/s].
     """
 
@@ -73,6 +74,7 @@ class PinScan(JointScan):
     freedoms: int
     radius: Mapping[str, float]
     play: Mapping[str, float]
+    stiffness: Mapping[str, float]
     speed: float
 
     @property

@@ -10,10 +10,10 @@ import numpy as np
 from ..arrays import Array
 from ..checks import mapping, number, positive
 from ..errors import ArgumentError, IndeterminateError, choices
-from .arguments import drive_of, period_of, pins_of, speed_of
+from .arguments import drive_of, period_of, pins_of, scene_of, speed_of
 from .determinate import what_is_open
 from .force_source import across
-from .opened_joint import OpenedJoint
+from .opened_joint import OpenedJoint, mean_positions
 from .opened_scene import Opened, Play
 
 if TYPE_CHECKING:
@@ -61,13 +61,11 @@ class RigidStart:
             ArgumentError: the speed is zero, there are several drives, or no joints.
             ModelError: a joint has no pin.
         """
-        self._scene, self._rotor, self.speed = scene, rotor, speed_of(speed)
+        self._scene, self._rotor, self.speed = scene_of(scene), rotor, speed_of(speed)
         self._period = period_of(scene._solver)
+        if joints is None:
+            raise ArgumentError("joints is None; name those that have play")
         self.joints, _ = pins_of(scene._problem, joints)
-        if not self.joints:
-            raise ArgumentError("joints is empty; name those that have play")
-        if len(set(self.joints)) < len(self.joints):
-            raise ArgumentError("joints names a joint twice")
         self.reach = self._reach(bearings)
         self.position = self._steady() if position is None else number("position", position)
 
@@ -98,23 +96,21 @@ class RigidStart:
         return float(positions[np.argmax(least)])
 
     def reduced_mass(self, name: str) -> float:
-        """Return the mass that moves when the force of a joint does [kg].
+        """Return the mass by which a scan means the damping ratio of a joint [kg].
 
         Raises:
             IndeterminateError: the force is statically indeterminate.
         """
         scene = self._scene
         fixed, rotors = drive_of(scene._problem, self._rotor)
-        sweep = scene.sweep(np.array([self.position]), self.speed)
+        sweep = scene.sweep(mean_positions(self._period), self.speed)
         if reason := what_is_open(scene._solver, sweep, name):
             raise IndeterminateError(
                 f"damping_ratio of joint {name!r}: {reason}, or give law=LinearContact(stiffness, "
                 "damping) instead"
             )
-        mobility = OpenedJoint(scene.mechanism, name, fixed, rotors).mobility(sweep.motion._x[0])
-        force = across(sweep, name)[0]
-        direction = force if np.any(force) else mobility.axes[0]
-        return mobility.reduced_mass(direction)
+        opened = OpenedJoint(scene.mechanism, name, fixed, rotors)
+        return opened.mean_mass(sweep.motion._x, across(sweep, name))
 
     def state(self, opened: Opened, plays: Sequence[Play], *, is_free: bool) -> dict[str, Any]:
         """Return where and how fast a simulation begins, as `Scene.simulate` takes it.

@@ -10,7 +10,7 @@ import numpy as np
 from ..checks import described, number, positive
 from ..elements.contact_laws import ContactLaw, LinearContact
 from ..errors import ArgumentError
-from .arguments import damping_ratio_of, of_joint, refuse_unknown
+from .arguments import damping_ratio_of, of_joint, play_of, refuse_unknown
 from .contact_simulation import ContactSimulation
 from .opened_scene import Play, opened
 from .rigid_start import RigidStart
@@ -51,8 +51,8 @@ def simulate(
         play: difference 2 s of the diameters of bush and pin [m], of all joints or by name.
         law: of the contact, likewise, such as `HuntCrossley`.
         stiffness: instead of a law, that of a `LinearContact`, likewise [N/m].
-        damping_ratio: of that, by the reduced mass where the simulation begins, as a scan with the
-            same rotor has it; from 0 to below 1.
+        damping_ratio: of that, as a scan with the same rotor has it: a fraction of critical damping
+            with the joint's mean reduced mass along its force over a period, from 0 to below 1.
         friction: coefficient of Coulomb's friction along the wall, likewise.
         pin_radius: of pins whose surfaces slide as they turn, likewise [m].
         bearings: joints whose pin has two bearings, to their distance from its origin [m].
@@ -72,7 +72,7 @@ def simulate(
     values = {"play": play, "law": law, "stiffness": stiffness, "friction": friction}
     refuse_unknown(scene.mechanism.joints, pin_radius=pin_radius, **values)
     contact = _Contact(law, stiffness, damping_ratio_of(damping_ratio), play, friction, pin_radius)
-    plays = contact.plays(begun)
+    plays = contact.plays(begun, scene.mechanism.characteristic_length)
     found = opened(scene, plays, number("rotor", rotor or 0.0, least=0.0))
     duration = 2.0 * np.pi * positive("turns", turns) / abs(begun.speed)
     start = begun.state(found, plays, is_free=rotor is not None)
@@ -98,12 +98,12 @@ class _Contact(NamedTuple):
     friction: Any
     pin_radius: Any
 
-    def plays(self, begun: RigidStart) -> list[Play]:
-        """Return what is free in every joint of the mechanism, which has none yet."""
+    def plays(self, begun: RigidStart, length: float) -> list[Play]:
+        """Return what is free in every joint of a mechanism of some length, which has none yet."""
         return [
             Play(
                 name,
-                positive(*of_joint("play", self.play, name)),
+                play_of(self.play, name, length),
                 self._law(name, begun, has_bearings=name in begun.reach),
                 number(*of_joint("friction", self.friction, name), least=0.0),
                 number(*of_joint("pin_radius", self.pin_radius, name), least=0.0),

@@ -47,6 +47,7 @@ class ScanOptions(NamedTuple):
         damping_ratio: of the contact.
         start: of the flights.
         rotor: inertia that turns with the drive [kg m²].
+        verify: simulate joints that strike as well.
         joints: to be scanned; all if empty.
         drive: driven joint; that of the preset if empty.
         held: as JOINT=VALUE [°, slides: m].
@@ -65,6 +66,7 @@ class ScanOptions(NamedTuple):
     damping_ratio: float
     start: Start
     rotor: float | None
+    verify: bool
     joints: tuple[str, ...]
     drive: tuple[str, ...]
     held: tuple[str, ...]
@@ -102,6 +104,7 @@ class ScanOptions(NamedTuple):
             damping_ratio=self.damping_ratio,
             start=self.start,
             rotor=self.rotor,
+            verify=self.verify,
         )
 
     def _speed(self) -> float:
@@ -169,14 +172,18 @@ def print_scan(scanned: Scan, console: Console) -> None:
     shown = Table(
         title=f"Impacts at {scanned.speed:.6g} rad/s ({rpm:.6g} 1/min)",
         title_justify="left",
-        caption="less …: change of the peak with 10 % less speed, play, mass, stiffness [%]",
+        caption="peak, partial: where the force vanishes, and where it turns through; "
+        "less …: change of the peak with 10 % less speed, play, mass, stiffness [%]",
         caption_justify="left",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
         padding=(0, 1, 0, 0),
     )
     shown.add_column("joint", overflow="fold", min_width=_NAME)
-    headings = ("rigid\nN", "peak\nN", "τ\n–", "speed\nm/s", "hits\n1/turn", "power\nW")
+    headings = (
+        "rigid\nN", "peak\nN", "partial\nN", "least\nN", "most\nN", "τ\n–", "speed\nm/s",
+        "hits\n1/turn", "power\nW",
+    )  # fmt: skip
     for heading in (*headings, *(f"less\n{name[:5]}" for name in _BOUGHT)):
         shown.add_column(heading, justify="right", overflow="fold")
     for name in scanned.ranking:
@@ -186,6 +193,8 @@ def print_scan(scanned: Scan, console: Console) -> None:
     lines = [f"{name}: {joint.verdict}" for name, joint in said.items() if joint.worst is None]
     lines += [line for joint in said.values() for line in _doubts(joint)]
     for line in lines:
+        console.print(line, markup=False, highlight=False)
+    for line in str(scanned.verified).splitlines() if scanned.verified is not None else ():
         console.print(line, markup=False, highlight=False)
     for name, reason in scanned.left_out.items():
         console.print(f"{name}: not scanned, {reason}", markup=False, highlight=False)
@@ -197,14 +206,16 @@ def _cells(joint: JointScan) -> list[str]:
     """Return the row of a joint."""
     worst, rigid = joint.worst, f"{joint.rigid_peak:.5g}"
     if worst is None:
-        return [joint.name, rigid, *["–"] * (5 + len(_BOUGHT))]
+        return [joint.name, rigid, *["–"] * (8 + len(_BOUGHT))]
     effects = worst.effects(_LESS)
     return [
         joint.name,
         rigid,
-        f"{joint.severity:.5g}",
+        f"{joint.severity:.5g}" if joint.severity else "–",
+        f"{joint.partial_severity:.5g}" if joint.partial_severity else "–",
+        *("–" if math.isnan(value) else f"{value:.5g}" for value in (worst.least, worst.greatest)),
         f"{worst.tau:.2f}",
-        f"{worst.impact_speed:.3g}",
+        f"{worst.strike_speed:.3g}",
         f"{joint.impacts_per_turn:g}",
         f"{joint.impact_power:.3g}",
         *("–" if math.isnan(effects[name]) else f"{100 * effects[name]:+.1f}" for name in _BOUGHT),
@@ -225,10 +236,22 @@ def json_text(scanned: Scan) -> str:
     content = {
         "speed": scanned.speed,
         "joints": [_joint(scanned[name]) for name in scanned.ranking],
+        **_verified(scanned),
         "left_out": scanned.left_out,
         "notes": list(scanned.notes),
     }
     return json.dumps(content, ensure_ascii=False, indent=1)
+
+
+def _verified(scanned: Scan) -> dict[str, Any]:
+    """Return simulations beside the estimates as plain data; nothing if there are none."""
+    if scanned.verified is None:
+        return {}
+    return {
+        "verified": [
+            {key: _known(value) for key, value in item.row().items()} for item in scanned.verified
+        ]
+    }
 
 
 def _joint(joint: JointScan) -> dict[str, Any]:
@@ -238,6 +261,7 @@ def _joint(joint: JointScan) -> dict[str, Any]:
         "verdict": joint.verdict,
         "rigid_peak": joint.rigid_peak,
         "severity": joint.severity,
+        "partial_severity": joint.partial_severity,
         "peak": joint.peak,
         "impacts_per_turn": joint.impacts_per_turn,
         "impact_power": joint.impact_power,

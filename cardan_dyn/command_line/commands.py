@@ -227,6 +227,9 @@ def driveline(
     help="How flights begin; 'rest' is for the paper's example.",
 )
 @click.option("--rotor", type=float, help="Inertia that turns with a drive that gives way [kg m²].")
+@click.option(
+    "--verify", is_flag=True, help="Simulate joints that strike as well; takes seconds for each."
+)
 @click.option("--joint", "joints", multiple=True, metavar="JOINT", help="Scan only these joints.")
 @click.option("--drive", multiple=True, metavar="JOINT", help="Driven joint.")
 @options.held

@@ -8,7 +8,7 @@ from ..arrays import Array
 from ..checks import positive
 from ..clearance.contact_simulation import ContactSimulation
 from ..clearance.joint_scan import JointScan
-from ..clearance.scan import Scan
+from ..clearance.scanned import Scan
 from ..errors import ArgumentError
 from .style import TITLE_SIZE, Axes, Figure, angle_axis, axes_grid, legend, line_style, point_style
 

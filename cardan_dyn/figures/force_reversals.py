@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..clearance.joint_scan import JointScan, Reversal
-from ..clearance.scan import Scan
+from ..clearance.scanned import Scan
 from .polar import across, columns_of, diagram
 from .style import TITLE_SIZE, Axes, Figure, axes_grid, line_style, names
 

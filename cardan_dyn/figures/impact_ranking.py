@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..clearance.scan import Scan
+from ..clearance.scanned import Scan
 from ..errors import ArgumentError
 from .style import Figure, axes_grid, legend, line_style, point_style
 
-_BAR = 0.36
+_BAR = 0.26
 """Width of a bar, where joints are 1 apart."""
 _LESS = -0.1
 _ROW, _ROOM = 0.55, 2.2
@@ -20,8 +20,9 @@ _SPREAD = 0.6
 def impact_ranking(scanned: Scan, *, title: str = "") -> Figure:
     """Draw joints by severity: forces with and without play, and what less of each parameter buys.
 
-    On the left the greatest force of each joint without play and the greatest peak of its impacts,
-    those first that are greatest; joints in which nothing strikes have no such bar. On the right by
+    On the left the greatest force of each joint without play and that of its impacts, where the
+    force vanishes and, in another bar, where it turns through; those first that are greatest;
+    joints in which nothing strikes have no such bar. On the right by
     how much that peak would change with 10 % less of speed, slope, play, mass or stiffness.
 
     Args:
@@ -40,10 +41,19 @@ def impact_ranking(scanned: Scan, *, title: str = "") -> Figure:
     figure, (forces, effects) = axes_grid(1, 2, size=size)
     rigid = [joint.rigid_peak for joint in joints]
     peaks = [joint.severity for joint in joints]
+    partial = [joint.partial_severity for joint in joints]
     solid, open_bar = line_style(0)["color"], line_style(1)["color"]
-    forces.barh(places - _BAR / 2, peaks, _BAR, color=solid, label="with play: peak of impacts")
+    forces.barh(places - _BAR, peaks, _BAR, color=solid, label="with play: peak of impacts")
     forces.barh(
-        places + _BAR / 2,
+        places,
+        partial,
+        _BAR,
+        color=solid,
+        alpha=0.4,
+        label="with play: where the force turns through",
+    )
+    forces.barh(
+        places + _BAR,
         rigid,
         _BAR,
         color="white",

@@ -12,12 +12,13 @@ from analytic.peak_factor import peak_factor_limits
 
 from ..clearance.impact_model import ImpactModel
 from ..clearance.joint_scan import Reversal
-from ..clearance.scan import Scan
+from ..clearance.scanned import Scan
 from .style import Figure, axes_grid, legend, line_style, point_style
 
 _RANGE = (0.5, 20.0)
 """Range of τ that is drawn at least."""
 _POINTS = 400
+_UNDAMPED = {(0.0, "release"), (0.0, "rest")}
 
 
 def peak_factor(
@@ -50,7 +51,8 @@ def peak_factor(
         "24π/τ³: ramp without play": below,
         "6/τ: impact alone": above,
     }
-    kinds = sorted({(m.damping_ratio, m.start) for m in models.values() if m.damping_ratio})
+    # A joint has one damper, which is another fraction of critical at each of its reversals.
+    kinds = sorted({(round(m.damping_ratio, 2), m.start) for m in models.values()} - _UNDAMPED)
     for ratio, start in kinds:
         # Mass, stiffness and ramp of 1: half the play is τ³/12.
         half = tau**3 / 12.0

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from typing import Any
+
 import numpy as np
 import pytest
 from testkit.pin_rigs import rig as disc
@@ -94,6 +97,38 @@ def test_what_does_not_belong_together_is_refused() -> None:
     faster = clearance.scan(scene, 301.0, joints=["coupler_pin"], **contact)
     with pytest.raises(cd.ArgumentError, match="of 301 rad/s, the simulation of 300"):
         clearance.compare(faster, short)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"play": 2e-4}, "a play of 0.0002 m, the scan one of 0.0001"),
+        ({"stiffness": 2e8}, "a stiffness of 2e+08 N/m, the scan one of 1e+08"),
+        ({"damping_ratio": 0.3}, "a damping of"),
+        (
+            {"law": cd.HuntCrossley(1e8, 1.0, 0.5), "stiffness": None, "damping_ratio": 0.0},
+            "the law HuntCrossley, the scan that of a linear contact",
+        ),
+    ],
+)
+def test_contacts_that_differ_are_not_compared(change: dict[str, Any], said: str) -> None:
+    scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+    contact: dict[str, Any] = {"play": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
+    scan = clearance.scan(scene, 300.0, joints=["coupler_pin"], **contact)
+    other = clearance.simulate(
+        scene, 300.0, joints="coupler_pin", turns=0.01, **{**contact, **change}
+    )
+    with pytest.raises(cd.ArgumentError, match=re.escape(said)):
+        clearance.compare(scan, other)
+
+
+def test_what_is_no_scan_or_no_simulation_is_refused() -> None:
+    with pytest.raises(cd.ArgumentError, match="scan is 3, expected a scan"):
+        clearance.compare(3, 3)  # type: ignore[arg-type]
+    scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+    scan = clearance.scan(scene, 300.0, joints="coupler_pin", play=1e-4, stiffness=1e8)
+    with pytest.raises(cd.ArgumentError, match=r"expected one of clearance\.simulate"):
+        clearance.compare(scan, scan)  # type: ignore[arg-type]
 
 
 def test_bearings_of_a_pin() -> None:

@@ -100,6 +100,14 @@ def test_the_growth_of_an_ellipse_beside_a_constant_force() -> None:
     assert item.growth == pytest.approx(expected, rel=1e-5)
 
 
+def test_dips_of_rounding_in_a_force_of_constant_size_are_no_swings() -> None:
+    noise = 1e-13 * np.random.default_rng(2).standard_normal((2, len(PHI)))
+    assert course(np.cos(PHI) + noise[0], np.sin(PHI) + noise[1]).swings(1.0) == []
+    # Beside dips that are none of it.
+    found = course(np.cos(PHI) + noise[0], 0.5 * np.sin(PHI) + noise[1]).swings(1.0)
+    assert [item.position for item in found] == pytest.approx([0.5 * np.pi, 1.5 * np.pi], abs=1e-6)
+
+
 def test_a_force_that_touches_zero_and_comes_back_has_no_swing() -> None:
     assert course(1.0 - np.cos(PHI - 0.2), 0.0 * PHI).swings(1.0) == []
     assert len(course(0.999 - np.cos(PHI - 0.2), 0.0 * PHI).swings(1.0)) == 2

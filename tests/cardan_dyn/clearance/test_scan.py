@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import cardan_dyn as cd
 from analytic import impact
 from analytic.damped_impact import damped_peak, flight
 from cardan_dyn import AccuracyError, ArgumentError, IndeterminateError, ModelError
-from cardan_dyn.clearance import Scan, scan
+from cardan_dyn.clearance import Scan, scan, simulate
 
 CONTACT: dict[str, Any] = {"play": 1e-4, "stiffness": 1e8}
 
@@ -54,13 +55,16 @@ def test_estimates_are_those_of_the_closed_forms(drive: cd.Scene, found: Scan) -
         np.testing.assert_allclose(item.force_slope * item.direction, rate, rtol=1e-6, atol=1.0)
         contact = item.reduced_mass, 1e8, 0.5e-4, item.force_slope
         undamped = impact.reversal(*contact, start="release")
-        flown = flight(*contact, 0.25)
+        # The joint's damper as a fraction of this reversal's critical damping.
+        ratio = item.damping / (2.0 * np.sqrt(1e8 * item.reduced_mass))
+        assert ratio == pytest.approx(0.25, rel=0.02)
+        flown = flight(*contact, ratio)
         assert item.contact_time == pytest.approx(float(flown.t_1))
         assert item.impact_speed == pytest.approx(float(flown.v_1))
         assert item.tau == pytest.approx(float(undamped.tau))
-        assert item.peak == pytest.approx(float(damped_peak(*contact, 0.25)))
+        assert item.peak == pytest.approx(float(damped_peak(*contact, ratio)))
         assert item.rigid + item.added == pytest.approx(float(undamped.peak))
-        assert item.energy == pytest.approx(0.5 * contact[0] * float(flown.v_1) ** 2)
+        assert item.energy == pytest.approx(0.5 * contact[0] * item.strike_speed**2)
     power = sum(item.energy for item in found["rocker_bearing"].reversals) * 300.0 / (2.0 * np.pi)
     assert found["rocker_bearing"].impact_power == pytest.approx(power)
 
@@ -121,6 +125,88 @@ def test_what_does_not_strike_is_ranked_behind_what_does() -> None:
     assert rest == sorted(rest, reverse=True) and rest
 
 
+def test_joints_that_never_part_are_neither_counted_nor_ranked_as_impacts(
+    drive: cd.Scene, found: Scan
+) -> None:
+    """Their forces turn through with ρ = 0.17 and 0.21; nothing parts in the whole mechanism."""
+    still = ["main_shaft", "eccentric_pin"]
+    assert found.ranking[-2:] == still
+    for name in still:
+        joint = found[name]
+        assert all(0.1 < item.turn_through < 0.3 for item in joint.reversals)
+        assert joint.severity == joint.partial_severity == joint.impact_power == 0.0
+        assert joint.impacts == 0 and joint.worst is None
+        assert joint.verdict.startswith("no impact: the pin stays on its wall")
+        simulated = simulate(
+            drive, 300.0, joints=name, turns=1.2, rtol=1e-7, damping_ratio=0.25, **CONTACT
+        )
+        assert simulated[name].struck == ()
+
+
+def test_what_is_left_of_an_impact_where_the_force_turns_through_stands_apart() -> None:
+    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
+    found = scan(scene, 150.0, joints="piston_pin", damping_ratio=0.25, **CONTACT)
+    joint = found["piston_pin"]
+    assert all(item.is_partial and item.strikes for item in joint.reversals)
+    assert joint.severity == 0.0 < joint.partial_severity < joint.worst.peak  # type: ignore[union-attr]
+    for row in found.rows():
+        assert row["severity"] == 0.0 < row["partial_severity"]
+        assert row["verdict"].startswith("partial impact; ")
+
+
+def test_a_force_that_rotates_with_the_drive_never_swings_round() -> None:
+    """An unbalanced rotor: the force has one size, but for rounding."""
+    rotor = cd.load(
+        '<robot name="rotor"><link name="ground"/><link name="disc"><inertial><origin '
+        'xyz="0.0123 0.0031 0.2"/><mass value="3.7"/><inertia ixx=".01" iyy=".01" izz=".02" '
+        'ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="bearing" type="continuous">'
+        '<parent link="ground"/><child link="disc"/><origin rpy="0.3 0.7 0.1"/>'
+        '<axis xyz="0.36 0.48 0.8"/></joint></robot>'
+    )
+    found = scan(cd.Scene(rotor, drive="bearing"), 100.0, **CONTACT)["bearing"]
+    assert np.ptp(np.linalg.norm(found.force, axis=1)) < 1e-9 * found.rigid_peak
+    assert found.reversals == () and found.turning == 0
+    assert found.verdict.startswith("no reversal: the force never swings round")
+
+
+def test_verification_puts_simulations_beside(drive: cd.Scene) -> None:
+    contact: dict[str, Any] = {**CONTACT, "damping_ratio": 0.25, "joints": ["needle_pin"]}
+    found = scan(drive, 300.0, verify=True, **contact)
+    assert found.verified is not None and not found.unverified
+    assert [item.joint for item in found.verified] == ["needle_pin"] * 2
+    for item, row in zip(found.verified, found.rows(), strict=True):
+        assert row["simulated"] == pytest.approx(np.mean(item.simulated))
+        assert row["least"] <= row["simulated"] <= row["greatest"]
+    assert "beside" in str(found) and "needle_pin at" in str(found)
+    plain = scan(drive, 300.0, **contact)
+    assert plain.verified is None and "simulated" not in plain.rows()[0]
+    with pytest.raises(ArgumentError, match="expected a scene"):
+        scan(drive.response(), 300.0, verify=True, **contact)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"), [({"rotor": 2.0}, "gives way"), ({"stiffness": 1e14}, "so stiff a contact")]
+)
+def test_where_no_interval_is_known_an_estimate_is_doubted(
+    drive: cd.Scene, change: dict[str, Any], said: str
+) -> None:
+    """At once: what cannot be followed is not tried."""
+    given: dict[str, Any] = {**CONTACT, "damping_ratio": 0.25, "joints": "needle_pin", **change}
+    for item in scan(drive, 300.0, **given)["needle_pin"].reversals:
+        assert said in item.doubts[0] and said in item.verdict
+        assert np.isnan([item.least, item.expected, item.greatest, item.gap]).all()
+        assert item.severity == item.peak
+
+
+def test_copies_know_what_pins_did(drive: cd.Scene) -> None:
+    found = scan(drive, 300.0, joints="needle_pin", damping_ratio=0.25, **CONTACT)
+    again = pickle.loads(pickle.dumps(found))
+    items, copies = (one["needle_pin"].reversals for one in (found, again))
+    for one, other in zip(items, copies, strict=True):
+        assert (one.least, one.greatest) == (other.least, other.greatest)
+        assert one.least < one.expected < one.greatest
+
+
 def test_exponents_are_those_of_other_scans(drive: cd.Scene, found: Scan) -> None:
     """A per mille more of speed, play and stiffness in scans of the whole mechanism."""
     step = 1e-3
@@ -152,6 +238,13 @@ def test_numbers_that_overflow_are_named(drive: cd.Scene) -> None:
         ({"play": {"coupler_pin": 1e-4}}, ArgumentError, "play has no value for joint"),
         ({"speed": 0.0}, ArgumentError, "speed is 0"),
         ({"joints": 3}, ArgumentError, "joints is 3"),
+        ({"joints": []}, ArgumentError, "joints is empty"),
+        ({"joints": ["coupler_pin"] * 2}, ArgumentError, "names a joint twice"),
+        ({"play": 0.2}, ArgumentError, "no less than the mechanism of 0.147 m"),
+        ({"stiffness": 1e3}, ArgumentError, "farther than the mechanism is long"),
+        ({"stiffness": 1e300}, ArgumentError, "impacts overflow"),
+        ({"start": np.array([1.0, 2.0])}, ArgumentError, "start is"),
+        ({"verify": 1}, ArgumentError, "verify is 1"),
         ({"joints": ["needle_guide"]}, ModelError, "has no pin"),
         ({"joints": ["needle"]}, ModelError, "needle"),
         ({"damping_ratio": 1.0}, ArgumentError, "damping_ratio"),

@@ -240,6 +240,8 @@ def test_it_ends_after_as_many_impacts_as_it_may() -> None:
         ({"joints": ["crank_pin", "crank_pin"]}, cd.ArgumentError, "twice"),
         ({"play": 0.0}, cd.ArgumentError, "play is 0, expected a positive number"),
         ({"play": np.nan}, cd.ArgumentError, "play"),
+        ({"play": 0.2}, cd.ArgumentError, "no less than the mechanism of 0.15 m"),
+        ({"joints": None}, cd.ArgumentError, "joints is None"),
         ({"play": {"piston_pin": 1e-4}}, cd.ArgumentError, "play has no value for joint"),
         ({"play": {"crank_pin": 1e-4, "pin": 1e-4}}, cd.ArgumentError, "'pin', which is no joint"),
         ({"stiffness": -1.0}, cd.ArgumentError, "stiffness is -1"),
@@ -264,6 +266,17 @@ def test_bad_input_is_refused(
     arguments: dict[str, object] = {"joints": "crank_pin", "play": 1e-4, "stiffness": 1e8}
     with pytest.raises(error, match=message):
         clearance.simulate(scene(), 100.0, **{**arguments, **changes})  # type: ignore[arg-type]
+
+
+def test_a_response_is_no_scene() -> None:
+    with pytest.raises(cd.ArgumentError, match="of type Response, expected a scene"):
+        clearance.simulate(
+            scene().response(),
+            100.0,
+            joints="crank_pin",
+            play=1e-4,
+            stiffness=1e8,  # type: ignore[arg-type]
+        )
 
 
 def test_a_scene_without_speed_is_refused() -> None:

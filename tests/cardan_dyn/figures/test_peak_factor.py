@@ -23,14 +23,16 @@ def test_points_lie_on_their_lines(tmp_path: Path) -> None:
     check_units_and_files(figure, tmp_path)
     lines = {line.get_label(): line for line in figure.axes[0].get_lines()}
     damped = lines["from release, damping ratio 0.25"].get_xydata()
-    for name in found.ranking:
+    striking = [name for name in found.ranking if found[name].impacts]
+    assert len(striking) == 4
+    for name in striking:
         ((tau, value),) = lines[name].get_xydata()
         worst = found[name].worst
         assert worst is not None
         assert (tau, value) == pytest.approx((worst.tau, worst.peak / (1e8 * 0.5e-4)))
         known = np.isfinite(damped[:, 1])
         on_line = np.interp(np.log(tau), *np.log(damped[known]).T)
-        assert np.log(value) == pytest.approx(on_line, abs=1e-3)
+        assert np.log(value) == pytest.approx(on_line, abs=2e-3)
 
 
 def test_bild_5() -> None:

@@ -1,0 +1,115 @@
+"""Pins in the plane of their bush, against closed forms and equations written by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from testkit.loose_slider_crank import LooseSliderCrank
+
+import cardan_dyn as cd
+from analytic.damped_impact import damped_peak, flight
+from cardan_dyn.clearance.force_source import ForceSource
+from cardan_dyn.clearance.opened_joint import OpenedJoint
+from cardan_dyn.clearance.planar_motion import PinContactNumbers, PlanarModel, Plane
+from cardan_dyn.response.operating_points import solved_motion
+
+PERIOD = 2.0 * np.pi
+PHI = PERIOD / 240 * np.arange(240)
+
+
+def plane_of_mass(mass: float, force: np.ndarray) -> Plane:
+    """A point of a mass that a force moves."""
+    eye = np.tile(np.eye(2), (len(force), 1, 1))
+    return Plane(eye / mass, 0.0 * eye, force, PERIOD)
+
+
+@pytest.mark.parametrize("speed", [50.0, -50.0])
+def test_a_force_that_rotates_makes_the_pin_ride_round(speed: float) -> None:
+    """In a circle of radius r: p = F + m r Ω², r = s + p / c."""
+    mass, size, c, play = 2.0, 3000.0, 1e8, 4e-4
+    force = size * np.stack([np.cos(PHI), np.sin(PHI)], axis=1)
+    model = PlanarModel(plane_of_mass(mass, force), PinContactNumbers(play, c, 2e3), speed)
+    found = model.run(3.0)
+    expected = (size + mass * speed**2 * 0.5 * play) / (1.0 - mass * speed**2 / c)
+    np.testing.assert_allclose(found.pressure[found.time > 0.1], expected, rtol=1e-3)
+    assert found.touches == ()
+    assert found.end - found.time[0] == pytest.approx(3.0 * PERIOD / abs(speed), rel=1e-6)
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.3])
+def test_along_a_line_it_is_the_two_mass_model(ratio: float) -> None:
+    """Where a force goes to and fro in one direction, with a ramp that hardly bends."""
+    mass, c, play, speed, size = 2.0, 1e8, 2e-5, 20.0, 4e4
+    force = np.stack([size * np.sin(PHI), 0.0 * PHI], axis=1)
+    contact = PinContactNumbers(play, c, 2.0 * ratio * np.sqrt(c * mass))
+    found = PlanarModel(plane_of_mass(mass, force), contact, speed).run(1.0)
+    numbers = mass, c, 0.5 * play, size * speed, ratio
+    flown = flight(*numbers)
+    reversal = np.pi / speed
+    first = found.touches[0]
+    assert first.time - reversal == pytest.approx(float(flown.t_1), rel=5e-3)
+    assert first.speed == pytest.approx(float(flown.v_1), rel=5e-3)
+    # The play, but for what the spring has not yet let go.
+    assert first.gap == pytest.approx(0.5 * play, rel=1e-3)
+    peak = found.greatest(first.time, first.time + 2e-4)
+    assert peak == pytest.approx(float(damped_peak(*numbers)), rel=5e-3)
+
+
+@pytest.mark.parametrize(("speed", "play"), [(300.0, 1e-4), (-120.0, 5e-5)])
+def test_slider_crank_by_equations_written_by_hand(speed: float, play: float) -> None:
+    """Lagrange's equations of the loose rod and piston, integrated by SciPy from the same start."""
+    c, d = 1e8, 8e3
+    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
+    source = ForceSource(scene)
+    motion = solved_motion(source.solver, PHI, np.ones(240), np.zeros(240))
+    force = source.forces(speed, PERIOD, ["crank_pin"], None).forces["crank_pin"][::3]
+    drive = scene.mechanism.coordinates.rates_of(["crank_bearing"])
+    opened = OpenedJoint(scene.mechanism, "crank_pin", drive, {})
+    plane = opened.plane(motion._x, motion.v, force, PERIOD)
+    model = PlanarModel(plane, PinContactNumbers(play, c, d), speed)
+    begin = 1.0 / abs(speed)
+    hand = LooseSliderCrank.bundled(speed, play, c, d)
+
+    def place(time: float) -> np.ndarray:
+        """Piston and rod for the pin where it begins, riding on: along y and -x of the crank."""
+        angle, (first, second) = speed * time, model._seat(time)
+        x, y = -second, first
+        pin = np.array(
+            [
+                (hand.crank + x) * np.cos(angle) - y * np.sin(angle),
+                (hand.crank + x) * np.sin(angle) + y * np.cos(angle),
+            ]
+        )
+        psi = np.arcsin(-pin[1] / hand.rod)
+        return np.array([pin[0] + hand.rod * np.cos(psi), psi])
+
+    # Where the tables have their places, from one to the next.
+    begin = round(begin * model._per_time) / model._per_time
+    step = 1.0 / model._per_time
+    rates = (place(begin + step) - place(begin - step)) / (2.0 * step)
+    found = model.run(0.9, begin)
+    expected = hand.forces(speed * begin, np.concatenate([place(begin), rates]), found.time - begin)
+    # Where it jumps, a time may be before or after.
+    steady = np.append(np.diff(found.time) > 0.0, True) & np.insert(
+        np.diff(found.time) > 0.0, 0, True
+    )
+    off = np.abs(found.pressure - expected)[steady] / np.max(expected)
+    assert np.quantile(off, 0.98) < 0.02 and np.median(off) < 2e-3
+    assert found.greatest(begin, found.end) == pytest.approx(np.max(expected), rel=5e-3)
+
+
+def test_the_symmetric_part_of_what_opposes_rates_is_the_change_of_the_mass() -> None:
+    """Kinetic energy: ė M ë + Ω ė C ė = ė f, in which the gyroscopic part does no work."""
+    scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
+    source = ForceSource(scene)
+    motion = solved_motion(source.solver, PHI, np.ones(240), np.zeros(240))
+    fixed = scene.mechanism.coordinates.rates_of(["main_shaft"])
+    opened = OpenedJoint(scene.mechanism, "coupler_pin", fixed, {})
+    plane = opened.plane(motion._x, motion.v, np.zeros((240, 3)), PERIOD)
+    mass = np.linalg.inv(plane.mobility)
+    fine = np.array([mass[(k + np.arange(-2, 3)) % 240] for k in range(240)])
+    change = np.einsum("k,nkij->nij", np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0, fine)
+    change /= PERIOD / 240
+    symmetric = 0.5 * (plane.gyration + plane.gyration.transpose(0, 2, 1))
+    np.testing.assert_allclose(symmetric, change, atol=1e-4 * np.max(np.abs(symmetric)))
+    assert np.max(np.abs(plane.gyration - symmetric)) > 0.1
