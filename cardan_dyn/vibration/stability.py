@@ -9,9 +9,8 @@ import numpy as np
 from ..arrays import Array
 from .averaged import averaged, modes
 from .coexisting import smallest
-from .correction import refuse_unheld
 from .monodromy import first_order, monodromy
-from .motion_search import MotionSearch
+from .motion_search import Motions, MotionSearch
 
 STABLE, FLIP, FOLD, COMBINATION = "stable", "instability", "fold", "combination"
 FLUTTER, NONE = "flutter", "no motion"
@@ -51,16 +50,12 @@ class Stability(NamedTuple):
         return np.asarray(np.abs(self.multipliers[:, 0]) - 1.0)
 
 
-def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> Stability:
+def stability(search: MotionSearch, speeds: Array) -> Stability:
     """Return what becomes of small disturbances of the smallest motion at each speed.
 
     Args:
         search: of the design.
         speeds: `(S,)`.
-        others: whether further motions are counted.
-
-    Raises:
-        VibrationError: others are counted, and nothing holds a free coordinate.
     """
     size, order = len(speeds), 2 * len(search.rotating.free)
     result = Stability(
@@ -73,12 +68,8 @@ def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> S
         change=0.0,
     )
     change = 0.0
-    if others:
-        found_motions, counts = smallest(search, speeds)
-        result.coexisting[:] = counts
-        refuse_unheld(found_motions)
-    else:
-        found_motions = search.primary(speeds)
+    # What a search finds first may be one of several, and even one that no rig stays at.
+    found_motions, result.coexisting[:] = smallest(search, speeds)
     for motions in found_motions:
         equation, index = motions.model.equation(motions.course), motions.index
         speed = motions.course.speed
@@ -86,9 +77,7 @@ def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> S
         period = motions.model.period
         found, changed = monodromy(matrix, period)
         change = max(change, changed)
-        values = np.linalg.eigvals(found).astype(complex)
-        rank = np.argsort(-np.abs(values), axis=1, kind="stable")
-        values = np.take_along_axis(values, rank, axis=1)
+        values = ranked_multipliers(found)
         result.multipliers[index] = values
         result.trace[index] = np.trace(found, axis1=1, axis2=2)
         result.determinant[index] = np.linalg.det(found)
@@ -98,6 +87,20 @@ def stability(search: MotionSearch, speeds: Array, *, others: bool = False) -> S
         grows = np.any(mean.real > _UNSTABLE * np.abs(mean), axis=1)
         result.kind[index] = _kinds(values, grows)
     return result._replace(change=change)
+
+
+def ranked_multipliers(monodromy: Array) -> Array:
+    """Return the eigenvalues `(S, m)` of matrices `(S, m, m)`, the greatest first."""
+    values = np.linalg.eigvals(monodromy).astype(complex)
+    rank = np.argsort(-np.abs(values), axis=1, kind="stable")
+    return np.take_along_axis(values, rank, axis=1)
+
+
+def stays(motions: Motions) -> Array:
+    """Return whether small disturbances of motions decay, or do not grow `(S,)`."""
+    matrix = first_order(motions.model.equation(motions.course), motions.course.speed)
+    values = ranked_multipliers(monodromy(matrix, motions.model.period)[0])
+    return np.asarray(np.abs(values[:, 0]) <= 1.0 + _UNSTABLE)
 
 
 def _kinds(multipliers: Array, grows: Array) -> Array:
