@@ -39,11 +39,9 @@ _ASIDE = 0.1
 """Distance from an end of the range, as a fraction of it, from which resonances lean into it."""
 _MULTIPLES = 12
 """Multiples of the coefficients' frequency up to which narrow instabilities are looked for."""
-_NEAR = (1e-4, 1e-3, 3e-3, 1e-2)
-"""Distances from a speed at which disturbances may grow, as fractions of it, at which stability is
-looked at; how narrow it is depends on damping as well:"""
-_WITHIN = (0.5, 1.0, 2.0)
-"""The same in widths of a resonance there."""
+_NEAR = (0.99, 0.999, 1.0, 1.001, 1.01)
+"""Multiples of a speed at which disturbances may grow, at which stability is looked at: what is
+narrower is found by how multipliers near each other between them."""
 _ABOVE, _COARSER = 1.2, 5
 """Beyond this multiple of all speeds at which modes meet, one of so many speeds is enough."""
 _SAME = 1e-9
@@ -325,17 +323,13 @@ def _places(modes: Campbell, speeds: Array, period: float) -> tuple[Array, float
     for first, second in combinations_with_replacement(range(count), 2):
         for sense in (1.0, -1.0) if first != second else (1.0,):
             sums = np.abs(frequency[:, first] + sense * frequency[:, second])
-            decay = np.abs(modes.decay[:, first]) + np.abs(modes.decay[:, second])
             for multiple in range(1, _MULTIPLES + 1):
                 gap = multiple * wave * size - sums
                 met = np.nonzero(gap[:-1] * gap[1:] <= 0.0)[0]
                 for row in met.tolist():
                     share = gap[row] / (gap[row] - gap[row + 1]) if gap[row] else 0.0
                     at = modes.speed[row] + share * (modes.speed[row + 1] - modes.speed[row])
-                    half = decay[row] / (multiple * wave)
-                    near = abs(at) * np.array(_NEAR)
-                    way = np.concatenate([near, half * np.array(_WITHIN)])
-                    every += [at - way, at + way, np.array([at])]
+                    every.append(at * np.array(_NEAR))
     swings = frequency[frequency > 0.0]
     least = 2.0 * float(np.max(swings)) / (wave * _MULTIPLES) if swings.size else 0.0
     most = _ABOVE * 2.0 * float(np.max(swings)) / wave if swings.size else 0.0

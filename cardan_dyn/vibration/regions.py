@@ -111,7 +111,7 @@ def _refined(search: MotionSearch, speeds: Array, known: Stability) -> tuple[Arr
     is_least = np.zeros(len(speeds), dtype=bool)
     if len(speeds) > 2:
         is_least[1:-1] = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] <= gap[2:])
-    is_least &= known.kind == STABLE
+    is_least &= (known.kind == STABLE) & ~known.decays
     at = np.nonzero(is_least)[0]
     lower, upper = speeds[at - 1], speeds[at + 1] if at.size else speeds[at]
     for _ in range(_ROUNDS):
