@@ -117,11 +117,11 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
         there, _ = smallest(search, np.array([crossing.speed]))
         return _plain(crossing, share(Point.of(there[0])) if there else np.nan)
     peak = branch.greatest(top, share)
-    jumps = _jumps(branch, found, top, share)
+    jumps = _jumps(found, top, share)
     speed, severity = peak.speed, share(peak)
     lower, upper = speed - half, speed + half
     if not np.isnan(jumps.rising):
-        lower, upper = _half_power(branch, own, top, share, severity / np.sqrt(2.0))
+        lower, upper = _half_power(branch, found, own, top, share, severity / np.sqrt(2.0))
     return Resonance(
         crossing=crossing,
         speed=speed,
@@ -230,26 +230,40 @@ def _top(sizes: Array, chosen: Array) -> int | None:
     return int(places[np.argmax(sizes[places])]) if places.size else None
 
 
-def _folds(branch: Branch) -> list[tuple[int, float]]:
-    """Return the inner points at which speed turns back, and the sense in which it went."""
+class _Fold(NamedTuple):
+    """Where a branch turns back.
+
+    Attributes:
+        place: number of the point nearby.
+        sense: in which speed went before.
+        point: right there.
+    """
+
+    place: int
+    sense: float
+    point: Point
+
+
+def _folds(branch: Branch) -> list[_Fold]:
+    """Return where a branch turns back, in the order along it."""
     steps = np.sign(np.diff([point.speed for point in branch.points]))
     (turns,) = np.nonzero(steps[1:] * steps[:-1] < 0.0)
-    return [(int(index) + 1, float(steps[index])) for index in turns]
+    return [
+        _Fold(index, sense, branch.greatest(index, _speed_along(sense)))
+        for index, sense in zip((turns + 1).tolist(), steps[turns].tolist(), strict=True)
+    ]
 
 
-def _jumps(
-    branch: Branch, folds: list[tuple[int, float]], top: int, share: Callable[[Point], float]
-) -> Jumps:
+def _jumps(folds: list[_Fold], top: int, share: Callable[[Point], float]) -> Jumps:
     """Return the pair of folds that is nearest to a peak."""
     pairs = list(zip(folds[::2], folds[1::2], strict=False))
     if not pairs:
         return Jumps()
-    pair = min(pairs, key=lambda pair: min(abs(index - top) for index, _ in pair))
     found: dict[str, float] = {}
-    for index, sense in pair:
-        point = branch.greatest(index, _speed_along(sense))
-        name = "rising" if sense * point.speed > 0.0 else "falling"
-        found |= {name: point.speed, f"{name}_severity": share(point)}
+    for fold in min(pairs, key=lambda pair: min(abs(fold.place - top) for fold in pair)):
+        speed = fold.point.speed
+        name = "rising" if fold.sense * speed > 0.0 else "falling"
+        found |= {name: speed, f"{name}_severity": share(fold.point)}
     return Jumps(**found)
 
 
@@ -258,13 +272,18 @@ def _speed_along(sense: float) -> Callable[[Point], float]:
 
 
 def _half_power(
-    branch: Branch, sizes: Array, top: int, share: Callable[[Point], float], level: float
+    branch: Branch,
+    folds: list[_Fold],
+    sizes: Array,
+    top: int,
+    share: Callable[[Point], float],
+    level: float,
 ) -> tuple[float, float]:
     """Return least and greatest speed of the stretch about a peak that is above a level."""
     from scipy.optimize import brentq
 
     points = branch.points
-    speeds = []
+    speeds = [fold.point.speed for fold in folds if share(fold.point) >= level]
     for sense in (-1, 1):
         at = top
         while 0 < at < len(points) - 1 and sizes[at] > level:

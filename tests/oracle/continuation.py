@@ -125,8 +125,10 @@ class Branch:
         count = len(self._phi)
         scale = np.append(np.full(self._free * count, self._size * np.sqrt(count)), last - first)
         scale = np.abs(scale)
-        point = np.append(self.solved(np.zeros((self._free, count)), first).ravel(), first)
-        way = np.append(np.zeros(self._free * count), last - first)
+        begin = self.solved(np.zeros((self._free, count)), first)
+        near = first + 1e-4 * (last - first)
+        point = np.append(begin.ravel(), first)
+        way = np.append(self.solved(begin, near).ravel(), near) - point
         points, length = [point], step
         while (points[-1][-1] - last) * (last - first) < 0.0:
             point, ahead = points[-1], way / np.linalg.norm(way / scale)
@@ -151,9 +153,7 @@ class Branch:
         self, curve: Curve, index: int, value: Callable[[Curve], Array]
     ) -> tuple[float, float]:
         """Return speed and value `(P,)` of the greatest beside an inner point of a curve."""
-        ends = [
-            np.append(curve.q[at].ravel(), curve.speed[at]) for at in (index - 1, index + 1)
-        ]
+        ends = [np.append(curve.q[at].ravel(), curve.speed[at]) for at in (index - 1, index + 1)]
         way = ends[1] - ends[0]
         count = len(self._phi)
         size = np.full(self._free * count, self._size * np.sqrt(count))

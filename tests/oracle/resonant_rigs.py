@@ -156,9 +156,7 @@ def _laval(random: np.random.Generator) -> Rig:
     """Springs alike: forward whirl alone is moved; the other row is the crossing itself."""
     mass, natural = float(random.uniform(1.0, 30.0)), float(random.uniform(50.0, 400.0))
     ratio, offset = float(10.0 ** random.uniform(-3.0, -0.7)), float(10.0 ** random.uniform(-5, -4))
-    text = elastic_rigs.rotor(
-        mass, offset, (mass * natural**2,) * 2, 2.0 * ratio * mass * natural
-    )
+    text = elastic_rigs.rotor(mass, offset, (mass * natural**2,) * 2, 2.0 * ratio * mass * natural)
     damped = natural * np.sqrt(1.0 - ratio**2)
     rows = [
         Row({**_unbalance(offset, natural, ratio), "amplification": 0.5 / ratio}, 1.0, "forward"),
@@ -172,12 +170,13 @@ def _uneven(random: np.random.Generator) -> Rig:
     """Springs that differ: both modes are moved, each as one of a single coordinate."""
     mass, natural = float(random.uniform(1.0, 30.0)), float(random.uniform(50.0, 400.0))
     other = natural * float(random.uniform(1.1, 1.6))
-    damping, offset = float(10.0 ** random.uniform(-2.7, -1.3)), float(10.0 ** random.uniform(-5, -4))
+    damping, offset = (
+        float(10.0 ** random.uniform(-2.7, -1.3)),
+        float(10.0 ** random.uniform(-5, -4)),
+    )
     drag = 2.0 * damping * mass * natural
     text = elastic_rigs.rotor(mass, offset, (mass * natural**2, mass * other**2), drag)
-    rows = [
-        Row(_unbalance(offset, at, drag / (2.0 * mass * at)), 1.0) for at in (natural, other)
-    ]
+    rows = [Row(_unbalance(offset, at, drag / (2.0 * mass * at)), 1.0) for at in (natural, other)]
     low, high = 0.7 * natural, 1.3 * other
     return Rig("springs that differ", elastic_rigs.scene(text, 0.0), low, high, (1.0,), rows)
 
@@ -204,9 +203,7 @@ def _balanced(random: np.random.Generator) -> Rig:
         half = own * at
         values = {"speed": damped, "severity": 0.0, "frequency": damped}
         rows.append(Row({**values, "lower": damped - half, "upper": damped + half}, 1.0))
-    return Rig(
-        "balanced", elastic_rigs.scene(text, 0.0), 0.6 * natural, 1.5 * other, (1.0,), rows
-    )
+    return Rig("balanced", elastic_rigs.scene(text, 0.0), 0.6 * natural, 1.5 * other, (1.0,), rows)
 
 
 @dataclass(frozen=True)
@@ -265,9 +262,7 @@ def _stiffening(random: np.random.Generator) -> Rig:
     return Rig("stiffening", scene, low, high, (1.0,), [row], options=within)
 
 
-def _resonant(
-    branch: Branch, curve: Curve, order: float, speed: float, size: float
-) -> Row:
+def _resonant(branch: Branch, curve: Curve, order: float, speed: float, size: float) -> Row:
     """Return the row of the greatest amplitude of an order along a branch of one coordinate.
 
     Args:
@@ -387,7 +382,10 @@ def _middle(random: np.random.Generator) -> Rig:
 
 def _both(random: np.random.Generator) -> Rig:
     """Springs on both sides: two modes that are unstable together."""
-    beta, damping = np.radians(random.uniform(18.0, 25.0)), float(10.0 ** random.uniform(-3.5, -2.7))
+    beta, damping = (
+        np.radians(random.uniform(18.0, 25.0)),
+        float(10.0 ** random.uniform(-3.5, -2.7)),
+    )
     text = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0, damping, damping)
 
     def system(speed: float) -> Acceleration:

@@ -1,6 +1,7 @@
 """Long runs of random chains: a line for every seed that fails, then what failures have in common.
 
 python tests/oracle/run.py --seeds 2000 --start 0
+python tests/oracle/run.py --rotors --seeds 40
 """
 
 from __future__ import annotations
@@ -48,13 +49,34 @@ def kind_of(message: str) -> str:
     return " ".join(message.replace(" of ", " ").split())
 
 
+def rotors(seeds: range) -> int:
+    """Run the critical speeds of random rigs; return 1 if any is wrong."""
+    sys.path.insert(0, str(HERE.parent / "support"))
+    import resonant_rigs
+
+    count = 0
+    for seed in seeds:
+        try:
+            rig = resonant_rigs.draw(seed)
+            wrong, name = resonant_rigs.differences(rig), rig.name
+        except Exception as error:  # As above.
+            wrong, name = [f"{type(error).__name__}: {error}"], ""
+        count += bool(wrong)
+        print(f"seed {seed} {name}: {'; '.join(wrong) or 'right'}", flush=True)
+    print(f"{count} of {len(seeds)} differ")
+    return int(count > 0)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run seeds; return 1 if any failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=2000)
     parser.add_argument("--start", type=int, default=0)
     parser.add_argument("--text", action="store_true", help="print the descriptions as well")
+    parser.add_argument("--rotors", action="store_true", help="critical speeds instead of chains")
     options = parser.parse_args(arguments)
+    if options.rotors:
+        return rotors(range(options.start, options.start + options.seeds))
     warnings.simplefilter("error")
     print(f"testing {Path(compare.cd.__file__).parent}")
     failed: dict[str, list[int]] = defaultdict(list)
