@@ -15,8 +15,10 @@ from ..mechanism.mechanism import Mechanism, load
 from ..scene.scene import Scene
 from ..vibration.campbell import campbell
 from ..vibration.critical_speeds import CriticalSpeed, CriticalSpeeds, critical_speeds
+from ..vibration.crossings import numbered_campbell
 from ..vibration.floquet import floquet
 from ..vibration.forced_response import forced_response
+from ..vibration.periodic_motion import search_of
 from .presets import PRESETS, Preset, slides
 from .view_command import parsed_assignments
 
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from ..viewer.viewing import View
 
 _RAD_PER_S = np.pi / 30.0
+_PER_MINUTE = 1.0 / _RAD_PER_S
 _SLOW = 1e-3
 """Part of the lowest natural frequency at which modes at rest are found: gyroscopic terms change
 them by about as much, which does not matter for a range."""
@@ -190,8 +193,8 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
 
     Args:
         scene: see `rig_scene`.
-        number: of the mode, from 1, as the table has it: by frequency at its lowest speed.
-        speed: of the drive at which it is taken, that lowest one [rad/s].
+        number: of the mode, from 1, as the table has it: by frequency at next to no speed.
+        speed: of the drive at which it is taken [rad/s].
 
     Raises:
         ArgumentError: no such mode.
@@ -200,7 +203,7 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
     from ..viewer.mode_shapes import mode_sweep
     from ..viewer.viewing import view
 
-    found = campbell(scene, np.array([speed]))
+    found = numbered_campbell(search_of(scene, None, 1.0), np.array([speed]))[0]
     count = found.frequency.shape[1]
     if not 1 <= number <= count:
         raise ArgumentError(f"--mode {number} does not exist; modes: 1 to {count}")
@@ -220,6 +223,8 @@ def print_table(found: CriticalSpeeds, console: Console) -> None:
     name = found.scene.mechanism.name
     if not len(found):
         console.print(f"{name}: no critical speed from {ends}", highlight=False)
+        for remark in found.remarks:
+            console.print(remark, highlight=False, markup=False)
         return
     shown = Table(
         title=f"{name}: critical speeds from {ends}",
@@ -233,12 +238,14 @@ def print_table(found: CriticalSpeeds, console: Console) -> None:
     for row in found:
         shown.add_row(*_cells(row))
     console.print(shown)
-    console.print(
+    texts = [f"{_name(row)} {jumps}" for row in found if (jumps := row.jumps("1/min", _PER_MINUTE))]
+    texts += found.remarks
+    texts.append(
         "severity: greatest amplitude of a resonance [rad, of slides m], growth of an instability; "
-        "from, to: half power of a resonance, edges of an instability",
-        highlight=False,
-        markup=False,
+        "from, to: half power of a resonance, edges of an instability"
     )
+    for text in texts:
+        console.print(text, highlight=False, markup=False)
 
 
 def as_json(found: CriticalSpeeds) -> str:
@@ -258,6 +265,7 @@ def as_json(found: CriticalSpeeds) -> str:
         "high": found.high,
         "orders": list(found.orders),
         "critical_speeds": rows,
+        "remarks": list(found.remarks),
     }
     return json.dumps(content, ensure_ascii=False, indent=1)
 
@@ -303,6 +311,10 @@ def _frequencies(scene: Scene) -> np.ndarray:
     return swings
 
 
+def _name(row: CriticalSpeed) -> str:
+    return f"{row.order:g}× mode {row.mode}"
+
+
 def _cells(row: CriticalSpeed) -> tuple[str, ...]:
     """Return a row of the table."""
     speed, lower, upper = (
@@ -311,7 +323,7 @@ def _cells(row: CriticalSpeed) -> tuple[str, ...]:
     if row.kind != "resonance":
         return speed, row.kind, "", "", f"{row.severity:.3g} 1/s", lower, upper
     whirl = "" if row.whirl == "planar" else f" {row.whirl}"
-    what = f"{row.order:g}× mode {row.mode}{whirl}"
+    what = f"{_name(row)}{whirl}"
     quality = f"{row.amplification:.3g}"
     hertz = f"{row.frequency / (2.0 * np.pi):.4g}"
     severity = "not found" if np.isnan(row.severity) else f"{row.severity:.3g}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise, permutations
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,8 @@ from ..checks import positives
 from .averaged import Modes, averaged, modes
 from .coexisting import smallest
 from .correction import refuse_unheld
-from .motion_search import MotionSearch
+from .linear_motions import resting_motions
+from .motion_search import Motions, MotionSearch
 from .periodic_motion import refuse_missed, search_of
 from .result import Result, frame_of
 from .rotating_scene import speeds_of
@@ -88,6 +89,11 @@ class Campbell(Result):
         names = ("speed", "mode", "frequency", "decay", "log_decrement", "amplification", "whirl")
         return frame_of(rows, dict(zip(names, units, strict=True)))
 
+    def renumbered(self, order: Array) -> Campbell:
+        """Return the same with its modes in another order `(n,)`."""
+        columns = ("frequency", "decay", "log_decrement", "amplification", "shape", "whirl")
+        return replace(self, **{name: getattr(self, name)[..., order] for name in columns})
+
     def plot(self, orders: Any = (1, 2, 4), *, critical: Any = None) -> Figure:
         """Draw natural frequencies over speed, with the lines of orders.
 
@@ -126,16 +132,26 @@ def campbell(
 
 
 def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
-    """Return the modes that a search finds at speeds `(S,)`; see `campbell`."""
+    """Return the modes about the motions that a search finds at speeds `(S,)`; see `campbell`."""
+    every_motion, _ = smallest(search, speeds)
+    refuse_missed(search, speeds)
+    refuse_unheld(every_motion)
+    return _modes_about(search, speeds, every_motion)
+
+
+def resting_campbell(search: MotionSearch, speeds: Array) -> Campbell:
+    """Return the modes about coordinates at rest, as `resting_motions`, at speeds `(S,)`."""
+    return _modes_about(search, speeds, resting_motions(search, speeds))
+
+
+def _modes_about(search: MotionSearch, speeds: Array, every_motion: list[Motions]) -> Campbell:
+    """Return the modes about motions at speeds `(S,)`."""
     free = len(search.rotating.free)
     shape = (len(speeds), free)
     missing = complex(np.nan, np.nan)
     value, shapes = np.full(shape, missing), np.full((*shape, free), missing)
     whirl = np.full(shape, np.nan)
     senses: dict[float, WhirlSense] = {}
-    every_motion, _ = smallest(search, speeds)
-    refuse_missed(search, speeds)
-    refuse_unheld(every_motion)
     for motions in every_motion:
         equation = motions.model.equation(motions.course)
         found = modes(*averaged(equation))

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from ..checks import flag, positives
-from ..errors import ArgumentError, VibrationError
-from .campbell import Campbell, campbell_of
-from .crossings import Crossing, crossings
-from .linear_motions import resting
+from ..errors import ArgumentError
+from .branch import Point
+from .campbell import Campbell
+from .crossings import crossings, lattice, numbered_campbell
+from .linear_motions import resting_motions
 from .motion_search import MotionSearch
 from .periodic_grid import amplitudes, orders_of
 from .periodic_motion import search_of
 from .regions import Region, regions
+from .resonance import Resonance, resonance
 from .result import Result, frame_of
 from .rotating_scene import speeds_of
 from .stability import stability
@@ -29,33 +32,38 @@ if TYPE_CHECKING:
     from ..scene.scene import Scene
 
 _SPEEDS = 61
-"""Speeds between the ends of a range at which modes are found."""
+"""Speeds between the ends of a range at which the diagram's modes are found."""
 _EXCITES = 1e-9
 """Forcing of an order, as a fraction of the greatest of all, from which on it excites."""
+_ASIDE = 0.1
+"""Distance from an end of the range, as a fraction of it, from which resonances lean into it."""
+_MULTIPLES = 12
+"""Multiples of the coefficients' frequency up to which narrow instabilities are looked for."""
+_NEAR = (0.99, 0.999, 1.0, 1.001, 1.01)
+"""Multiples of a speed at which disturbances may grow, at which stability is looked at: what is
+narrower is found by how multipliers near each other between them."""
+_ABOVE, _COARSER = 1.2, 5
+"""Beyond this multiple of all speeds at which modes meet, one of so many speeds is enough."""
+_SAME = 1e-9
+"""Relative difference of two speeds that are one."""
+_SURVIVED = 0.35
+"""Swing of a rotation [rad], some 20°, from which on hardly any elastic shaft survives."""
 _HIGHEST = 8
 """Highest order that is looked at unless others are asked for."""
-_HALF_WIDTHS = 3.0
-"""Range around a crossing in which the greatest amplitude is looked for, in half-power widths."""
-_WIDEST = 0.5
-"""The same at the most, as a fraction of the speed, where an order follows a frequency closely."""
-_PLACES, _ROUNDS = 13, 4
-"""Speeds at which that range is looked at, and rounds, each some five times as fine as the last."""
-_ASIDE = 1e-3
-"""Distance from an undamped resonance, as a fraction of the speed, at which motions are small."""
-_LEAST_DAMPING = 1e-7
-"""Damping ratio below which a resonance counts as undamped: its amplitude has no bound."""
 
 
 class CriticalSpeed(NamedTuple):
     """One critical speed.
 
     Attributes:
-        speed: of the drive [rad/s]: of the greatest amplitude of the order near the crossing where
-            the mode is damped, else of the crossing; of the fastest growth of an instability.
+        speed: of the drive [rad/s]: of the greatest amplitude of the order along the branch of
+            motions through the crossing, whatever the range; of the crossing itself where the mode
+            has no damping or no peak of its own, as where the order does not move it; of the
+            fastest growth of an instability.
         kind: `resonance`, or that of an instability, see `Floquet`.
         order: cycles per revolution of the drive; NaN for an instability.
-        mode: number of the mode, from 1, by ascending frequency at the lowest speed, 0 for an
-            instability; its column in `campbell` is one less.
+        mode: number of the mode, from 1, by ascending frequency at next to no speed, backward
+            before forward whirl, 0 for an instability; its column in `campbell` is one less.
         frequency: of the mode there [rad/s]; NaN for an instability.
         whirl: `forward`, `backward`, `planar`; empty for an instability.
         severity: greatest amplitude that the mode gives a free coordinate at that order [rad or
@@ -64,7 +72,10 @@ class CriticalSpeed(NamedTuple):
             larger than `within` allows; growth rate of an instability [1/s].
         amplification: amplification factor 1/(2ζ) of the mode; NaN for an instability.
         lower, upper: edges of an instability; speeds of half power of a resonance, to first order
-            in its damping ratio [rad/s].
+            in its damping ratio, along its branch where it leans over [rad/s].
+        rising, falling: where a resonance leans over, speeds at which a motion jumps to another
+            one while the speed rises or falls slowly [rad/s]; NaN elsewhere.
+        rising_severity, falling_severity: severity right before these jumps.
     """
 
     speed: float
@@ -77,6 +88,25 @@ class CriticalSpeed(NamedTuple):
     amplification: float
     lower: float
     upper: float
+    rising: float = np.nan
+    rising_severity: float = np.nan
+    falling: float = np.nan
+    falling_severity: float = np.nan
+
+    def jumps(self, unit: str, scale: float = 1.0) -> str:
+        """Return a text of the jumps, empty if there are none.
+
+        Args:
+            unit: of speeds.
+            scale: of speeds in that unit, per rad/s.
+        """
+        if np.isnan(self.rising) or np.isnan(self.falling):
+            return ""
+        return (
+            f"jumps at {scale * self.rising:.6g} {unit} while the speed rises (from "
+            f"{self.rising_severity:.3g}), at {scale * self.falling:.6g} {unit} while it falls "
+            f"(from {self.falling_severity:.3g})"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +119,9 @@ class CriticalSpeeds(Result):
         orders: that were looked at.
         rows: the critical speeds.
         campbell: modes over the range.
+        remarks: what to know besides: motions beyond the limits of joints, or of a size that hardly
+            any shaft survives, instabilities that go on beyond the range, and what cannot have been
+            seen.
     """
 
     scene: Scene
@@ -97,6 +130,7 @@ class CriticalSpeeds(Result):
     orders: tuple[float, ...]
     rows: tuple[CriticalSpeed, ...]
     campbell: Campbell
+    remarks: tuple[str, ...] = ()
 
     def __iter__(self) -> Any:
         return iter(self.rows)
@@ -119,7 +153,10 @@ class CriticalSpeeds(Result):
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each critical speed."""
-        units = ("rad/s", "", "1/rev", "", "rad/s", "", "rad, m, or 1/s", "1", "rad/s", "rad/s")
+        units = (
+            *("rad/s", "", "1/rev", "", "rad/s", "", "rad, m, or 1/s", "1", "rad/s", "rad/s"),
+            *("rad/s", "rad or m", "rad/s", "rad or m"),
+        )
         rows = [row._asdict() for row in self.rows]
         return frame_of(rows, dict(zip(CriticalSpeed._fields, units, strict=True)))
 
@@ -137,6 +174,8 @@ class CriticalSpeeds(Result):
                     f"({row.whirl}, {row.frequency:.6g} rad/s), amplitude {row.severity:.3g}, "
                     f"Q {row.amplification:.3g}"
                 )
+                if jumps := row.jumps("rad/s"):
+                    lines[-1] += f"; {jumps}"
             else:
                 lines.append(
                     f"- {row.lower:.6g} to {row.upper:.6g} rad/s: {row.kind}, growth "
@@ -144,7 +183,7 @@ class CriticalSpeeds(Result):
                 )
         if not self.rows:
             lines.append("none")
-        return "\n".join(lines)
+        return "\n".join([*lines, *(f"({remark})" for remark in self.remarks)])
 
     __repr__ = __str__
 
@@ -182,42 +221,46 @@ def critical_speeds(
     instabilities = flag("instabilities", instabilities)
     given = None if orders is None else sorted(set(positives("orders", orders).tolist()))
     search = search_of(scene, drive, within)
-    found = campbell_of(search, speeds)
-    wanted = _exciting(search, speeds) if given is None else given
-    rows = [
-        _resonance(search, order, mode, crossing)
-        for order in wanted
-        for mode in range(found.frequency.shape[1])
-        for crossing in crossings(search, found, order, mode)
-    ]
+    low, high = float(speeds[0]), float(speeds[-1])
+    found, modes = numbered_campbell(search, speeds, _ASIDE)
+    wanted = _exciting(search, modes) if given is None else given
+    resonances = _resonances(search, modes, wanted, low, high)
+    unstable: list[Region] = []
+    unseen = 0.0
     if instabilities:
-        known = stability(search, speeds)
-        rows += [_unstable(item) for item in regions(search, speeds, known, search.period)]
+        places, unseen = _places(modes, speeds, search.period)
+        unstable = regions(search, places, stability(search, places), search.period)
+    rows = [row for row, _ in resonances] + [_unstable(item) for item in unstable]
     return CriticalSpeeds(
         scene=search.rotating.scene,
-        low=float(speeds[0]),
-        high=float(speeds[-1]),
+        low=low,
+        high=high,
         orders=tuple(wanted),
         rows=tuple(sorted(rows)),
         campbell=found,
+        remarks=_remarks(search.rotating.scene, resonances, unstable, unseen, (low, high)),
     )
 
 
-def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
+def _exciting(search: MotionSearch, modes: Campbell) -> list[float]:
     """Return the orders up to the highest that force the free coordinates.
 
-    Raises:
-        VibrationError: there is no motion.
+    Args:
+        search: of the scene.
+        modes: about rest: what forces at a speed is weighed where it may meet one of them.
     """
     sizes: dict[float, float] = {}
-    for motions in search.primary(speeds[[0, len(speeds) // 2, -1]]):
-        efforts = motions.middle.efforts(resting(motions.course))
+    swings = modes.frequency[modes.frequency > 0.0]
+    places = np.abs(modes.speed)
+    if swings.size:
+        places = np.array([np.min(swings) / _HIGHEST, np.min(swings), np.max(swings)])
+    speeds = np.unique(np.sign(modes.speed[-1]) * places)
+    for motions in resting_motions(search, speeds):
+        efforts = motions.model.efforts(motions.course)
         forcing = np.max(np.abs(amplitudes(efforts, 1)), axis=(0, 2))
         waves = orders_of(len(forcing), motions.model.period)
         for order, size in zip(waves.tolist(), forcing.tolist(), strict=True):
             sizes[order] = max(size, sizes.get(order, 0.0))
-    if not sizes:
-        raise VibrationError(next(iter(search.missed.values())))
     greatest = max((size for order, size in sizes.items() if order), default=0.0)
     return [
         order
@@ -226,84 +269,144 @@ def _exciting(search: MotionSearch, speeds: Array) -> list[float]:
     ]
 
 
-def _resonance(search: MotionSearch, order: float, mode: int, crossing: Crossing) -> CriticalSpeed:
-    """Return the critical speed near a crossing."""
-    ratio = -crossing.decay / np.hypot(crossing.frequency, crossing.decay)
-    speed, severity, half = crossing.speed, np.inf, 0.0
-    if ratio > _LEAST_DAMPING:
-        # At half power, order and natural frequency are as far apart as the mode decays.
-        half = abs(crossing.decay / crossing.slope) if crossing.slope else np.inf
-        width = min(_HALF_WIDTHS * half, _WIDEST * abs(speed))
-        speed, severity = _peak(search, order, speed, width, crossing.shapes, crossing.mode)
-    elif not _is_excited(search, order, crossing):
-        severity = 0.0
+def _resonances(
+    search: MotionSearch, modes: Campbell, orders: list[float], low: float, high: float
+) -> list[tuple[CriticalSpeed, Resonance]]:
+    """Return the resonances that lie between two speeds."""
+    found = []
+    for order in orders:
+        for mode in range(modes.frequency.shape[1]):
+            for crossing in crossings(search, modes, order, mode):
+                # One beyond an end may lean into the range.
+                if not (low - _ASIDE * abs(low) <= crossing.speed <= high + _ASIDE * abs(high)):
+                    continue
+                item = resonance(search, order, crossing)
+                places = item.crossing.speed, item.speed, item.jumps.rising, item.jumps.falling
+                if any(low <= place <= high for place in places):
+                    found.append((_row(item, order, mode), item))
+    return found
+
+
+def _row(item: Resonance, order: float, mode: int) -> CriticalSpeed:
+    ratio = item.damping_ratio
     return CriticalSpeed(
-        speed=float(speed),
+        speed=item.speed,
         kind="resonance",
         order=order,
         mode=mode + 1,
-        frequency=crossing.frequency,
-        whirl=sense_name(crossing.whirl),
-        severity=float(severity),
-        amplification=float(0.5 / ratio) if ratio > _LEAST_DAMPING else np.inf,
-        lower=float(speed - half),
-        upper=float(speed + half),
+        frequency=item.crossing.frequency,
+        whirl=sense_name(item.crossing.whirl),
+        severity=item.severity,
+        amplification=0.5 / ratio if ratio else np.inf,
+        lower=item.lower,
+        upper=item.upper,
+        **item.jumps._asdict(),
     )
 
 
-def _is_excited(search: MotionSearch, order: float, crossing: Crossing) -> bool:
-    """Return whether an order moves a mode without damping, by what it does beside the crossing."""
-    beside = crossing.speed * (1.0 + _ASIDE * np.array([-1.0, 1.0]))
-    shares = _shares(search, beside, order, crossing.shapes, crossing.mode)
-    every = [
-        _shares(search, beside, order, crossing.shapes, mode)
-        for mode in range(len(crossing.shapes))
-    ]
-    return not np.all(shares <= _EXCITES * np.max(every, axis=0))
+def _places(modes: Campbell, speeds: Array, period: float) -> tuple[Array, float]:
+    """Return speeds at which stability is looked at, and below which size it is not.
 
-
-def _peak(
-    search: MotionSearch, order: float, middle: float, width: float, shapes: Array, mode: int
-) -> tuple[float, float]:
-    """Return speed and size of a mode's greatest share in an order within a width of a speed.
+    Disturbances may grow where two natural frequencies, or twice the same, add up to a multiple of
+    the frequency of the coefficients, or differ by it.
 
     Args:
-        search: of the scene.
-        order: cycles per revolution.
-        middle: speed in the middle of the range [rad/s].
-        width: half of the range [rad/s].
-        shapes: of all modes `(n, n)`.
-        mode: whose share is meant.
+        modes: about rest.
+        speeds: asked for.
+        period: of the coefficients [rad].
     """
-    sense, best = np.sign(middle), (middle, 0.0)
-    for _ in range(_ROUNDS):
-        places = np.linspace(middle - width, middle + width, _PLACES)
-        places = places[places * sense > 0.0]
-        sizes = _shares(search, places, order, shapes, mode)
-        if not np.all(np.isfinite(sizes)):
-            return float(middle), np.nan  # The greatest may be among those that were not found.
-        top = int(np.argmax(sizes))
-        best = float(places[top]), float(sizes[top])
-        middle, width = best[0], 2.5 * width / (_PLACES - 1)
-    return best
+    low, high = float(speeds[0]), float(speeds[-1])
+    size, frequency = np.abs(modes.speed), modes.frequency
+    wave = 2.0 * np.pi / period
+    every = [speeds]
+    count = frequency.shape[1]
+    for first, second in combinations_with_replacement(range(count), 2):
+        for sense in (1.0, -1.0) if first != second else (1.0,):
+            sums = np.abs(frequency[:, first] + sense * frequency[:, second])
+            for multiple in range(1, _MULTIPLES + 1):
+                gap = multiple * wave * size - sums
+                met = np.nonzero(gap[:-1] * gap[1:] <= 0.0)[0]
+                for row in met.tolist():
+                    share = gap[row] / (gap[row] - gap[row + 1]) if gap[row] else 0.0
+                    at = modes.speed[row] + share * (modes.speed[row + 1] - modes.speed[row])
+                    every.append(at * np.array(_NEAR))
+    swings = frequency[frequency > 0.0]
+    least = 2.0 * float(np.max(swings)) / (wave * _MULTIPLES) if swings.size else 0.0
+    most = _ABOVE * 2.0 * float(np.max(swings)) / wave if swings.size else 0.0
+    rough = lattice(low, high)
+    size = np.abs(rough)
+    # Above all of these only loads and whirl make modes grow, in intervals that are not narrow.
+    every += [rough[(size >= least) & (size <= most)], rough[size > most][::_COARSER]]
+    found = np.unique(np.concatenate(every))
+    found = found[(found >= low) & (found <= high)]
+    keep = np.concatenate([[True], np.diff(found) > _SAME * np.abs(found[1:])])
+    return found[keep], least
 
 
-def _shares(search: MotionSearch, speeds: Array, order: float, shapes: Array, mode: int) -> Array:
-    """Return the greatest amplitude `(S,)` of a coordinate that a mode has in an order.
+def _remarks(
+    scene: Scene,
+    found: list[tuple[CriticalSpeed, Resonance]],
+    regions_found: list[Region],
+    unseen: float,
+    ends: tuple[float, float],
+) -> tuple[str, ...]:
+    """Return what a reader of the table should know besides."""
+    remarks = []
+    for row, item in found:
+        name = f"order {row.order:g} at mode {row.mode}"
+        if item.peak is not None:
+            remarks += [f"{name}: {text}" for text in _beyond(scene, item.peak)]
+        if not item.is_lasting:
+            stays = np.nanmax([0.0, row.rising_severity, row.falling_severity])
+            least = f"; those that a rig stays at reach {stays:.3g}" if stays else ""
+            remarks.append(f"{name}: its greatest amplitude is that of an unstable motion{least}")
+        if np.isnan(row.severity):
+            remarks.append(f"{name}: motions are larger than what was searched, see `within`")
+    for region in regions_found:
+        sides = [
+            side
+            for side, edge, end in zip(
+                ("below", "above"), (region.lower, region.upper), ends, strict=True
+            )
+            if edge == end
+        ]
+        if sides:
+            remarks.append(
+                f"the {region.kind} from {region.lower:.6g} to {region.upper:.6g} rad/s goes on "
+                f"{' and '.join(sides)}, beyond the range"
+            )
+    slowest = min(abs(end) for end in ends)
+    if slowest < unseen * (1.0 - 1e-9):
+        remarks.append(
+            f"below {unseen:.4g} rad/s ({unseen * 30.0 / np.pi:.4g} 1/min), narrow instabilities "
+            f"are not looked for: there modes swing more than {_MULTIPLES / 2:g} times in a period"
+        )
+    return tuple(dict.fromkeys(remarks))
 
-    NaN where there is no motion. Arguments as of `_peak`.
-    """
-    sizes = np.full(len(speeds), np.nan)
-    for motions in search.primary(speeds):
-        waves = amplitudes(motions.course.q, 1)
-        # Where the drive turns back, exp(i order φ) goes the other way in time than modes do.
-        waves = np.where(motions.course.speed[:, None, None] < 0.0, waves.conj(), waves)
-        wave = order * motions.model.period / (2.0 * np.pi)
-        sizes[motions.index] = 0.0
-        if abs(wave - round(wave)) < 1e-9 and round(wave) < waves.shape[1]:
-            shares = waves[:, round(wave)] @ np.linalg.pinv(shapes).T
-            sizes[motions.index] = np.abs(shares[:, mode]) * np.max(np.abs(shapes[:, mode]))
-    return sizes
+
+def _beyond(scene: Scene, peak: Point) -> list[str]:
+    """Return by which joints a motion leaves what they allow, or what shafts survive."""
+    coordinates = scene.mechanism.coordinates.named
+    texts = []
+    for name, q in zip(scene.drives[1:], peak.q.T, strict=True):
+        swing = float(np.max(np.abs(q - np.mean(q))))
+        if not coordinates[name].slides and swing > _SURVIVED:
+            texts.append(
+                f"{name} swings by {swing:.3g} rad ({np.rad2deg(swing):.3g}°), which hardly any "
+                "elastic shaft survives"
+            )
+    for joint in scene.mechanism.description.joints:
+        lower, upper = joint.limits.lower, joint.limits.upper
+        if joint.name not in scene.drives[1:]:
+            continue
+        q = peak.q[:, scene.drives[1:].index(joint.name)]
+        if np.max(q) > upper or np.min(q) < lower:
+            unit = "m" if coordinates[joint.name].slides else "rad"
+            texts.append(
+                f"{joint.name} moves from {np.min(q):.3g} to {np.max(q):.3g} {unit}, beyond its "
+                f"limits {lower:g} to {upper:g}"
+            )
+    return texts
 
 
 def _unstable(region: Region) -> CriticalSpeed:

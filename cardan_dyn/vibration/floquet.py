@@ -12,6 +12,7 @@ from ..arrays import Array
 from ..checks import flag, mapping, numbers, positive, whole
 from ..dynamics.workers import in_order, shares_of
 from ..errors import ArgumentError
+from .correction import refuse_unheld
 from .motion_search import MotionSearch
 from .regions import Region, regions
 from .result import Result, frame_of
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from ..figures.style import Figure
     from ..scene.scene import Scene
 
+_LOOKED_AT = 3
+"""Speeds, at least, that tell whether all coordinates are held."""
 _STORED = ("multipliers", "trace", "determinant", "liouville", "kind", "coexisting")
 
 
@@ -245,7 +248,8 @@ def _collected(
 
 def _of_design(search: MotionSearch, speeds: Array, edges: bool) -> _Done:
     """Return stability, regions and period of one design."""
-    found = stability(search, speeds, others=True)
+    refuse_unheld(search.primary(speeds[:: max(1, len(speeds) // _LOOKED_AT)]))
+    found = stability(search, speeds)
     period = search.period
     return found, regions(search, speeds, found, period) if edges else [], period
 

@@ -183,13 +183,10 @@ def resolved(
         model, guess = model.on(count), resampled(guess, count, 1)
         found = solved(model, speed[index], guess)
         q = found.course.q
-        greatest = np.max(np.abs(q), axis=1)
-        rough = np.max(
-            tail(q, 1) * greatest / np.maximum(TAIL * greatest, _ROUGH * model.half), axis=1
-        )
+        rough = _roughness(model, q)
         # Where more nodes bring nothing, rounding is what is left, or the error of the model. Where
         # there is more of it, orders are missing that are not yet smaller than others.
-        is_cut = rough > max(_CUT, _CUT * model.error / TAIL)
+        is_cut = _is_cut(model, rough)
         again = found.converged & (rough > 1.0) & ((rough < 0.3 * before) | is_cut)
         if count >= MOST_NODES:
             again[:] = False
@@ -200,3 +197,19 @@ def resolved(
             return groups
         index, guess, before = index[again], q[again], rough[again]
         count = next_size(count + 1)
+
+
+def lacks_orders(model: ReducedModel, q: Array) -> Array:
+    """Return whether motions `(S, N, n)` have orders that their nodes do not carry."""
+    return _is_cut(model, _roughness(model, q))
+
+
+def _roughness(model: ReducedModel, q: Array) -> Array:
+    """Return the highest orders of motions `(S, N, n)`, in units of what is rounding."""
+    greatest = np.max(np.abs(q), axis=1)
+    rounding = np.maximum(TAIL * greatest, _ROUGH * model.half)
+    return np.asarray(np.max(tail(q, 1) * greatest / rounding, axis=1))
+
+
+def _is_cut(model: ReducedModel, rough: Array) -> Array:
+    return np.asarray(rough > max(_CUT, _CUT * model.error / TAIL))

@@ -15,6 +15,8 @@ _ROUNDS = 7
 """Rounds of the search for a region between two speeds, each four times as fine as the last."""
 _PLACES = 9
 """Speeds at which an interval is looked at in each round, its ends among them."""
+_GROWTH_ROUNDS = 6
+"""Rounds of the search for the fastest growth, each three times as fine as the last."""
 _EDGE = 1e-8
 """Width, as a fraction of the speed, of the interval in which an edge lies at last."""
 
@@ -65,18 +67,41 @@ def regions(search: MotionSearch, speeds: Array, known: Stability, period: float
     for first, last in pairwise(bounds):
         if not unstable[first]:
             continue
-        peak = first + int(np.argmax(growth[first:last]))
-        found.append(
-            Region(
-                edges[first - 1] if first else float(speeds[0]),
-                edges[last - 1] if last < len(speeds) else float(speeds[-1]),
-                str(kind[peak]),
-                float(growth[peak]),
-                float(speeds[peak]),
-                bool(first and last < len(speeds)),
-            )
-        )
+        lower = edges[first - 1] if first else float(speeds[0])
+        upper = edges[last - 1] if last < len(speeds) else float(speeds[-1])
+        best = first + int(np.argmax(growth[first:last]))
+        # Beside the first and the last speed inside is an edge.
+        before = lower if best == first else float(speeds[best - 1])
+        after = upper if best == last - 1 else float(speeds[best + 1])
+        known_best = float(growth[best]), float(speeds[best]), str(kind[best])
+        peak, speed, of = _fastest(search, before, after, known_best)
+        found.append(Region(lower, upper, of, peak, speed, bool(first and last < len(speeds))))
     return found
+
+
+def _fastest(
+    search: MotionSearch, lower: float, upper: float, best: tuple[float, float, str]
+) -> tuple[float, float, str]:
+    """Return the fastest growth between two speeds, where it is, and its kind.
+
+    Args:
+        search: of the design.
+        lower: speed.
+        upper: speed.
+        best: the same of a speed between them.
+    """
+    for _ in range(_GROWTH_ROUNDS):
+        places = np.linspace(lower, upper, _PLACES + 2)[1:-1]
+        found = stability(search, places)
+        is_unstable = (found.kind != STABLE) & (found.kind != NONE)
+        size = np.where(is_unstable, found.excess, 0.0)
+        growth = np.log1p(size) * np.abs(places) / search.period
+        top = int(np.argmax(growth))
+        if growth[top] > best[0]:
+            best = float(growth[top]), float(places[top]), str(found.kind[top])
+        width = 1.5 * (upper - lower) / (_PLACES + 1)
+        lower, upper = max(lower, best[1] - width), min(upper, best[1] + width)
+    return best
 
 
 def _refined(search: MotionSearch, speeds: Array, known: Stability) -> tuple[Array, Array, Array]:
@@ -86,7 +111,7 @@ def _refined(search: MotionSearch, speeds: Array, known: Stability) -> tuple[Arr
     is_least = np.zeros(len(speeds), dtype=bool)
     if len(speeds) > 2:
         is_least[1:-1] = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] <= gap[2:])
-    is_least &= known.kind == STABLE
+    is_least &= (known.kind == STABLE) & ~known.decays
     at = np.nonzero(is_least)[0]
     lower, upper = speeds[at - 1], speeds[at + 1] if at.size else speeds[at]
     for _ in range(_ROUNDS):

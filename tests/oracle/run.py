@@ -4,6 +4,7 @@ python tests/oracle/run.py --seeds 2000 --start 0
 python tests/oracle/run.py --seeds 2000 --similar
 python tests/oracle/run.py --seeds 2000 --cut
 python tests/oracle/run.py --seeds 2000 --wound
+python tests/oracle/run.py --rotors --seeds 40
 
 With `--loose`, of random linkages with play in a pin, beside simulations of some seconds each.
 """
@@ -93,6 +94,24 @@ def kind_of(message: str) -> str:
     return " ".join(message.replace(" of ", " ").split())
 
 
+def rotors(seeds: range) -> int:
+    """Run the critical speeds of random rigs; return 1 if any is wrong."""
+    sys.path.insert(0, str(HERE.parent / "support"))
+    import resonant_rigs
+
+    count = 0
+    for seed in seeds:
+        try:
+            rig = resonant_rigs.draw(seed)
+            wrong, name = resonant_rigs.differences(rig), rig.name
+        except Exception as error:  # As above.
+            wrong, name = [f"{type(error).__name__}: {error}"], ""
+        count += bool(wrong)
+        print(f"seed {seed} {name}: {'; '.join(wrong) or 'right'}", flush=True)
+    print(f"{count} of {len(seeds)} differ")
+    return int(count > 0)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run seeds; return 1 if any failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -110,9 +129,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--text", action="store_true", help="print the descriptions as well")
     parser.add_argument("--loose", action="store_true", help="linkages with play in a pin")
+    parser.add_argument("--rotors", action="store_true", help="critical speeds instead of chains")
     options = parser.parse_args(arguments)
     if options.loose:
         return loose(range(options.start, options.start + options.seeds))
+    if options.rotors:
+        return rotors(range(options.start, options.start + options.seeds))
     warnings.simplefilter("error")
     print(f"testing {Path(compare.cd.__file__).parent}")
     failed: dict[str, list[int]] = defaultdict(list)

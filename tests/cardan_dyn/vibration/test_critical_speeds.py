@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
+import cardan_dyn as cd
 from cardan_dyn import ArgumentError, vibration
 from cardan_dyn.vibration import CriticalSpeeds
 
@@ -141,7 +142,7 @@ def test_tables_figures_and_copies(rig: CriticalSpeeds, tmp_path: Path) -> None:
     assert first.frequency == pytest.approx(of, rel=1e-3)
     assert rig.plot().axes
     for twin in (copy.deepcopy(rig), pickle.loads(pickle.dumps(rig))):
-        assert twin.rows == rig.rows
+        assert repr(twin.rows) == repr(rig.rows)
     np.testing.assert_array_equal(rig.table["speed"], frame.speed)
     rig.save(tmp_path / "speeds.npz")
     with np.load(tmp_path / "speeds.npz") as stored:
@@ -214,3 +215,110 @@ def test_coarse_speeds_change_no_resonance() -> None:
         assert other.whirl == one.whirl
         for name in ("speed", "frequency", "severity", "amplification", "lower", "upper"):
             assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-6)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.01, 0.1])
+def test_an_order_that_moves_no_mode_is_critical_at_the_crossing(ratio: float) -> None:
+    """Every map of a balanced rotor: order 1 meets ω_n √(1 - ζ²), half power at ± ζ ω_n."""
+    mass, natural = 20.0, 2546.0 * np.pi / 30.0
+    stiffness = (mass * natural**2,) * 2
+    scene = elastic_rigs.scene(
+        elastic_rigs.rotor(mass, 0.0, stiffness, 2.0 * ratio * mass * natural), 0.0
+    )
+    found = vibration.critical_speeds(scene, [150.0, 400.0], orders=1, instabilities=False)
+    assert [row.whirl for row in found] == ["backward", "forward"]
+    for row in found:
+        assert row.speed == pytest.approx(natural * np.sqrt(1.0 - ratio**2), rel=1e-9)
+        assert row.severity == 0.0
+        assert row.upper - row.speed == pytest.approx(ratio * natural, rel=1e-6)
+        assert row.lower <= row.speed <= row.upper
+
+
+@pytest.fixture(scope="module")
+def front() -> cd.Scene:
+    mechanism = cd.load("torsional_line_front")
+    return cd.Scene(
+        mechanism,
+        drive=["bearing_in", "twist_in"],
+        held={"joint_angle": np.radians(20.0)},
+        elements=cd.described_elements(mechanism),
+    )
+
+
+def test_a_resonance_that_leans_over_is_one_whatever_the_range(front: cd.Scene) -> None:
+    """Between its jumps two motions stay and one does not; the greatest is that of the branch."""
+    ranges = [105.0, 116.0], [111.0, 111.6], [109.0, 1200.0]
+    tables = [
+        vibration.critical_speeds(front, ends, orders=2, instabilities=False) for ends in ranges
+    ]
+    rows = [next(row for row in found if row.order == 2.0) for found in tables]
+    for row in rows:
+        assert row.speed == pytest.approx(111.34, abs=0.01)
+        assert row.severity == pytest.approx(0.740, abs=5e-4)
+        assert row.falling < row.speed < row.rising
+        assert row.lower <= row.falling and row.upper >= row.speed
+        for name in row._fields:
+            own, other = getattr(row, name), getattr(rows[0], name)
+            assert own == other or own == pytest.approx(other, rel=1e-6)
+    for inside, beside in ((row.rising - 0.01, row.rising + 0.01), (row.falling + 0.01, 110.68)):
+        motions = vibration.periodic_motion(front, np.sort([inside, beside]))
+        counts = {float(at): int(np.sum(motions.speed == at)) for at in motions.speed}
+        assert counts == {inside: 3, beside: 1}
+    text = str(tables[0])
+    assert f"jumps at {row.rising:.6g} rad/s while the speed rises" in text
+    assert f"at {row.falling:.6g} rad/s while it falls" in text
+    frame = tables[0].to_dataframe()
+    assert frame.rising[0] == tables[0].rows[0].rising
+    assert frame.attrs["units"]["falling"] == "rad/s"
+
+
+def test_motions_that_nothing_survives_are_remarked(front: cd.Scene) -> None:
+    found = vibration.critical_speeds(front, [105.0, 116.0], orders=2, instabilities=False)
+    remarks = " ".join(found.remarks)
+    assert "twist_in swings by 0.751 rad (43°), which hardly any elastic shaft survives" in remarks
+    assert "beyond its limits -0.2 to 0.2" in remarks
+    assert "its greatest amplitude is that of an unstable motion" in remarks
+    assert all(f"({remark})" in str(found) for remark in found.remarks)
+    calm = vibration.critical_speeds(front, [70.0, 80.0], instabilities=False)
+    assert calm.remarks == ()
+
+
+def test_no_instability_is_invented_where_two_motions_stay(front: cd.Scene) -> None:
+    places = np.array([111.3, 111.4, 111.45, 111.5, 111.55])
+    found = vibration.floquet(front, places, edges=True)
+    assert found.kind.tolist() == ["stable"] * 5
+    assert found.regions == ()
+    table = vibration.critical_speeds(front, [111.2, 111.6], orders=2)
+    assert [row.kind for row in table] == ["resonance"]
+
+
+def test_wide_ranges_lose_no_instability() -> None:
+    """Two modes that are unstable together, from a range and from one 100 times as wide."""
+    line = elastic_rigs.torsional_line(0.5, 0.5, 1.0, 1.0, 1e-3, 1e-3)
+    scene = elastic_rigs.scene(line, np.radians(20.0))
+    tables = [
+        [row for row in vibration.critical_speeds(scene, ends, orders=9.0) if not row.order > 0.0]
+        for ends in ([1.5, 1.7], [1.5, 21.5])
+    ]
+    assert [row.kind for row in tables[0]] == ["combination"]
+    assert [row.kind for row in tables[1] if row.lower < 1.7] == ["combination"]
+    for row, other in zip(*tables, strict=False):
+        for name in ("lower", "upper"):
+            assert getattr(row, name) == pytest.approx(getattr(other, name), rel=1e-7)
+        assert row.severity == pytest.approx(other.severity, rel=1e-4)
+        assert row.lower < row.speed < row.upper
+
+
+def test_what_cannot_have_been_seen_is_said() -> None:
+    line = elastic_rigs.torsional_line(damping_in=0.02)
+    scene = elastic_rigs.scene(line, np.radians(10.0))
+    slow = vibration.critical_speeds(scene, [0.05, 0.3], orders=9.0)
+    assert any("narrow instabilities are not looked for" in remark for remark in slow.remarks)
+    fast = vibration.critical_speeds(scene, [0.3, 0.4], orders=9.0)
+    assert fast.remarks == ()
+
+
+def test_an_instability_that_goes_on_is_remarked() -> None:
+    scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(30.0))
+    found = vibration.critical_speeds(scene, [1.0, 1.2], orders=9.0)
+    assert any("goes on below, beyond the range" in remark for remark in found.remarks)

@@ -1,0 +1,64 @@
+"""Branches of motions that turn back, against a continuation of equations by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from continuation import Branch as OwnBranch
+from testkit import elastic_rigs
+from vibrating_lines import SpringInFront
+
+from cardan_dyn.vibration.branch import Branch
+from cardan_dyn.vibration.motion_search import MotionSearch
+from cardan_dyn.vibration.periodic_grid import amplitudes
+from cardan_dyn.vibration.rotating_scene import rotating_scene
+
+BETA, RATIO = np.radians(20.0), 4e-3
+
+
+@pytest.fixture(scope="module")
+def scene() -> object:
+    return elastic_rigs.scene(elastic_rigs.torsional_line(damping_in=2.0 * RATIO), BETA)
+
+
+def test_folds_and_peak(scene: object) -> None:
+    search = MotionSearch(rotating_scene(scene))
+    own = OwnBranch(lambda speed: SpringInFront(BETA, speed, 0.5, RATIO), 1, np.pi, 47, 0.3)
+    curve = own.follow(0.46, 0.55)
+    sizes = np.abs(curve.order(2)[:, 0])
+    expected = own.extremum(curve, int(np.argmax(sizes)), lambda of: np.abs(of.order(2)[:, 0]))
+    folds = [
+        sense * own.extremum(curve, at, lambda of, sense=sense: sense * of.speed)[1]
+        for at, sense in zip(curve.folds, (1.0, -1.0), strict=True)
+    ]
+    for ends in ((0.46, 0.55), (0.55, 0.46)):
+        (start,) = search.primary(np.array(ends[:1]))
+        found = Branch(search, start, ends[1])
+        assert found.is_whole
+        speeds = np.array([point.speed for point in found.points])
+        turns = np.nonzero(np.diff(np.sign(np.diff(speeds))))[0] + 1
+        assert len(turns) == 2
+        sense = float(np.sign(ends[1] - ends[0]))
+        at = [
+            found.greatest(int(turn), lambda point, side=side: side * point.speed).speed
+            for turn, side in zip(turns, (sense, -sense), strict=True)
+        ]
+        assert sorted(at) == pytest.approx(sorted(folds), rel=1e-8)
+        # Between the folds, motions have the other sign.
+        signs = [point.sign for point in found.points]
+        assert signs[0] == signs[-1] == 1.0
+        assert set(signs[turns[0] + 1 : turns[1]]) == {-1.0}
+
+        def size(point: object) -> float:
+            return float(np.abs(amplitudes(point.q)[1, 0]))
+
+        top = found.greatest(int(np.argmax([size(point) for point in found.points])), size)
+        assert (top.speed, size(top)) == pytest.approx(expected, rel=1e-7)
+
+
+def test_a_branch_ends_where_motions_are_too_large(scene: object) -> None:
+    search = MotionSearch(rotating_scene(scene), within=0.2)
+    (start,) = search.primary(np.array([0.46]))
+    found = Branch(search, start, 0.55)
+    assert not found.is_whole
+    assert max(float(np.max(np.abs(point.q))) for point in found.points) > 0.1
