@@ -28,6 +28,8 @@ _NODES = 20
 """Chebyshev nodes of a panel."""
 _TAIL = 4
 """Last coefficients of a panel, which tell whether it is resolved."""
+_HARMONICS = 6
+"""Harmonics, of those that change in a period, that panels are begun with."""
 _MOST_PANELS = 4096
 _UNDECIDED = 0.1
 """Error of the kinetic energy where it is least, as a fraction of it, beyond which nothing can be
@@ -103,13 +105,14 @@ class EnergyIntegral:
         push = float(self._force.at(position)[0])
         if speed == 0.0 and abs(push) <= self._error * self._scale:
             return
-        minima = self._minima()
+        is_pushed = bool(np.any(self._force.coefficients))
+        minima = self._minima() if is_pushed else []
         # Beside a minimum its own value has all digits; sums over harmonics lose them.
         near = min(minima, key=lambda item: abs(item.way), default=None)
         if near is not None:
             push = self._force_beside(near, -near.way)
         self._at_start = _Anchor(0.0, self._energy, push, False)
-        ends = self._ends(minima)
+        ends = self._ends(minima) if is_pushed else None
         self.swings = ends is not None
         if ends is None:
             self._refuse_speeding_up()
@@ -118,7 +121,9 @@ class EnergyIntegral:
             inner = [item for item in minima if ends[0].way < item.way < ends[1].way]
             anchors = [ends[0], *inner, ends[1]]
         self._judge(minima, anchors)
-        self._elapsed = _Elapsed(self._both_beside, anchors, self._error)
+        harmonics = max(self._inertia.coefficients.shape[1], self._force.coefficients.shape[1])
+        width = self._turn * _HARMONICS / harmonics
+        self._elapsed = _Elapsed(self._both_beside, anchors, self._error, width)
         self.period = self._elapsed.total * (2.0 if self.swings else 1.0)
         self.fastest = self._elapsed.fastest
 
@@ -331,6 +336,7 @@ class _Elapsed:
         beside: Callable[[Array, Array], tuple[Array, Array]],
         anchors: list[_Anchor],
         error: float,
+        width: float,
     ) -> None:
         """Sum time up.
 
@@ -338,6 +344,7 @@ class _Elapsed:
             beside: see `EnergyIntegral._both_beside`.
             anchors: in ascending order, the last one where time ends.
             error: of the functions, relative.
+            width: about that of the first panels [rad].
 
         Raises:
             NotSuitableError: the panels become too many.
@@ -351,7 +358,8 @@ class _Elapsed:
         ways, is_end = self._anchors[0], self._anchors[3] > 0.0
         far = np.repeat(half, 2)
         self._reach = np.where(is_end, np.sqrt(far), far)
-        pieces, low, high, series = self._resolved(error)
+        splits = np.ceil(far / width).astype(int)
+        pieces, low, high, series = self._resolved(error, splits)
         order = np.lexsort((self._sense[pieces] * low, pieces))
         self._pieces, self._low, self._high = pieces[order], low[order], high[order]
         self._series = series[order]
@@ -365,19 +373,30 @@ class _Elapsed:
         distance = abs(ways[piece])
         self.begun = self._at(piece, float(np.sqrt(distance) if is_end[piece] else distance))
 
-    def _resolved(self, error: float) -> tuple[Array, Array, Array, Array]:
-        """Return the pieces of panels, their ends in q, and the series `(M, n)` of their pace."""
+    def _resolved(self, error: float, splits: Array) -> tuple[Array, Array, Array, Array]:
+        """Return the pieces of panels, their ends in q, and the series `(M, n)` of their pace.
+
+        Args:
+            error: of the functions, relative.
+            splits: how many panels each piece is begun with.
+
+        Raises:
+            NotSuitableError: the panels become too many.
+        """
         nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
         to_series = np.cos(np.outer(np.arccos(nodes), np.arange(_NODES))) * (2.0 / _NODES)
         to_series[:, 0] *= 0.5
-        pieces = np.arange(len(self._reach))
-        low, high = np.zeros(len(pieces)), self._reach.copy()
+        pieces = np.repeat(np.arange(len(splits)), splits)
+        places = np.concatenate([np.arange(count) for count in splits.tolist()])
+        # As fractions of the reach, so that neighbours end at the same place.
+        low = self._reach[pieces] * (places / splits[pieces])
+        high = self._reach[pieces] * ((places + 1) / splits[pieces])
         done: list[tuple[Array, Array, Array, Array]] = []
         spent, count, self.fastest = 0.0, 0, 0.0
         while pieces.size:
             q = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * nodes
             paces = self._paces(np.repeat(pieces, _NODES), q.ravel()).reshape(q.shape)
-            series = paces @ to_series
+            series = np.einsum("mj,jk->mk", paces, to_series)
             size = np.max(np.abs(series), axis=1)
             tail = np.max(np.abs(series[:, -_TAIL:]), axis=1)
             width = high - low
@@ -448,7 +467,10 @@ class _Elapsed:
             return time - spent[chosen], pace * half[chosen]
 
         ends = np.ones(len(times))
-        places = _roots(missing, -ends, ends, least=1e-16)
+        eps = float(np.finfo(float).eps)
+        places = _roots(
+            missing, -ends, ends, least=0.5 * eps, none=0.5 * eps * self._times[panels + 1]
+        )
         pace = np.einsum("nk,kn->n", series, _chebyshev(places, _NODES))
         q = self._low[panels] + half * (1.0 + places)
         way, _, _, is_end = self._anchors[:, pieces]
@@ -480,6 +502,7 @@ def _roots(
     high: Array,
     *,
     least: float = 1e-20,
+    none: Array | float = 0.0,
 ) -> Array:
     """Return where functions rise through zero, each between two places `(N,)`.
 
@@ -490,28 +513,32 @@ def _roots(
         low: places at which they are not positive.
         high: places at which they are not negative.
         least: difference of places that counts as none, beside rounding.
+        none: value that counts as zero, for all or each `(N,)`.
 
     Raises:
         AccuracyError: one was not found.
     """
     low, high = low.copy(), high.copy()
     places, steps = 0.5 * (low + high), high - low
-    active = np.arange(len(low))
+    active, none = np.arange(len(low)), np.broadcast_to(none, low.shape)
     for _ in range(_MOST_STEPS):
         if not active.size:
             return places
         there = places[active]
         values, slopes = function(there, active)
+        if not np.all(np.isfinite(values)):
+            break
         below = values < 0.0
         low[active] = np.where(below, there, low[active])
         high[active] = np.where(below, high[active], there)
         with np.errstate(divide="ignore", invalid="ignore"):
-            step = -values / slopes
-            after = there + step
-            inside = (after >= low[active]) & (after <= high[active])
-            good = inside & (np.abs(step) <= 0.5 * np.abs(steps[active]))
+            # Roots at an end are stepped over by rounding.
+            after = np.clip(there - values / slopes, low[active], high[active])
+            step = np.abs(after - there)
+            good = (step > 0.0) & (step <= 0.5 * np.abs(steps[active]))
         middle = 0.5 * (low[active] + high[active])
-        after = np.where(values == 0.0, there, np.where(good, after, middle))
+        is_found = np.abs(values) <= none[active]
+        after = np.where(is_found, there, np.where(good, after, middle))
         steps[active] = after - there
         places[active] = after
         eps = 2.0 * float(np.finfo(float).eps)

@@ -82,11 +82,16 @@ class Fourier:
         """Return the values `(c, N)` at positions `(N,)`."""
         return np.concatenate(
             [
-                (self.coefficients @ self._waves(some)).real + np.outer(self.slope, some)
+                self._summed(self._waves(some)) + np.outer(self.slope, some)
                 for some in self._blocks(positions)
             ],
             axis=1,
         )
+
+    def _summed(self, waves: Array) -> Array:
+        """Return the real parts `(c, N)` of the sums of harmonics `(K, N)`."""
+        # Not by a matrix product: for one of this size, libraries start threads.
+        return np.einsum("ck,kn->cn", self.coefficients, waves).real
 
     def _blocks(self, *values: Array) -> list[Any]:
         """Return parts of one array `(N,)`, or tuples of parts of several."""
@@ -132,7 +137,7 @@ class Fourier:
         for start, way in self._blocks(starts, ways):
             half = 0.5 * self.frequency * np.outer(self._harmonics, way)
             waves = self._waves(start + 0.5 * way) * (2j * np.sin(half))
-            parts.append((self.coefficients @ waves).real + np.outer(self.slope, way))
+            parts.append(self._summed(waves) + np.outer(self.slope, way))
         return np.concatenate(parts, axis=1)
 
     def bent(self, starts: Array, ways: Array) -> Array:
@@ -149,7 +154,7 @@ class Fourier:
         for start, way in self._blocks(starts, ways):
             angles = self.frequency * np.outer(self._harmonics, way)
             grown = -2.0 * np.sin(0.5 * angles) ** 2 + 1j * _sine_less_angle(angles)
-            parts.append((self.coefficients @ (self._waves(start) * grown)).real)
+            parts.append(self._summed(self._waves(start) * grown))
         return np.concatenate(parts, axis=1)
 
 
