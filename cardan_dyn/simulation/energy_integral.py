@@ -34,6 +34,10 @@ _MOST_PANELS = 4096
 _UNDECIDED = 0.1
 """Error of the kinetic energy where it is least, as a fraction of it, beyond which nothing can be
 said of what follows."""
+_UNDECIDED_NOTE = (
+    "the energy is that of an unstable equilibrium but for rounding, which decides whether and "
+    "when the mechanism passes it"
+)
 _MOST_STEPS = 200
 """Steps after which a root must have been found: some 60 halvings are the most that it takes."""
 
@@ -68,8 +72,8 @@ class EnergyIntegral:
     Attributes:
         period: time of a turn or swing [s]; inf if the mechanism stays where it is.
         swings: whether it swings between two positions.
-        doubt: time [s] by which rounding of inertia and force moves what follows after each period,
-            as beside an unstable equilibrium it decides how long the mechanism stays there.
+        doubt: time [s] by which rounding of inertia and force may move what follows, anew in each
+            period: beside an unstable equilibrium it decides how long the mechanism stays there.
         fastest: greatest speed [rad/s].
     """
 
@@ -104,6 +108,9 @@ class EnergyIntegral:
         self.swings, self.period, self.doubt, self.fastest = False, np.inf, 0.0, 0.0
         push = float(self._force.at(position)[0])
         if speed == 0.0 and abs(push) <= self._error * self._scale:
+            bend = float(self._force.derivative().at(position)[0])
+            # Nothing says when it leaves an unstable equilibrium, but that it would for ever stay.
+            self.doubt = np.inf if bend > self._error * self._scale else 0.0
             return
         is_pushed = bool(np.any(self._force.coefficients))
         minima = self._minima() if is_pushed else []
@@ -285,10 +292,16 @@ class EnergyIntegral:
         slope = self._force.derivative()
         for item, times in weighed:
             position = self._start + item.way
-            known = self._energy + self._scale * min(abs(item.way), 1.0)
+            way = abs(item.way)
+            if not self._work.slope[0]:
+                # The same a turn before: the nearest of them is known best.
+                way = abs((way + 0.5 * self._turn) % self._turn - 0.5 * self._turn)
+            known = self._energy + self._scale * min(way, 1.0)
             lost = self._error * known / abs(item.kinetic) if item.kinetic else np.inf
             if lost > _UNDECIDED:
-                raise NotSuitableError("the energy is close to what passes a maximum")
+                raise NotSuitableError(
+                    "the energy is close to what passes a maximum", note=_UNDECIDED_NOTE
+                )
             bend = float(slope.at(position)[0])
             if bend > 0.0:
                 rate = np.sqrt(bend / float(self._inertia.at(position)[0]))
@@ -407,7 +420,9 @@ class _Elapsed:
             spent += float(np.sum((width * series[:, 0])[fine]))
             count += len(pieces)
             if count > _MOST_PANELS:
-                raise NotSuitableError("the energy is close to what passes a maximum")
+                raise NotSuitableError(
+                    "the energy is close to what passes a maximum", note=_UNDECIDED_NOTE
+                )
             pieces, low, high = pieces[~fine], low[~fine], high[~fine]
             middle = 0.5 * (low + high)
             pieces = np.concatenate([pieces, pieces])
@@ -427,7 +442,9 @@ class _Elapsed:
         bent, inertia = self._beside(way, ways)
         kinetic = kinetic + force * ways + bent
         if np.min(kinetic) <= 0.0 or np.min(inertia) <= 0.0:
-            raise NotSuitableError("the energy is close to a maximum of the potential")
+            raise NotSuitableError(
+                "the energy is close to a maximum of the potential", note=_UNDECIDED_NOTE
+            )
         paces = np.sqrt(0.5 * inertia / kinetic) * slopes
         self.fastest = max(self.fastest, float(np.max(slopes / paces)))
         return np.asarray(paces)
@@ -469,7 +486,12 @@ class _Elapsed:
         ends = np.ones(len(times))
         eps = float(np.finfo(float).eps)
         places = _roots(
-            missing, -ends, ends, least=0.5 * eps, none=0.5 * eps * self._times[panels + 1]
+            missing,
+            -ends,
+            ends,
+            first=2.0 * spent / self._spent[panels] - 1.0,
+            least=0.5 * eps,
+            none=0.5 * eps * self._times[panels + 1],
         )
         pace = np.einsum("nk,kn->n", series, _chebyshev(places, _NODES))
         q = self._low[panels] + half * (1.0 + places)
@@ -480,7 +502,9 @@ class _Elapsed:
 
 def _chebyshev(places: Array, count: int) -> Array:
     """Return the Chebyshev polynomials `(count, N)` at places `(N,)` from -1 to 1."""
-    return np.asarray(np.cos(np.outer(np.arange(count), np.arccos(np.clip(places, -1.0, 1.0)))))
+    return np.asarray(
+        np.cos(np.outer(np.arange(count), np.arccos(np.minimum(np.maximum(places, -1.0), 1.0))))
+    )
 
 
 def _integrals(series: Array) -> Array:
@@ -501,6 +525,7 @@ def _roots(
     low: Array,
     high: Array,
     *,
+    first: Array | None = None,
     least: float = 1e-20,
     none: Array | float = 0.0,
 ) -> Array:
@@ -512,6 +537,7 @@ def _roots(
         function: returns values and slopes at places, of the functions with some indices.
         low: places at which they are not positive.
         high: places at which they are not negative.
+        first: places to begin with `(N,)`; the middles if None.
         least: difference of places that counts as none, beside rounding.
         none: value that counts as zero, for all or each `(N,)`.
 
@@ -519,7 +545,7 @@ def _roots(
         AccuracyError: one was not found.
     """
     low, high = low.copy(), high.copy()
-    places, steps = 0.5 * (low + high), high - low
+    places, steps = (0.5 * (low + high) if first is None else first), high - low
     active, none = np.arange(len(low)), np.broadcast_to(none, low.shape)
     for _ in range(_MOST_STEPS):
         if not active.size:
@@ -533,7 +559,8 @@ def _roots(
         high[active] = np.where(below, high[active], there)
         with np.errstate(divide="ignore", invalid="ignore"):
             # Roots at an end are stepped over by rounding.
-            after = np.clip(there - values / slopes, low[active], high[active])
+            after = there - values / slopes
+            after = np.minimum(np.maximum(after, low[active]), high[active])
             step = np.abs(after - there)
             good = (step > 0.0) & (step <= 0.5 * np.abs(steps[active]))
         middle = 0.5 * (low[active] + high[active])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -16,6 +17,7 @@ from ..problem.samples import Acting, acting_on
 from ..results.collect import sweep_of
 from ..results.sweep import Sweep
 from .contact_following import Touch
+from .continuity import Continuity, States
 from .energy import WeightEnergy, element_power, gained, open_efforts
 from .events import Happened
 from .forces import Forces
@@ -28,6 +30,9 @@ if TYPE_CHECKING:
 _GREATEST_ERROR = 1e-6
 """Effort residual above which accelerations and wrenches are refused. Away from singular
 configurations it is rounding times the condition number."""
+
+_EXACT_TIMES = 33
+"""Times up to a period, at most, between which exact states are compared first."""
 
 _STEPS_PER_PERIOD = 64
 """Steps over which the power of a motion that repeats is integrated by Gauss's rule."""
@@ -43,6 +48,9 @@ class Course(NamedTuple):
         notes: what a user should know of it.
         prescribed: names of the drives whose motion was prescribed.
         evaluations: how often accelerations were computed.
+        start: coordinates `(size,)`, all turns counted, and velocities `(nv,)` at time 0.
+        tolerance: of states, as a fraction of the way of a coordinate; inf for steps of a given
+            length, whose errors are the user's.
         touches: of pins with play, in the order in which they ended.
     """
 
@@ -52,7 +60,72 @@ class Course(NamedTuple):
     notes: tuple[str, ...]
     prescribed: tuple[str, ...]
     evaluations: int
+    start: tuple[Array, Array]
+    tolerance: float
     touches: tuple[Touch, ...] = ()
+
+
+class Motions:
+    """The motion that the states of a run are proven by, of the drives alone and of all joints."""
+
+    def __init__(self, solver: ProblemSolver, run: Run, course: Course) -> None:
+        """Keep the run; each motion is followed when states are first read.
+
+        Args:
+            solver: of the scene.
+            run: what a method found.
+            course: how it went.
+        """
+        self._run, self._course = run, course
+        coordinates = solver.problem.mechanism.coordinates
+        self._columns, self._rates = coordinates.scalars
+        self._units = coordinates.scale[self._columns]
+        drives = solver.problem.drives
+        self._driven = coordinates.columns_of(drives), coordinates.rates_of(drives)
+
+    def states(self, rows: Rows) -> States:
+        """Return the states of all turns and slides, in rad and fractions of the length."""
+        x = (rows.x + 2.0 * np.pi * rows.turns)[:, self._columns]
+        v, a = (rates[:, self._rates] for rates in (rows.v, rows.a))
+        return States(*(values * self._units for values in (x, v, a)))
+
+    @cached_property
+    def of_drives(self) -> Continuity:
+        """Motion of the drives alone."""
+        run = self._run
+
+        def look(times: Array) -> States:
+            drives = run.drives_alone(times)
+            if drives is None:  # Only where there are any is it asked.
+                raise AccuracyError("the run knows nothing of drives alone")
+            return States(*drives)
+
+        x, v = self._course.start
+        columns, rates = self._driven
+        return self._continuity(look, (x[columns], v[rates]))
+
+    @cached_property
+    def of_all(self) -> Continuity:
+        """Motion of all turns and slides."""
+        x, v = self._course.start
+        start = x[self._columns] * self._units, v[self._rates] * self._units
+        return self._continuity(lambda times: self.states(self._run.rows(times)), start)
+
+    def _continuity(
+        self, look: Callable[[Array], States], start: tuple[Array, Array]
+    ) -> Continuity:
+        run = self._run
+        times = run.times
+        if run.is_exact:
+            times = np.linspace(0.0, min(run.period, float(times[-1])), _EXACT_TIMES)
+        return Continuity(
+            look,
+            times,
+            start,
+            tolerance=self._course.tolerance,
+            is_exact=run.is_exact,
+            period=run.period if run.period < run.times[-1] else np.inf,
+        )
 
 
 class Trajectory(Tabled):
@@ -74,9 +147,16 @@ class Trajectory(Tabled):
     """
 
     def __init__(
-        self, solver: ProblemSolver, run: Run, forces: Forces, course: Course, t: Array
+        self,
+        solver: ProblemSolver,
+        run: Run,
+        forces: Forces,
+        course: Course,
+        t: Array,
+        motions: Motions | None = None,
     ) -> None:
         self._solver, self._run, self._forces, self._course = solver, run, forces, course
+        self._motions = Motions(solver, run, course) if motions is None else motions
         self._problem = solver.problem
         self.t = read_only(t)
         self.method, self.reason = course.method, course.reason
@@ -122,7 +202,8 @@ class Trajectory(Tabled):
                 f"simulation, 0 to {end:g} s"
             )
         t = np.minimum(values, end)
-        return Trajectory(self._solver, self._run, self._forces, self._course, t)
+        made_of = self._solver, self._run, self._forces, self._course
+        return Trajectory(*made_of, t, self._motions)
 
     def evenly(self, count: int) -> Trajectory:
         """Return the same simulation at equidistant times, as an animation shows it."""
@@ -130,11 +211,43 @@ class Trajectory(Tabled):
 
     @cached_property
     def _rows(self) -> Rows:
-        return self._run.rows(self.t, self._drives_alone)
+        rows = self._run.rows(self.t, self._drives_alone)
+        self._prove(self._motions.of_all, self._motions.states(rows))
+        return rows
 
     @cached_property
     def _drives_alone(self) -> OfDrives | None:
-        return self._run.drives_alone(self.t)
+        drives = self._run.drives_alone(self.t)
+        if drives is not None:
+            self._prove(self._motions.of_drives, States(*drives))
+        return drives
+
+    def _prove(self, motion: Continuity, states: States) -> None:
+        """Refuse states that are not on the motion from the start.
+
+        Raises:
+            AccuracyError: they are not.
+        """
+        misfit = motion.misfit(self.t, states)
+        self.__dict__["_misfit"] = max(self.__dict__.get("_misfit", 0.0), misfit.size)
+        if not misfit.size <= motion.tolerance:
+            raise AccuracyError(
+                f"at time {misfit.time:.6g} s positions are not the integrals of speeds over time "
+                f"from the start, but {misfit.size:.1e} of their way off: they belong to another "
+                "time, turn or assembly mode; choose another method or a smaller rtol",
+                residual=misfit.size,
+                tolerance=motion.tolerance,
+            )
+
+    @property
+    def time_residual(self) -> float:
+        """Greatest difference of positions from the integrals of speeds over time, from the start.
+
+        As a fraction of the way of a coordinate. Where steps have a tolerance, what rules over the
+        times between them cannot tell is not counted.
+        """
+        _ = self._rows
+        return float(self.__dict__["_misfit"])
 
     @cached_property
     def _of_drives(self) -> OfDrives:
