@@ -107,10 +107,13 @@ def _lingering(setup: Setup, integration: Integration, named: Callable[..., Any]
     # Zero where it rests: distance from all equilibria, in rad/s.
     distance = np.hypot(speeds, accelerations / rate)
     later = np.maximum.accumulate(distance[::-1])[::-1]
+    # Damping may bring it to rest where nothing grows any more.
+    earlier = np.maximum.accumulate(distance) if setup.forces.is_constant else later
+    fastest = np.maximum(earlier, later)
     with np.errstate(divide="ignore", invalid="ignore"):
-        growth = np.nan_to_num((later / distance) ** 2, nan=0.0)
+        growth = np.nan_to_num((fastest / distance) * (later / distance), nan=0.0)
     worst = int(np.argmax(growth))
-    off = _STEP_ERRORS * setup.rtol * float(growth[worst]) * float(later[worst]) / rate
+    off = _STEP_ERRORS * setup.rtol * float(growth[worst]) * float(fastest[worst]) / rate
     if off < _LINGERS:
         return []
     size = f"be off by {off:.0e} rad" if off < 1.0 else "be any other motion"

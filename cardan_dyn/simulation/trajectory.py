@@ -11,10 +11,12 @@ import numpy as np
 from ..arrays import Array
 from ..checks import numbers
 from ..dynamics.problem_solver import ProblemSolver
-from ..errors import AccuracyError, ArgumentError
+from ..dynamics.velocity_ratios import VelocityRatios
+from ..errors import AccuracyError, ArgumentError, CardanError, SingularConfigurationError
 from ..frozen import frozen, read_only
 from ..problem.samples import Acting, acting_on
-from ..results.collect import sweep_of
+from ..results.collect import Scattered, sweep_of
+from ..results.motion import Motion
 from ..results.sweep import Sweep
 from .contact_following import Touch
 from .continuity import Continuity, States
@@ -30,6 +32,9 @@ if TYPE_CHECKING:
 _GREATEST_ERROR = 1e-6
 """Effort residual above which accelerations and wrenches are refused. Away from singular
 configurations it is rounding times the condition number."""
+
+_NEARLY_SINGULAR = 1e4
+"""Condition from which on wrong accelerations are those of a singular configuration."""
 
 _EXACT_TIMES = 33
 """Times up to a period, at most, between which exact states are compared first."""
@@ -273,39 +278,135 @@ class Trajectory(Tabled):
         """Drive accelerations [rad/s² or m/s²], like `position`; proven, as wrenches are."""
         return self.sweep.acceleration
 
-    @cached_property
+    @property
     def sweep(self) -> Sweep:
         """The motion as a sweep of the scene: wrenches, efforts and residuals at the times `t`.
 
+        What is not known at singular configurations is NaN there, see `singular`.
+
         Raises:
-            SingularConfigurationError: the drives do not decide the motion at a time.
+            SingularConfigurationError: the drives do not decide the motion at any of the times.
+            AccuracyError: all of them are close to such configurations.
             CardanError: as `Scene.sweep`.
         """
+        sweep, _, error = self._solved
+        if sweep is None:
+            raise error
+        return sweep
+
+    @property
+    def motion(self) -> Motion:
+        """Positions, speeds and accelerations of all joints, as those of a sweep; see `singular`.
+
+        Raises:
+            CardanError: as `Scene.sweep`.
+        """
+        if self._solved[0] is not None:
+            return self._solved[0].motion
+        nothing = np.full((len(self), len(self.mechanism.coordinates.rate_scale), 1), np.nan)
+        ratios = VelocityRatios.of(np.repeat(nothing, len(self.drives), axis=2))
+        rows = self._rows
+        a = np.full_like(rows.a, np.nan)
+        return Motion(self.mechanism, self.drives, rows.x, rows.turns, rows.v, a, ratios)
+
+    @property
+    def singular(self) -> Array:
+        """Whether the configuration is so close to singular that forces are not known `(N,)`.
+
+        Wrenches, efforts, accelerations and velocity ratios are NaN at these times, the condition
+        is infinite; positions, speeds and energies hold.
+        """
+        return self._solved[1]
+
+    @cached_property
+    def _solved(self) -> tuple[Sweep | None, Array, CardanError]:
+        """Return `sweep`, `singular`, and the last error; no sweep if all times are singular."""
+        singular, error = np.zeros(len(self), dtype=bool), CardanError("no time is given")
+        while True:
+            known = np.nonzero(~singular)[0]
+            if not known.size:
+                return None, read_only(singular), error
+            part = self if len(known) == len(self) else self._part(known)
+            try:
+                sweep = part._swept()
+            except SingularConfigurationError as found:
+                if found.sample is None:
+                    raise
+                singular[known[found.sample]], error = True, found
+                continue
+            errors = part._effort_errors(sweep)
+            lost = errors > _GREATEST_ERROR
+            if not np.any(lost):
+                break
+            error = part._wrong_accelerations(sweep, errors)
+            is_near = lost & (sweep.condition > _NEARLY_SINGULAR)
+            if np.any(lost & ~is_near) or sweep.idle_rods:
+                raise error
+            singular[known[is_near]] = True
+        if np.any(singular):
+            scattered = Scattered(known, self._run_motion(sweep, known), self._acting())
+            sweep = scattered.sweep(sweep, self._of_drives.x)
+        return sweep, read_only(singular), error
+
+    def _part(self, chosen: Array) -> Trajectory:
+        """Return the same at some of its times."""
+        part = self.at(self.t[chosen])
+        drives = self._drives_alone
+        if drives is not None:
+            drives = OfDrives(*(values[chosen] for values in drives))
+        known = {"_rows": Rows(*(values[chosen] for values in self._rows)), "_drives_alone": drives}
+        part.__dict__.update(known, _misfit=self.__dict__.get("_misfit", 0.0))
+        return part
+
+    def _swept(self) -> Sweep:
+        """Return the sweep at all times."""
         positions = self._of_drives.x
         assembled = self._run.assembled(positions, self._rows)
         acting = self._acting()
         with np.errstate(over="ignore", invalid="ignore"):
             solution = self._solver.solve(assembled, acting)
-        sweep = sweep_of(self._solver, assembled, acting, solution)
-        errors = self._effort_errors(sweep)
-        if np.max(errors) > _GREATEST_ERROR:
-            worst = int(np.argmax(errors))
-            if sweep.idle_rods:
-                rods = "; ".join(" and ".join(rod) for rod in sweep.idle_rods)
-                raise AccuracyError(
-                    f"the rod between {rods} spins about its line and is not symmetric about it, "
-                    "so that its spin moves the drives; sweeps know nothing of spins: decide it by "
-                    "a universal joint instead of one of the balls",
-                    residual=float(errors[worst]),
-                )
-            raise AccuracyError(
-                f"at time {self.t[worst]:.6g} s the mechanism is so close to a singular "
-                f"configuration (condition {sweep.condition[worst]:.1e}) that accelerations and "
-                f"wrenches are wrong by {errors[worst]:.1e}; leave such times out with at()",
-                time=float(self.t[worst]),
+        return sweep_of(self._solver, assembled, acting, solution)
+
+    def _wrong_accelerations(self, sweep: Sweep, errors: Array) -> AccuracyError:
+        """Return the error that refuses wrong accelerations.
+
+        Args:
+            sweep: at the times.
+            errors: `(N,)`, see `effort_residual`.
+        """
+        worst = int(np.argmax(errors))
+        if sweep.idle_rods:
+            rods = "; ".join(" and ".join(rod) for rod in sweep.idle_rods)
+            return AccuracyError(
+                f"the rod between {rods} spins about its line and is not symmetric about it, "
+                "so that its spin moves the drives; sweeps know nothing of spins: decide it by "
+                "a universal joint instead of one of the balls",
                 residual=float(errors[worst]),
             )
-        return sweep
+        return AccuracyError(
+            f"at time {self.t[worst]:.6g} s the mechanism is so close to a singular "
+            f"configuration (condition {sweep.condition[worst]:.1e}) that accelerations and "
+            f"wrenches are wrong by {errors[worst]:.1e}; leave such times out with at()",
+            time=float(self.t[worst]),
+            residual=float(errors[worst]),
+        )
+
+    def _run_motion(self, sweep: Sweep, known: Array) -> Motion:
+        """Return the motion at all times, of which some are solved.
+
+        Args:
+            sweep: at those.
+            known: their indices.
+        """
+        motion, rows = sweep.motion, self._rows
+        a, x, v = np.full_like(rows.a, np.nan), rows.x.copy(), rows.v.copy()
+        turns = rows.turns.copy()
+        x[known], turns[known] = motion._x, motion._turns
+        v[known], a[known] = motion.v, motion.a
+        ratios = motion._velocity_ratios
+        values = np.full((len(self), ratios.values.shape[1]), np.nan)
+        values[known] = ratios.values
+        return Motion(self.mechanism, self.drives, x, turns, v, a, ratios._replace(values=values))
 
     def _acting(self) -> Acting:
         """Return rates of the drives and what acts at the times."""
@@ -331,7 +432,7 @@ class Trajectory(Tabled):
         The equations of motion ask for none: it is what is wrong with the accelerations. Forces
         count as moments by the characteristic length.
         """
-        return float(np.max(self._effort_errors(self.sweep)))
+        return float(np.nanmax(self._effort_errors(self.sweep)))
 
     def _effort_errors(self, sweep: Sweep) -> Array:
         """Return `(N,)` the effort of the free drives, see `effort_residual`."""
@@ -391,6 +492,10 @@ class Trajectory(Tabled):
     def _power(self, times: Array) -> Array:
         """Return the power of loads and prescribed drives at times `(K,)` [W]."""
         there = self.at(times)
+        if self._course.prescribed and np.any(there.singular):
+            raise AccuracyError(
+                "the work of prescribed drives is not known where they are singular"
+            )
         x, v = there._counted()
         loads = self._forces.loads_alone().all_efforts(self.mechanism, times, x, v)
         power = np.einsum("nk,nk->n", loads, v)
