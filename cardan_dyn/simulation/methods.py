@@ -32,7 +32,7 @@ _DOUBTFUL = 1e-10
 """Doubt of positions after a period that is told [rad]."""
 _LINGERS = 1e-5
 """Doubt of positions that is told of steps [rad]."""
-_STEP_ERRORS = 10.0
+_STEP_ERRORS = 50.0
 """Error of the energy that steps add up to, in relative tolerances."""
 _FEWEST_POINTS = 4
 _SAMPLES_PER_PERIOD = 64

@@ -314,7 +314,7 @@ class Trajectory(Tabled):
         """Whether the configuration is so close to singular that forces are not known `(N,)`.
 
         Wrenches, efforts, accelerations and velocity ratios are NaN at these times, the condition
-        is infinite; positions, speeds and energies hold.
+        is infinite; positions, drive speeds and energies hold, other speeds lose digits.
         """
         return self._solved[1]
 

@@ -159,7 +159,7 @@ def test_a_flat_position_is_refused_as_start_and_for_wrenches() -> None:
             getattr(there, name)
 
 
-@pytest.mark.parametrize("later", [0.0, 1e-13, 1e-9, -1e-6])
+@pytest.mark.parametrize("later", [0.0, 1e-13, 1e-9, -1e-9])
 def test_one_flat_position_does_not_refuse_all_times(later: float) -> None:
     """The cranks stay parallel, and the couplers keep their direction."""
     scene = cd.Scene(parallelograms(1), drive="pin_0", gravity=GRAVITY)
@@ -170,9 +170,7 @@ def test_one_flat_position_does_not_refuse_all_times(later: float) -> None:
     assert found.singular.tolist() == [False, True, False]
     assert not np.any(others.singular)
     for name, sign in (("pin_1", 1.0), ("knee_0", -1.0)):
-        np.testing.assert_allclose(
-            np.unwrap(found.motion.position(name)), sign * found.position, atol=1e-8
-        )
+        np.testing.assert_allclose(found.motion.position(name), sign * found.position, atol=1e-8)
         np.testing.assert_allclose(found.motion.velocity(name), sign * found.speed, atol=1e-6)
     for values in (found.acceleration, found.drive_effort, found["knee_0"].force[:, 0]):
         np.testing.assert_array_equal(np.isnan(values), found.singular)
