@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,6 +54,75 @@ def sweep_of(
         rate_residual=solution.residuals.rate,
         unproven=solver.inverse_dynamics.bodies.unproven,
     )
+
+
+class Scattered(NamedTuple):
+    """A sweep at more samples than were solved: NaN at the others.
+
+    Attributes:
+        known: indices of those that were solved.
+        motion: at all N samples.
+        acting: likewise.
+    """
+
+    known: Array
+    motion: Motion
+    acting: Acting
+
+    def sweep(self, solved: Sweep, positions: Array) -> Sweep:
+        """Return the sweep at all samples.
+
+        Args:
+            solved: at the known ones.
+            positions: of the drives `(N, d)`.
+        """
+        source, acting = solved._source, self.acting
+        shape = self.motion.shape
+        efforts = source.drive_effort()
+        each = [source.wrench(index) for index in range(len(solved.outputs))]
+        wrenches = [self._values(np.concatenate([w.vector(0), w.vector(3)], axis=1)) for w in each]
+        x, v, a = positions, acting.speeds, acting.accelerations.copy()
+        a[np.isin(np.arange(len(a)), self.known, invert=True)] = np.nan
+        if positions.shape[1] == 1:
+            x, v, a = x[:, 0], v[:, 0], a[:, 0]
+        every = SolvedSource(
+            shape=shape,
+            wrenches=read_only(np.stack(wrenches, axis=1)),
+            drive_efforts=None if efforts is None else read_only(self._values(efforts)),
+            holding_efforts=self._each(source.holding_effort()),
+            solved_motion=self.motion,
+            position=read_only(x),
+            speed=read_only(v),
+            acceleration=read_only(a),
+            held=source.held,
+            joint_loads=acting.joint_loads,
+            link_loads=acting.link_loads,
+            gravity=acting.gravity,
+            inertia=acting.inertia,
+            time=acting.time,
+        )
+        return Sweep(
+            problem=solved._problem,
+            source=every,
+            unique=solved.unique,
+            coupling_moment=self._each(solved.coupling_moment),
+            coupling_unique=solved.coupling_unique,
+            condition=read_only(self._values(solved.condition, np.inf)),
+            loop_residual=solved.loop_residual,
+            balance_residual=solved.balance_residual,
+            power_residual=solved.power_residual,
+            rate_residual=solved.rate_residual,
+            unproven=solved.unproven,
+        )
+
+    def _values(self, known: Array, other: float = np.nan) -> Array:
+        """Return `(N, ...)` known values, and another one elsewhere."""
+        values = np.full((len(self.motion), *known.shape[1:]), other)
+        values[self.known] = known
+        return values
+
+    def _each(self, known: Mapping[str, Array]) -> Mapping[str, Array]:
+        return frozen({name: self._values(values) for name, values in known.items()})
 
 
 def _source(

@@ -27,7 +27,15 @@ _PERIODIC = 1e-9
 
 
 class NotSuitableError(Exception):
-    """A method of simulation does not suit a scene; another one is taken. Never leaves here."""
+    """A method of simulation does not suit a scene; another one is taken. Never leaves here.
+
+    Attributes:
+        note: what is to be known of the scene whichever method is taken; mostly empty.
+    """
+
+    def __init__(self, reason: str, note: str = "") -> None:
+        super().__init__(reason)
+        self.note = note
 
 
 class EnergyFunctions(NamedTuple):

@@ -1,30 +1,45 @@
 """Energy integral: the motion of a conservative mechanism with one free coordinate, by quadrature.
 
-Its speed follows from its position, I φ̇² / 2 + U = E, so that time is an integral over position:
-dt = √(I / (2 (E - U))) dφ. Where the drive turns through, the integrand repeats with each turn.
-Where it swings between two positions at which E = U, φ = c - r cos θ makes it a smooth function of
-θ that repeats with each swing. Both are summed by Fourier series to rounding; Newton's method
-inverts them. So a thousand turns cost no more than one, and energy does not drift.
+Its speed follows from its position, I φ̇² / 2 = K(φ), so that time is an integral over position:
+dt = √(I / 2K) dφ. It is summed on panels that are halved until each is resolved, in ways that are
+counted from where the kinetic energy K is least: so no digits are lost where it almost vanishes
+beside an unstable equilibrium (a separatrix, on which the motion would take for ever). Elapsed time
+grows with the way, so that every time has one place, which is bracketed. A thousand turns cost no
+more than one, and energy does not drift.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
+from ..errors import AccuracyError
 from .energy_functions import EnergyFunctions, NotSuitableError
 from .fourier import Fourier
 
-_MOST = 16384
-"""Greatest number of nodes of an integral."""
-_FEWEST = 64
 _SCANNED = 1024
 """Positions per period at which potential and energy are compared."""
-_NEWTON_STEPS = 60
 _PERIODS = 2
 """Periods of the drive within which a swing may end, on either side."""
+_NODES = 20
+"""Chebyshev nodes of a panel."""
+_TAIL = 4
+"""Last coefficients of a panel, which tell whether it is resolved."""
+_HARMONICS = 6
+"""Harmonics, of those that change in a period, that panels are begun with."""
+_MOST_PANELS = 4096
+_UNDECIDED = 0.1
+"""Error of the kinetic energy where it is least, as a fraction of it, beyond which nothing can be
+said of what follows."""
+_UNDECIDED_NOTE = (
+    "the energy is that of an unstable equilibrium but for rounding, which decides whether and "
+    "when the mechanism passes it"
+)
+_MOST_STEPS = 200
+"""Steps after which a root must have been found: some 60 halvings are the most that it takes."""
 
 
 class Law(NamedTuple):
@@ -35,12 +50,31 @@ class Law(NamedTuple):
     acceleration: Array
 
 
+class _Anchor(NamedTuple):
+    """Where ways are counted from: an end of a swing, or where kinetic energy is least.
+
+    Attributes:
+        way: from the start [rad].
+        kinetic: energy there; zero at an end [J].
+        force: there; zero at a minimum of the kinetic energy [N·m].
+        is_end: whether the motion turns back there.
+    """
+
+    way: float
+    kinetic: float
+    force: float
+    is_end: bool
+
+
 class EnergyIntegral:
     """The motion of the drive as a function of time.
 
     Attributes:
         period: time of a turn or swing [s]; inf if the mechanism stays where it is.
         swings: whether it swings between two positions.
+        doubt: time [s] by which rounding of inertia and force may move what follows, anew in each
+            period: beside an unstable equilibrium it decides how long the mechanism stays there.
+        fastest: greatest speed [rad/s].
     """
 
     def __init__(self, functions: EnergyFunctions, position: float, speed: float) -> None:
@@ -53,181 +87,491 @@ class EnergyIntegral:
 
         Raises:
             NotSuitableError: a constant torque speeds the drive up without end, or energy is so
-                close to what passes a maximum of the potential that the integral does not converge.
+                close to what passes a maximum of the potential that rounding decides whether the
+                mechanism passes it.
         """
-        self._functions = functions
-        self._work = functions.force.integral()
+        self._inertia = functions.inertia.shortened(1e-17)
+        self._error, force = functions.error, functions.force.coefficients.copy()
+        self._scale = float(np.max(np.abs(force)))
+        if abs(force[0, 0]) <= self._error * self._scale:
+            # Rounding, that would lift one unstable equilibrium above the same a turn before.
+            force[0, 0] = 0.0
+        self._force = Fourier(force, functions.force.frequency).shortened(1e-17)
+        self._work = self._force.integral()
+        self._turn = 2.0 * np.pi / functions.inertia.frequency
+        slope = self._inertia.derivative()
+        rows = [self._inertia.coefficients, slope.coefficients]
+        self._inertias = Fourier(np.concatenate(rows), functions.inertia.frequency)
         self._start, self._speed = position, speed
-        inertia = float(functions.inertia.at(position)[0])
-        self._energy = 0.5 * inertia * speed * speed
-        """Kinetic energy at the start; potential energy counts from there."""
-        force = float(functions.force.at(position)[0])
-        self.swings = False
-        scale = float(np.max(np.abs(functions.force.coefficients)))
-        if speed == 0.0 and abs(force) <= functions.error * scale:
-            self.period = np.inf
+        self._energy = 0.5 * float(self._inertia.at(position)[0]) * speed * speed
+        """Kinetic energy at the start."""
+        self.swings, self.period, self.doubt, self.fastest = False, np.inf, 0.0, 0.0
+        push = float(self._force.at(position)[0])
+        if speed == 0.0 and abs(push) <= self._error * self._scale:
+            bend = float(self._force.derivative().at(position)[0])
+            # Nothing says when it leaves an unstable equilibrium, but that it would for ever stay.
+            self.doubt = np.inf if bend > self._error * self._scale else 0.0
             return
-        limits = self._limits(speed, force)
-        self.swings = limits is not None
-        if limits is not None:
-            self._take_swing(*limits)
+        is_pushed = bool(np.any(self._force.coefficients))
+        minima = self._minima() if is_pushed else []
+        # Beside a minimum its own value has all digits; sums over harmonics lose them.
+        near = min(minima, key=lambda item: abs(item.way), default=None)
+        if near is not None:
+            push = self._force_beside(near, -near.way)
+        self._at_start = _Anchor(0.0, self._energy, push, False)
+        ends = self._ends(minima) if is_pushed else None
+        self.swings = ends is not None
+        if ends is None:
+            self._refuse_speeding_up()
+            anchors = self._of_a_turn(minima)
         else:
-            self._take_turn(scale)
+            inner = [item for item in minima if ends[0].way < item.way < ends[1].way]
+            anchors = [ends[0], *inner, ends[1]]
+        self._judge(minima, anchors)
+        harmonics = max(self._inertia.coefficients.shape[1], self._force.coefficients.shape[1])
+        width = self._turn * _HARMONICS / harmonics
+        self._elapsed = _Elapsed(self._both_beside, anchors, self._error, width)
+        self.period = self._elapsed.total * (2.0 if self.swings else 1.0)
+        self.fastest = self._elapsed.fastest
 
-    def _kinetic(self, way: float) -> float:
-        """Return the kinetic energy after a way; negative where the energy is too small."""
-        return float(self._energy + self._work.gained(self._start, np.array([way]))[0, 0])
+    def _of_a_turn(self, minima: list[_Anchor]) -> list[_Anchor]:
+        """Return the anchors of a turn in which the start is."""
+        if not minima:
+            return [self._at_start, self._at_start._replace(way=self._turn)]
+        first = max(index for index, item in enumerate(minima) if item.way <= 0.0)
+        count = len(minima) // (2 * _PERIODS + 1)
+        return minima[first : first + count + 1]
 
-    def _limits(self, speed: float, force: float) -> tuple[float, float] | None:
-        """Return the ways from the start to the ends of the swing, None if it turns through."""
-        turn = 2.0 * np.pi / self._functions.inertia.frequency
+    def _both_beside(self, starts: Array, ways: Array) -> tuple[Array, Array]:
+        """Return how much work is done beyond that of a constant force, and inertias.
+
+        Args:
+            starts: ways from the start to anchors `(N,)`.
+            ways: from there `(N,)`.
+        """
+        starts = self._start + starts
+        return self._work.bent(starts, ways)[0], self._inertia(starts + ways)[0]
+
+    def _kinetic_beside(self, anchor: _Anchor, ways: Array) -> Array:
+        """Return the kinetic energies `(N,)` at ways from an anchor."""
+        starts = np.full(len(ways), self._start + anchor.way)
+        bent = self._work.bent(starts, ways)[0]
+        return np.asarray(anchor.kinetic + anchor.force * ways + bent)
+
+    def _force_beside(self, minimum: _Anchor, way: float) -> float:
+        """Return the force at a way from a minimum of the kinetic energy, where it vanishes."""
+        starts = np.array([self._start + minimum.way])
+        return float(self._force.gained(starts, np.array([way]))[0, 0])
+
+    def _minima(self) -> list[_Anchor]:
+        """Return where the kinetic energy is least, some periods to both sides, by their ways."""
         count = max(_SCANNED, 4 * self._work.coefficients.shape[1])
+        step = self._turn / count
+        # Half a period to both sides: ways from the start have most digits beside it.
+        indices = np.arange(-(count // 2), count - count // 2)
+        forces = self._force.on_grid(self._start, count)[0][indices]
+        self._grid = step * indices
+        after = np.roll(forces, -1)
+        after[-1] = forces[0]
+        rising = np.nonzero((forces < 0.0) & (after >= 0.0))[0]
+        if not rising.size:
+            return []
+        low = self._grid[rising]
+        slope = self._force.derivative()
+
+        def force(ways: Array, chosen: Array) -> tuple[Array, Array]:
+            positions = self._start + ways
+            return self._force(positions)[0], slope(positions)[0]
+
+        found = _roots(force, low, low + step)
+        here = _Anchor(0.0, self._energy, float(self._force.at(self._start)[0]), False)
+        trend = float(self._work.slope[0]) * self._turn
+        return [
+            _Anchor(float(way) + turns * self._turn, float(kinetic) + turns * trend, 0.0, False)
+            for turns in range(-_PERIODS, _PERIODS + 1)
+            for way, kinetic in zip(found, self._kinetic_beside(here, found), strict=True)
+        ]
+
+    def _ends(self, minima: list[_Anchor]) -> tuple[_Anchor, _Anchor] | None:
+        """Return the ends of the swing, None if the drive turns through."""
+        count = len(self._grid)
         work = self._work.on_grid(self._start, count)[0]
-        trend = float(self._work.slope[0]) * turn
+        trend = float(self._work.slope[0]) * self._turn
+        turns, indices = np.divmod(np.arange(_PERIODS * count + 1), count)
         ends = []
         for sign in (-1.0, 1.0):
-            if speed == 0.0 and sign * force < 0.0:
-                ends.append(0.0)
+            if self._energy == 0.0 and sign * self._at_start.force < 0.0:
+                ends.append(self._at_start._replace(is_end=True))
                 continue
-            turns = np.repeat(np.arange(_PERIODS), count)
-            indices = np.tile(np.arange(count), _PERIODS)
             if sign > 0.0:
                 gained = work[indices] - work[0] + turns * trend
             else:
-                # The position before the start is the last one of the period before.
                 gained = work[(-indices) % count] - work[0] - (turns + (indices > 0)) * trend
-            short = self._energy + gained < 0.0
-            if not np.any(short):
+            short = np.nonzero(self._energy + gained < 0.0)[0]
+            step = self._turn / count
+            blocked = [item for item in minima if sign * item.way > 0.0 and item.kinetic < 0.0]
+            blocked.sort(key=lambda item: sign * item.way)
+            farthest = step * float(short[0]) if short.size else np.inf
+            inside = step * float(short[0] - 1) if short.size else 0.0
+            if blocked and sign * blocked[0].way < farthest:
+                # The only minimum between two positions, which it does not pass.
+                farthest = sign * blocked[0].way
+                inside = step * float(np.floor(farthest / step))
+            if farthest > _PERIODS * self._turn:
                 return None
-            first, step = int(np.argmax(short)), turn / count
-            ends.append(self._end(sign * (first - 1) * step, sign * step))
+            after = [item for item in blocked if sign * item.way >= farthest]
+            ends.append(self._end(sign, inside, farthest, after[0] if after else None))
         return ends[0], ends[1]
 
-    def _end(self, inside: float, more: float) -> float:
-        """Return the way to where kinetic energy vanishes, between `inside` and `more` further."""
-        low, high = 0.0, more
-        while True:
-            middle = 0.5 * (low + high)
-            if middle in (low, high):
-                return inside + middle
-            if self._kinetic(inside + middle) >= 0.0:
-                low = middle
-            else:
-                high = middle
+    def _end(self, sign: float, inside: float, beyond: float, minimum: _Anchor | None) -> _Anchor:
+        """Return where kinetic energy vanishes, between two distances from the start.
 
-    def _take_turn(self, scale: float) -> None:
-        """Integrate over a turn of the drive."""
-        turn = 2.0 * np.pi / self._functions.inertia.frequency
-        trend = abs(float(self._work.slope[0]))
-        if trend > self._functions.error * max(scale, self._energy / turn):
-            raise NotSuitableError("a constant torque speeds the drive up")
-        # With fewer nodes than its harmonics, the inertia would be cut short.
-        harmonics = self._functions.inertia.coefficients.shape[1]
-        count = max(_FEWEST, 2 ** int(np.ceil(np.log2(2 * harmonics))))
-        while count <= _MOST:
-            series = Fourier.of(self._pace(count)[None, :], turn)
-            if series.tail()[0] < self._functions.error:
-                self._series = series.shortened(1e-17)
-                self._elapsed = self._series.integral()
-                self.period = float(self._elapsed.slope[0]) * turn
-                return
-            count *= 2
-        raise NotSuitableError("the energy is close to what passes a maximum of the potential")
+        Args:
+            sign: of the ways there.
+            inside: distance at which there is some.
+            beyond: distance at which there is none.
+            minimum: the next one behind.
+        """
 
-    def _pace(self, count: int) -> Array:
-        """Return times per way [s/rad] at equidistant positions over a turn from the start.
+        def beside(anchor: _Anchor, sense: float) -> Callable[[Array, Array], tuple[Array, Array]]:
+            def rising(distances: Array, chosen: Array) -> tuple[Array, Array]:
+                ways = sense * distances
+                starts = np.full(len(ways), self._start + anchor.way)
+                force = anchor.force + self._force.gained(starts, ways)[0]
+                kinetic = self._kinetic_beside(anchor, ways)
+                # Kinetic energy falls on the way to the end, and rises from behind it.
+                return (
+                    (-kinetic, -sense * force)
+                    if anchor.kinetic >= 0.0
+                    else (kinetic, sense * force)
+                )
+
+            return rising
+
+        low, high = np.array([inside]), np.array([beyond])
+        way = sign * float(_roots(beside(self._at_start, sign), low, high)[0])
+        if minimum is None:
+            force = float(self._force.at(self._start + way)[0])
+            return _Anchor(way, 0.0, force, True)
+        distance = abs(minimum.way - way)
+        if distance < abs(way):
+            # Counted from the start, the end of what hardly turns back has no digits.
+            low, high = np.zeros(1), np.array([abs(minimum.way) - inside])
+            distance = float(_roots(beside(minimum, -sign), low, high)[0])
+            way = minimum.way - sign * distance
+        else:
+            distance = abs(minimum.way) - abs(way)
+        return _Anchor(way, 0.0, self._force_beside(minimum, -sign * distance), True)
+
+    def _refuse_speeding_up(self) -> None:
+        """Refuse a constant torque.
 
         Raises:
-            NotSuitableError: kinetic energy vanishes at one of them.
+            NotSuitableError: there is one.
         """
-        work = self._work.on_grid(self._start, count)[0]
-        kinetic = self._energy + work - work[0]
-        if np.min(kinetic) <= 0.0:
-            raise NotSuitableError("the energy is close to a maximum of the potential")
-        inertia = self._functions.inertia.on_grid(self._start, count)[0]
-        return np.asarray(np.sqrt(0.5 * inertia / kinetic))
+        trend = abs(float(self._work.slope[0]))
+        if trend > self._error * max(self._scale, self._energy / self._turn):
+            raise NotSuitableError("a constant torque speeds the drive up")
 
-    def _take_swing(self, low: float, high: float) -> None:
-        """Integrate over a swing between two positions, ways from the start."""
-        self._middle, self._reach = self._start + 0.5 * (low + high), 0.5 * (high - low)
-        self._ends = self._start + low, self._start + high
-        # From the ways to both ends, as the cosine has no digits near them.
-        phase = 2.0 * float(np.arctan2(np.sqrt(-low), np.sqrt(high)))
-        self._phase = -phase if self._speed < 0.0 else phase
-        count = _FEWEST
-        while count <= _MOST:
-            half = (np.arange(count) + 0.5) * np.pi / count
-            pace = self._swing_pace(half)
-            # The pace is even in θ: samples over half a turn give those over a whole one.
-            series = _even_series(pace)
-            if series.tail()[0] < self._functions.error:
-                self._series = series.shortened(1e-17)
-                self._elapsed = self._series.integral()
-                self.period = 2.0 * np.pi * float(self._elapsed.slope[0])
-                return
-            count *= 2
-        raise NotSuitableError("the energy is close to what passes a maximum of the potential")
+    def _judge(self, minima: list[_Anchor], anchors: list[_Anchor]) -> None:
+        """Find the doubt that rounding leaves, see the attribute.
 
-    def _swing_pace(self, phases: Array) -> Array:
-        """Return times per phase at phases in (0, π) [s/rad]."""
-        low, high = self._ends
-        from_low = 2.0 * self._reach * np.sin(0.5 * phases) ** 2
-        to_high = 2.0 * self._reach * np.cos(0.5 * phases) ** 2
-        is_low = phases < 0.5 * np.pi
-        # From the nearer end, where kinetic energy vanishes, so that no digits are lost.
-        kinetic = np.where(
-            is_low,
-            self._work.gained(low, from_low)[0],
-            self._work.gained(high, -to_high)[0],
-        )
-        if np.min(kinetic) <= 0.0:
-            raise NotSuitableError("the energy is close to an extremum of the potential")
-        inertia = self._functions.inertia(low + from_low)[0]
-        return np.asarray(np.sqrt(0.5 * inertia / kinetic) * self._reach * np.sin(phases))
+        Raises:
+            NotSuitableError: it decides whether the mechanism passes a maximum of the potential.
+        """
+        if not minima:
+            return
+        first, last = anchors[0], anchors[-1]
+        # Beyond the ends stand the maxima that it does not pass.
+        near = [max((m for m in minima if m.way < first.way), key=lambda m: m.way, default=None)]
+        near += [min((m for m in minima if m.way > last.way), key=lambda m: m.way, default=None)]
+        chosen = [item for item in anchors[:-1] if not item.is_end]
+        passes = 2.0 if self.swings else 1.0
+        weighed = [(item, passes) for item in chosen]
+        weighed += [(item, 1.0) for item in near if item is not None and self.swings]
+        slope = self._force.derivative()
+        for item, times in weighed:
+            position = self._start + item.way
+            way = abs(item.way)
+            if not self._work.slope[0]:
+                # The same a turn before: the nearest of them is known best.
+                way = abs((way + 0.5 * self._turn) % self._turn - 0.5 * self._turn)
+            known = self._energy + self._scale * min(way, 1.0)
+            lost = self._error * known / abs(item.kinetic) if item.kinetic else np.inf
+            if lost > _UNDECIDED:
+                raise NotSuitableError(
+                    "the energy is close to what passes a maximum", note=_UNDECIDED_NOTE
+                )
+            bend = float(slope.at(position)[0])
+            if bend > 0.0:
+                rate = np.sqrt(bend / float(self._inertia.at(position)[0]))
+                self.doubt += times * lost / rate
 
     def at(self, times: Array) -> Law:
-        """Return the motion of the drive at times `(N,)` [s]."""
+        """Return the motion of the drive at times `(N,)` [s].
+
+        Raises:
+            AccuracyError: a position was not found.
+        """
         if not np.isfinite(self.period):
             rest = np.zeros_like(times)
             return Law(rest + self._start, rest, rest)
-        turns = np.floor(times / self.period)
-        rest = times - turns * self.period
-        if self.swings:
-            phases = self._inverted(self._phase, rest, 1.0)
-            position = self._middle - self._reach * np.cos(phases)
-            speed = self._reach * np.sin(phases) / self._series(phases)[0]
-        else:
-            sign = 1.0 if self._speed > 0.0 else -1.0
-            nodes = self._inverted(0.0, rest, sign)
-            turn = 2.0 * np.pi / self._functions.inertia.frequency
-            position = self._start + nodes + sign * turn * turns
-            speed = sign / self._series(nodes)[0]
-        inertia, force = self._functions.inertia, self._functions.force
-        slope = inertia.derivative()(position)[0]
-        push = force(position)[0] - 0.5 * slope * speed**2
-        return Law(position, speed, push / inertia(position)[0])
-
-    def _inverted(self, start: float, times: Array, sign: float) -> Array:
-        """Return where the elapsed time since `start` is `times (N,)`, in the sense of `sign`."""
-        mean = float(self._elapsed.slope[0])
-        begun = float(self._elapsed.at(start)[0])
-        found = start + sign * times / mean
-        for _ in range(_NEWTON_STEPS):
-            missing = times - sign * (self._elapsed(found)[0] - begun)
-            step = missing / self._series(found)[0]
-            # Where the pace varies much, a whole step may overshoot.
-            found = found + sign * np.clip(step, -0.5, 0.5)
-            if np.max(np.abs(step)) < 1e-9:
-                break
-        missing = times - sign * (self._elapsed(found)[0] - begun)
-        return np.asarray(found + sign * missing / self._series(found)[0])
+        # Backwards, the motion is the one forwards at times before the start.
+        sign = -1.0 if self._speed < 0.0 else 1.0
+        turns, left = np.divmod(self._elapsed.begun + sign * times, self.period)
+        half = self._elapsed.total
+        returns = left > half
+        ways, speed = self._elapsed.inverted(np.where(returns, 2.0 * half - left, left))
+        speed = np.where(returns, -sign, sign) * speed
+        position = self._start + ways
+        inertia, slope = self._inertias(position)
+        push = self._force(position)[0] - 0.5 * slope * speed**2
+        if not self.swings:
+            position = position + self._turn * turns
+        return Law(position, speed, push / inertia)
 
 
-def _even_series(samples: Array) -> Fourier:
-    """Return the even function of period 2π with samples `(N,)` at (j + 1/2) π / N."""
-    from scipy.fft import dct  # Only simulations need it.
+class _Elapsed:
+    """Time since the first anchor as a function of the way, and the way as one of time.
 
-    count = len(samples)
-    coefficients = dct(samples, type=2) / count
-    coefficients[0] *= 0.5
-    return Fourier(coefficients[None, :].astype(complex), 1.0)
+    Every way belongs to the anchor that is nearer. Distances from an end are q², as time grows with
+    their root there, and q from other anchors. Over q, the pace dt/dq is a Chebyshev series on each
+    panel.
+
+    Attributes:
+        total: time to the last anchor [s].
+        begun: time at the start, way 0 [s].
+        fastest: greatest speed [rad/s].
+    """
+
+    def __init__(
+        self,
+        beside: Callable[[Array, Array], tuple[Array, Array]],
+        anchors: list[_Anchor],
+        error: float,
+        width: float,
+    ) -> None:
+        """Sum time up.
+
+        Args:
+            beside: see `EnergyIntegral._both_beside`.
+            anchors: in ascending order, the last one where time ends.
+            error: of the functions, relative.
+            width: about that of the first panels [rad].
+
+        Raises:
+            NotSuitableError: the panels become too many.
+        """
+        self._beside = beside
+        half = 0.5 * np.diff([item.way for item in anchors])
+        doubled = np.repeat(np.arange(len(anchors)), 2)[1:-1]
+        self._anchors = np.array([tuple(anchors[index]) for index in doubled], dtype=float).T
+        """Way, kinetic energy, force, and whether it is an end, of the anchor of each piece."""
+        self._sense = np.tile([1.0, -1.0], len(half))
+        ways, is_end = self._anchors[0], self._anchors[3] > 0.0
+        far = np.repeat(half, 2)
+        self._reach = np.where(is_end, np.sqrt(far), far)
+        splits = np.ceil(far / width).astype(int)
+        pieces, low, high, series = self._resolved(error, splits)
+        order = np.lexsort((self._sense[pieces] * low, pieces))
+        self._pieces, self._low, self._high = pieces[order], low[order], high[order]
+        self._series = series[order]
+        self._sums = _integrals(self._series) * (0.5 * (self._high - self._low))[:, None]
+        spent = np.sum(self._sums, axis=1)
+        self._times = np.concatenate([[0.0], np.cumsum(spent)])
+        self._spent, self.total = spent, float(self._times[-1])
+        # The start is in the last piece that begins before it.
+        begins = np.where(self._sense > 0.0, ways, ways - far)
+        piece = max(int(np.searchsorted(begins, 0.0, side="right")) - 1, 0)
+        distance = abs(ways[piece])
+        self.begun = self._at(piece, float(np.sqrt(distance) if is_end[piece] else distance))
+
+    def _resolved(self, error: float, splits: Array) -> tuple[Array, Array, Array, Array]:
+        """Return the pieces of panels, their ends in q, and the series `(M, n)` of their pace.
+
+        Args:
+            error: of the functions, relative.
+            splits: how many panels each piece is begun with.
+
+        Raises:
+            NotSuitableError: the panels become too many.
+        """
+        nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
+        to_series = np.cos(np.outer(np.arccos(nodes), np.arange(_NODES))) * (2.0 / _NODES)
+        to_series[:, 0] *= 0.5
+        pieces = np.repeat(np.arange(len(splits)), splits)
+        places = np.concatenate([np.arange(count) for count in splits.tolist()])
+        # As fractions of the reach, so that neighbours end at the same place.
+        low = self._reach[pieces] * (places / splits[pieces])
+        high = self._reach[pieces] * ((places + 1) / splits[pieces])
+        done: list[tuple[Array, Array, Array, Array]] = []
+        spent, count, self.fastest = 0.0, 0, 0.0
+        while pieces.size:
+            q = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * nodes
+            paces = self._paces(np.repeat(pieces, _NODES), q.ravel()).reshape(q.shape)
+            series = np.einsum("mj,jk->mk", paces, to_series)
+            size = np.max(np.abs(series), axis=1)
+            tail = np.max(np.abs(series[:, -_TAIL:]), axis=1)
+            width = high - low
+            whole = spent + float(np.sum(width * series[:, 0]))
+            # What adds less than rounding to the whole time needs no digits of its own.
+            fine = (tail <= 2.0 * error * size) | (tail * width <= 0.02 * error * whole)
+            done.append((pieces[fine], low[fine], high[fine], series[fine]))
+            spent += float(np.sum((width * series[:, 0])[fine]))
+            count += len(pieces)
+            if count > _MOST_PANELS:
+                raise NotSuitableError(
+                    "the energy is close to what passes a maximum", note=_UNDECIDED_NOTE
+                )
+            pieces, low, high = pieces[~fine], low[~fine], high[~fine]
+            middle = 0.5 * (low + high)
+            pieces = np.concatenate([pieces, pieces])
+            low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+        found = [np.concatenate(parts) for parts in zip(*done, strict=True)]
+        return found[0], found[1], found[2], found[3]
+
+    def _paces(self, pieces: Array, q: Array) -> Array:
+        """Return times per q `(N,)` on pieces.
+
+        Raises:
+            NotSuitableError: kinetic energy vanishes where it must not.
+        """
+        way, kinetic, force, is_end = self._anchors[:, pieces]
+        distances, slopes = np.where(is_end, q * q, q), np.where(is_end, 2.0 * q, 1.0)
+        ways = self._sense[pieces] * distances
+        bent, inertia = self._beside(way, ways)
+        kinetic = kinetic + force * ways + bent
+        if np.min(kinetic) <= 0.0 or np.min(inertia) <= 0.0:
+            raise NotSuitableError(
+                "the energy is close to a maximum of the potential", note=_UNDECIDED_NOTE
+            )
+        paces = np.sqrt(0.5 * inertia / kinetic) * slopes
+        self.fastest = max(self.fastest, float(np.max(slopes / paces)))
+        return np.asarray(paces)
+
+    def _at(self, piece: int, q: float) -> float:
+        """Return the time at a place of a piece."""
+        own = np.nonzero(self._pieces == piece)[0]
+        inside = own[(self._low[own] <= q) & (q <= self._high[own])]
+        index = int(inside[0] if inside.size else own[np.argmax(self._high[own])])
+        low, high = self._low[index], self._high[index]
+        place = np.clip((2.0 * q - low - high) / (high - low), -1.0, 1.0)
+        spent = float(self._sums[index] @ _chebyshev(np.array([place]), _NODES + 1)[:, 0])
+        if self._sense[piece] < 0.0:
+            spent = self._spent[index] - spent
+        return float(self._times[index] + spent)
+
+    def inverted(self, times: Array) -> tuple[Array, Array]:
+        """Return ways and speeds `(N,)` at times from 0 to the total.
+
+        Raises:
+            AccuracyError: one was not found.
+        """
+        panels = np.clip(
+            np.searchsorted(self._times, times, side="right") - 1, 0, len(self._pieces) - 1
+        )
+        spent = np.clip(times - self._times[panels], 0.0, self._spent[panels])
+        pieces = self._pieces[panels]
+        sense = self._sense[pieces]
+        spent = np.where(sense > 0.0, spent, self._spent[panels] - spent)
+        sums, series = self._sums[panels], self._series[panels]
+        half = 0.5 * (self._high - self._low)[panels]
+
+        def missing(places: Array, chosen: Array) -> tuple[Array, Array]:
+            waves = _chebyshev(places, _NODES + 1)
+            time = np.einsum("nk,kn->n", sums[chosen], waves)
+            pace = np.einsum("nk,kn->n", series[chosen], waves[:-1])
+            return time - spent[chosen], pace * half[chosen]
+
+        ends = np.ones(len(times))
+        eps = float(np.finfo(float).eps)
+        places = _roots(
+            missing,
+            -ends,
+            ends,
+            first=2.0 * spent / self._spent[panels] - 1.0,
+            least=0.5 * eps,
+            none=0.5 * eps * self._times[panels + 1],
+        )
+        pace = np.einsum("nk,kn->n", series, _chebyshev(places, _NODES))
+        q = self._low[panels] + half * (1.0 + places)
+        way, _, _, is_end = self._anchors[:, pieces]
+        distances = np.where(is_end, q * q, q)
+        return way + sense * distances, np.where(is_end, 2.0 * q, 1.0) / pace
+
+
+def _chebyshev(places: Array, count: int) -> Array:
+    """Return the Chebyshev polynomials `(count, N)` at places `(N,)` from -1 to 1."""
+    return np.asarray(
+        np.cos(np.outer(np.arange(count), np.arccos(np.minimum(np.maximum(places, -1.0), 1.0))))
+    )
+
+
+def _integrals(series: Array) -> Array:
+    """Return the integrals from -1 of Chebyshev series `(M, n)`, with a coefficient more."""
+    count = series.shape[1]
+    padded = np.concatenate([series, np.zeros((len(series), 2))], axis=1)
+    sums = np.zeros((len(series), count + 1))
+    orders = np.arange(1, count + 1)
+    before = padded[:, :count].copy()
+    before[:, 0] *= 2.0
+    sums[:, 1:] = (before - padded[:, 2:]) / (2.0 * orders)
+    sums[:, 0] = -(sums[:, 1:] @ (-1.0) ** orders)
+    return sums
+
+
+def _roots(
+    function: Callable[[Array, Array], tuple[Array, Array]],
+    low: Array,
+    high: Array,
+    *,
+    first: Array | None = None,
+    least: float = 1e-20,
+    none: Array | float = 0.0,
+) -> Array:
+    """Return where functions rise through zero, each between two places `(N,)`.
+
+    By Newton's method, halving the bracket wherever a step would leave it or gains too little.
+
+    Args:
+        function: returns values and slopes at places, of the functions with some indices.
+        low: places at which they are not positive.
+        high: places at which they are not negative.
+        first: places to begin with `(N,)`; the middles if None.
+        least: difference of places that counts as none, beside rounding.
+        none: value that counts as zero, for all or each `(N,)`.
+
+    Raises:
+        AccuracyError: one was not found.
+    """
+    low, high = low.copy(), high.copy()
+    places, steps = (0.5 * (low + high) if first is None else first), high - low
+    active, none = np.arange(len(low)), np.broadcast_to(none, low.shape)
+    for _ in range(_MOST_STEPS):
+        if not active.size:
+            return places
+        there = places[active]
+        values, slopes = function(there, active)
+        if not np.all(np.isfinite(values)):
+            break
+        below = values < 0.0
+        low[active] = np.where(below, there, low[active])
+        high[active] = np.where(below, high[active], there)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # Roots at an end are stepped over by rounding.
+            after = there - values / slopes
+            after = np.minimum(np.maximum(after, low[active]), high[active])
+            step = np.abs(after - there)
+            good = (step > 0.0) & (step <= 0.5 * np.abs(steps[active]))
+        middle = 0.5 * (low[active] + high[active])
+        is_found = np.abs(values) <= none[active]
+        after = np.where(is_found, there, np.where(good, after, middle))
+        steps[active] = after - there
+        places[active] = after
+        eps = 2.0 * float(np.finfo(float).eps)
+        active = active[~(np.abs(after - there) <= least + eps * np.abs(after))]
+    raise AccuracyError(
+        f"{active.size} of {len(low)} places of the motion were not found within {_MOST_STEPS} "
+        "steps; choose method='DOP853'",
+        residual=float(np.max(np.abs(steps[active]))),
+    )

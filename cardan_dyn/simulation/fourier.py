@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..arrays import Array
@@ -78,13 +80,38 @@ class Fourier:
 
     def __call__(self, positions: Array) -> Array:
         """Return the values `(c, N)` at positions `(N,)`."""
+        return np.concatenate(
+            [
+                self._summed(self._waves(some)) + np.outer(self.slope, some)
+                for some in self._blocks(positions)
+            ],
+            axis=1,
+        )
+
+    def _summed(self, waves: Array) -> Array:
+        """Return the real parts `(c, N)` of the sums of harmonics `(K, N)`."""
+        # Not by a matrix product: for one of this size, libraries start threads.
+        return np.einsum("ck,kn->cn", self.coefficients, waves).real
+
+    def _blocks(self, *values: Array) -> list[Any]:
+        """Return parts of one array `(N,)`, or tuples of parts of several."""
         size = max(1, _BLOCK // self.coefficients.shape[1])
-        parts = []
-        for first in range(0, len(positions), size):
-            some = positions[first : first + size]
-            waves = np.exp(1j * self.frequency * np.outer(self._harmonics, some))
-            parts.append((self.coefficients @ waves).real + np.outer(self.slope, some))
-        return np.concatenate(parts, axis=1)
+        spans = [slice(first, first + size) for first in range(0, len(values[0]), size)]
+        if len(values) == 1:
+            return [values[0][span] for span in spans]
+        return [tuple(item[span] for item in values) for span in spans]
+
+    def _waves(self, positions: Array) -> Array:
+        """Return exp(i k w φ) `(K, N)` at positions `(N,)`.
+
+        Products of coarse and fine waves: a product takes a tenth of the time of an exponential.
+        """
+        count = self.coefficients.shape[1]
+        fine = int(np.ceil(np.sqrt(count)))
+        coarse = -(-count // fine)
+        base = np.exp(1j * self.frequency * np.outer(np.arange(fine), positions))
+        steps = np.exp(1j * self.frequency * fine * np.outer(np.arange(coarse), positions))
+        return np.asarray((steps[:, None] * base).reshape(coarse * fine, -1)[:count])
 
     def on_grid(self, start: float, count: int) -> Array:
         """Return the values `(c, count)` over one period, at equidistant positions from `start`."""
@@ -97,12 +124,45 @@ class Fourier:
         period = 2.0 * np.pi / self.frequency
         return values + np.outer(self.slope, start + period / count * np.arange(count))
 
-    def gained(self, start: float, ways: Array) -> Array:
-        """Return by how much the values `(c, N)` at `start + ways` exceed those at `start`.
+    def gained(self, starts: Array, ways: Array) -> Array:
+        """Return by how much the values `(c, N)` at `starts + ways` exceed those at `starts`.
 
         Exact relative to the way where that is short, as no differences of values are.
+
+        Args:
+            starts: positions `(N,)`.
+            ways: `(N,)`.
         """
-        half = 0.5 * self.frequency * np.outer(self._harmonics, ways)
-        middle = np.exp(1j * self.frequency * start * self._harmonics)[:, None] * np.exp(1j * half)
-        grown = (self.coefficients @ (2j * np.sin(half) * middle)).real
-        return np.asarray(grown + np.outer(self.slope, ways))
+        parts = []
+        for start, way in self._blocks(starts, ways):
+            half = 0.5 * self.frequency * np.outer(self._harmonics, way)
+            waves = self._waves(start + 0.5 * way) * (2j * np.sin(half))
+            parts.append(self._summed(waves) + np.outer(self.slope, way))
+        return np.concatenate(parts, axis=1)
+
+    def bent(self, starts: Array, ways: Array) -> Array:
+        """Return by how much the values `(c, N)` at `starts + ways` exceed tangents at `starts`.
+
+        Exact relative to the square of the way where that is short: beside an extremum, `gained`
+        has but the digits that are left of its slope.
+
+        Args:
+            starts: positions `(N,)`.
+            ways: `(N,)`.
+        """
+        parts = []
+        for start, way in self._blocks(starts, ways):
+            angles = self.frequency * np.outer(self._harmonics, way)
+            grown = -2.0 * np.sin(0.5 * angles) ** 2 + 1j * _sine_less_angle(angles)
+            parts.append(self._summed(self._waves(start) * grown))
+        return np.concatenate(parts, axis=1)
+
+
+def _sine_less_angle(angles: Array) -> Array:
+    """Return sin x - x, exact relative to itself however small x is."""
+    square = angles * angles
+    series = np.zeros_like(angles)
+    # Down from the power of 17: the next is below rounding for the angles that it is used for.
+    for power in range(17, 1, -2):
+        series = (1.0 - series) * square / (power * (power - 1))
+    return np.where(np.abs(angles) < 1.0, -angles * series, np.sin(angles) - angles)

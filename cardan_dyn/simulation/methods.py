@@ -23,6 +23,18 @@ from .setup import Setup
 from .system import System
 from .trajectory import Course, Trajectory
 
+_EXACT, _INTEGRATED = 1e-8, 1e-6
+"""Differences of positions from the integrals of speeds over time, as fractions of the way, that
+are refused: of a quadrature, and of steps at most as exact as that."""
+_OF_STEPS = 100.0
+"""Such a difference of steps, in relative tolerances."""
+_DOUBTFUL = 1e-10
+"""Doubt of positions after a period that is told [rad]."""
+_LINGERS = 1e-5
+"""Doubt of positions that is told of steps [rad]."""
+_STEP_ERRORS = 50.0
+"""Error of the energy that steps add up to, in relative tolerances."""
+_FEWEST_POINTS = 4
 _SAMPLES_PER_PERIOD = 64
 """Times per turn or swing that a quadrature returns."""
 _MOST_SAMPLES = 20_000
@@ -45,7 +57,7 @@ def by_quadrature(setup: Setup) -> Trajectory:
     if np.isfinite(integral.period):
         count += int(_SAMPLES_PER_PERIOD * setup.duration / integral.period)
     times = np.linspace(0.0, setup.duration, min(count, _MOST_SAMPLES))
-    run = OneCoordinateRun(solver, times, integral.at, integral.period)
+    run = OneCoordinateRun(solver, times, integral.at, integral.period, is_exact=True)
     happened: list[Happened] = []
     ended, reason = setup.duration, ""
     if setup.events:
@@ -58,7 +70,58 @@ def by_quadrature(setup: Setup) -> Trajectory:
         pass  # All was computed.
     finally:
         setup.progress.close()
-    return _trajectory(setup, run, "quadrature", reason, happened)
+    return _trajectory(setup, run, "quadrature", reason, happened, _doubt(integral, ended))
+
+
+def _doubt(integral: EnergyIntegral, duration: float) -> list[str]:
+    """Return what rounding leaves open of a quadrature, in words."""
+    if np.isinf(integral.doubt):
+        return ["rests in an unstable equilibrium, which it would leave at any push"]
+    if integral.doubt * integral.fastest < _DOUBTFUL:
+        return []
+    late = integral.doubt * (1.0 + duration / integral.period)
+    return [
+        "close to an unstable equilibrium, where rounding of inertia and forces decides how long "
+        f"it stays: what follows may be early or late by {late:.1e} s, or off by "
+        f"{late * integral.fastest:.1e} rad"
+    ]
+
+
+def _lingering(setup: Setup, integration: Integration, named: Callable[..., Any]) -> list[str]:
+    """Return what steps leave open of a motion that lingers at an unstable equilibrium, in words.
+
+    There errors grow as the motion away from it does.
+    """
+    drives = setup.solver.problem.drives
+    if len(drives) > 1 or setup.motions or setup.forces.has_functions or setup.contacts:
+        return []
+    points = integration.points
+    speeds = np.array([named(point.y, point.turns)[1][drives[0]] for point in points])
+    times = np.array([point.time for point in points])
+    if len(times) < _FEWEST_POINTS or not np.any(speeds):
+        return []
+    accelerations = np.gradient(speeds, times)
+    rate = float(np.max(np.abs(accelerations)) / np.max(np.abs(speeds)))
+    if not rate > 0.0:
+        return []
+    # Zero where it rests: distance from all equilibria, in rad/s.
+    distance = np.hypot(speeds, accelerations / rate)
+    later = np.maximum.accumulate(distance[::-1])[::-1]
+    # Damping may bring it to rest where nothing grows any more.
+    earlier = np.maximum.accumulate(distance) if setup.forces.is_constant else later
+    fastest = np.maximum(earlier, later)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        growth = np.nan_to_num((fastest / distance) * (later / distance), nan=0.0)
+    worst = int(np.argmax(growth))
+    off = _STEP_ERRORS * setup.rtol * float(growth[worst]) * float(fastest[worst]) / rate
+    if off < _LINGERS:
+        return []
+    size = f"be off by {off:.0e} rad" if off < 1.0 else "be any other motion"
+    return [
+        f"lingers near an unstable equilibrium at {times[worst]:.6g} s, where errors of steps grow "
+        f"about {growth[worst]:.0e}-fold: what follows may {size}; give a "
+        "smaller rtol"
+    ]
 
 
 def _searched(setup: Setup, run: Run) -> tuple[float, str, list[Happened]]:
@@ -171,7 +234,8 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     def run() -> Run:
         return ConstrainedRun(setup.solver, integration)
 
-    return _integrated(setup, integration, system.named, run, name, notes, following)
+    begun = y[: system.size] + 2.0 * np.pi * setup.turns, y[system.size :]
+    return _integrated(setup, integration, system.named, run, name, notes, following, begun)
 
 
 def _speed(setup: Setup, system: System) -> float:
@@ -240,6 +304,7 @@ def _integrated(
     method: str,
     notes: list[str] | None = None,
     following: ContactFollowing | None = None,
+    begun: tuple[Array, Array] | None = None,
 ) -> Trajectory:
     """Integrate to the end, to an event, or to where it fails.
 
@@ -277,12 +342,13 @@ def _integrated(
     if integration.stiff_from is not None:
         notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
         method += ", then Radau"
+    notes += _lingering(setup, integration, named)
     touches: list[Touch] = []
     if following:
         following.close(integration.time)
         touches = following.touches
     course = method, failure or reason, search.happened, notes, integration.evaluations, touches
-    trajectory = _trajectory(setup, run(), *course)
+    trajectory = _trajectory(setup, run(), *course, begun)
     if failure is not None:
         raise SimulationError(
             f"the simulation ended at {integration.time:.6g} s of {setup.duration:g} s: {failure}",
@@ -301,14 +367,18 @@ def _trajectory(
     notes: list[str] | None = None,
     evaluations: int = 0,
     touches: list[Touch] | None = None,
+    start: tuple[Array, Array] | None = None,
 ) -> Trajectory:
+    tolerance = _EXACT if run.is_exact else max(_INTEGRATED, _OF_STEPS * setup.rtol)
     course = Course(
         method,
         reason,
         tuple(happened),
-        tuple(notes or ()),
+        (*setup.notes, *(notes or ())),
         tuple(setup.motions),
         evaluations,
+        (setup.x + 2.0 * np.pi * setup.turns, setup.v) if start is None else start,
+        tolerance if setup.step is None else np.inf,
         tuple(touches or ()),
     )
     return Trajectory(setup.solver, run, setup.forces, course, run.times)

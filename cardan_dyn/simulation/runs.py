@@ -56,6 +56,11 @@ class Run(Protocol):
         """Time after which speeds, and the work done since time 0, come back [s]; inf if never."""
         ...
 
+    @property
+    def is_exact(self) -> bool:
+        """Whether states are exact to rounding, and not to the tolerance of steps."""
+        ...
+
     def drives_alone(self, times: Array) -> OfDrives | None:
         """Return the motion of the drives at times, None if all coordinates are needed for it."""
         ...
@@ -75,7 +80,7 @@ class ConstrainedRun:
     def __init__(self, solver: ProblemSolver, integration: Integration) -> None:
         self._solver, self._integration = solver, integration
         self.times = np.array([point.time for point in integration.points])
-        self.period = np.inf
+        self.period, self.is_exact = np.inf, False
 
     def drives_alone(self, times: Array) -> None:
         """See `Run.drives_alone`."""
@@ -108,6 +113,8 @@ class OneCoordinateRun:
         times: Array,
         law: Callable[[Array], Law],
         period: float = np.inf,
+        *,
+        is_exact: bool = False,
     ) -> None:
         """Make the run.
 
@@ -116,9 +123,10 @@ class OneCoordinateRun:
             times: see `Run.times`.
             law: the drive's motion at times `(N,)`.
             period: see `Run.period`.
+            is_exact: see `Run.is_exact`.
         """
         self._solver, self.times, self._law = solver, times, law
-        self.period = period
+        self.period, self.is_exact = period, is_exact
 
     def drives_alone(self, times: Array) -> OfDrives:
         """See `Run.drives_alone`; no loop has to be closed for it."""
@@ -143,7 +151,10 @@ class IntegratedLaw:
 
     def __call__(self, times: Array) -> Law:
         """Return the motion at times."""
-        y, turns, rates = _columns(self._integration.points_at(times))
+        points = self._integration.points
+        if not np.array_equal(times, [point.time for point in points]):
+            points = self._integration.points_at(times)
+        y, turns, rates = _columns(points)
         return Law(y[:, 0] + 2.0 * np.pi * turns[:, 0], y[:, 1], rates[:, 1])
 
 

@@ -68,6 +68,7 @@ class Setup(NamedTuple):
         progress: shows how far it got.
         settle: whether fast modes rest at the start.
         most_touches: of pins in their bushes, after which it ends.
+        notes: what is known of it before it begins.
     """
 
     solver: ProblemSolver
@@ -84,6 +85,7 @@ class Setup(NamedTuple):
     progress: Progress
     settle: bool
     most_touches: int
+    notes: tuple[str, ...] = ()
 
     @property
     def contacts(self) -> list[tuple[int, RecordedContact]]:

@@ -44,6 +44,8 @@ def simulated(solver: ProblemSolver, asked: Asked) -> Trajectory:
         except NotSuitableError as error:
             if method is not None:
                 raise ArgumentError(f"method {method!r} does not suit the scene: {error}") from None
+            if error.note:
+                setup = setup._replace(notes=(*setup.notes, error.note))
     return in_all_coordinates(setup)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,12 +11,15 @@ import numpy as np
 from ..arrays import Array
 from ..checks import numbers, whole
 from ..dynamics.problem_solver import ProblemSolver
-from ..errors import AccuracyError, ArgumentError
+from ..dynamics.velocity_ratios import VelocityRatios
+from ..errors import AccuracyError, ArgumentError, CardanError, SingularConfigurationError
 from ..frozen import frozen, read_only
 from ..problem.samples import Acting, acting_on
-from ..results.collect import sweep_of
+from ..results.collect import Scattered, sweep_of
+from ..results.motion import Motion
 from ..results.sweep import Sweep
 from .contact_following import Touch
+from .continuity import Continuity, States
 from .energy import WeightEnergy, element_power, gained, open_efforts
 from .events import Happened
 from .forces import Forces
@@ -28,6 +32,12 @@ if TYPE_CHECKING:
 _GREATEST_ERROR = 1e-6
 """Effort residual above which accelerations and wrenches are refused. Away from singular
 configurations it is rounding times the condition number."""
+
+_NEARLY_SINGULAR = 1e4
+"""Condition from which on wrong accelerations are those of a singular configuration."""
+
+_EXACT_TIMES = 33
+"""Times up to a period, at most, between which exact states are compared first."""
 
 _STEPS_PER_PERIOD = 64
 """Steps over which the power of a motion that repeats is integrated by Gauss's rule."""
@@ -43,6 +53,9 @@ class Course(NamedTuple):
         notes: what a user should know of it.
         prescribed: names of the drives whose motion was prescribed.
         evaluations: how often accelerations were computed.
+        start: coordinates `(size,)`, all turns counted, and velocities `(nv,)` at time 0.
+        tolerance: of states, as a fraction of the way of a coordinate; inf for steps of a given
+            length, whose errors are the user's.
         touches: of pins with play, in the order in which they ended.
     """
 
@@ -52,7 +65,72 @@ class Course(NamedTuple):
     notes: tuple[str, ...]
     prescribed: tuple[str, ...]
     evaluations: int
+    start: tuple[Array, Array]
+    tolerance: float
     touches: tuple[Touch, ...] = ()
+
+
+class Motions:
+    """The motion that the states of a run are proven by, of the drives alone and of all joints."""
+
+    def __init__(self, solver: ProblemSolver, run: Run, course: Course) -> None:
+        """Keep the run; each motion is followed when states are first read.
+
+        Args:
+            solver: of the scene.
+            run: what a method found.
+            course: how it went.
+        """
+        self._run, self._course = run, course
+        coordinates = solver.problem.mechanism.coordinates
+        self._columns, self._rates = coordinates.scalars
+        self._units = coordinates.scale[self._columns]
+        drives = solver.problem.drives
+        self._driven = coordinates.columns_of(drives), coordinates.rates_of(drives)
+
+    def states(self, rows: Rows) -> States:
+        """Return the states of all turns and slides, in rad and fractions of the length."""
+        x = (rows.x + 2.0 * np.pi * rows.turns)[:, self._columns]
+        v, a = (rates[:, self._rates] for rates in (rows.v, rows.a))
+        return States(*(values * self._units for values in (x, v, a)))
+
+    @cached_property
+    def of_drives(self) -> Continuity:
+        """Motion of the drives alone."""
+        run = self._run
+
+        def look(times: Array) -> States:
+            drives = run.drives_alone(times)
+            if drives is None:  # Only where there are any is it asked.
+                raise AccuracyError("the run knows nothing of drives alone")
+            return States(*drives)
+
+        x, v = self._course.start
+        columns, rates = self._driven
+        return self._continuity(look, (x[columns], v[rates]))
+
+    @cached_property
+    def of_all(self) -> Continuity:
+        """Motion of all turns and slides."""
+        x, v = self._course.start
+        start = x[self._columns] * self._units, v[self._rates] * self._units
+        return self._continuity(lambda times: self.states(self._run.rows(times)), start)
+
+    def _continuity(
+        self, look: Callable[[Array], States], start: tuple[Array, Array]
+    ) -> Continuity:
+        run = self._run
+        times = run.times
+        if run.is_exact:
+            times = np.linspace(0.0, min(run.period, float(times[-1])), _EXACT_TIMES)
+        return Continuity(
+            look,
+            times,
+            start,
+            tolerance=self._course.tolerance,
+            is_exact=run.is_exact,
+            period=run.period if run.period < run.times[-1] else np.inf,
+        )
 
 
 class Trajectory(Tabled):
@@ -74,9 +152,16 @@ class Trajectory(Tabled):
     """
 
     def __init__(
-        self, solver: ProblemSolver, run: Run, forces: Forces, course: Course, t: Array
+        self,
+        solver: ProblemSolver,
+        run: Run,
+        forces: Forces,
+        course: Course,
+        t: Array,
+        motions: Motions | None = None,
     ) -> None:
         self._solver, self._run, self._forces, self._course = solver, run, forces, course
+        self._motions = Motions(solver, run, course) if motions is None else motions
         self._problem = solver.problem
         self.t = read_only(t)
         self.method, self.reason = course.method, course.reason
@@ -122,7 +207,8 @@ class Trajectory(Tabled):
                 f"simulation, 0 to {end:g} s"
             )
         t = np.minimum(values, end)
-        return Trajectory(self._solver, self._run, self._forces, self._course, t)
+        made_of = self._solver, self._run, self._forces, self._course
+        return Trajectory(*made_of, t, self._motions)
 
     def evenly(self, count: int) -> Trajectory:
         """Return the same simulation at equidistant times, as an animation shows it.
@@ -134,11 +220,43 @@ class Trajectory(Tabled):
 
     @cached_property
     def _rows(self) -> Rows:
-        return self._run.rows(self.t, self._drives_alone)
+        rows = self._run.rows(self.t, self._drives_alone)
+        self._prove(self._motions.of_all, self._motions.states(rows))
+        return rows
 
     @cached_property
     def _drives_alone(self) -> OfDrives | None:
-        return self._run.drives_alone(self.t)
+        drives = self._run.drives_alone(self.t)
+        if drives is not None:
+            self._prove(self._motions.of_drives, States(*drives))
+        return drives
+
+    def _prove(self, motion: Continuity, states: States) -> None:
+        """Refuse states that are not on the motion from the start.
+
+        Raises:
+            AccuracyError: they are not.
+        """
+        misfit = motion.misfit(self.t, states)
+        self.__dict__["_misfit"] = max(self.__dict__.get("_misfit", 0.0), misfit.size)
+        if not misfit.size <= motion.tolerance:
+            raise AccuracyError(
+                f"at time {misfit.time:.6g} s positions are not the integrals of speeds over time "
+                f"from the start, but {misfit.size:.1e} of their way off: they belong to another "
+                "time, turn or assembly mode; choose another method or a smaller rtol",
+                residual=misfit.size,
+                tolerance=motion.tolerance,
+            )
+
+    @property
+    def time_residual(self) -> float:
+        """Greatest difference of positions from the integrals of speeds over time, from the start.
+
+        As a fraction of the way of a coordinate. Where steps have a tolerance, what rules over the
+        times between them cannot tell is not counted.
+        """
+        _ = self._rows
+        return float(self.__dict__["_misfit"])
 
     @cached_property
     def _of_drives(self) -> OfDrives:
@@ -164,39 +282,135 @@ class Trajectory(Tabled):
         """Drive accelerations [rad/s² or m/s²], like `position`; proven, as wrenches are."""
         return self.sweep.acceleration
 
-    @cached_property
+    @property
     def sweep(self) -> Sweep:
         """The motion as a sweep of the scene: wrenches, efforts and residuals at the times `t`.
 
+        What is not known at singular configurations is NaN there, see `singular`.
+
         Raises:
-            SingularConfigurationError: the drives do not decide the motion at a time.
+            SingularConfigurationError: the drives do not decide the motion at any of the times.
+            AccuracyError: all of them are close to such configurations.
             CardanError: as `Scene.sweep`.
         """
+        sweep, _, error = self._solved
+        if sweep is None:
+            raise error
+        return sweep
+
+    @property
+    def motion(self) -> Motion:
+        """Positions, speeds and accelerations of all joints, as those of a sweep; see `singular`.
+
+        Raises:
+            CardanError: as `Scene.sweep`.
+        """
+        if self._solved[0] is not None:
+            return self._solved[0].motion
+        nothing = np.full((len(self), len(self.mechanism.coordinates.rate_scale), 1), np.nan)
+        ratios = VelocityRatios.of(np.repeat(nothing, len(self.drives), axis=2))
+        rows = self._rows
+        a = np.full_like(rows.a, np.nan)
+        return Motion(self.mechanism, self.drives, rows.x, rows.turns, rows.v, a, ratios)
+
+    @property
+    def singular(self) -> Array:
+        """Whether the configuration is so close to singular that forces are not known `(N,)`.
+
+        Wrenches, efforts, accelerations and velocity ratios are NaN at these times, the condition
+        is infinite; positions, drive speeds and energies hold, other speeds lose digits.
+        """
+        return self._solved[1]
+
+    @cached_property
+    def _solved(self) -> tuple[Sweep | None, Array, CardanError]:
+        """Return `sweep`, `singular`, and the last error; no sweep if all times are singular."""
+        singular, error = np.zeros(len(self), dtype=bool), CardanError("no time is given")
+        while True:
+            known = np.nonzero(~singular)[0]
+            if not known.size:
+                return None, read_only(singular), error
+            part = self if len(known) == len(self) else self._part(known)
+            try:
+                sweep = part._swept()
+            except SingularConfigurationError as found:
+                if found.sample is None:
+                    raise
+                singular[known[found.sample]], error = True, found
+                continue
+            errors = part._effort_errors(sweep)
+            lost = errors > _GREATEST_ERROR
+            if not np.any(lost):
+                break
+            error = part._wrong_accelerations(sweep, errors)
+            is_near = lost & (sweep.condition > _NEARLY_SINGULAR)
+            if np.any(lost & ~is_near) or sweep.idle_rods:
+                raise error
+            singular[known[is_near]] = True
+        if np.any(singular):
+            scattered = Scattered(known, self._run_motion(sweep, known), self._acting())
+            sweep = scattered.sweep(sweep, self._of_drives.x)
+        return sweep, read_only(singular), error
+
+    def _part(self, chosen: Array) -> Trajectory:
+        """Return the same at some of its times."""
+        part = self.at(self.t[chosen])
+        drives = self._drives_alone
+        if drives is not None:
+            drives = OfDrives(*(values[chosen] for values in drives))
+        known = {"_rows": Rows(*(values[chosen] for values in self._rows)), "_drives_alone": drives}
+        part.__dict__.update(known, _misfit=self.__dict__.get("_misfit", 0.0))
+        return part
+
+    def _swept(self) -> Sweep:
+        """Return the sweep at all times."""
         positions = self._of_drives.x
         assembled = self._run.assembled(positions, self._rows)
         acting = self._acting()
         with np.errstate(over="ignore", invalid="ignore"):
             solution = self._solver.solve(assembled, acting)
-        sweep = sweep_of(self._solver, assembled, acting, solution)
-        errors = self._effort_errors(sweep)
-        if np.max(errors) > _GREATEST_ERROR:
-            worst = int(np.argmax(errors))
-            if sweep.idle_rods:
-                rods = "; ".join(" and ".join(rod) for rod in sweep.idle_rods)
-                raise AccuracyError(
-                    f"the rod between {rods} spins about its line and is not symmetric about it, "
-                    "so that its spin moves the drives; sweeps know nothing of spins: decide it by "
-                    "a universal joint instead of one of the balls",
-                    residual=float(errors[worst]),
-                )
-            raise AccuracyError(
-                f"at time {self.t[worst]:.6g} s the mechanism is so close to a singular "
-                f"configuration (condition {sweep.condition[worst]:.1e}) that accelerations and "
-                f"wrenches are wrong by {errors[worst]:.1e}; leave such times out with at()",
-                time=float(self.t[worst]),
+        return sweep_of(self._solver, assembled, acting, solution)
+
+    def _wrong_accelerations(self, sweep: Sweep, errors: Array) -> AccuracyError:
+        """Return the error that refuses wrong accelerations.
+
+        Args:
+            sweep: at the times.
+            errors: `(N,)`, see `effort_residual`.
+        """
+        worst = int(np.argmax(errors))
+        if sweep.idle_rods:
+            rods = "; ".join(" and ".join(rod) for rod in sweep.idle_rods)
+            return AccuracyError(
+                f"the rod between {rods} spins about its line and is not symmetric about it, "
+                "so that its spin moves the drives; sweeps know nothing of spins: decide it by "
+                "a universal joint instead of one of the balls",
                 residual=float(errors[worst]),
             )
-        return sweep
+        return AccuracyError(
+            f"at time {self.t[worst]:.6g} s the mechanism is so close to a singular "
+            f"configuration (condition {sweep.condition[worst]:.1e}) that accelerations and "
+            f"wrenches are wrong by {errors[worst]:.1e}; leave such times out with at()",
+            time=float(self.t[worst]),
+            residual=float(errors[worst]),
+        )
+
+    def _run_motion(self, sweep: Sweep, known: Array) -> Motion:
+        """Return the motion at all times, of which some are solved.
+
+        Args:
+            sweep: at those.
+            known: their indices.
+        """
+        motion, rows = sweep.motion, self._rows
+        a, x, v = np.full_like(rows.a, np.nan), rows.x.copy(), rows.v.copy()
+        turns = rows.turns.copy()
+        x[known], turns[known] = motion._x, motion._turns
+        v[known], a[known] = motion.v, motion.a
+        ratios = motion._velocity_ratios
+        values = np.full((len(self), ratios.values.shape[1]), np.nan)
+        values[known] = ratios.values
+        return Motion(self.mechanism, self.drives, x, turns, v, a, ratios._replace(values=values))
 
     def _acting(self) -> Acting:
         """Return rates of the drives and what acts at the times."""
@@ -222,7 +436,7 @@ class Trajectory(Tabled):
         The equations of motion ask for none: it is what is wrong with the accelerations. Forces
         count as moments by the characteristic length.
         """
-        return float(np.max(self._effort_errors(self.sweep)))
+        return float(np.nanmax(self._effort_errors(self.sweep)))
 
     def _effort_errors(self, sweep: Sweep) -> Array:
         """Return `(N,)` the effort of the free drives, see `effort_residual`."""
@@ -282,6 +496,10 @@ class Trajectory(Tabled):
     def _power(self, times: Array) -> Array:
         """Return the power of loads and prescribed drives at times `(K,)` [W]."""
         there = self.at(times)
+        if self._course.prescribed and np.any(there.singular):
+            raise AccuracyError(
+                "the work of prescribed drives is not known where they are singular"
+            )
         x, v = there._counted()
         loads = self._forces.loads_alone().all_efforts(self.mechanism, times, x, v)
         power = np.einsum("nk,nk->n", loads, v)

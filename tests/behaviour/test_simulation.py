@@ -153,9 +153,32 @@ def test_a_flat_position_is_refused_as_start_and_for_wrenches() -> None:
     there = ended.at(ended.t[-1])
     assert there.position[0] == pytest.approx(2.5 * np.pi, abs=1e-9)
     assert there.energy_residual < 1e-9
+    assert there.motion.position("pin_1")[0] == pytest.approx(2.5 * np.pi, abs=1e-9)
     for name in ("acceleration", "drive_effort"):
         with pytest.raises((cd.AccuracyError, cd.SingularConfigurationError)):
             getattr(there, name)
+
+
+@pytest.mark.parametrize("later", [0.0, 1e-13, 1e-9, -1e-9])
+def test_one_flat_position_does_not_refuse_all_times(later: float) -> None:
+    """The cranks stay parallel, and the couplers keep their direction."""
+    scene = cd.Scene(parallelograms(1), drive="pin_0", gravity=GRAVITY)
+    flat = cd.Event(lambda t, p, s: p["pin_0"] - 2.5 * np.pi)
+    moved = scene.simulate(2.0, position=0.3, speed=12.0, rtol=1e-12, events=flat)
+    times = np.array([0.01, moved.events[0].time + later, 1.0])
+    found, others = moved.at(times), moved.at(times[[0, 2]])
+    assert found.singular.tolist() == [False, True, False]
+    assert not np.any(others.singular)
+    for name, sign in (("pin_1", 1.0), ("knee_0", -1.0)):
+        np.testing.assert_allclose(found.motion.position(name), sign * found.position, atol=1e-8)
+        np.testing.assert_allclose(found.motion.velocity(name), sign * found.speed, atol=1e-6)
+    for values in (found.acceleration, found.drive_effort, found["knee_0"].force[:, 0]):
+        np.testing.assert_array_equal(np.isnan(values), found.singular)
+    np.testing.assert_allclose(found["knee_0"].force[[0, 2]], others["knee_0"].force, rtol=1e-9)
+    assert found.condition[1] == np.inf
+    assert found.energy_residual < 1e-9
+    assert found.effort_residual < 1e-6
+    assert len(found.to_dataframe()) == 3
 
 
 def test_a_chain_of_parallelograms() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mpmath
 import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
@@ -94,3 +95,105 @@ def test_a_torque_moves_where_it_swings_and_speeds_up_what_turns() -> None:
 def test_what_comes_to_rest_on_top_is_refused() -> None:
     with pytest.raises(NotSuitableError, match=r"maximum|extremum"):
         integral(0.0, 2.0 * RATE * (1.0 + 1e-15))
+
+
+def pendulum_at(position: float, speed: float, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and speeds of a pendulum of rate RATE from exactly this start, by 50 digits."""
+    with mpmath.workdps(50):
+        sense = -1 if speed < 0.0 else 1
+        turns = mpmath.nint(mpmath.mpf(position) / (2 * mpmath.pi))
+        begun = sense * (mpmath.mpf(position) - 2 * mpmath.pi * turns)
+        energy = (mpmath.mpf(speed) / (2 * RATE)) ** 2 + mpmath.sin(begun / 2) ** 2
+        root = mpmath.sqrt(energy)
+        found = []
+        for time in times.tolist():
+            if energy < 1:
+                first = mpmath.asin(mpmath.mpf(max(-1, min(1, mpmath.sin(begun / 2) / root))))
+                place = mpmath.ellipf(first, energy) + RATE * mpmath.mpf(time)
+                sn, cn = (mpmath.ellipfun(name, place, m=energy) for name in ("sn", "cn"))
+                angle, rate = 2 * mpmath.asin(root * sn), 2 * root * RATE * cn
+            else:
+                place = mpmath.ellipf(begun / 2, 1 / energy) + RATE * root * mpmath.mpf(time)
+                half = mpmath.ellipk(1 / energy)
+                passed = mpmath.nint(place / (2 * half))
+                rest = place - 2 * half * passed
+                sn, cn, dn = (
+                    mpmath.ellipfun(name, rest, m=1 / energy) for name in ("sn", "cn", "dn")
+                )
+                angle = 2 * (mpmath.atan2(sn, cn) + mpmath.pi * passed)
+                rate = 2 * root * RATE * dn
+            found.append((float(sense * angle + 2 * mpmath.pi * turns), float(sense * rate)))
+    positions, speeds = np.array(found).T
+    return positions, speeds
+
+
+def near_separatrix(random: np.random.Generator, kind: int) -> tuple[float, float]:
+    """A start whose energy is 1e-1 to 1e-12 from that of the unstable equilibrium, relative."""
+    distance = 10.0 ** random.uniform(-12.0, -1.0) * random.choice([-1.0, 1.0])
+    sign = random.choice([-1.0, 1.0])
+    if kind == 0:  # Released at rest beside the equilibrium.
+        return float(np.pi + sign * np.sqrt(abs(distance))), 0.0
+    if kind == 1:  # Pushed on top of it.
+        return float(np.pi), float(sign * 2.0 * RATE * np.sqrt(abs(distance)))
+    position = float(random.uniform(-3.0, 3.0) if kind == 2 else random.uniform(-12.0, 12.0))
+    square = 2.0 * RATE**2 * (2.0 * (1.0 + distance) - (1.0 - np.cos(position)))
+    return position, float(sign * np.sqrt(max(square, 0.0)))
+
+
+@pytest.mark.parametrize("kind", range(4))
+def test_motions_beside_a_separatrix_are_elliptic(kind: int) -> None:
+    """Errors are those that rounding of the start's energy has, and no greater ones."""
+    random = np.random.default_rng(kind)
+    for _ in range(15):
+        position, speed = near_separatrix(random, kind)
+        law = integral(position, speed)
+        times = np.sort(random.uniform(0.0, 3.0 * law.period, 8))
+        found = law.at(np.concatenate([[0.0], times]))
+        expected = pendulum_at(position, speed, found.position * 0.0 + np.append(0.0, times))
+        allowed = 1e-12 + 4.0 * law.doubt * law.fastest
+        np.testing.assert_allclose(found.position, expected[0], atol=allowed)
+        np.testing.assert_allclose(found.speed, expected[1], atol=3.0 * RATE * allowed)
+        # Beside the equilibrium itself the start says how far away it is, to rounding.
+        if kind < 2:
+            assert allowed < 1e-5
+        if not law.swings:
+            way = law.at(np.linspace(0.0, 3.0 * law.period, 4000)).position
+            assert np.all(np.sign(speed) * np.diff(way) >= -1e-14 * np.abs(way[:-1]))
+
+
+@pytest.mark.parametrize("distance", [1e-3, 1e-6, 1e-9])
+def test_both_sides_of_a_hump_within_a_swing(distance: float) -> None:
+    """cos φ + cos 2φ has a low maximum between two wells: over it, or in one of them."""
+    inertia = Fourier(np.array([[1.0 + 0.0j, 0.0, 0.0]]), 1.0)
+    # The force of the potential cos φ + 2 cos 2φ is sin φ + 4 sin 2φ.
+    force = Fourier(np.array([[0.0j, -1.0j, -4.0j]]), 1.0)
+    functions = EnergyFunctions(inertia, force, 4e-15)
+    # At π the potential has its lower maximum, 1; the rate of leaving it is √7.
+    for sign in (-1.0, 1.0):
+        position = np.pi + sign * distance
+        held = EnergyIntegral(functions, position, 0.0)
+        assert held.swings and held.fastest < 5.0
+        times = np.linspace(0.0, 3.0 * held.period, 301)
+        ways = held.at(times)
+        energy = 0.5 * ways.speed**2 + np.cos(ways.position) + 2.0 * np.cos(2.0 * ways.position)
+        np.testing.assert_allclose(energy, energy[0], atol=1e-13)
+        assert np.min(sign * (ways.position - np.pi)) >= distance * (1.0 - 1e-6)
+        # How it leaves the top: by the linear law, as long as it is near.
+        soon = np.linspace(0.0, 0.3, 7)
+        left = sign * (held.at(soon).position - np.pi) / distance
+        np.testing.assert_allclose(left, np.cosh(np.sqrt(7.0) * soon), rtol=max(distance, 1e-6))
+        over = EnergyIntegral(functions, float(np.pi), sign * distance)
+        ways = over.at(np.linspace(0.0, over.period, 2001))
+        assert over.swings
+        assert np.min(ways.position) < np.pi - 1.0 and np.max(ways.position) > np.pi + 1.0
+
+
+def test_what_hangs_on_rounding_is_said() -> None:
+    with pytest.raises(NotSuitableError) as refused:
+        integral(0.0, 2.0 * RATE * (1.0 + 1e-15))
+    assert "rounding" in refused.value.note
+    top = integral(float(np.pi), 0.0)
+    assert top.period == np.inf and top.doubt == np.inf
+    assert integral(0.0, 0.0).doubt == 0.0
+    assert integral(1.0, 0.0).doubt < 1e-12
+    assert integral(0.0, 2.0 * RATE * (1.0 + 1e-10)).doubt > 1e-7

@@ -63,7 +63,9 @@ def test_short_gains_keep_their_digits(series: Fourier) -> None:
     """Differences of values would be wrong by 1e-16 / 1e-12."""
     way = 1e-12
     slope = series.derivative()(np.array([0.4]))[:, 0]
-    np.testing.assert_allclose(series.gained(0.4, np.array([way]))[:, 0] / way, slope, rtol=1e-10)
+    np.testing.assert_allclose(
+        series.gained(np.array([0.4]), np.array([way]))[:, 0] / way, slope, rtol=1e-10
+    )
 
 
 @pytest.mark.parametrize("count", [8, 9, 64])

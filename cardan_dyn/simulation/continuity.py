@@ -1,0 +1,271 @@
+"""Continuity: whether states at times are those of one motion that begins where it was asked to.
+
+Positions are the integrals of speeds over time. So states that belong to a wrong time, to another
+assembly mode or to another number of turns are not on the motion that leads to them from the start.
+This is judged by the states alone, by Hermite's rules for the times between them, and asks nothing
+of how they were found; where they are too far apart for a rule, more of them are looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+
+_EPS = float(np.finfo(float).eps)
+_SHARE = 0.5
+"""Fraction of the difference of two rules by which states of a step method may be off: their steps
+are as long as their tolerance allows, and forces that change at once are felt by every rule."""
+_LEAST_SIZE = 1e-3
+"""Least way of a coordinate, as a fraction of the greatest, that its errors are relative to."""
+_MOST_HALVINGS = 30
+"""How often times are halved: states that are still off then jump."""
+_MOST_ADDED = 20_000
+"""States that are looked at in all, beside the given ones."""
+_NEAR, _FAR = 2, 4
+"""Neighbouring states of the two rules."""
+
+
+class States(NamedTuple):
+    """Positions `x`, velocities `v` and accelerations `a` of m coordinates `(N, m)` at N times."""
+
+    x: Array
+    v: Array
+    a: Array
+
+    def at(self, chosen: Array) -> States:
+        """Return some of them."""
+        return States(*(values[chosen] for values in self))
+
+    def joined(self, more: States, order: Array) -> States:
+        """Return these and more, in an order."""
+        pairs = zip(self, more, strict=True)
+        return States(*(np.concatenate(pair)[order] for pair in pairs))
+
+
+class Misfit(NamedTuple):
+    """How far states are off the motion, as a fraction of the way of a coordinate; and when [s]."""
+
+    size: float
+    time: float
+
+
+class Continuity:
+    """One motion, by states at times that are close enough to each other.
+
+    Attributes:
+        tolerance: misfit beyond which states are not on the motion.
+        worst: misfit of its own states.
+    """
+
+    def __init__(
+        self,
+        look: Callable[[Array], States],
+        times: Array,
+        start: tuple[Array, Array],
+        *,
+        tolerance: float,
+        is_exact: bool,
+        period: float = np.inf,
+    ) -> None:
+        """Follow the motion from its start.
+
+        Args:
+            look: returns states at times `(N,)`, in units in which ways can be compared.
+            times: ascending from 0 `(N,)`; of a motion that repeats, up to its period.
+            start: positions and velocities `(m,)` with which it was to begin.
+            tolerance: see the attribute.
+            is_exact: whether states are exact, and not those of a method with a tolerance.
+            period: after which velocities come back [s].
+        """
+        self._look, self._is_exact, self.tolerance = look, is_exact, tolerance
+        self._period, self._added = period, 0
+        states = look(times)
+        self._sizes = _sizes(states.x - states.x[0])
+        self._rates = _sizes(states.v)
+        begun = [(states.x[0] - start[0]) / self._sizes, (states.v[0] - start[1]) / self._rates]
+        self.worst = Misfit(_greatest(*begun), 0.0)
+        self._least = float(np.max(np.diff(times), initial=0.0)) * 2.0**-_MOST_HALVINGS
+        if self.worst.size <= tolerance:
+            times, states, self.worst = self._followed(times, states)
+        self._known = times, states
+        self._way = states.x[-1] - states.x[0]
+        """Way of a period."""
+        if np.isfinite(period):
+            back = (states.v[-1] - states.v[0]) / self._rates
+            self.worst = max(self.worst, Misfit(_greatest(back), period))
+
+    def _followed(self, times: Array, states: States) -> tuple[Array, States, Misfit]:
+        """Return times and states that are close enough to each other, and their worst misfit."""
+        while True:
+            misfits = self._between(times, states)
+            worst = int(np.argmax(misfits)) if misfits.size else -1
+            found = Misfit(float(misfits[worst]), float(times[worst + 1])) if misfits.size else None
+            off = np.nonzero(misfits > self.tolerance)[0]
+            widths = np.diff(times)[off]
+            self._added += len(off)
+            if not off.size or np.min(widths) <= self._least or self._added > _MOST_ADDED:
+                return times, states, found or Misfit(0.0, 0.0)
+            middles = times[off] + 0.5 * widths
+            order = np.argsort(np.concatenate([times, middles]), kind="stable")
+            times = np.concatenate([times, middles])[order]
+            states = states.joined(self._look(middles), order)
+
+    def _between(self, times: Array, states: States) -> Array:
+        """Return `(N - 1,)` by how much ways are not the integrals of speeds."""
+        if len(times) < _NEAR:
+            return np.zeros(0)
+        steps = np.diff(times)[:, None]
+        way = np.diff(states.x, axis=0)
+        near = 0.5 * steps * (states.v[:-1] + states.v[1:])
+        near -= steps**2 / 12.0 * np.diff(states.a, axis=0)
+        far = _integrals(times, states)
+        off = np.fmin(np.abs(way - near), np.abs(way - far))
+        off -= self._rounding(times[1:], states.at(np.arange(1, len(times))))
+        if not self._is_exact:
+            off -= _SHARE * np.nan_to_num(np.abs(near - far))
+        return _worst_of_rows(off / self._sizes)
+
+    def _rounding(self, times: Array, states: States) -> Array:
+        """Return what rounding of positions and times `(N,)` leaves open of positions `(N, m)`."""
+        return 8.0 * _EPS * (np.abs(states.x) + np.abs(states.v) * times[:, None])
+
+    def misfit(self, times: Array, states: States) -> Misfit:
+        """Return the worst misfit of states `(N, m)` at times `(N,)`, and of the motion to them."""
+        if not self.worst.size <= self.tolerance:
+            return self.worst
+        turns, inside = np.zeros(len(times)), times
+        if np.isfinite(self._period):
+            turns, inside = np.divmod(times, self._period)
+        inside = np.clip(inside, 0.0, self._known[0][-1])
+        folded = states._replace(x=states.x - turns[:, None] * self._way)
+        rounding = self._rounding(times, states) / self._sizes
+        misfits = self._from_neighbours(inside, folded, np.max(rounding, axis=1, initial=0.0))
+        worst = int(np.argmax(misfits))
+        return max(self.worst, Misfit(float(misfits[worst]), float(times[worst])))
+
+    def _from_neighbours(self, times: Array, states: States, rounding: Array) -> Array:
+        """Return `(N,)` how far states are off what the ones before and after them say.
+
+        Args:
+            times: `(N,)`.
+            states: there.
+            rounding: what it leaves open `(N,)`.
+        """
+        misfits = self._off(times, states, _NEAR) - rounding
+        bad = np.nonzero(misfits > self.tolerance)[0]
+        for _ in range(_MOST_HALVINGS):
+            if not bad.size:
+                break
+            off = self._off(times[bad], states.at(bad), _FAR) - rounding[bad]
+            misfits[bad] = np.minimum(misfits[bad], off)
+            bad = bad[misfits[bad] > self.tolerance]
+            if not bad.size or not self._is_narrowed(times[bad]):
+                break
+        return np.maximum(misfits, 0.0)
+
+    def _off(self, times: Array, states: States, size: int) -> Array:
+        """Return `(N,)` how far states are off what some neighbours say."""
+        known, size = self._known, min(size, len(self._known[0]))
+        if size < _NEAR:
+            return _worst_of_rows((states.x - known[1].x[0]) / self._sizes)
+        index = np.searchsorted(known[0], times, side="right") - size // 2
+        x, v = _hermite(*known, np.clip(index, 0, len(known[0]) - size), size, times)
+        return _worst_of_rows((states.x - x) / self._sizes, (states.v - v) / self._rates)
+
+    def _is_narrowed(self, times: Array) -> bool:
+        """Look at more states beside times; return whether they are on the motion, and are more."""
+        known, states = self._known
+        index = np.searchsorted(known, times, side="right") - 1
+        index = np.unique(np.clip(index, 0, len(known) - _NEAR))
+        widths = known[index + 1] - known[index]
+        if np.min(widths) <= self._least or self._added > _MOST_ADDED:
+            return False
+        middles = known[index] + 0.5 * widths
+        self._added += len(middles)
+        order = np.argsort(np.concatenate([known, middles]), kind="stable")
+        joined = np.concatenate([known, middles])[order]
+        more = states.joined(self._look(middles), order)
+        joined, more, worst = self._followed(joined, more)
+        if worst.size > self.tolerance:
+            return False
+        self._known = joined, more
+        return True
+
+
+def _greatest(*values: Array) -> float:
+    """Return the greatest absolute value; infinite where one is no number."""
+    return max(
+        float(np.max(np.nan_to_num(np.abs(item), nan=np.inf), initial=0.0)) for item in values
+    )
+
+
+def _worst_of_rows(*values: Array) -> Array:
+    """Return `(N,)` the greatest absolute values of rows, infinite where one is no number."""
+    each = [np.max(np.nan_to_num(np.abs(item), nan=np.inf), axis=1, initial=0.0) for item in values]
+    return np.asarray(np.max(each, axis=0))
+
+
+def _sizes(values: Array) -> Array:
+    """Return the greatest absolute values of columns `(m,)`, none far below the others."""
+    sizes = np.max(np.abs(values), axis=0, initial=0.0)
+    greatest = float(np.max(sizes, initial=0.0))
+    return np.asarray(np.maximum(sizes, _LEAST_SIZE * greatest if greatest > 0.0 else 1.0))
+
+
+def _integrals(times: Array, states: States) -> Array:
+    """Return the integrals `(N - 1, m)` of speeds between times, each by its neighbours as well."""
+    count = len(times)
+    size = min(_FAR, count)
+    first = np.clip(np.arange(count - 1) - (size // 2 - 1), 0, count - size)
+    chosen = first[:, None] + np.arange(size)
+    spans = times[chosen[:, -1]] - times[chosen[:, 0]]
+    places = (times[chosen] - times[:-1, None]) / spans[:, None]
+    powers = np.arange(2 * size)
+    moments = (np.diff(times) / spans)[:, None] ** (powers + 1) / (powers + 1)
+    of_values = places[:, None, :] ** powers[:, None]
+    of_slopes = powers[:, None] * places[:, None, :] ** np.maximum(powers - 1, 0)[:, None]
+    system = np.concatenate([of_values, of_slopes], axis=2)
+    try:
+        weights = np.linalg.solve(system, moments[:, :, None])[:, :, 0]
+    except np.linalg.LinAlgError:
+        return np.full((count - 1, states.x.shape[1]), np.nan)
+    whole = np.einsum("nk,nkm->nm", weights[:, :size], states.v[chosen])
+    whole += spans[:, None] * np.einsum("nk,nkm->nm", weights[:, size:], states.a[chosen])
+    return np.asarray(spans[:, None] * whole)
+
+
+def _hermite(
+    times: Array, states: States, first: Array, size: int, wanted: Array
+) -> tuple[Array, Array]:
+    """Return positions and speeds `(N, m)` at wanted times, by Hermite's interpolation.
+
+    Newton's form, whose divided differences count each of the times three times.
+
+    Args:
+        times: `(K,)` ascending.
+        states: there.
+        first: index of the first of the states that are used `(N,)`.
+        size: their number.
+        wanted: times `(N,)`.
+    """
+    chosen = first[:, None] + np.arange(size)
+    nodes = np.repeat((times[chosen] - wanted[:, None]).T, 3, axis=0)[:, :, None]
+    x, v, a = (np.repeat(values[chosen].swapaxes(0, 1), 3, axis=0) for values in states)
+    table, terms = x, [x[0]]
+    for order in range(1, 3 * size):
+        gaps = nodes[order:] - nodes[:-order]
+        same = np.arange(len(gaps)) % 3 + order < 3
+        known = v if order == 1 else 0.5 * a
+        with np.errstate(divide="ignore", invalid="ignore"):
+            table = np.diff(table, axis=0) / gaps
+        table[same] = known[: len(gaps)][same]
+        terms.append(table[0])
+    position, speed = np.zeros_like(terms[0]), np.zeros_like(terms[0])
+    for term, node in zip(reversed(terms), nodes[::-1], strict=True):
+        speed = position - speed * node
+        position = term - position * node
+    return position, speed

@@ -1,0 +1,160 @@
+"""Continuity: states that are not on one motion from the start are refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from testkit.linkages import four_bar, loop
+from testkit.simulated import GRAVITY, pendulum
+
+import cardan_dyn as cd
+from cardan_dyn.simulation.continuity import Continuity, States
+from cardan_dyn.simulation.energy_integral import _Elapsed
+from cardan_dyn.simulation.trajectory import Trajectory
+
+TIMES = np.linspace(0.0, 2.0, 81)
+METHODS = ["quadrature", "response", "DOP853", "Radau"]
+STARTS = {"swing": {"position": 2.5}, "turn": {"speed": 9.0}}
+
+
+class Faulty:
+    """A run whose states are changed before they are returned."""
+
+    def __init__(self, run: Any, change: Callable[[Any, np.ndarray], Any]) -> None:
+        self._run, self._change = run, change
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.__dict__["_run"], name)
+
+    def drives_alone(self, times: np.ndarray) -> Any:
+        if self._run.drives_alone(np.zeros(1)) is None:
+            return None
+        return self._change(self._run.drives_alone, times)
+
+    def rows(self, times: np.ndarray, drives: Any = None) -> Any:
+        if drives is None and self._run.drives_alone(np.zeros(1)) is None:
+            return self._change(self._run.rows, times)
+        return self._run.rows(times, drives or self.drives_alone(times))
+
+
+def late(states: Callable[[np.ndarray], Any], times: np.ndarray) -> Any:
+    return states(np.minimum(times + 1e-3, 2.0))
+
+
+def skipping(states: Callable[[np.ndarray], Any], times: np.ndarray) -> Any:
+    """What follows after half a second is that of a later swing."""
+    return states(np.where(times > 0.5, np.minimum(times + 0.37, 2.0), times))
+
+
+def turned(states: Callable[[np.ndarray], Any], times: np.ndarray) -> Any:
+    found = states(times)
+    more = 2.0 * np.pi * (times > 1.1)[:, None]
+    return found._replace(x=found.x + more)
+
+
+def once(states: Callable[[np.ndarray], Any], times: np.ndarray) -> Any:
+    """A single time alone is wrong."""
+    found = states(times)
+    return found._replace(x=found.x + 1e-3 * (np.abs(times - TIMES[23]) < 1e-9)[:, None])
+
+
+def slow(states: Callable[[np.ndarray], Any], times: np.ndarray) -> Any:
+    found = states(times)
+    return found._replace(v=found.v * 0.999)
+
+
+@cache
+def simulated(method: str, start: str) -> Trajectory:
+    scene = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY)
+    return scene.simulate(2.0, method=method, rtol=1e-8, **STARTS[start])
+
+
+def again(trajectory: Trajectory, run: Any, times: np.ndarray = TIMES) -> Trajectory:
+    made_of = trajectory._solver, run, trajectory._forces, trajectory._course
+    return Trajectory(*made_of, times)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize("change", [late, skipping, turned, once, slow])
+def test_wrong_states_are_refused(method: str, start: str, change: Callable[..., Any]) -> None:
+    moved = simulated(method, start)
+    right, wrong = again(moved, moved._run), again(moved, Faulty(moved._run, change))
+    assert right.time_residual < 1e-5
+    np.testing.assert_array_equal(right.position, moved.at(TIMES).position)
+    for name in ("position", "sweep"):
+        with pytest.raises(cd.AccuracyError, match="integrals of speeds"):
+            getattr(again(moved, wrong._run), name)
+    # A single time that is asked for is held against the way to it.
+    if change is not once:
+        with pytest.raises(cd.AccuracyError, match="integrals of speeds"):
+            _ = again(moved, wrong._run, TIMES[[71]]).position
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("speed", [1.0, 8.0])
+def test_another_assembly_mode_is_refused(method: str, speed: float) -> None:
+    """The drive moves as it should: it is the other joints that are where they cannot have gone."""
+    mechanism = cd.load(four_bar(loop("continuous")))
+    scene = cd.Scene(mechanism, drive="a", gravity=GRAVITY)
+    moved = scene.simulate(1.5, method=method, speed=speed, rtol=1e-8)
+    times = np.linspace(0.0, 1.5, 31)
+    assert again(moved, moved._run, times).time_residual < 1e-5
+    other = scene.branches()["B"]
+    mirrored = cd.Scene(mechanism, drive="a", gravity=GRAVITY, start=other)
+    columns = scene._solver.problem.mechanism.coordinates.columns_of(["a", "b", "c"])
+    there = mirrored.sweep(moved.at(times).position).motion
+    assert np.min(np.abs(there.position("b") - moved.at(times).motion.position("b"))) > 0.1
+    if method in ("quadrature", "response"):
+        wrong = again(moved, moved._run, times)
+        moved._run._solver = mirrored._solver  # type: ignore[attr-defined]
+    else:
+
+        class Mirrored(Faulty):
+            def rows(self, at: np.ndarray, drives: Any = None) -> Any:
+                rows = self._run.rows(at)
+                x, late = rows.x.copy(), at > 0.7
+                drive = x[late, columns[0]] + 2.0 * np.pi * rows.turns[late, columns[0]]
+                if np.any(late):
+                    motion = mirrored.sweep(drive).motion
+                    x[late] = motion.rows - 2.0 * np.pi * rows.turns[late]
+                return rows._replace(x=x)
+
+        wrong = again(moved, Mirrored(moved._run, late), times)
+    for name in ("kinetic_energy", "sweep", "motion"):
+        with pytest.raises(cd.AccuracyError, match="assembly mode"):
+            getattr(wrong, name)
+
+
+def test_an_inversion_that_fails_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Positions that belong to other times, with the speeds that belong to these positions."""
+    scene = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY)
+    moved = scene.simulate(4.0, position=np.pi - 1e-3)
+    inverted = _Elapsed.inverted
+
+    def cycling(self: Any, times: np.ndarray) -> Any:
+        return inverted(self, np.where(times > 0.6 * self.total, times - 0.05, times))
+
+    monkeypatch.setattr(_Elapsed, "inverted", cycling)
+    with pytest.raises(cd.AccuracyError, match="integrals of speeds"):
+        _ = moved.position
+
+
+@pytest.mark.parametrize("is_exact", [True, False])
+def test_what_is_one_motion_is_not_refused(is_exact: bool) -> None:
+    """An acceleration that jumps, after a long time at rest."""
+
+    def look(times: np.ndarray) -> States:
+        after = np.maximum(times - np.pi, 0.0)[:, None]
+        return States(0.5 * after**2, after, 1.0 * (after > 0.0))
+
+    start = np.zeros(1), np.zeros(1)
+    motion = Continuity(look, np.linspace(0, 9, 5), start, tolerance=1e-8, is_exact=is_exact)
+    times = np.sort(np.random.default_rng(0).uniform(0.0, 9.0, 50))
+    assert motion.misfit(times, look(times)).size <= 1e-8
+    jumped = look(times)._replace(x=look(times).x + 1e-4)
+    assert motion.misfit(times, jumped).size > 1e-6
