@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array
-from .closed_directions import ClosedDirections
+from .closed_directions import ClosedDirections, Couplings
 
 _OPEN = 1e-3
 """Displacement [rad, or a fraction of the length] by which loops are opened to see their rank."""
@@ -27,7 +27,7 @@ _MOVED = (0.02, 0.05)
 def overclosed_or_none(
     model: Any,
     constraints: Any,
-    couplings: Array,
+    couplings: Couplings,
     prescribed: Array,
     state: Array,
     closed: Callable[[Array], Array],
