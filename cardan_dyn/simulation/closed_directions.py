@@ -27,6 +27,10 @@ _UNFELT = 1e-9
 _CLOSED = 1e-15
 """Gap, as a fraction of how far loops are from the origin, 1 at least, that is rounding: no step
 closes it, and a weak equation would make a displacement of it."""
+_SINGULAR_STEPS = 3
+"""Newton steps that lead to a singular configuration near by."""
+_DIFFERENCE = 1e-6
+"""Displacement of differences that the bend of closure equations is made of."""
 _REFINED = 3
 """Times that forces are corrected by what their accelerations still lack."""
 _MOST_STEPS = 8
@@ -143,7 +147,9 @@ class ClosedDirections:
         a[free] = inverse.T @ (inverse @ (pushing + rows.T @ forces))
         return a
 
-    def closed(self, x: Array, v: Array) -> tuple[Array, Array]:
+    def closed(
+        self, x: Array, v: Array, *, strong_alone: bool = False
+    ) -> tuple[Array, Array]:
         """Return the nearest state with closed loops, in the metric of the kinetic energy.
 
         What is prescribed stays where it is, and keeps its speed. Close to a singular configuration
@@ -152,6 +158,7 @@ class ClosedDirections:
         Args:
             x: configuration, not far from closed.
             v: velocities `(nv,)`.
+            strong_alone: whether the weakest equations are left out.
         """
         free = self.free
         if not (np.all(np.isfinite(x)) and np.all(np.isfinite(v)) and free.size):
@@ -162,6 +169,8 @@ class ClosedDirections:
             weighted = np.linalg.solve(root, rows[:, free].T).T
             left, values, right = np.linalg.svd(weighted, full_matrices=False)
             rank = min(self._rank, _rank(values))
+            if strong_alone:
+                rank = _strong(values[: self._rank])
             missing = left[:, :rank].T @ gaps
             missing[np.abs(missing) <= _CLOSED * size] = 0.0
             if not (left_over and np.any(missing)):
@@ -173,6 +182,39 @@ class ClosedDirections:
         v = v.copy()
         v[free] -= np.linalg.solve(root.T, right[:rank].T @ (opening / values[:rank]))
         return x, v
+
+    def singular_gap(self, x: Array) -> float:
+        """Return the greatest closure error in the singular configuration near one.
+
+        There what the weak equations are off by is stationary along all directions that the strong
+        ones leave.
+        """
+        free = self.free
+        for _ in range(_SINGULAR_STEPS):
+            x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
+            rows, (gaps, _) = self.jacobian(x)[:, free], self._gaps(x)
+            root = np.linalg.cholesky(self.metric(x))
+            left, values, right = np.linalg.svd(np.linalg.solve(root, rows.T).T)
+            rank = self._rank
+            strong = _strong(values[:rank])
+            weak = left[:, strong:rank]
+            ways = np.linalg.solve(root.T, right[strong:].T)
+            slopes = weak.T @ rows @ ways
+            bends = np.empty((*slopes.shape, ways.shape[1]))
+            for index, way in enumerate(ways.T):
+                size = _DIFFERENCE / max(float(np.max(np.abs(way))), 1e-300)
+                step = np.zeros(self.model.nv)
+                step[free] = size * way
+                moved = self.jacobian(pinocchio.integrate(self.model, x, step))[:, free]
+                bends[..., index] = (weak.T @ moved @ ways - slopes) / size
+            factors, *_ = np.linalg.lstsq(
+                bends.reshape(slopes.size, -1), -slopes.ravel(), rcond=1e-8
+            )
+            step = np.zeros(self.model.nv)
+            step[free] = ways @ factors
+            x = np.asarray(pinocchio.integrate(self.model, x, step))
+        x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
+        return float(np.max(np.abs(self._gaps(x)[0]), initial=0.0))
 
     def _gaps(self, x: Array) -> tuple[Array, float]:
         """Return closure errors of loops and couplings as the rows count them, and their sizes."""
@@ -250,6 +292,13 @@ def _moving(data: Any, joint: int, placement: pinocchio.SE3) -> tuple[Any, Any, 
 def _rank(values: Array) -> int:
     """Return how many singular values are not zero."""
     return int(np.count_nonzero(values > _ZERO * np.max(values, initial=0.0)))
+
+
+def _strong(values: Array) -> int:
+    """Return how many singular values, descending, come before their greatest fall."""
+    if len(values) < 2:
+        return 0
+    return 1 + int(np.argmax(values[:-1] / np.maximum(values[1:], 1e-300)))
 
 
 def _graded(ways: Array, weights: Array) -> Array:

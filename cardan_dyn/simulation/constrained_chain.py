@@ -68,6 +68,8 @@ class ConstrainedChain:
     Attributes:
         model: `pin.Model` of the chain.
         prescribed: velocity coordinates `(p,)` of the chain that are driven or held.
+        was_weak: becomes true where a closure equation is weak.
+        closes_stages: whether accelerations are those of the closed state beside one.
     """
 
     def __init__(
@@ -88,6 +90,7 @@ class ConstrainedChain:
             state: `(size,)` closed coordinates of the mechanism, at which it is scaled.
         """
         self._made_of = mechanism, chain, tuple(prescribed), gravity, state
+        self.was_weak, self.closes_stages = False, False
         coordinates, length = mechanism.coordinates, mechanism.characteristic_length
         self.prescribed = np.nonzero(np.isin(chain.rates, prescribed))[0]
         rate_scale = coordinates.rate_scale[chain.rates]
@@ -197,6 +200,8 @@ class ConstrainedChain:
             given[self.prescribed] = inertia * prescribed * self._of_rates[self.prescribed]
         if self._slides:
             x, v = x * self._of_positions, v * self._of_rates
+        if self.closes_stages:
+            x, v = self._by_rank.closed(x, v)
         if self._directions is not None:
             told = self._nothing[self.prescribed] if prescribed is None else prescribed
             a = self._directions.accelerations(x, v, given, told * self._of_rates[self.prescribed])
@@ -209,6 +214,7 @@ class ConstrainedChain:
             is_weak = self._elsewhere.is_weak_coupled(factors[1])
             a = a if is_weak else self._coupled(a, *factors)
         if is_weak:
+            self.was_weak = True
             told = self._nothing[self.prescribed] if prescribed is None else prescribed
             told = told * self._of_rates[self.prescribed]
             a = self._by_rank.forced(x, v, given, told)
@@ -227,6 +233,13 @@ class ConstrainedChain:
             x: coordinates `(size,)`.
         """
         return self._elsewhere.weakness(x * self._of_positions)
+
+    def singular_gap(self, x: Array) -> float:
+        """Return the closure error in the singular configuration near coordinates `(size,)`.
+
+        As `closure_error`; it is one of the mechanism if there is none.
+        """
+        return self._by_rank.singular_gap(x * self._of_positions)
 
     def _decompose(self) -> None:
         """Decompose the closure equations of the state that was prepared."""
@@ -268,7 +281,7 @@ class ConstrainedChain:
         factors, *_ = np.linalg.lstsq(gains, wanted - rows @ rates, rcond=_ZERO)
         return np.asarray(rates + factors @ units)
 
-    def closed(self, x: Array, v: Array) -> tuple[Array, Array]:
+    def closed(self, x: Array, v: Array, *, crosses: bool = False) -> tuple[Array, Array]:
         """Return a state whose loops and couplings are closed again, near one that drifted.
 
         What is prescribed stays where it is, and keeps its speed.
@@ -276,6 +289,7 @@ class ConstrainedChain:
         Args:
             x: coordinates `(size,)`.
             v: velocities `(nv,)`.
+            crosses: whether the state is close to a crossing, where weak equations are left to it.
         """
         if not (self._rows or len(self._couplings)):
             return x, v
@@ -286,7 +300,8 @@ class ConstrainedChain:
             self._decompose()
             factors = self._coupling_factors()
             if self._is_weak(self._decomposition) or self._elsewhere.is_weak_coupled(factors[1]):
-                x, v = self._by_rank.closed(x, v)
+                self.was_weak = True
+                x, v = self._by_rank.closed(x, v, strong_alone=crosses)
                 return x / self._of_positions, v / self._of_rates
             gaps, ratios = self._gaps(), self._couplings.gaps(x)
             error = _greatest(gaps, ratios)

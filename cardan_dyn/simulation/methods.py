@@ -12,6 +12,7 @@ from ..arrays import Array
 from ..errors import CardanError, SimulationError
 from .constrained_model import ConstrainedModel
 from .contact_following import ContactFollowing, Touch
+from .crossings import Crossings
 from .energy_functions import energy_functions
 from .energy_integral import EnergyIntegral
 from .events import EventSearch, Happened, places
@@ -165,6 +166,7 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
         atol=setup.atol * unit,
         step=setup.step,
         longest=setup.longest_step,
+        crossings=Crossings(system.model, system.size),
     )
     name = integration.method
 

@@ -1,0 +1,100 @@
+"""Crossings: steps over configurations in which assembly modes meet.
+
+A parallelogram passes the position in which all its bars are in line, where an antiparallelogram
+begins as well. There closure equations lose rank, while the motion is as smooth as elsewhere. What
+accelerations are worth falls with the square of the distance from there, so a step is placed so
+that none of its stages is near, and stages are closed before they are asked for accelerations: off
+the closed positions these change with the inverse of the distance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from ..arrays import Array
+from .constrained_model import ConstrainedModel
+
+Path = Callable[[float], Array]
+"""Coordinates `(size,)` at a time."""
+
+_LOOKED_AT = 12
+"""Pieces of a step, and of as much as is looked ahead, at whose ends closures are looked at."""
+_AHEAD = 0.6
+"""How far is looked ahead, in steps."""
+_DIPS = 0.2
+"""Weakness at a crossing, as a fraction of that at the ends of the search, at most."""
+_REFINED = 4
+"""Parabolas by which the time of a crossing is found."""
+_CROSSES = 1e-12
+"""Gap [rad, or a fraction of the length] at a singular configuration up to which it is one of the
+mechanism: rounding of its lengths. A greater one is passed by: the motion bends there."""
+
+
+class Crossings:
+    """Finds crossings on the way of a simulation."""
+
+    def __init__(self, model: ConstrainedModel, size: int) -> None:
+        """Make it.
+
+        Args:
+            model: of the mechanism.
+            size: number of coordinates in a row of the integration.
+        """
+        self._model, self._size = model, size
+
+    def begin(self) -> None:
+        """Forget what closures were like so far."""
+        for chain in self._model.chains:
+            chain.was_weak = False
+
+    @property
+    def may_be_near(self) -> bool:
+        """Whether a closure equation has been weak since `begin`."""
+        return any(chain.was_weak for chain in self._model.chains)
+
+    @contextmanager
+    def stages_closed(self) -> Iterator[None]:
+        """Let accelerations be those of the closed states beside those that are asked for."""
+        for chain in self._model.chains:
+            chain.closes_stages = True
+        try:
+            yield
+        finally:
+            for chain in self._model.chains:
+                chain.closes_stages = False
+
+    def time(self, rows: Path, start: float, end: float) -> float | None:
+        """Return when a crossing is reached, None if there is none.
+
+        Args:
+            rows: of the integration, also a little after the end.
+            start, end: times of a step [s].
+        """
+        times = np.linspace(start, end + _AHEAD * (end - start), _LOOKED_AT + 1)
+        weakness = np.array([self._weakness(rows, time) for time in times.tolist()])
+        least = int(np.argmin(weakness))
+        if least in (0, _LOOKED_AT):
+            return None
+        # Weakness falls and rises linearly: its square is a parabola.
+        middle, width = float(times[least]), float(times[1] - times[0])
+        for _ in range(_REFINED):
+            around = np.array([middle - width, middle, middle + width])
+            squares = np.array([self._weakness(rows, time) for time in around.tolist()]) ** 2
+            bend = squares[0] - 2.0 * squares[1] + squares[2]
+            if not bend > 0.0:
+                return None
+            middle += float(np.clip(0.5 * (squares[0] - squares[2]) / bend, -1.0, 1.0)) * width
+            width *= 0.25
+        if self._weakness(rows, middle) > _DIPS * min(weakness[0], weakness[-1]):
+            return None
+        return middle
+
+    def is_one(self, row: Array) -> bool:
+        """Return whether loops are closed in the singular configuration that is near a row."""
+        return self._model.singular_gap(row[: self._size]) <= _CROSSES
+
+    def _weakness(self, rows: Path, time: float) -> float:
+        return self._model.weakness(rows(time)[: self._size])
