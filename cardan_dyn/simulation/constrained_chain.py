@@ -234,6 +234,11 @@ class ConstrainedChain:
         """
         return self._elsewhere.weakness(x * self._of_positions)
 
+    @property
+    def rounding(self) -> float:
+        """Greatest part of the motion that rounding has decided where loops were closed so far."""
+        return self._by_rank.rounding
+
     def singular_gap(self, x: Array) -> float:
         """Return the closure error in the singular configuration near coordinates `(size,)`.
 

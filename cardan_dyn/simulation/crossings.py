@@ -15,6 +15,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from ..arrays import Array
+from ..errors import SingularConfigurationError
 from .constrained_model import ConstrainedModel
 
 Path = Callable[[float], Array]
@@ -28,6 +29,12 @@ _DIPS = 0.2
 """Weakness at a crossing, as a fraction of that at the ends of the search, at most."""
 _REFINED = 4
 """Parabolas by which the time of a crossing is found."""
+_DECIDED = 1e-3
+"""Part of the speeds that rounding may decide at the start."""
+_TOLD = 1e-9
+"""Part of the speeds above which users are told that rounding decides it..."""
+_STEPS = 10.0
+"""...and in tolerances of a step."""
 _CROSSES = 1e-12
 """Gap [rad, or a fraction of the length] at a singular configuration up to which it is one of the
 mechanism: rounding of its lengths. A greater one is passed by: the motion bends there."""
@@ -65,6 +72,39 @@ class Crossings:
         finally:
             for chain in self._model.chains:
                 chain.closes_stages = False
+
+    def check_start(self, row: Array) -> None:
+        """Refuse a start whose motion rounding decides.
+
+        Args:
+            row: the first one.
+
+        Raises:
+            SingularConfigurationError: it is too close to a singular configuration.
+        """
+        self._model.closed(row[: self._size], row[self._size :])
+        if self._rounding > _DECIDED:
+            raise SingularConfigurationError(
+                "the start is so close to a singular configuration that rounding decides "
+                f"{self._rounding:.0e} of its speeds; begin farther from there"
+            )
+
+    @property
+    def _rounding(self) -> float:
+        return max((chain.rounding for chain in self._model.chains), default=0.0)
+
+    def notes(self, rtol: float) -> list[str]:
+        """Return what a user should know of how close the motion came to singular configurations.
+
+        Args:
+            rtol: relative tolerance of a step.
+        """
+        if self._rounding <= max(_TOLD, _STEPS * rtol):
+            return []
+        return [
+            "close to a singular configuration: there rounding of lengths and positions decides "
+            f"{self._rounding:.0e} of the speeds"
+        ]
 
     def time(self, rows: Path, start: float, end: float) -> float | None:
         """Return when a crossing is reached, None if there is none.

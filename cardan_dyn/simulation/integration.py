@@ -128,6 +128,7 @@ class Integration:
         evaluations: how often derivatives were computed.
         method: `DOP853` or `Radau`, the one in use.
         stiff_from: time from which on the equations were found to be stiff, None if they are not.
+        crossings: finds those of the constraints; None if there is none.
     """
 
     def __init__(
@@ -156,7 +157,7 @@ class Integration:
             longest: step that is allowed then [s].
             crossings: finds those of the constraints, over which steps lead; None if there is none.
         """
-        self._crossings = crossings
+        self.crossings = crossings
         self._ahead: tuple[float, float] | None = None
         """Time of the crossing before which a step has just ended, and the step that leads over."""
         self.equations, self.method = equations, method
@@ -178,7 +179,7 @@ class Integration:
         for segment in self.segments:
             with self._within(segment):
                 segment.dense.prepare()
-        left_out = "_solver", "_lock", "_crossings"
+        left_out = "_solver", "_lock", "crossings"
         return {name: value for name, value in self.__dict__.items() if name not in left_out}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -232,11 +233,11 @@ class Integration:
             self._start_solver(0.0, self.points[0].y)
         solver, equations, crosses = self._solver, self.equations, False
         try:
-            if self._crossings is not None:
-                self._crossings.begin()
+            if self.crossings is not None:
+                self.crossings.begin()
             message = solver.step()
-            if self._crossings is not None and self._step is None and message is None:
-                self._solver, crosses = self._placed(solver, self._crossings)
+            if self.crossings is not None and self._step is None and message is None:
+                self._solver, crosses = self._placed(solver, self.crossings)
                 solver = self._solver
         except CardanError:
             raise
@@ -254,8 +255,8 @@ class Integration:
         if self.method == "DOP853":
             solver.f = rate
         segment = Segment(float(solver.t_old), time, turns, Dense(solver), crosses)
-        if crosses and self._crossings is not None:
-            with self._crossings.stages_closed():
+        if crosses and self.crossings is not None:
+            with self.crossings.stages_closed():
                 segment.dense.prepare()
         self.segments.append(segment)
         solver.y = wrapped = equations.wrap(y)
@@ -280,10 +281,16 @@ class Integration:
         if self._ahead is not None:
             crossing, length = self._ahead
         elif crossings.may_be_near:
-            crossing = crossings.time(Dense(solver), start, float(solver.t))
-            # Stages near the crossing may have made it short.
+            # Stages near a crossing have perhaps made it short, and it is seen far beyond its end.
+            rate = self.points[-1].rate
+            bend = (solver.y - y - length * rate) / length**2
             before = self.segments[-1] if self.segments else None
             length = max(length, before.end - before.start if before else 0.0)
+
+            def ahead(time: float) -> Array:
+                return y + (time - start) * (rate + (time - start) * bend)
+
+            crossing = crossings.time(ahead, start, start + length)
         else:
             return solver, False
         self._ahead = None

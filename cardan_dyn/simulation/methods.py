@@ -151,6 +151,8 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     rates = speed * problem.mechanism.coordinates.rate_scale
     unit = np.concatenate([scale, rates])
     y = np.concatenate([setup.x, setup.v])
+    crossings = Crossings(system.model, system.size)
+    crossings.check_start(y)
     notes: list[str] = []
     if setup.has_elements and setup.step is None and not following:
         start = Start(system, y, unit, setup.atol * unit + setup.rtol * np.abs(y))
@@ -166,7 +168,7 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
         atol=setup.atol * unit,
         step=setup.step,
         longest=setup.longest_step,
-        crossings=Crossings(system.model, system.size),
+        crossings=crossings,
     )
     name = integration.method
 
@@ -279,6 +281,8 @@ def _integrated(
     if integration.stiff_from is not None:
         notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
         method += ", then Radau"
+    if integration.crossings is not None:
+        notes += integration.crossings.notes(setup.rtol)
     touches: list[Touch] = []
     if following:
         following.close(integration.time)
@@ -312,5 +316,6 @@ def _trajectory(
         tuple(setup.motions),
         evaluations,
         tuple(touches or ()),
+        setup.rtol if setup.step is None else np.inf,
     )
     return Trajectory(setup.solver, run, setup.forces, course, run.times)

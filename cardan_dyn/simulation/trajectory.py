@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import numbers
 from ..dynamics.problem_solver import ProblemSolver
-from ..errors import AccuracyError, ArgumentError
+from ..errors import AccuracyError, ArgumentError, CardanError
 from ..frozen import frozen, read_only
 from ..problem.samples import Acting, acting_on
 from ..results.collect import sweep_of
@@ -29,6 +29,11 @@ _GREATEST_ERROR = 1e-6
 """Effort residual above which accelerations and wrenches are refused. Away from singular
 configurations it is rounding times the condition number."""
 
+_FAR_BEYOND = 1e3
+"""Energy residual, in tolerances of a step, above which notes tell of it..."""
+_FAINT = 1e-9
+"""...and the least residual of which they tell."""
+
 _STEPS_PER_PERIOD = 64
 """Steps over which the power of a motion that repeats is integrated by Gauss's rule."""
 
@@ -44,6 +49,7 @@ class Course(NamedTuple):
         prescribed: names of the drives whose motion was prescribed.
         evaluations: how often accelerations were computed.
         touches: of pins with play, in the order in which they ended.
+        rtol: relative tolerance of a step; inf where steps have a given length.
     """
 
     method: str
@@ -53,6 +59,7 @@ class Course(NamedTuple):
     prescribed: tuple[str, ...]
     evaluations: int
     touches: tuple[Touch, ...] = ()
+    rtol: float = np.inf
 
 
 class Trajectory(Tabled):
@@ -68,7 +75,6 @@ class Trajectory(Tabled):
         method: how it was solved.
         reason: why it ended before its time; empty if it did not.
         events: `(name, time)` of the events that happened.
-        notes: what one should know of it, such as that the equations are stiff or ring.
         evaluations: how often accelerations were computed.
         touches: of pins with play and the walls of their bushes, in the order in which they ended.
     """
@@ -80,12 +86,36 @@ class Trajectory(Tabled):
         self._problem = solver.problem
         self.t = read_only(t)
         self.method, self.reason = course.method, course.reason
-        self.events, self.notes = course.events, course.notes
+        self.events = course.events
         self.evaluations, self.touches = course.evaluations, course.touches
         self._freeze()
 
     def __len__(self) -> int:
         return len(self.t)
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What one should know of it, such as that the equations are stiff or ring.
+
+        That the energy of the whole simulation is off by far more than its tolerance as well, which
+        is computed when notes are first read.
+        """
+        notes, course = self._course.notes, self._course
+        allowed = max(_FAR_BEYOND * course.rtol, _FAINT)
+        if not np.isfinite(allowed):
+            return notes
+        whole = Trajectory(self._solver, self._run, self._forces, course, self._run.times)
+        try:
+            residual = whole.energy_residual
+        except CardanError as error:
+            return (*notes, f"its energy could not be checked: {error}")
+        if residual <= allowed:
+            return notes
+        return (
+            *notes,
+            f"inaccurate: energy and work differ by {residual:.1e}, where the tolerance of a step "
+            f"is {course.rtol:.0e}; compare with a simulation of another rtol",
+        )
 
     def __reduce__(self) -> tuple[object, ...]:
         made_of = self._solver, self._run, self._forces, self._course, self.t
