@@ -60,7 +60,6 @@ class ClosedDirections:
         model: `pin.Model` of the chain, without armature.
         free: velocity coordinates `(f,)` that are not prescribed.
         loop_rows: number of rows of the loops, the first ones.
-        rounding: greatest part of a motion that rounding has decided where loops were closed.
     """
 
     def __init__(
@@ -83,7 +82,6 @@ class ClosedDirections:
         self._prescribed, self._rank = prescribed, rank
         self.free = np.delete(np.arange(model.nv), prescribed)
         self.loop_rows = 6 * len(self._constraints)
-        self.rounding = 0.0
 
     def accelerations(self, x: Array, v: Array, efforts: Array, prescribed: Array) -> Array:
         """Return the accelerations `(nv,)` that efforts cause.
@@ -173,8 +171,6 @@ class ClosedDirections:
             rank = min(self._rank, _rank(values))
             if strong_alone:
                 rank = _strong(values[: self._rank])
-            elif self._rank:
-                self.rounding = max(self.rounding, _rounding(values[: self._rank]))
             missing = left[:, :rank].T @ gaps
             missing[np.abs(missing) <= _CLOSED * size] = 0.0
             if not (left_over and np.any(missing)):
@@ -186,6 +182,18 @@ class ClosedDirections:
         v = v.copy()
         v[free] -= np.linalg.solve(root.T, right[:rank].T @ (opening / values[:rank]))
         return x, v
+
+    def rounding(self, x: Array) -> float:
+        """Return which part of the speeds rounding decides at a configuration.
+
+        A gap by rounding moves weak joints by its inverse, and turns by that the direction in which
+        they may go.
+        """
+        values = np.linalg.svd(self.jacobian(x)[:, self.free], compute_uv=False)
+        if not self._rank:
+            return 0.0
+        least = max(float(values[self._rank - 1]), _ZERO * float(values[0]))
+        return float(np.finfo(float).eps * (values[0] / least) ** 2)
 
     def singular_gap(self, x: Array) -> float:
         """Return the greatest closure error in the singular configuration near one.
@@ -296,16 +304,6 @@ def _moving(data: Any, joint: int, placement: pinocchio.SE3) -> tuple[Any, Any, 
 def _rank(values: Array) -> int:
     """Return how many singular values are not zero."""
     return int(np.count_nonzero(values > _ZERO * np.max(values, initial=0.0)))
-
-
-def _rounding(values: Array) -> float:
-    """Return which part of a motion rounding decides: a gap by it moves weak joints by its inverse,
-    and turns by that the direction in which they may go.
-
-    Args:
-        values: singular values of the equations, descending.
-    """
-    return float(np.finfo(float).eps * (values[0] / max(values[-1], 1e-12 * values[0])) ** 2)
 
 
 def _strong(values: Array) -> int:

@@ -68,6 +68,7 @@ class ConstrainedChain:
     Attributes:
         model: `pin.Model` of the chain.
         prescribed: velocity coordinates `(p,)` of the chain that are driven or held.
+        rounding: greatest part of the speeds that rounding has decided where loops were closed.
         was_weak: becomes true where a closure equation is weak.
         closes_stages: whether accelerations are those of the closed state beside one.
     """
@@ -90,7 +91,7 @@ class ConstrainedChain:
             state: `(size,)` closed coordinates of the mechanism, at which it is scaled.
         """
         self._made_of = mechanism, chain, tuple(prescribed), gravity, state
-        self.was_weak, self.closes_stages = False, False
+        self.rounding, self.was_weak, self.closes_stages = 0.0, False, False
         coordinates, length = mechanism.coordinates, mechanism.characteristic_length
         self.prescribed = np.nonzero(np.isin(chain.rates, prescribed))[0]
         rate_scale = coordinates.rate_scale[chain.rates]
@@ -234,11 +235,6 @@ class ConstrainedChain:
         """
         return self._elsewhere.weakness(x * self._of_positions)
 
-    @property
-    def rounding(self) -> float:
-        """Greatest part of the motion that rounding has decided where loops were closed so far."""
-        return self._by_rank.rounding
-
     def singular_gap(self, x: Array) -> float:
         """Return the closure error in the singular configuration near coordinates `(size,)`.
 
@@ -307,6 +303,8 @@ class ConstrainedChain:
             if self._is_weak(self._decomposition) or self._elsewhere.is_weak_coupled(factors[1]):
                 self.was_weak = True
                 x, v = self._by_rank.closed(x, v, strong_alone=crosses)
+                if not crosses:
+                    self.rounding = max(self.rounding, self._by_rank.rounding(x))
                 return x / self._of_positions, v / self._of_rates
             gaps, ratios = self._gaps(), self._couplings.gaps(x)
             error = _greatest(gaps, ratios)

@@ -113,13 +113,15 @@ class Crossings:
             rows: of the integration, also a little after the end.
             start, end: times of a step [s].
         """
-        times = np.linspace(start, end + _AHEAD * (end - start), _LOOKED_AT + 1)
+        # A crossing may be close to the start.
+        parts = (np.arange(_LOOKED_AT + 1) / _LOOKED_AT) ** 2
+        times = start + (1.0 + _AHEAD) * (end - start) * parts
         weakness = np.array([self._weakness(rows, time) for time in times.tolist()])
         least = int(np.argmin(weakness))
         if least in (0, _LOOKED_AT):
             return None
         # Weakness falls and rises linearly: its square is a parabola.
-        middle, width = float(times[least]), float(times[1] - times[0])
+        middle, width = float(times[least]), float(times[least] - times[least - 1])
         for _ in range(_REFINED):
             around = np.array([middle - width, middle, middle + width])
             squares = np.array([self._weakness(rows, time) for time in around.tolist()]) ** 2

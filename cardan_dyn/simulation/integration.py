@@ -24,6 +24,9 @@ _FREE_OF_STAGES = {"DOP853": 7.0 / 15.0, "Radau": 0.4}
 """Middle of the longest part of a step in which the method has no stage."""
 _WITHIN = 0.07
 """How far from there, as a fraction of the step, what has no stage near may be."""
+_SHORTEST = 0.2
+"""Shortest step over a crossing, in those around it: a shorter one has its stages so near that
+their rounding is taken for its error."""
 _MOST_PLACED = 8
 """Steps that are tried until one is placed so."""
 _DIFFERENCE = 1.5e-8
@@ -158,8 +161,9 @@ class Integration:
             crossings: finds those of the constraints, over which steps lead; None if there is none.
         """
         self.crossings = crossings
-        self._ahead: tuple[float, float] | None = None
-        """Time of the crossing before which a step has just ended, and the step that leads over."""
+        self._ahead: tuple[float, float, float] | None = None
+        """Time of the crossing before which a step has just ended, the step that leads over, and
+        the shortest that may."""
         self.equations, self.method = equations, method
         self.segments: list[Segment] = []
         self.evaluations = 0
@@ -279,7 +283,7 @@ class Integration:
         """
         start, y, length = float(solver.t_old), solver.y_old, float(solver.t - solver.t_old)
         if self._ahead is not None:
-            crossing, length = self._ahead
+            crossing, length, shortest = self._ahead
         elif crossings.may_be_near:
             # Stages near a crossing have perhaps made it short, and it is seen far beyond its end.
             rate = self.points[-1].rate
@@ -291,6 +295,7 @@ class Integration:
                 return y + (time - start) * (rate + (time - start) * bend)
 
             crossing = crossings.time(ahead, start, start + length)
+            shortest = _SHORTEST * length
         else:
             return solver, False
         self._ahead = None
@@ -306,12 +311,16 @@ class Integration:
                 break
             with crossings.stages_closed():
                 placed = self._solver_from(start, y, end - start)
+                tolerances = placed.rtol, placed.atol
+                if crosses and length <= shortest:
+                    placed.rtol, placed.atol = 1e3, 1e300
                 if placed.step() is not None:
                     break
+                placed.rtol, placed.atol = tolerances
                 dense = Dense(placed)
                 dense.prepare()
             if not crosses:
-                self._ahead = crossing, length
+                self._ahead = crossing, length, shortest
                 return placed, False
             if float(placed.t - start) < 0.99 * length:
                 length *= 0.5
