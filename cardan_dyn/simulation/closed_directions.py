@@ -8,7 +8,8 @@ digits: their squares, eigenvalues of J M⁻¹ Jᵀ, would leave five.
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pinocchio
@@ -37,20 +38,6 @@ _MOST_STEPS = 8
 """Greatest number of Newton steps that close loops."""
 
 
-class Couplings(Protocol):
-    """Couplings of a chain.
-
-    Attributes:
-        rows: `(k, nv)`, whose products with rates vanish where they hold.
-    """
-
-    rows: Array
-
-    def gaps(self, x: Array) -> Array:
-        """Return by how much they are off `(k,)` at coordinates, as their rows count it."""
-        ...
-
-
 class ClosedDirections:
     """Accelerations of a chain by the directions that its closed loops leave.
 
@@ -63,22 +50,31 @@ class ClosedDirections:
     """
 
     def __init__(
-        self, model: Any, constraints: Any, couplings: Couplings, prescribed: Array, rank: int
+        self,
+        model: Any,
+        constraints: Any,
+        couplings: Array,
+        prescribed: Array,
+        rank: int,
+        gaps: Callable[[Array], Array] | None = None,
     ) -> None:
         """Make it.
 
         Args:
             model: `pin.Model` of the chain; its armature is left out of accelerations.
             constraints: Pinocchio's constraints that close its loops.
-            couplings: of the chain.
+            couplings: rows `(k, nv)` of its couplings.
             prescribed: velocity coordinates `(p,)` that are driven or held.
             rank: of the closure equations where loops are closed, along free coordinates.
+            gaps: returns by how much couplings are off at a configuration, as their rows count it;
+                if None, they hold.
         """
         self.model = model.copy()
         self._lent = np.array(model.armature)
         self.model.armature = np.zeros(model.nv)
         self._data = self.model.createData()
         self._constraints, self._couplings = list(constraints), couplings
+        self._coupling_gaps = gaps
         self._prescribed, self._rank = prescribed, rank
         self.free = np.delete(np.arange(model.nv), prescribed)
         self.loop_rows = 6 * len(self._constraints)
@@ -147,9 +143,7 @@ class ClosedDirections:
         a[free] = inverse.T @ (inverse @ (pushing + rows.T @ forces))
         return a
 
-    def closed(
-        self, x: Array, v: Array, *, strong_alone: bool = False
-    ) -> tuple[Array, Array]:
+    def closed(self, x: Array, v: Array, *, strong_alone: bool = False) -> tuple[Array, Array]:
         """Return the nearest state with closed loops, in the metric of the kinetic energy.
 
         What is prescribed stays where it is, and keeps its speed. Close to a singular configuration
@@ -204,7 +198,7 @@ class ClosedDirections:
         free = self.free
         for _ in range(_SINGULAR_STEPS):
             x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
-            rows, (gaps, _) = self.jacobian(x)[:, free], self._gaps(x)
+            rows = self.jacobian(x)[:, free]
             root = np.linalg.cholesky(self.metric(x))
             left, values, right = np.linalg.svd(np.linalg.solve(root, rows.T).T)
             rank = self._rank
@@ -232,13 +226,13 @@ class ClosedDirections:
         """Return closure errors of loops and couplings as the rows count them, and their sizes."""
         size = 1.0
         pinocchio.forwardKinematics(self.model, self._data, x)
-        gaps = np.empty(self.loop_rows + len(self._couplings.rows))
+        gaps = np.empty(self.loop_rows + len(self._couplings))
         for index, item in enumerate(self._constraints):
             first = self._data.oMi[item.joint1_id] * item.joint1_placement
             second = self._data.oMi[item.joint2_id] * item.joint2_placement
             gaps[6 * index : 6 * index + 6] = pinocchio.log6(first.actInv(second)).vector
             size = max(size, float(np.max(np.abs(first.translation))))
-        gaps[self.loop_rows :] = self._couplings.gaps(x)
+        gaps[self.loop_rows :] = self._coupling_gaps(x) if self._coupling_gaps else 0.0
         return gaps, size
 
     def _inertia(self, x: Array) -> Array:
@@ -260,8 +254,8 @@ class ClosedDirections:
         """Return the rows `(6 L + k, nv)` of loops and couplings at a configuration."""
         model, data = self.model, self._data
         pinocchio.computeJointJacobians(model, data, x)
-        rows = np.empty((self.loop_rows + len(self._couplings.rows), model.nv))
-        rows[self.loop_rows :] = self._couplings.rows
+        rows = np.empty((self.loop_rows + len(self._couplings), model.nv))
+        rows[self.loop_rows :] = self._couplings
         for index, item in enumerate(self._constraints):
             between = self._world_rows(item.joint1_id) - self._world_rows(item.joint2_id)
             frame = data.oMi[item.joint1_id] * item.joint1_placement
@@ -280,7 +274,7 @@ class ClosedDirections:
         """Return how fast the rows' products with constant rates change, `(6 L + k,)`."""
         model, data = self.model, self._data
         pinocchio.forwardKinematics(model, data, x, v, np.zeros(model.nv))
-        result = np.zeros(self.loop_rows + len(self._couplings.rows))
+        result = np.zeros(self.loop_rows + len(self._couplings))
         for index, item in enumerate(self._constraints):
             first = _moving(data, item.joint1_id, item.joint1_placement)
             second = _moving(data, item.joint2_id, item.joint2_placement)

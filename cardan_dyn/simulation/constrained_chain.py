@@ -124,17 +124,22 @@ class ConstrainedChain:
         self._nothing = np.zeros(self.model.nv)
         self._start_data()
         self._free = free
-        made_of = self.model, self._constraints, self._couplings, self.prescribed
+        made_of = self.model, self._constraints, self._couplings.rows, self.prescribed
+        gaps = self._couplings.gaps
         self._elsewhere = _Elsewhere(ClosedDirections(*made_of, rank=self.model.nv), state)
-        self._by_rank = ClosedDirections(*made_of, rank=self._elsewhere.rank)
+        self._by_rank = ClosedDirections(*made_of, rank=self._elsewhere.rank, gaps=gaps)
         self._mu = _REGULARISATION * self._elsewhere.least
         self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
-        overclosed = overclosed_or_none(*made_of, state, self._closed_positions)
+        self._is_overclosed = False
+        overclosed = overclosed_or_none(*made_of, state, self._closed_positions, gaps)
         self._directions = overclosed
+        self._is_overclosed = overclosed is not None
         if overclosed is not None:
             self._by_rank = overclosed
         elif self._lent:
             self._directions = ClosedDirections(*made_of, rank=self.model.nv)
+        # Loops were closed elsewhere to see it.
+        self.rounding, self.was_weak = 0.0, False
 
     def _closed_positions(self, x: Array) -> Array:
         """Return a closed configuration of the model near one that is a little open."""
@@ -295,6 +300,9 @@ class ConstrainedChain:
         if not (self._rows or len(self._couplings)):
             return x, v
         x, v = x * self._of_positions, v * self._of_rates
+        if self._is_overclosed:
+            x, v = self._by_rank.closed(x, v, strong_alone=crosses)
+            return x / self._of_positions, v / self._of_rates
         rest = self._nothing
         self._constrained(x, v, rest)
         for _ in range(_MOST_STEPS):

@@ -111,7 +111,8 @@ class Crossings:
 
         Args:
             rows: of the integration, also a little after the end.
-            start, end: times of a step [s].
+            start: of a step [s].
+            end: of the step [s].
         """
         # A crossing may be close to the start.
         parts = (np.arange(_LOOKED_AT + 1) / _LOOKED_AT) ** 2

@@ -282,6 +282,7 @@ class Integration:
             placed anew, perhaps to end where the next one leads over the crossing.
         """
         start, y, length = float(solver.t_old), solver.y_old, float(solver.t - solver.t_old)
+        crossing: float | None
         if self._ahead is not None:
             crossing, length, shortest = self._ahead
         elif crossings.may_be_near:

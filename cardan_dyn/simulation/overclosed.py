@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array
-from .closed_directions import ClosedDirections, Couplings
+from .closed_directions import ClosedDirections
 
 _OPEN = 1e-3
 """Displacement [rad, or a fraction of the length] by which loops are opened to see their rank."""
@@ -27,10 +27,11 @@ _MOVED = (0.02, 0.05)
 def overclosed_or_none(
     model: Any,
     constraints: Any,
-    couplings: Couplings,
+    couplings: Array,
     prescribed: Array,
     state: Array,
     closed: Callable[[Array], Array],
+    gaps: Callable[[Array], Array],
 ) -> ClosedDirections | None:
     """Return how a chain moves if closure equations are redundant only where its loops are closed.
 
@@ -41,6 +42,7 @@ def overclosed_or_none(
         prescribed: see `ClosedDirections`.
         state: a closed configuration.
         closed: closes a configuration that is a little open.
+        gaps: see `ClosedDirections`.
     """
     if not len(constraints):
         return None
@@ -60,4 +62,4 @@ def overclosed_or_none(
     # The state itself may be singular.
     moved = [closed(displaced(size, way)) for size, way in zip(_MOVED, ways, strict=False)]
     rank = max(here, *map(every.rank, moved))
-    return None if rank == opened else ClosedDirections(*made_of, rank=rank)
+    return None if rank == opened else ClosedDirections(*made_of, rank=rank, gaps=gaps)
