@@ -2,10 +2,13 @@
 
 Where closure equations are redundant or links have no mass, neither the equations nor the inertia
 matrix have an inverse; along these directions inertia has one, unless they move no mass at all.
+Which equations are independent is told by singular values, of which double precision leaves ten
+digits: their squares, eigenvalues of J M⁻¹ Jᵀ, would leave five.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,32 +25,59 @@ _DEPENDENT = 1e-12
 """Inertia of a motion in several directions, as a fraction of theirs, that counts as none."""
 _UNFELT = 1e-9
 """Effort along a direction without inertia, as a fraction of its terms, that counts as none."""
+_CLOSED = 1e-15
+"""Gap, as a fraction of how far loops are from the origin, 1 at least, that is rounding: no step
+closes it, and a weak equation would make a displacement of it."""
+_SINGULAR_STEPS = 3
+"""Newton steps that lead to a singular configuration near by."""
+_DIFFERENCE = 1e-6
+"""Displacement of differences that the bend of closure equations is made of."""
+_REFINED = 3
+"""Times that forces are corrected by what their accelerations still lack."""
+_MOST_STEPS = 8
+"""Greatest number of Newton steps that close loops."""
 
 
 class ClosedDirections:
     """Accelerations of a chain by the directions that its closed loops leave.
 
     Not for several threads at once: it has one set of Pinocchio's data.
+
+    Attributes:
+        model: `pin.Model` of the chain, without armature.
+        free: velocity coordinates `(f,)` that are not prescribed.
+        loop_rows: number of rows of the loops, the first ones.
     """
 
     def __init__(
-        self, model: Any, constraints: Any, couplings: Array, prescribed: Array, rank: int
+        self,
+        model: Any,
+        constraints: Any,
+        couplings: Array,
+        prescribed: Array,
+        rank: int,
+        gaps: Callable[[Array], Array] | None = None,
     ) -> None:
         """Make it.
 
         Args:
-            model: `pin.Model` of the chain; its armature is left out.
+            model: `pin.Model` of the chain; its armature is left out of accelerations.
             constraints: Pinocchio's constraints that close its loops.
             couplings: rows `(k, nv)` of its couplings.
             prescribed: velocity coordinates `(p,)` that are driven or held.
             rank: of the closure equations where loops are closed, along free coordinates.
+            gaps: returns by how much couplings are off at a configuration, as their rows count it;
+                if None, they hold.
         """
-        self._model = model.copy()
-        self._model.armature = np.zeros(model.nv)
-        self._data = self._model.createData()
+        self.model = model.copy()
+        self._lent = np.array(model.armature)
+        self.model.armature = np.zeros(model.nv)
+        self._data = self.model.createData()
         self._constraints, self._couplings = list(constraints), couplings
+        self._coupling_gaps = gaps
         self._prescribed, self._rank = prescribed, rank
-        self._free = np.delete(np.arange(model.nv), prescribed)
+        self.free = np.delete(np.arange(model.nv), prescribed)
+        self.loop_rows = 6 * len(self._constraints)
 
     def accelerations(self, x: Array, v: Array, efforts: Array, prescribed: Array) -> Array:
         """Return the accelerations `(nv,)` that efforts cause.
@@ -61,12 +91,11 @@ class ClosedDirections:
         Raises:
             SingularConfigurationError: efforts push along a direction that moves no mass.
         """
-        model, data, free = self._model, self._data, self._free
+        model, data, free = self.model, self._data, self.free
         if not all(np.all(np.isfinite(values)) for values in (x, v, efforts)):
             # A step that was too long: the integration takes a shorter one.
             return np.full(model.nv, np.nan)
-        inertia = np.triu(pinocchio.crba(model, data, x))
-        inertia += np.triu(inertia, 1).T
+        inertia = self._inertia(x)
         resisting = pinocchio.nonLinearEffects(model, data, x, v)
         a = np.zeros(model.nv)
         a[self._prescribed] = prescribed
@@ -81,17 +110,152 @@ class ClosedDirections:
         a[free] += ways @ _accelerated(own, ways.T @ missing, np.abs(ways.T) @ np.abs(missing))
         return a
 
+    def forced(self, x: Array, v: Array, efforts: Array, prescribed: Array) -> Array:
+        """Return the accelerations `(nv,)` of a chain in which every direction moves mass.
+
+        They come from the forces that close loops: these do no work, however weak an equation is,
+        where a direction between equations of very different strength keeps few digits.
+
+        Args:
+            x: see `accelerations`.
+            v: see `accelerations`.
+            efforts: see `accelerations`.
+            prescribed: see `accelerations`.
+        """
+        model, free = self.model, self.free
+        if not all(np.all(np.isfinite(values)) for values in (x, v, efforts)):
+            return np.full(model.nv, np.nan)
+        inertia = self._inertia(x)
+        a = np.zeros(model.nv)
+        a[self._prescribed] = prescribed
+        resisting = pinocchio.nonLinearEffects(model, self._data, x, v)
+        pushing = (efforts - resisting - inertia @ a)[free]
+        rows = self.jacobian(x)
+        gains, rows = -self._drift(x, v) - rows @ a, rows[:, free]
+        inverse = np.linalg.inv(np.linalg.cholesky(inertia[np.ix_(free, free)]))
+        left, values, _ = np.linalg.svd(rows @ inverse.T, full_matrices=False)
+        rank = min(self._rank, _rank(values))
+        left, values = left[:, :rank], values[:rank]
+        forces = np.zeros(len(rows))
+        for _ in range(_REFINED):
+            gained = inverse.T @ (inverse @ (pushing + rows.T @ forces))
+            forces += left @ ((left.T @ (gains - rows @ gained)) / values**2)
+        a[free] = inverse.T @ (inverse @ (pushing + rows.T @ forces))
+        return a
+
+    def closed(self, x: Array, v: Array, *, strong_alone: bool = False) -> tuple[Array, Array]:
+        """Return the nearest state with closed loops, in the metric of the kinetic energy.
+
+        What is prescribed stays where it is, and keeps its speed. Close to a singular configuration
+        the weak equation is told apart by its gap: rounding of it would be a displacement.
+
+        Args:
+            x: configuration, not far from closed.
+            v: velocities `(nv,)`.
+            strong_alone: whether the weakest equations are left out.
+        """
+        free = self.free
+        if not (np.all(np.isfinite(x)) and np.all(np.isfinite(v)) and free.size):
+            return x, v
+        for left_over in reversed(range(_MOST_STEPS)):
+            rows, (gaps, size) = self.jacobian(x), self._gaps(x)
+            root = np.linalg.cholesky(self.metric(x))
+            weighted = np.linalg.solve(root, rows[:, free].T).T
+            left, values, right = np.linalg.svd(weighted, full_matrices=False)
+            rank = min(self._rank, _rank(values))
+            if strong_alone:
+                rank = _strong(values[: self._rank])
+            missing = left[:, :rank].T @ gaps
+            missing[np.abs(missing) <= _CLOSED * size] = 0.0
+            if not (left_over and np.any(missing)):
+                break
+            step = np.zeros(self.model.nv)
+            step[free] = np.linalg.solve(root.T, right[:rank].T @ (missing / values[:rank]))
+            x = np.asarray(pinocchio.integrate(self.model, x, step))
+        opening = left[:, :rank].T @ (rows @ v)
+        v = v.copy()
+        v[free] -= np.linalg.solve(root.T, right[:rank].T @ (opening / values[:rank]))
+        return x, v
+
+    def rounding(self, x: Array) -> float:
+        """Return which part of the speeds rounding decides at a configuration.
+
+        A gap by rounding moves weak joints by its inverse, and turns by that the direction in which
+        they may go.
+        """
+        values = np.linalg.svd(self.jacobian(x)[:, self.free], compute_uv=False)
+        if not self._rank:
+            return 0.0
+        least = max(float(values[self._rank - 1]), _ZERO * float(values[0]))
+        return float(np.finfo(float).eps * (values[0] / least) ** 2)
+
+    def singular_gap(self, x: Array) -> float:
+        """Return the greatest closure error in the singular configuration near one.
+
+        There what the weak equations are off by is stationary along all directions that the strong
+        ones leave.
+        """
+        free = self.free
+        for _ in range(_SINGULAR_STEPS):
+            x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
+            rows = self.jacobian(x)[:, free]
+            root = np.linalg.cholesky(self.metric(x))
+            left, values, right = np.linalg.svd(np.linalg.solve(root, rows.T).T)
+            rank = self._rank
+            strong = _strong(values[:rank])
+            weak = left[:, strong:rank]
+            ways = np.linalg.solve(root.T, right[strong:].T)
+            slopes = weak.T @ rows @ ways
+            bends = np.empty((*slopes.shape, ways.shape[1]))
+            for index, way in enumerate(ways.T):
+                size = _DIFFERENCE / max(float(np.max(np.abs(way))), 1e-300)
+                step = np.zeros(self.model.nv)
+                step[free] = size * way
+                moved = self.jacobian(pinocchio.integrate(self.model, x, step))[:, free]
+                bends[..., index] = (weak.T @ moved @ ways - slopes) / size
+            factors, *_ = np.linalg.lstsq(
+                bends.reshape(slopes.size, -1), -slopes.ravel(), rcond=1e-8
+            )
+            step = np.zeros(self.model.nv)
+            step[free] = ways @ factors
+            x = np.asarray(pinocchio.integrate(self.model, x, step))
+        x, _ = self.closed(x, np.zeros(self.model.nv), strong_alone=True)
+        return float(np.max(np.abs(self._gaps(x)[0]), initial=0.0))
+
+    def _gaps(self, x: Array) -> tuple[Array, float]:
+        """Return closure errors of loops and couplings as the rows count them, and their sizes."""
+        size = 1.0
+        pinocchio.forwardKinematics(self.model, self._data, x)
+        gaps = np.empty(self.loop_rows + len(self._couplings))
+        for index, item in enumerate(self._constraints):
+            first = self._data.oMi[item.joint1_id] * item.joint1_placement
+            second = self._data.oMi[item.joint2_id] * item.joint2_placement
+            gaps[6 * index : 6 * index + 6] = pinocchio.log6(first.actInv(second)).vector
+            size = max(size, float(np.max(np.abs(first.translation))))
+        gaps[self.loop_rows :] = self._coupling_gaps(x) if self._coupling_gaps else 0.0
+        return gaps, size
+
+    def _inertia(self, x: Array) -> Array:
+        """Return the inertia matrix `(nv, nv)` without armature."""
+        inertia = np.triu(pinocchio.crba(self.model, self._data, x))
+        return np.asarray(inertia + np.triu(inertia, 1).T)
+
+    def metric(self, x: Array) -> Array:
+        """Return the inertia matrix `(f, f)` along free coordinates, with what joints are lent."""
+        free = self.free
+        return np.asarray(self._inertia(x)[np.ix_(free, free)] + np.diag(self._lent[free]))
+
     def rank(self, x: Array) -> int:
         """Return the rank of the closure equations along free coordinates at a configuration."""
-        values = np.linalg.svd(self.jacobian(x)[:, self._free], compute_uv=False)
+        values = np.linalg.svd(self.jacobian(x)[:, self.free], compute_uv=False)
         return _rank(values)
 
     def jacobian(self, x: Array) -> Array:
         """Return the rows `(6 L + k, nv)` of loops and couplings at a configuration."""
-        model, data = self._model, self._data
+        model, data = self.model, self._data
         pinocchio.computeJointJacobians(model, data, x)
-        rows = np.empty((6 * len(self._constraints) + len(self._couplings), model.nv))
-        rows[6 * len(self._constraints) :] = self._couplings
+        rows = np.empty((self.loop_rows + len(self._couplings), model.nv))
+        rows[self.loop_rows :] = self._couplings
         for index, item in enumerate(self._constraints):
             between = self._world_rows(item.joint1_id) - self._world_rows(item.joint2_id)
             frame = data.oMi[item.joint1_id] * item.joint1_placement
@@ -100,7 +264,7 @@ class ClosedDirections:
 
     def _world_rows(self, joint: int) -> Array:
         """Return the twist `(6, nv)` of a body per unit rate, in the world."""
-        model, data = self._model, self._data
+        model, data = self.model, self._data
         if not joint:
             return np.zeros((6, model.nv))
         frame = pinocchio.ReferenceFrame.WORLD
@@ -108,9 +272,9 @@ class ClosedDirections:
 
     def _drift(self, x: Array, v: Array) -> Array:
         """Return how fast the rows' products with constant rates change, `(6 L + k,)`."""
-        model, data = self._model, self._data
+        model, data = self.model, self._data
         pinocchio.forwardKinematics(model, data, x, v, np.zeros(model.nv))
-        result = np.zeros(6 * len(self._constraints) + len(self._couplings))
+        result = np.zeros(self.loop_rows + len(self._couplings))
         for index, item in enumerate(self._constraints):
             first = _moving(data, item.joint1_id, item.joint1_placement)
             second = _moving(data, item.joint2_id, item.joint2_placement)
@@ -134,6 +298,13 @@ def _moving(data: Any, joint: int, placement: pinocchio.SE3) -> tuple[Any, Any, 
 def _rank(values: Array) -> int:
     """Return how many singular values are not zero."""
     return int(np.count_nonzero(values > _ZERO * np.max(values, initial=0.0)))
+
+
+def _strong(values: Array) -> int:
+    """Return how many singular values, descending, come before their greatest fall."""
+    if len(values) < 2:
+        return 0
+    return 1 + int(np.argmax(values[:-1] / np.maximum(values[1:], 1e-300)))
 
 
 def _graded(ways: Array, weights: Array) -> Array:

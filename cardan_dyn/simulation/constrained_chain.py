@@ -4,11 +4,15 @@ Pinocchio's `constraintDynamics` gives them, redundant closures included: its pr
 need three rounds if their regularisation suits the scene. What is prescribed is a joint with an
 inertia so great that nothing else moves it; the same decomposition then closes loops that have
 drifted open, in the metric of the kinetic energy.
+
+Close to a singular configuration a closure equation is weaker than what this regularisation takes
+for redundant. There the equations keep the rank that they have elsewhere, by singular values.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pinocchio
@@ -29,7 +33,16 @@ _REGULARISATION = 1e-8
 _ROUNDS = 3
 """Proximal iterations: each gains the eight digits of the regularisation."""
 _ZERO = 1e-10
-"""Eigenvalue of J M⁻¹ Jᵀ, as a fraction of its greatest, that counts as zero: of redundant rows."""
+"""Singular value of closure equations, as a fraction of their greatest, that counts as zero: of
+redundant rows. Eigenvalues of J M⁻¹ Jᵀ are their squares."""
+_ELSEWHERE = 0.3
+"""Displacement [rad, or a fraction of the length] after which equations have the rank and the size
+that they have elsewhere, whether or not loops are closed there."""
+_PLACES = 3
+"""Number of configurations at which these are looked at."""
+_WEAK = 1e-3
+"""Eigenvalue of J M⁻¹ Jᵀ, as a fraction of the least elsewhere, below which singular values are
+taken: three proximal iterations leave (1e-8 / 1e-3)³ of its equation."""
 _WEIGHTLESS = 1e-11
 """Inertia along a direction, as a fraction of that along the coordinates themselves, that counts as
 none, so that the inertia matrix has no inverse."""
@@ -55,6 +68,9 @@ class ConstrainedChain:
     Attributes:
         model: `pin.Model` of the chain.
         prescribed: velocity coordinates `(p,)` of the chain that are driven or held.
+        rounding: greatest part of the speeds that rounding has decided where loops were closed.
+        was_weak: becomes true where a closure equation is weak.
+        closes_stages: whether accelerations are those of the closed state beside one.
     """
 
     def __init__(
@@ -75,6 +91,7 @@ class ConstrainedChain:
             state: `(size,)` closed coordinates of the mechanism, at which it is scaled.
         """
         self._made_of = mechanism, chain, tuple(prescribed), gravity, state
+        self.rounding, self.was_weak, self.closes_stages = 0.0, False, False
         coordinates, length = mechanism.coordinates, mechanism.characteristic_length
         self.prescribed = np.nonzero(np.isin(chain.rates, prescribed))[0]
         rate_scale = coordinates.rate_scale[chain.rates]
@@ -106,14 +123,23 @@ class ConstrainedChain:
         self.model.armature = self._armature = armature
         self._nothing = np.zeros(self.model.nv)
         self._start_data()
-        self._mu = _REGULARISATION
-        self._settings = pinocchio.ProximalSettings(0.0, self._mu, 1)
-        self._mu = self._regularisation(state)
-        self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
+        self._free = free
         made_of = self.model, self._constraints, self._couplings.rows, self.prescribed
-        self._directions = overclosed_or_none(*made_of, state, self._closed_positions)
-        if self._directions is None and self._lent:
+        gaps = self._couplings.gaps
+        self._elsewhere = _Elsewhere(ClosedDirections(*made_of, rank=self.model.nv), state)
+        self._by_rank = ClosedDirections(*made_of, rank=self._elsewhere.rank, gaps=gaps)
+        self._mu = _REGULARISATION * self._elsewhere.least
+        self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
+        self._is_overclosed = False
+        overclosed = overclosed_or_none(*made_of, state, self._closed_positions, gaps)
+        self._directions = overclosed
+        self._is_overclosed = overclosed is not None
+        if overclosed is not None:
+            self._by_rank = overclosed
+        elif self._lent:
             self._directions = ClosedDirections(*made_of, rank=self.model.nv)
+        # Loops were closed elsewhere to see it.
+        self.rounding, self.was_weak = 0.0, False
 
     def _closed_positions(self, x: Array) -> Array:
         """Return a closed configuration of the model near one that is a little open."""
@@ -137,19 +163,6 @@ class ConstrainedChain:
         """Return the inertia matrix `(nv, nv)` at coordinates."""
         upper = np.triu(pinocchio.crba(self.model, self.model.createData(), x))
         return np.asarray(upper + np.triu(upper, 1).T)
-
-    def _regularisation(self, x: Array) -> float:
-        """Return the proximal parameter for the scene."""
-        if not self._rows:
-            return 1e-8
-        rest = np.zeros(self.model.nv)
-        self._constrained(x, rest, rest)
-        jacobian = self._loop_jacobian()
-        inertia = self._inertia(x) + np.diag(self._armature)
-        root = np.linalg.cholesky(inertia)
-        values = np.linalg.svd(np.linalg.solve(root, jacobian.T), compute_uv=False) ** 2
-        kept = values[values > _ZERO * np.max(values, initial=0.0)]
-        return _REGULARISATION * float(np.min(kept, initial=np.max(values, initial=1.0)) or 1.0)
 
     def _loop_jacobian(self) -> Array:
         """Return the rows `(6 L, nv)` of the loops, of the state that was prepared."""
@@ -193,15 +206,46 @@ class ConstrainedChain:
             given[self.prescribed] = inertia * prescribed * self._of_rates[self.prescribed]
         if self._slides:
             x, v = x * self._of_positions, v * self._of_rates
+        if self.closes_stages:
+            x, v = self._by_rank.closed(x, v)
         if self._directions is not None:
             told = self._nothing[self.prescribed] if prescribed is None else prescribed
             a = self._directions.accelerations(x, v, given, told * self._of_rates[self.prescribed])
             return a / self._of_rates
         a = self._constrained(x, v, given)
-        if len(self._couplings):
+        is_weak = self._is_weak(self.data.constraint_chol)
+        if len(self._couplings) and not is_weak:
             self._decompose()
-            a = self._coupled(a)
+            factors = self._coupling_factors()
+            is_weak = self._elsewhere.is_weak_coupled(factors[1])
+            a = a if is_weak else self._coupled(a, *factors)
+        if is_weak:
+            self.was_weak = True
+            told = self._nothing[self.prescribed] if prescribed is None else prescribed
+            told = told * self._of_rates[self.prescribed]
+            a = self._by_rank.forced(x, v, given, told)
         return np.asarray(a / self._of_rates) if self._slides else a
+
+    def _is_weak(self, decomposition: Any) -> bool:
+        """Return whether a closure equation is much weaker than elsewhere."""
+        return self._elsewhere.is_weak(decomposition.D[: self._rows])
+
+    def weakness(self, x: Array) -> float:
+        """Return how strong the weakest closure equation is that is not redundant.
+
+        As a fraction of what it is elsewhere; 0 in a singular configuration.
+
+        Args:
+            x: coordinates `(size,)`.
+        """
+        return self._elsewhere.weakness(x * self._of_positions)
+
+    def singular_gap(self, x: Array) -> float:
+        """Return the closure error in the singular configuration near coordinates `(size,)`.
+
+        As `closure_error`; it is one of the mechanism if there is none.
+        """
+        return self._by_rank.singular_gap(x * self._of_positions)
 
     def _decompose(self) -> None:
         """Decompose the closure equations of the state that was prepared."""
@@ -225,18 +269,25 @@ class ConstrainedChain:
             forces = solution[: self._rows]
         return solution[self._rows :]
 
-    def _coupled(self, rates: Array, gaps: Array | None = None) -> Array:
+    def _coupling_factors(self) -> tuple[Array, Array]:
+        """Return what efforts along each coupling move `(k, nv)`, and the couplings `(k, k)`."""
+        rows = self._couplings.rows
+        none = np.zeros(self._rows)
+        units = np.array([self._solved(none, row) for row in rows]).reshape(rows.shape)
+        return units, units @ rows.T
+
+    def _coupled(
+        self, rates: Array, units: Array, gains: Array, gaps: Array | None = None
+    ) -> Array:
         """Return rates with the least change after which the couplings gain `gaps (k,)`."""
         rows = self._couplings.rows
         if not len(rows):
             return rates
-        none = np.zeros(self._rows)
-        units = np.array([self._solved(none, row) for row in rows])
         wanted = np.zeros(len(rows)) if gaps is None else gaps
-        factors, *_ = np.linalg.lstsq(units @ rows.T, wanted - rows @ rates, rcond=_ZERO)
+        factors, *_ = np.linalg.lstsq(gains, wanted - rows @ rates, rcond=_ZERO)
         return np.asarray(rates + factors @ units)
 
-    def closed(self, x: Array, v: Array) -> tuple[Array, Array]:
+    def closed(self, x: Array, v: Array, *, crosses: bool = False) -> tuple[Array, Array]:
         """Return a state whose loops and couplings are closed again, near one that drifted.
 
         What is prescribed stays where it is, and keeps its speed.
@@ -244,27 +295,39 @@ class ConstrainedChain:
         Args:
             x: coordinates `(size,)`.
             v: velocities `(nv,)`.
+            crosses: whether the state is close to a crossing, where weak equations are left to it.
         """
         if not (self._rows or len(self._couplings)):
             return x, v
         x, v = x * self._of_positions, v * self._of_rates
+        if self._is_overclosed:
+            x, v = self._by_rank.closed(x, v, strong_alone=crosses)
+            return x / self._of_positions, v / self._of_rates
         rest = self._nothing
         self._constrained(x, v, rest)
         for _ in range(_MOST_STEPS):
+            self._decompose()
+            factors = self._coupling_factors()
+            if self._is_weak(self._decomposition) or self._elsewhere.is_weak_coupled(factors[1]):
+                self.was_weak = True
+                x, v = self._by_rank.closed(x, v, strong_alone=crosses)
+                if not crosses:
+                    self.rounding = max(self.rounding, self._by_rank.rounding(x))
+                return x / self._of_positions, v / self._of_rates
             gaps, ratios = self._gaps(), self._couplings.gaps(x)
             error = _greatest(gaps, ratios)
             if error <= _CLOSED:
                 break
-            self._decompose()
-            step = self._coupled(self._solved(gaps, rest, _rounds(error)), ratios)
+            step = self._coupled(self._solved(gaps, rest, _rounds(error)), *factors, ratios)
             x = np.asarray(pinocchio.integrate(self.model, x, step))
             self._constrained(x, v, rest)
             if error <= _NEAR:  # Newton's step squares the error: nothing is left to see.
+                self._decompose()
+                factors = self._coupling_factors()
                 break
-        self._decompose()
         opening = self._loop_jacobian() @ v
         rounds = _rounds(_greatest(opening) / (_greatest(v) or 1.0))
-        v = self._coupled(v - self._solved(opening, rest, rounds))
+        v = self._coupled(v - self._solved(opening, rest, rounds), *factors)
         return x / self._of_positions, v / self._of_rates
 
     def closure_error(self, x: Array) -> float:
@@ -279,6 +342,90 @@ class ConstrainedChain:
         for index, item in enumerate(self._each_constraint):
             gaps[6 * index : 6 * index + 6] = pinocchio.log6(item.c1Mc2).vector
         return gaps
+
+
+class _Elsewhere:
+    """Closure equations of a chain at other configurations, against which they may be weak.
+
+    Whether loops are closed there makes no difference: what is redundant on closed positions alone
+    is left to `overclosed_or_none`.
+
+    Attributes:
+        rank: of all equations along free coordinates.
+        least: least eigenvalue of J M⁻¹ Jᵀ of the loops that is not zero.
+    """
+
+    def __init__(self, every: ClosedDirections, state: Array) -> None:
+        """Look at some configurations about a state.
+
+        Args:
+            every: the equations.
+            state: a configuration.
+        """
+        self._every = every
+        random = np.random.default_rng(1)
+        found = []
+        for _ in range(_PLACES):
+            way = random.uniform(-_ELSEWHERE, _ELSEWHERE, size=every.model.nv)
+            found.append(self._measured(pinocchio.integrate(every.model, state, way)))
+        loops, coupled = max(item[:2] for item in found)
+        full = [item for item in found if item[:2] == (loops, coupled)]
+        self._loops, self._coupled, self.rank = loops, coupled, loops + coupled
+        self.least, least_coupled, self._typical = np.median([item[2:] for item in full], axis=0)
+        self._weak, self._weak_coupled = _WEAK * self.least, _WEAK * least_coupled
+
+    def _measured(self, x: Array) -> tuple[int, int, float, float, float]:
+        """Return ranks and least values of loops and of couplings, and of all equations."""
+        every = self._every
+        rows = every.jacobian(x)[:, every.free]
+        root = np.linalg.cholesky(every.metric(x))
+        weighted = np.linalg.solve(root, rows.T).T
+        count = every.loop_rows
+        left = weighted[count:]
+        rank, least = 0, 1.0
+        if count and every.free.size:
+            _, values, right = np.linalg.svd(weighted[:count], full_matrices=False)
+            rank = _rank(values)
+            least = float(values[rank - 1]) ** 2 if rank else 1.0
+            left = left - left @ right[:rank].T @ right[:rank]
+        coupled, least_coupled = 0, 1.0
+        if len(left) and every.free.size:
+            values = np.linalg.svd(left, compute_uv=False)
+            sizes = np.linalg.norm(weighted[count:], axis=1)
+            coupled = int(np.count_nonzero(values > _ZERO * np.max(sizes)))
+            least_coupled = float(values[coupled - 1]) ** 2 if coupled else 1.0
+        values = np.linalg.svd(rows, compute_uv=False)
+        both = rank + coupled
+        typical = float(values[both - 1] / values[0]) if both else 1.0
+        return rank, coupled, least, least_coupled, typical
+
+    def is_weak(self, pivots: Array) -> bool:
+        """Return whether one of the loops' equations is weak.
+
+        Args:
+            pivots: of the decomposition of J M⁻¹ Jᵀ `(6 L,)`: those of redundant rows are the
+                regularisation.
+        """
+        return bool(np.count_nonzero(np.abs(pivots) > self._weak) < self._loops)
+
+    def is_weak_coupled(self, gains: Array) -> bool:
+        """Return whether a coupling is weak, as loops allow it.
+
+        Args:
+            gains: what efforts along the couplings move them `(k, k)`.
+        """
+        if not self._coupled:
+            return False
+        values = np.linalg.svd(gains, compute_uv=False)
+        return bool(np.count_nonzero(values > self._weak_coupled) < self._coupled)
+
+    def weakness(self, x: Array) -> float:
+        """Return the least singular value, relative to the greatest, as a fraction of elsewhere."""
+        if not self.rank:
+            return 1.0
+        every = self._every
+        values = np.linalg.svd(every.jacobian(x)[:, every.free], compute_uv=False)
+        return float(values[self.rank - 1] / values[0] / self._typical)
 
 
 class _Couplings:
@@ -325,6 +472,11 @@ def _lent_inertia(inertia: Array, free: Array) -> float:
         if least > _WEIGHTLESS and np.min(scale) > np.sqrt(_WEIGHTLESS) * np.max(scale):
             return 0.0
     return _LENT * float(np.max(scale)) ** 2 or 1.0
+
+
+def _rank(values: Array) -> int:
+    """Return how many singular values are not zero."""
+    return int(np.count_nonzero(values > _ZERO * np.max(values, initial=0.0)))
 
 
 def _greatest(*values: Array) -> float:

@@ -64,14 +64,23 @@ class ConstrainedModel:
             a[rates] = model.accelerations(x[columns], v[rates], acting, told)
         return a
 
-    def closed(self, x: Array, v: Array) -> tuple[Array, Array]:
+    def closed(self, x: Array, v: Array, *, crosses: bool = False) -> tuple[Array, Array]:
         """Return a state whose loops and couplings are closed again, see `ConstrainedChain`."""
         if self._only is not None:
-            return self._only.closed(x, v)
+            return self._only.closed(x, v, crosses=crosses)
         near, rates_near = np.empty_like(x), np.empty_like(v)
         for model, columns, rates, _ in self._parts:
-            near[columns], rates_near[rates] = model.closed(x[columns], v[rates])
+            near[columns], rates_near[rates] = model.closed(x[columns], v[rates], crosses=crosses)
         return near, rates_near
+
+    def weakness(self, x: Array) -> float:
+        """Return how strong the weakest closure equation is, see `ConstrainedChain`."""
+        return min((model.weakness(x[columns]) for model, columns, *_ in self._parts), default=1.0)
+
+    def singular_gap(self, x: Array) -> float:
+        """Return the gap of the weakest chain in a singular configuration near coordinates."""
+        model, columns, *_ = min(self._parts, key=lambda part: part[0].weakness(x[part[1]]))
+        return model.singular_gap(x[columns])
 
     def closure_error(self, x: Array) -> float:
         """Return the greatest closure error, see `ConstrainedChain`."""

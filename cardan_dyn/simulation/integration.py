@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import CardanError
+from .crossings import Crossings
 
 _STIFF = 6.1
 """Step times the greatest rate of decay at which the steps of DOP853 are as long as its stability
@@ -19,6 +20,15 @@ _STIFF_STEPS = 15
 """Steps in a row that have to be so long: then the equations are stiff."""
 _STIFF_EVERY = 8
 """Steps after which this is looked at, as long as they are short enough."""
+_FREE_OF_STAGES = {"DOP853": 7.0 / 15.0, "Radau": 0.4}
+"""Middle of the longest part of a step in which the method has no stage."""
+_WITHIN = 0.07
+"""How far from there, as a fraction of the step, what has no stage near may be."""
+_SHORTEST = 0.2
+"""Shortest step over a crossing, in those around it: a shorter one has its stages so near that
+their rounding is taken for its error."""
+_MOST_PLACED = 8
+"""Steps that are tried until one is placed so."""
 _DIFFERENCE = 1.5e-8
 """Relative step of differences that Jacobians are made of, the root of eps."""
 
@@ -33,7 +43,7 @@ class Equations(Protocol):
         """Return the time derivative of a row."""
         ...
 
-    def restored(self, time: float, y: Array) -> Array:
+    def restored(self, time: float, y: Array, *, crosses: bool = False) -> Array:
         """Return the row that obeys the constraints, near one that drifted."""
         ...
 
@@ -85,12 +95,14 @@ class Segment(NamedTuple):
         start, end: times [s].
         turns: of the rows of this step.
         dense: returns the row at a time, before constraints are restored.
+        crosses: whether it is a step over a crossing, beside which rows are as they are.
     """
 
     start: float
     end: float
     turns: Array
     dense: Dense
+    crosses: bool = False
 
 
 class Point(NamedTuple):
@@ -119,6 +131,7 @@ class Integration:
         evaluations: how often derivatives were computed.
         method: `DOP853` or `Radau`, the one in use.
         stiff_from: time from which on the equations were found to be stiff, None if they are not.
+        crossings: finds those of the constraints; None if there is none.
     """
 
     def __init__(
@@ -132,6 +145,7 @@ class Integration:
         atol: Array,
         step: float | None = None,
         longest: float = np.inf,
+        crossings: Crossings | None = None,
     ) -> None:
         """Start an integration at time 0.
 
@@ -144,7 +158,12 @@ class Integration:
             atol: absolute tolerances, like `y`.
             step: length of all steps [s]; chosen by the error if None.
             longest: step that is allowed then [s].
+            crossings: finds those of the constraints, over which steps lead; None if there is none.
         """
+        self.crossings = crossings
+        self._ahead: tuple[float, float, float] | None = None
+        """Time of the crossing before which a step has just ended, the step that leads over, and
+        the shortest that may."""
         self.equations, self.method = equations, method
         self.segments: list[Segment] = []
         self.evaluations = 0
@@ -164,7 +183,7 @@ class Integration:
         for segment in self.segments:
             with self._within(segment):
                 segment.dense.prepare()
-        left_out = "_solver", "_lock"
+        left_out = "_solver", "_lock", "crossings"
         return {name: value for name, value in self.__dict__.items() if name not in left_out}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -172,6 +191,9 @@ class Integration:
         self._lock = threading.RLock()
 
     def _start_solver(self, time: float, y: Array, first_step: float | None = None) -> None:
+        self._solver = self._solver_from(time, y, first_step)
+
+    def _solver_from(self, time: float, y: Array, first_step: float | None = None) -> Any:
         from scipy.integrate import DOP853, Radau  # Only simulations need it.
 
         options = dict(self._tolerances, first_step=first_step)
@@ -182,7 +204,7 @@ class Integration:
         if self.method == "Radau":
             options["jac"] = self._jacobian
         kind = {"DOP853": DOP853, "Radau": Radau}[self.method]
-        self._solver = kind(self._derivative, time, y, self._duration, **options)
+        return kind(self._derivative, time, y, self._duration, **options)
 
     def _derivative(self, time: float, y: Array) -> Array:
         self.evaluations += 1
@@ -213,9 +235,14 @@ class Integration:
         """Take one step; return why it failed, None if it did not."""
         if self._solver is None:
             self._start_solver(0.0, self.points[0].y)
-        solver, equations = self._solver, self.equations
+        solver, equations, crosses = self._solver, self.equations, False
         try:
+            if self.crossings is not None:
+                self.crossings.begin()
             message = solver.step()
+            if self.crossings is not None and self._step is None and message is None:
+                self._solver, crosses = self._placed(solver, self.crossings)
+                solver = self._solver
         except CardanError:
             raise
         except (ValueError, ArithmeticError) as error:
@@ -231,13 +258,80 @@ class Integration:
         solver.y = y
         if self.method == "DOP853":
             solver.f = rate
-        self.segments.append(Segment(float(solver.t_old), time, turns, Dense(solver)))
+        segment = Segment(float(solver.t_old), time, turns, Dense(solver), crosses)
+        if crosses and self.crossings is not None:
+            with self.crossings.stages_closed():
+                segment.dense.prepare()
+        self.segments.append(segment)
         solver.y = wrapped = equations.wrap(y)
         self.points.append(Point(time, wrapped, equations.turns, rate))
         if is_stiff and self.is_running:
             self.stiff_from, self.method = time, "Radau"
             self._start_solver(time, wrapped)
         return None
+
+    def _placed(self, solver: Any, crossings: Crossings) -> tuple[Any, bool]:
+        """Return the solver after a step that has no stage near a crossing.
+
+        Args:
+            solver: that has just taken a step.
+            crossings: finds those on its way.
+
+        Returns:
+            The solver, and whether its step leads over one: another solver if the step had to be
+            placed anew, perhaps to end where the next one leads over the crossing.
+        """
+        start, y, length = float(solver.t_old), solver.y_old, float(solver.t - solver.t_old)
+        crossing: float | None
+        if self._ahead is not None:
+            crossing, length, shortest = self._ahead
+        elif crossings.may_be_near:
+            # Stages near a crossing have perhaps made it short, and it is seen far beyond its end.
+            rate = self.points[-1].rate
+            bend = (solver.y - y - length * rate) / length**2
+            before = self.segments[-1] if self.segments else None
+            length = max(length, before.end - before.start if before else 0.0)
+
+            def ahead(time: float) -> Array:
+                return y + (time - start) * (rate + (time - start) * bend)
+
+            crossing = crossings.time(ahead, start, start + length)
+            shortest = _SHORTEST * length
+        else:
+            return solver, False
+        self._ahead = None
+        lead = _FREE_OF_STAGES[self.method]
+        for _ in range(_MOST_PLACED):
+            if crossing is None or crossing <= start:
+                break
+            crosses = (crossing - start) / lead <= length * (1.0 + _WITHIN)
+            if crosses:
+                length = (crossing - start) / lead
+            end = start + length if crosses else crossing - lead * length
+            if end > self._duration:
+                break
+            with crossings.stages_closed():
+                placed = self._solver_from(start, y, end - start)
+                tolerances = placed.rtol, placed.atol
+                if crosses and length <= shortest:
+                    placed.rtol, placed.atol = 1e3, 1e300
+                if placed.step() is not None:
+                    break
+                placed.rtol, placed.atol = tolerances
+                dense = Dense(placed)
+                dense.prepare()
+            if not crosses:
+                self._ahead = crossing, length, shortest
+                return placed, False
+            if float(placed.t - start) < 0.99 * length:
+                length *= 0.5
+                continue
+            crossing = crossings.time(dense, start, float(placed.t))
+            if crossing is None or not crossings.is_one(dense(crossing)):
+                break
+            if abs(crossing - start - lead * length) <= _WITHIN * length:
+                return placed, True
+        return solver, False
 
     def _is_stiff(self) -> bool:
         """Return whether stability, not accuracy, has limited the last steps of DOP853."""
@@ -281,7 +375,10 @@ class Integration:
                 self.equations.turns = kept
 
     def _restored(self, segment: Segment, time: float) -> Array:
-        return self.equations.restored(time, segment.dense(time))
+        y = segment.dense(time)
+        if segment.crosses:
+            return self.equations.restored(time, y, crosses=True)
+        return self.equations.restored(time, y)
 
     def points_at(self, times: Array) -> list[Point]:
         """Return the points at times within what was integrated."""

@@ -12,6 +12,7 @@ from ..arrays import Array
 from ..errors import CardanError, SimulationError
 from .constrained_model import ConstrainedModel
 from .contact_following import ContactFollowing, Touch
+from .crossings import Crossings
 from .energy_functions import energy_functions
 from .energy_integral import EnergyIntegral
 from .events import EventSearch, Happened, places
@@ -213,6 +214,8 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     rates = speed * problem.mechanism.coordinates.rate_scale
     unit = np.concatenate([scale, rates])
     y = np.concatenate([setup.x, setup.v])
+    crossings = Crossings(system.model, system.size)
+    crossings.check_start(y)
     notes: list[str] = []
     if setup.has_elements and setup.step is None and not following:
         start = Start(system, y, unit, setup.atol * unit + setup.rtol * np.abs(y))
@@ -228,6 +231,7 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
         atol=setup.atol * unit,
         step=setup.step,
         longest=setup.longest_step,
+        crossings=crossings,
     )
     name = integration.method
 
@@ -343,6 +347,8 @@ def _integrated(
         notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
         method += ", then Radau"
     notes += _lingering(setup, integration, named)
+    if integration.crossings is not None:
+        notes += integration.crossings.notes(setup.rtol)
     touches: list[Touch] = []
     if following:
         following.close(integration.time)
@@ -380,5 +386,6 @@ def _trajectory(
         (setup.x + 2.0 * np.pi * setup.turns, setup.v) if start is None else start,
         tolerance if setup.step is None else np.inf,
         tuple(touches or ()),
+        setup.rtol if setup.step is None else np.inf,
     )
     return Trajectory(setup.solver, run, setup.forces, course, run.times)

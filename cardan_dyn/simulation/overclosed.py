@@ -31,6 +31,7 @@ def overclosed_or_none(
     prescribed: Array,
     state: Array,
     closed: Callable[[Array], Array],
+    gaps: Callable[[Array], Array],
 ) -> ClosedDirections | None:
     """Return how a chain moves if closure equations are redundant only where its loops are closed.
 
@@ -41,6 +42,7 @@ def overclosed_or_none(
         prescribed: see `ClosedDirections`.
         state: a closed configuration.
         closed: closes a configuration that is a little open.
+        gaps: see `ClosedDirections`.
     """
     if not len(constraints):
         return None
@@ -60,4 +62,4 @@ def overclosed_or_none(
     # The state itself may be singular.
     moved = [closed(displaced(size, way)) for size, way in zip(_MOVED, ways, strict=False)]
     rank = max(here, *map(every.rank, moved))
-    return None if rank == opened else ClosedDirections(*made_of, rank=rank)
+    return None if rank == opened else ClosedDirections(*made_of, rank=rank, gaps=gaps)

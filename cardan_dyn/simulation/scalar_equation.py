@@ -71,7 +71,7 @@ class ScalarEquation:
         push = force - 0.5 * slope * speed * speed
         return np.array([speed, push / inertia])
 
-    def restored(self, time: float, y: Array) -> Array:
+    def restored(self, time: float, y: Array, *, crosses: bool = False) -> Array:
         """Return a row as it is: it obeys no constraints but the tables'."""
         return y
 

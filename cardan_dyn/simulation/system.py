@@ -118,8 +118,14 @@ class System:
             x[column : column + 4] /= np.linalg.norm(x[column : column + 4])
         return x
 
-    def restored(self, time: float, y: Array) -> Array:
-        """Return a row whose loops are closed again, in positions and in velocities."""
+    def restored(self, time: float, y: Array, *, crosses: bool = False) -> Array:
+        """Return a row whose loops are closed again, in positions and in velocities.
+
+        Args:
+            time: [s].
+            y: the row.
+            crosses: whether it is on a step over a crossing.
+        """
         x, v = self.unit(y[: self.size]), y[self.size :].copy()
         for coordinate, _, motion in self._motions:
             position, speed, _ = motion(time)
@@ -127,7 +133,7 @@ class System:
             v[coordinate.rate] = speed
         # However great the inertia that holds it, what rests drifts in a thousand turns.
         x[self._resting_columns], v[self._resting] = self._resting_at, 0.0
-        closed, rates = self.model.closed(x, v)
+        closed, rates = self.model.closed(x, v, crosses=crosses)
         moved = float(np.max(np.abs(closed - x) * self._scale, initial=0.0))
         if not moved <= _FARTHEST:
             raise SingularConfigurationError(

@@ -39,6 +39,12 @@ _NEARLY_SINGULAR = 1e4
 _EXACT_TIMES = 33
 """Times up to a period, at most, between which exact states are compared first."""
 
+_FAR_BEYOND = 1e3
+"""Energy residual, in tolerances of a step, above which notes tell of it..."""
+_FAINT = 1e-9
+"""...and the least residual of which they tell."""
+
+
 _STEPS_PER_PERIOD = 64
 """Steps over which the power of a motion that repeats is integrated by Gauss's rule."""
 
@@ -57,6 +63,7 @@ class Course(NamedTuple):
         tolerance: of states, as a fraction of the way of a coordinate; inf for steps of a given
             length, whose errors are the user's.
         touches: of pins with play, in the order in which they ended.
+        rtol: relative tolerance of a step; inf where steps have a given length.
     """
 
     method: str
@@ -68,6 +75,7 @@ class Course(NamedTuple):
     start: tuple[Array, Array]
     tolerance: float
     touches: tuple[Touch, ...] = ()
+    rtol: float = np.inf
 
 
 class Motions:
@@ -146,7 +154,6 @@ class Trajectory(Tabled):
         method: how it was solved.
         reason: why it ended before its time; empty if it did not.
         events: `(name, time)` of the events that happened.
-        notes: what one should know of it, such as that the equations are stiff or ring.
         evaluations: how often accelerations were computed.
         touches: of pins with play and the walls of their bushes, in the order in which they ended.
     """
@@ -165,12 +172,36 @@ class Trajectory(Tabled):
         self._problem = solver.problem
         self.t = read_only(t)
         self.method, self.reason = course.method, course.reason
-        self.events, self.notes = course.events, course.notes
+        self.events = course.events
         self.evaluations, self.touches = course.evaluations, course.touches
         self._freeze()
 
     def __len__(self) -> int:
         return len(self.t)
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What one should know of it, such as that the equations are stiff or ring.
+
+        That the energy of the whole simulation is off by far more than its tolerance as well, which
+        is computed when notes are first read.
+        """
+        notes, course = self._course.notes, self._course
+        allowed = max(_FAR_BEYOND * course.rtol, _FAINT)
+        if not np.isfinite(allowed):
+            return notes
+        whole = Trajectory(self._solver, self._run, self._forces, course, self._run.times)
+        try:
+            residual = whole.energy_residual
+        except CardanError as error:
+            return (*notes, f"its energy could not be checked: {error}")
+        if residual <= allowed:
+            return notes
+        return (
+            *notes,
+            f"inaccurate: energy and work differ by {residual:.1e}, where the tolerance of a step "
+            f"is {course.rtol:.0e}; compare with a simulation of another rtol",
+        )
 
     def __reduce__(self) -> tuple[object, ...]:
         made_of = self._solver, self._run, self._forces, self._course, self.t

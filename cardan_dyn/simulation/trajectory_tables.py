@@ -42,7 +42,11 @@ class Tabled(AlongSweep):
     method: str
     reason: str
     events: tuple[Happened, ...]
-    notes: tuple[str, ...]
+
+    @property
+    @abstractmethod
+    def notes(self) -> tuple[str, ...]:
+        """What one should know of it."""
 
     @property
     @abstractmethod

@@ -181,13 +181,40 @@ def test_one_flat_position_does_not_refuse_all_times(later: float) -> None:
     assert len(found.to_dataframe()) == 3
 
 
-def test_a_chain_of_parallelograms() -> None:
+@pytest.mark.parametrize(("begin", "rtol"), [(0.4, 1e-11), (0.4, 1e-12), (0.43, 1e-10)])
+def test_a_chain_of_parallelograms(begin: float, rtol: float) -> None:
+    """It swings through positions in which all bars are in line, wherever steps fall."""
     scene = cd.Scene(parallelograms(12), drive="pin_0", gravity=GRAVITY)
     inertia, weight = parallelogram_law(12)
-    moved = scene.simulate(2.0, position=0.4, rtol=1e-11)
+    moved = scene.simulate(2.0, position=begin, rtol=rtol)
     times = np.linspace(0.0, 2.0, 20)
-    expected = integrated(lambda t, x, v: weight * np.sin(x) / inertia, 0.4, 0.0, times)
-    # It swings through positions in which all bars are in line, where loops lose rank: how many
-    # digits accelerations lose beside them depends on where steps fall.
-    np.testing.assert_allclose(moved.at(times).position, expected[0], atol=1e-7)
-    assert moved.energy_residual < 1e-8
+    expected = integrated(lambda t, x, v: weight * np.sin(x) / inertia, begin, 0.0, times)
+    np.testing.assert_allclose(moved.at(times).position, expected[0], atol=30.0 * rtol)
+    assert moved.energy_residual < 10.0 * rtol
+    assert not moved.notes
+
+
+def test_positions_are_read_wherever_assembly_modes_meet() -> None:
+    scene = cd.Scene(parallelograms(1), drive="pin_0", gravity=GRAVITY)
+    inertia, weight = parallelogram_law(1)
+    moved = scene.simulate(0.3, position=0.3, speed=12.0)
+    law = integrated(lambda t, x, v: weight * np.sin(x) / inertia, 0.3, 12.0, np.array([0.0, 0.3]))
+    assert law[0][-1] > 0.5 * np.pi
+    flat = cd.Event(lambda t, p, s: p["pin_0"] - 0.5 * np.pi)
+    time = scene.simulate(0.3, position=0.3, speed=12.0, events=flat).events[0][1]
+    near = moved.at(time + np.array([-1e-4, -1e-6, -1e-8, 0.0, 1e-8, 1e-6, 1e-4]))
+    columns = [scene.mechanism.coordinates.named[name].column for name in ("pin_0", "pin_1")]
+    first, second = near._rows.x[:, columns].T
+    np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-8)
+
+
+def test_energy_far_off_is_told() -> None:
+    """Whatever the cause: here a state that was changed after it had been integrated."""
+    scene = cd.Scene(parallelograms(1), drive="pin_0", gravity=GRAVITY)
+    moved = scene.simulate(0.2, position=0.3, speed=1.0)
+    assert not moved.notes
+    off = moved._run._integration
+    off.points[3] = off.points[3]._replace(y=off.points[3].y * 1.001)
+    told = type(moved)(moved._solver, moved._run, moved._forces, moved._course, moved._run.times)
+    assert told.energy_residual > 1e-6
+    assert any(note.startswith("inaccurate") for note in told.notes)
