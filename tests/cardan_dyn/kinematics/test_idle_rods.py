@@ -70,9 +70,15 @@ def test_a_link_between_two_hinges_of_one_axis_spins() -> None:
     above = hinge("upper", "washer", "arm", "0 0 0.1", "0 0 1")
     askew = hinge("upper", "washer", "arm", "0.1 0 0", "0 0 1")
     tip = hinge("tip", "arm", "end", "1 0 0", "0 0 1") + '<link name="end"/>'
+    weld = (
+        '<loop name="weld" type="fixed"><predecessor link="end"/><successor link="ground">'
+        '<origin xyz="1 0 0.6"/></successor></loop>'
+    )
     for second, expected in ((above, [("lower", "upper")]), (askew, [])):
-        mechanism = cd.load(f'<robot name="r">{light}{on_axis}{second}{tip}</robot>')
-        assert rods(mechanism) == expected
+        chain = f'<robot name="r">{light}{on_axis}{second}{tip}'
+        assert rods(cd.load(f"{chain}{weld}</robot>")) == expected
+        # On no loop, both hinges swing what hangs on them.
+        assert rods(cd.load(f"{chain}</robot>")) == []
 
 
 def test_couplings_hold_the_spins_that_they_count() -> None:
