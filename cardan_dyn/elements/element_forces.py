@@ -123,6 +123,10 @@ class ElementForces:
         """Return the placement `(4, 4)` in `link_b` of the frame of a bushing, by its index."""
         return self._ends[index]
 
+    def is_short(self, index: int, x: Array) -> bool:
+        """Return whether a bushing has made no whole turns, by its index, at a row `x (size,)`."""
+        return self._windings[index].is_short(x)
+
     def turns_of(self, index: int, x: Array, rotation: Array) -> Array:
         """Return rotation vectors `(N, 3)` of a bushing, whole turns counted.
 

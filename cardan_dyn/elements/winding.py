@@ -113,6 +113,12 @@ class Winding:
             lost |= self._left(self._path, x)
         return turn, lost
 
+    def is_short(self, x: Array) -> bool:
+        """Return whether the shortest rotation vector is the one at coordinates `x (size,)`."""
+        for columns, signs, _, start in self._sums:
+            return bool(abs(start + x[columns] @ signs) <= GREATEST_ANGLE)
+        return self._path is None
+
     def _left(self, path: list[_Edge], x: Array) -> Array:
         """Return `(N,)` whether a rotation leaves half a turn on a straight line from zero.
 

@@ -13,12 +13,13 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array
-from ..elements.bushing import Bushing
+from ..elements.bushing import Bushing, too_far
 from ..elements.element import Element
 from ..elements.element_forces import ElementForces
 from ..elements.joint_elements import Actuator, JointElement, JointSpring
 from ..elements.pin_contact import PinContact
 from ..elements.point_spring import PointSpring
+from ..elements.winding import GREATEST_ANGLE
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import se3
 from .pin_motion import PinMotion
@@ -151,16 +152,35 @@ class ElementEfforts:
             for joint, placement in zip(bushing.joints, bushing.placements, strict=True)
         )
         seen = a.actInv(b)
-        turn = self._every.turns_of(bushing.place, x[None], seen.rotation[None])
-        rate = np.zeros(6)
-        if np.any(element.damping):
-            rate = _relative_velocity(data, bushing, a, b)
-        wrench = element.force(turn, seen.translation[None], rate[None], bushing.label).wrench[0]
+        if self._every.is_short(bushing.place, x):
+            turned = pinocchio.log3(seen.rotation)
+            if turned @ turned > GREATEST_ANGLE**2:
+                raise too_far(bushing.label, float(np.linalg.norm(turned)))
+            gradient = element.stiffness @ np.concatenate([seen.translation, turned])
+            # The right Jacobian's inverse is the transposed inverse of the left one.
+            gradient[3:] = pinocchio.Jlog3(seen.rotation) @ gradient[3:]
+            if np.any(element.damping):
+                gradient += element.damping @ _relative_velocity(data, bushing, a, b)
+            wrench = -gradient
+        else:
+            wrench = self._wound(bushing, data, x, seen, (a, b))
         force, moment = a.rotation @ wrench[:3], a.rotation @ wrench[3:]
         if second:
             _add_wrench(efforts, model, data, second, b.translation, force, moment)
         if first:
             _add_wrench(efforts, model, data, first, b.translation, -force, -moment)
+
+    def _wound(
+        self, bushing: _Joined, data: Any, x: Array, seen: Any, frames: tuple[Any, Any]
+    ) -> Array:
+        """Return the wrench `(6,)` of a bushing that may have made whole turns."""
+        element = bushing.element
+        turn = self._every.turns_of(bushing.place, x[None], seen.rotation[None])
+        rate = np.zeros(6)
+        if np.any(element.damping):
+            rate = _relative_velocity(data, bushing, *frames)
+        force = element.force(turn, seen.translation[None], rate[None], bushing.label)
+        return np.asarray(force.wrench[0])
 
 
 def _is_spring(element: Element) -> bool:
