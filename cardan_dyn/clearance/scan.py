@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from ..response.response import Response
     from ..scene.scene import Scene
 
-_VERIFIED, _VERIFIED_TO = 2.6, 1e-7
+_VERIFIED, _VERIFIED_TO = 2.6, 1e-8
 """Periods of a simulation that verifies, of which the first reversals do not count, and its
 relative tolerance."""
 

@@ -205,7 +205,7 @@ def draw(seed: int) -> Loose | None:
     return loose._replace(joint=joint, contact=contact)
 
 
-TURNS, RTOL = 2.6, 1e-7
+TURNS, RTOL = 2.6, 1e-8
 """Of simulations: every reversal is passed once or twice after a quarter of a turn."""
 UNSAFE = 0.1
 """By which an estimate without a doubt may be below a simulation."""

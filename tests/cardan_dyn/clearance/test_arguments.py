@@ -30,7 +30,7 @@ def test_good_ones_come_back() -> None:
     assert damping_ratio_of(0) == 0.0
     assert start_of("rest") == "rest"
     assert speed_of(-3) == -3.0
-    assert play_of({"a": 1e-4}, "a") == play_of(1e-4, "a") == 1e-4
+    assert play_of({"a": 1e-4}, "a", 1.0) == play_of(1e-4, "a", 1.0) == 1e-4
     assert stiffness_of({"a": PIN, "b": 1e8}, "a") is stiffness_of(PIN, "b") is PIN
 
 
@@ -52,11 +52,11 @@ def test_bad_ones_do_not(call: Any, given: Any, match: str) -> None:
 
 def test_of_joints() -> None:
     with pytest.raises(ArgumentError, match=r"play\['a'\] is 0"):
-        play_of({"a": 0.0}, "a")
+        play_of({"a": 0.0}, "a", 1.0)
     with pytest.raises(ArgumentError, match="stiffness has no value for joint 'b'"):
         stiffness_of({"a": PIN}, "b")
     with pytest.raises(ArgumentError, match="play"):
-        play_of(PIN, "a")
+        play_of(PIN, "a", 1.0)
 
 
 def test_of_scenes() -> None:

@@ -45,6 +45,7 @@ def scan(*reversals: PinReversal) -> PinScan:
         freedoms=5,
         radius={"a": 0.05, "b": 0.04},
         play={"a": 1e-5, "b": 2e-5},
+        stiffness={"a": 1e8, "b": 1e8},
         speed=12.0,
     )
 
