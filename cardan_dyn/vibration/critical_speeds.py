@@ -169,9 +169,10 @@ class CriticalSpeeds(Result):
         lines = [f"critical speeds from {self.low:g} to {self.high:g} rad/s"]
         for row in self.rows:
             if row.kind == "resonance":
+                size = "not found" if np.isnan(row.severity) else f"{row.severity:.3g}"
                 lines.append(
                     f"- {row.speed:.6g} rad/s: order {row.order:g} meets mode {row.mode} "
-                    f"({row.whirl}, {row.frequency:.6g} rad/s), amplitude {row.severity:.3g}, "
+                    f"({row.whirl}, {row.frequency:.6g} rad/s), amplitude {size}, "
                     f"Q {row.amplification:.3g}"
                 )
                 if jumps := row.jumps("rad/s"):

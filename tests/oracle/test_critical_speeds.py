@@ -12,7 +12,7 @@ from resonant_rigs import Stiffening, differences, draw
 from shooting import Acceleration, periodic
 from vibrating_lines import SpringInFront
 
-WIDTHS = {0: (30.0,), 1: (10.0,), 2: (100.0,), 3: (), 4: (10.0,), 6: (10.0,)}
+WIDTHS = {0: (30.0,), 2: (100.0,), 4: (10.0,), 6: ()}
 
 
 @pytest.mark.parametrize("seed", WIDTHS)
@@ -23,10 +23,10 @@ def test_table_of_a_random_rig(seed: int) -> None:
 def test_continuation_of_duffings_backbone() -> None:
     """The spring's first harmonic tells the frequency at a small amplitude a.
 
-    ω²/ω_n² = 1 + 3/8 · s/(1 - s) a² + …, s the length of the springs; at its peak the amplitude is
+    ω²/ω_n² = 1 + s/(1 - s) (3/8 a² - 15/64 a⁴ + …), s the length of the springs; at its peak it is
     e r²/(2 ζ r) with r² = ω²/ω_n², up to the third harmonic and ζ².
     """
-    ratio, offset, slack = 2e-3, 4e-4, 0.5
+    ratio, offset, slack = 2e-3, 8e-4, 0.5
 
     def system(speed: float) -> Acceleration:
         return Stiffening(speed, ratio, offset, slack)
@@ -38,7 +38,8 @@ def test_continuation_of_duffings_backbone() -> None:
     speed, size = branch.extremum(
         curve, int(np.argmax(sizes)), lambda of: np.abs(of.order(1)[:, 0])
     )
-    assert speed**2 - 1.0 == pytest.approx(0.375 * slack / (1.0 - slack) * size**2, rel=0.03)
+    bend = slack / (1.0 - slack) * (0.375 * size**2 - 15.0 / 64.0 * size**4)
+    assert speed**2 - 1.0 == pytest.approx(bend, rel=5e-3)
     assert size == pytest.approx(offset * speed / (2.0 * ratio), rel=1e-3)
 
 

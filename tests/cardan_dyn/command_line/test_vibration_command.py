@@ -192,3 +192,20 @@ def test_data_stand_alone_on_standard_output(rig: Path, tmp_path: Path) -> None:
     assert found.exit_code == 0, found.output
     assert json.loads(found.stdout)["critical_speeds"] == []
     assert f"Scene: {page}" in found.stderr
+
+
+def test_jumps_and_remarks_stand_below_the_table() -> None:
+    """In 1/min, as the table; as JSON in rad/s."""
+    arguments = ("torsional_line_front", "--held", "joint_angle=20", "--order", 2)
+    shown = run(*arguments, "--speed-rpm", 1060, 1066)
+    assert shown.exit_code == 0, shown.output
+    text = " ".join(shown.output.split())
+    assert "2× mode 1 jumps at 1070.67 1/min while the speed rises (from 0.666), at 1057.0" in text
+    assert "twist_in moves from -0.731 to 0.747 rad, beyond its limits -0.2 to 0.2" in text
+    assert "fold" not in text
+    content = json.loads(run(*arguments, "--speed-rpm", 1055, 1075, "--json").stdout)
+    (row,) = content["critical_speeds"]
+    assert row["speed"] * PER_MINUTE == pytest.approx(1063.2, abs=0.05)
+    assert row["rising"] * PER_MINUTE == pytest.approx(1070.67, abs=0.01)
+    assert row["severity"] == pytest.approx(0.740, abs=5e-4)
+    assert any("beyond its limits" in remark for remark in content["remarks"])

@@ -117,6 +117,8 @@ def test_severity_is_unknown_where_motions_are_too_large() -> None:
     (row,) = found
     assert np.isnan(row.severity)
     assert row.speed == pytest.approx(0.5, rel=1e-3)
+    assert "amplitude not found" in str(found)
+    assert any("larger than what was searched" in remark for remark in found.remarks)
 
 
 def test_undamped_resonances_have_no_bound() -> None:
