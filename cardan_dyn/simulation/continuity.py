@@ -127,7 +127,7 @@ class Continuity:
         off -= self._rounding(times[1:], states.at(np.arange(1, len(times))))
         if not self._is_exact:
             off -= _SHARE * np.nan_to_num(np.abs(near - far))
-        return _worst_of_rows(off / self._sizes)
+        return _worst_of_rows(np.maximum(off, 0.0) / self._sizes)
 
     def _rounding(self, times: Array, states: States) -> Array:
         """Return what rounding of positions and times `(N,)` leaves open of positions `(N, m)`."""

@@ -384,7 +384,7 @@ def _trajectory(
         tuple(setup.motions),
         evaluations,
         (setup.x + 2.0 * np.pi * setup.turns, setup.v) if start is None else start,
-        tolerance if setup.step is None else np.inf,
+        tolerance if setup.step is None and not setup.contacts else np.inf,
         tuple(touches or ()),
         setup.rtol if setup.step is None else np.inf,
     )

@@ -61,7 +61,7 @@ class Course(NamedTuple):
         evaluations: how often accelerations were computed.
         start: coordinates `(size,)`, all turns counted, and velocities `(nv,)` at time 0.
         tolerance: of states, as a fraction of the way of a coordinate; inf for steps of a given
-            length, whose errors are the user's.
+            length, whose errors are the user's, and where pins strike between the steps.
         touches: of pins with play, in the order in which they ended.
         rtol: relative tolerance of a step; inf where steps have a given length.
     """

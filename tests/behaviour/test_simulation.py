@@ -5,14 +5,18 @@ Tolerances are those of the method: rounding, or the relative tolerance times th
 
 from __future__ import annotations
 
+import mpmath
 import numpy as np
 import pytest
 from testkit.simulated import (
+    ABOUT_PIN,
     GRAVITY,
+    WEIGHT,
     SpinningJoint,
     integrated,
     parallelogram_law,
     parallelograms,
+    pendulum,
     spatial_slider_crank,
 )
 
@@ -221,3 +225,37 @@ def test_energy_far_off_is_told() -> None:
     )
     assert told.energy_residual > 1e-6
     assert any(note.startswith("inaccurate") for note in told.notes)
+
+
+@pytest.mark.parametrize("away", [1e-2, 1e-3, 1e-4, 1e-6])
+def test_a_pendulum_released_beside_its_upright_position(away: float) -> None:
+    """By elliptic functions of 40 digits, from exactly this start; monotone between its ends."""
+    start = np.pi - away
+    found = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY).simulate(10.0, position=start)
+    found = found.at(np.linspace(0.0, 10.0, 101))
+    with mpmath.workdps(40):
+        root = mpmath.sin(mpmath.mpf(start) / 2)
+        rate = mpmath.sqrt(mpmath.mpf(WEIGHT) / mpmath.mpf(ABOUT_PIN))
+        expected = [
+            float(2 * mpmath.asin(root * mpmath.ellipfun("cd", rate * mpmath.mpf(t), m=root**2)))
+            for t in found.t.tolist()
+        ]
+    assert found.method == "quadrature"
+    # The upright position itself is known to some 1e-16 rad.
+    np.testing.assert_allclose(found.position, expected, atol=1e-12 + 1e-14 / away)
+    half = found.t < 0.5 * found._run.period
+    assert np.all(np.diff(found.position[half]) <= 0.0)
+    if away < 1e-4:
+        assert any("unstable equilibrium" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("method", ["response", "DOP853"])
+def test_steps_that_linger_upright_are_noted(method: str) -> None:
+    scene = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY)
+    upright = scene.simulate(8.0, position=np.pi - 1e-4, method=method)
+    assert any("unstable equilibrium" in note for note in upright.notes)
+    # Until it has left, and where it never came near.
+    assert scene.simulate(8.0, position=2.0, method=method).notes == ()
+    slowed = [cd.JointSpring("pin", 0.0, damping=3.0)]
+    resting = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY, elements=slowed)
+    assert resting.simulate(20.0, position=2.0, method=method).notes == ()
