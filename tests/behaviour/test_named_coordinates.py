@@ -152,7 +152,8 @@ def test_a_wrench_does_not_depend_on_how_its_ball_is_solved() -> None:
             one, other = first.wrench(name, frame), second.wrench(name, frame)
             np.testing.assert_allclose(one.force, other.force, atol=1e-10)
             np.testing.assert_allclose(one.moment, other.moment, atol=1e-10)
-            np.testing.assert_allclose(one.axis, other.axis, atol=1e-12)
+            if mechanism[name].type != "spherical":  # A ball has no axis.
+                np.testing.assert_allclose(one.axis, other.axis, atol=1e-12)
 
 
 def test_efforts_are_components_of_the_wrench_along_the_axes() -> None:
