@@ -11,6 +11,7 @@ from ..arrays import Array
 from ..elements.element_forces import ElementForces
 from ..elements.joint_elements import Actuator
 from ..mechanism.mechanism import Mechanism
+from .free_balls import WithBalls
 from .turning_model import turning_model
 
 _NODES = 8
@@ -21,7 +22,7 @@ steps are interpolated by polynomials of degree 7."""
 class WeightEnergy:
     """Energies of the bodies of a mechanism."""
 
-    def __init__(self, mechanism: Mechanism, gravity: Array) -> None:
+    def __init__(self, mechanism: Mechanism | WithBalls, gravity: Array) -> None:
         """Make it.
 
         Args:
@@ -44,8 +45,15 @@ class WeightEnergy:
         energy, model, data = pinocchio.computePotentialEnergy, self._model, self._data
         return np.array([energy(model, data, row) for row in x])
 
+    def slopes(self, x: Array) -> Array:
+        """Return what the potential energy gains along the coordinates `(N, nv)`."""
+        slope, model, data = pinocchio.computeGeneralizedGravity, self._model, self._data
+        return np.array([slope(model, data, row) for row in x])
 
-def open_efforts(mechanism: Mechanism, gravity: Array, x: Array, v: Array, a: Array) -> Array:
+
+def open_efforts(
+    mechanism: Mechanism | WithBalls, gravity: Array, x: Array, v: Array, a: Array
+) -> Array:
     """Return how great the efforts `(N, nv)` are that a motion needs where no loop is closed.
 
     Those of the accelerations and those of the speeds and the weight count by themselves: their sum

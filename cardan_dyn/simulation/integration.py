@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from copy import copy
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -19,6 +20,10 @@ _STIFF_STEPS = 15
 """Steps in a row that have to be so long: then the equations are stiff."""
 _STIFF_EVERY = 8
 """Steps after which this is looked at, as long as they are short enough."""
+_FINEST = 1e-13
+"""Relative tolerance that a part of one is not made smaller than."""
+_SHORTEST = 1e-14
+"""Step, as a fraction of the time, up to which one that was misread is not taken again."""
 _DIFFERENCE = 1.5e-8
 """Relative step of differences that Jacobians are made of, the root of eps."""
 
@@ -41,6 +46,27 @@ class Equations(Protocol):
         """Return a row without whole turns, which `turns` then counts."""
         ...
 
+    def followed(
+        self,
+        turns: Array,
+        ends: tuple[float, float],
+        rows: tuple[Array, Array],
+        way: Callable[[float], Array],
+    ) -> Array:
+        """Return the turns at the end of a part of a step, of which those at its start are known.
+
+        Args:
+            turns: at the step's start.
+            ends: times of the part [s].
+            rows: at them.
+            way: rows at any time of the step.
+        """
+        ...
+
+    def is_misread(self, y: Array, turns: Array) -> bool:
+        """Return whether derivatives took a row at a step's end for one with other turns."""
+        ...
+
 
 class Dense:
     """Rows within a step; what interpolates them is computed when the first is asked for.
@@ -50,27 +76,28 @@ class Dense:
 
     __slots__ = ("_interpolant", "_kept", "_kind")
 
-    def __init__(self, solver: Any) -> None:
-        """Keep the step that a solver of SciPy has just taken."""
+    def __init__(self, solver: Any, is_explicit: bool) -> None:
+        """Keep the step that a solver of SciPy has just taken.
+
+        Args:
+            solver: after the step.
+            is_explicit: whether interpolating it takes further derivatives.
+        """
         self._interpolant: Callable[[float], Array] | None = None
-        self._kind, self._kept = type(solver), {}
-        if not hasattr(solver, "K_extended"):
+        self._kept: Any = None
+        if not is_explicit:
             self._interpolant = solver.dense_output()
             return
-        names = "fun", "n", "t_old", "t", "h_previous", "y_old", "y", "f"
-        self._kept = {name: getattr(solver, name) for name in names}
-        self._kept["K"] = solver.K.copy()  # The next step overwrites it.
+        self._kept = copy(solver)
+        for name, value in vars(solver).items():
+            if isinstance(value, np.ndarray):
+                setattr(self._kept, name, value.copy())  # The next step overwrites some.
 
     def prepare(self) -> Callable[[float], Array]:
         """Return what interpolates the rows; once it is there, the step can be copied."""
         if self._interpolant is None:
-            solver = object.__new__(self._kind)  # As it was after the step.
-            solver.__dict__.update(self._kept)
-            stages = self._kept["K"]
-            solver.K_extended = np.empty((len(stages) + len(solver.A_EXTRA), solver.n))
-            solver.K_extended[: len(stages)] = stages
-            self._interpolant = solver.dense_output()
-            self._kept = {}
+            self._interpolant = self._kept.dense_output()
+            self._kept = None
         return self._interpolant
 
     def __call__(self, time: float) -> Array:
@@ -83,14 +110,16 @@ class Segment(NamedTuple):
 
     Attributes:
         start, end: times [s].
-        turns: of the rows of this step.
+        turns: of the row with which it starts.
         dense: returns the row at a time, before constraints are restored.
+        first: the row with which it starts.
     """
 
     start: float
     end: float
     turns: Array
     dense: Dense
+    first: Array
 
 
 class Point(NamedTuple):
@@ -119,6 +148,7 @@ class Integration:
         evaluations: how often derivatives were computed.
         method: `DOP853` or `Radau`, the one in use.
         stiff_from: time from which on the equations were found to be stiff, None if they are not.
+        strictness: part of the tolerances that steps may use, from the next start on.
     """
 
     def __init__(
@@ -149,6 +179,7 @@ class Integration:
         self.segments: list[Segment] = []
         self.evaluations = 0
         self.stiff_from: float | None = None
+        self.strictness = 1.0
         self._stiff_steps = 0
         self._duration, self._step = duration, step
         self._tolerances: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": longest}
@@ -175,6 +206,10 @@ class Integration:
         from scipy.integrate import DOP853, Radau  # Only simulations need it.
 
         options = dict(self._tolerances, first_step=first_step)
+        if self.strictness < 1.0:
+            rtol, atol = options["rtol"], options["atol"]
+            options["rtol"] = min(rtol, max(self.strictness * rtol, _FINEST))
+            options["atol"] = atol * (options["rtol"] / rtol)
         if self._step is not None:
             # Tolerances that no step misses make every step as long as the longest allowed.
             length = min(self._step, self._duration)
@@ -213,25 +248,35 @@ class Integration:
         """Take one step; return why it failed, None if it did not."""
         if self._solver is None:
             self._start_solver(0.0, self.points[0].y)
-        solver, equations = self._solver, self.equations
-        try:
-            message = solver.step()
-        except CardanError:
-            raise
-        except (ValueError, ArithmeticError) as error:
-            # SciPy's linear algebra refuses what is not finite.
-            return f"loads or speeds lead beyond the greatest numbers ({error})"
-        if solver.status == "failed":
-            return str(message)
-        is_stiff = self.method == "DOP853" and self._step is None and self._is_stiff()
-        time, turns = float(solver.t), equations.turns
-        y = equations.restored(time, solver.y)
-        rate = self._derivative(time, y)
-        # The interpolant ends where the next step begins.
-        solver.y = y
-        if self.method == "DOP853":
-            solver.f = rate
-        self.segments.append(Segment(float(solver.t_old), time, turns, Dense(solver)))
+        equations, is_explicit = self.equations, self.method == "DOP853"
+        while True:
+            solver = self._solver
+            try:
+                message = solver.step()
+            except CardanError:
+                raise
+            except (ValueError, ArithmeticError) as error:
+                # SciPy's linear algebra refuses what is not finite.
+                return f"loads or speeds lead beyond the greatest numbers ({error})"
+            if solver.status == "failed":
+                return str(message)
+            is_stiff = is_explicit and self._step is None and self._is_stiff()
+            before, time, turns = self.points[-1], float(solver.t), equations.turns
+            y = equations.restored(time, solver.y)
+            rate = self._derivative(time, y)
+            # The interpolant ends where the next step begins.
+            solver.y = y
+            if is_explicit:
+                solver.f = rate
+            dense = Dense(solver, is_explicit)
+            segment = Segment(before.time, time, turns, dense, before.y)
+            equations.turns = self._followed(segment, time, y)
+            length = time - before.time
+            if self._step or not equations.is_misread(y, turns) or length < _SHORTEST * time:
+                break
+            equations.turns = turns
+            self._start_solver(before.time, before.y, 0.5 * length)
+        self.segments.append(segment)
         solver.y = wrapped = equations.wrap(y)
         self.points.append(Point(time, wrapped, equations.turns, rate))
         if is_stiff and self.is_running:
@@ -263,12 +308,24 @@ class Integration:
         """Return the point at a time on one step."""
         with self._within(segment):
             y = self._restored(segment, time)
-            return Point(time, y, segment.turns, self._derivative(time, y))
+            turns = self._followed(segment, time, y)
+            self.equations.turns = turns
+            return Point(time, y, turns, self._derivative(time, y))
 
-    def row_on(self, segment: Segment, time: float) -> Array:
-        """Return the row at a time on one step."""
+    def row_on(self, segment: Segment, time: float) -> tuple[Array, Array]:
+        """Return the row at a time on one step, and its turns."""
         with self._within(segment):
-            return self._restored(segment, time)
+            y = self._restored(segment, time)
+            return y, self._followed(segment, time, y)
+
+    def _followed(self, segment: Segment, time: float, y: Array) -> Array:
+        """Return the turns of a row at a time on a step."""
+        if time <= segment.start:
+            return segment.turns
+        before = segment.first
+        return self.equations.followed(
+            segment.turns, (segment.start, time), (before, y), segment.dense
+        )
 
     @contextmanager
     def _within(self, segment: Segment) -> Iterator[None]:

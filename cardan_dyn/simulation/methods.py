@@ -16,6 +16,7 @@ from .energy_functions import energy_functions
 from .energy_integral import EnergyIntegral
 from .events import EventSearch, Happened, places
 from .forces import Named
+from .free_balls import WithBalls, with_free_balls
 from .integration import Integration
 from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
 from .scalar_equation import ScalarEquation
@@ -139,17 +140,14 @@ def by_response(setup: Setup) -> Trajectory:
 def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     """Simulate by constrained dynamics in all coordinates, by the method that suits if None."""
     system = System(_model(setup), setup.forces, setup.motions, setup.x)
-    system.turns = setup.turns.copy()
+    y = system.begin(setup.x, setup.turns, setup.v)
     following = None
     if setup.contacts:
         following = ContactFollowing(system, setup.contacts, setup.most_touches)
-        following.begin(np.concatenate([setup.x, setup.v]))
-    problem = setup.solver.problem
-    scale = 1.0 / problem.mechanism.coordinates.scale
-    speed = _speed(setup, system)
-    rates = speed * problem.mechanism.coordinates.rate_scale
-    unit = np.concatenate([scale, rates])
-    y = np.concatenate([setup.x, setup.v])
+        following.begin(y)
+    coordinates = system.model.mechanism.coordinates
+    speed = _speed(system, y)
+    unit = np.concatenate([1.0 / coordinates.scale, speed * coordinates.rate_scale])
     notes: list[str] = []
     if setup.has_elements and setup.step is None and not following:
         start = Start(system, y, unit, setup.atol * unit + setup.rtol * np.abs(y))
@@ -166,20 +164,23 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
         step=setup.step,
         longest=setup.longest_step,
     )
+    if following:
+        integration.strictness = following.strictness
     name = integration.method
 
     def run() -> Run:
-        return ConstrainedRun(setup.solver, integration)
+        return ConstrainedRun(setup.solver, integration, system)
 
     return _integrated(setup, integration, system.named, run, name, notes, following)
 
 
-def _speed(setup: Setup, system: System) -> float:
+def _speed(system: System, y: Array) -> float:
     """Return how fast joints move [rad/s]: at the start; from rest, soon after it, 1 at most."""
-    scale = setup.solver.problem.mechanism.coordinates.rate_scale
-    speed = float(np.max(np.abs(setup.v) / scale, initial=0.0))
+    scale = system.model.mechanism.coordinates.rate_scale
+    x, v = y[: system.size], y[system.size :]
+    speed = float(np.max(np.abs(v) / scale, initial=0.0))
     if speed == 0.0:
-        a = system.accelerations(0.0, setup.x, setup.v) / scale
+        a = system.accelerations(0.0, x, v) / scale
         speed = min(float(np.sqrt(np.max(np.abs(a), initial=0.0))), 1.0)
     return speed or 1.0
 
@@ -229,7 +230,9 @@ class Start:
 def _model(setup: Setup) -> ConstrainedModel:
     problem = setup.solver.problem
     rates = problem.mechanism.coordinates.rates_of((*setup.motions, *problem.held))
-    return ConstrainedModel(problem.mechanism, rates, problem.gravity, setup.x)
+    mechanism = with_free_balls(problem.mechanism, rates, setup.forces.bodies)
+    x = mechanism.row(setup.x) if isinstance(mechanism, WithBalls) else setup.x
+    return ConstrainedModel(mechanism, rates, problem.gravity, x)
 
 
 def _integrated(
@@ -259,7 +262,7 @@ def _integrated(
             segment = integration.segments[-1]
 
             def reading(time: float, segment: Any = segment) -> tuple[Named, Named]:
-                return named(integration.row_on(segment, time), segment.turns)
+                return named(*integration.row_on(segment, time))
 
             stopped = search.step(segment.start, segment.end, reading) if setup.events else None
             if stopped is not None:

@@ -12,7 +12,9 @@ from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..problem.samples import Targets
 from ..results.collect import motion_at
 from .energy_integral import Law
+from .free_balls import WithBalls
 from .integration import Integration, Point
+from .system import System
 
 
 class Rows(NamedTuple):
@@ -22,10 +24,30 @@ class Rows(NamedTuple):
         x: coordinates `(N, size)` with closed loops.
         turns: whole turns `(N, size)` that angles lack.
         v, a: velocities and accelerations `(N, nv)`.
+        exist: which of them are decided `(N, nv)`; all if None. Where axes of a ball coincide, the
+            rates of its angles may have no limit; what stands there moves the body otherwise.
+        bodies: the same states by rotations instead of angles; None where angles are as good.
     """
 
     x: Array
     turns: Array
+    v: Array
+    a: Array
+    exist: Array | None = None
+    bodies: BodyStates | None = None
+
+
+class BodyStates(NamedTuple):
+    """States at N times in coordinates that are regular wherever bodies are.
+
+    Attributes:
+        mechanism: whose coordinates they are.
+        x: coordinates `(N, size)`.
+        v, a: velocities and accelerations `(N, nv)`.
+    """
+
+    mechanism: WithBalls
+    x: Array
     v: Array
     a: Array
 
@@ -72,8 +94,8 @@ class Run(Protocol):
 class ConstrainedRun:
     """States that were integrated in all coordinates; see `Run`."""
 
-    def __init__(self, solver: ProblemSolver, integration: Integration) -> None:
-        self._solver, self._integration = solver, integration
+    def __init__(self, solver: ProblemSolver, integration: Integration, system: System) -> None:
+        self._solver, self._integration, self._system = solver, integration, system
         self.times = np.array([point.time for point in integration.points])
         self.period = np.inf
 
@@ -86,9 +108,14 @@ class ConstrainedRun:
             points = self._integration.points
         else:
             points = self._integration.points_at(times)
-        size = self._solver.problem.mechanism.coordinates.size
+        size, mechanism = self._system.size, self._system.model.mechanism
         y, turns, rates = _columns(points)
-        return Rows(y[:, :size], turns, y[:, size:], rates[:, size:])
+        if not isinstance(mechanism, WithBalls):
+            return Rows(y[:, :size], turns, y[:, size:], rates[:, size:])
+        bodies = BodyStates(mechanism, y[:, :size], y[:, size:], rates[:, size:])
+        states = [self._system.state(*row) for row in zip(y, turns, rates, strict=True)]
+        x, whole, v, a, exist = map(np.array, zip(*states, strict=True))
+        return Rows(x, whole, v, a, exist, bodies)
 
     def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
         """See `Run.assembled`."""

@@ -152,13 +152,35 @@ class Trajectory(Tabled):
 
     @property
     def speed(self) -> Array:
-        """Drive speeds [rad/s or m/s], like `position`."""
-        return _squeezed(self._of_drives.v)
+        """Drive speeds [rad/s or m/s], like `position`.
+
+        NaN where a middle angle of a ball or floating base is at ±90° and the body turns so that
+        the outer angles have no speed there.
+        """
+        exist = self._rows.exist if self._drives_alone is None else None
+        if exist is None:
+            return _squeezed(self._of_drives.v)
+        rates = self.mechanism.coordinates.rates_of(self.drives)
+        return _squeezed(np.where(exist[:, rates], self._of_drives.v, np.nan))
 
     @property
     def acceleration(self) -> Array:
         """Drive accelerations [rad/s² or m/s²], like `position`; proven, as wrenches are."""
         return self.sweep.acceleration
+
+    @cached_property
+    def _unproven(self) -> Sweep:
+        """The motion as a sweep, whatever its residuals are.
+
+        Raises:
+            CardanError: as `Scene.sweep`.
+        """
+        positions = self._of_drives.x
+        assembled = self._run.assembled(positions, self._rows)
+        acting = self._acting()
+        with np.errstate(over="ignore", invalid="ignore"):
+            solution = self._solver.solve(assembled, acting)
+        return sweep_of(self._solver, assembled, acting, solution)
 
     @cached_property
     def sweep(self) -> Sweep:
@@ -168,12 +190,7 @@ class Trajectory(Tabled):
             SingularConfigurationError: the drives do not decide the motion at a time.
             CardanError: as `Scene.sweep`.
         """
-        positions = self._of_drives.x
-        assembled = self._run.assembled(positions, self._rows)
-        acting = self._acting()
-        with np.errstate(over="ignore", invalid="ignore"):
-            solution = self._solver.solve(assembled, acting)
-        sweep = sweep_of(self._solver, assembled, acting, solution)
+        sweep = self._unproven
         errors = self._effort_errors(sweep)
         if np.max(errors) > _GREATEST_ERROR:
             worst = int(np.argmax(errors))
@@ -235,7 +252,12 @@ class Trajectory(Tabled):
         A moment that takes all kinetic energy within a radian counts as well.
         """
         mechanism = self.mechanism
-        open_tree = open_efforts(mechanism, self._problem.gravity, *self._counted(), self._rows.a)
+        # Rates of angles that are near gimbal lock are great, whatever the body does.
+        bodies = self._rows.bodies
+        states = (bodies.x, bodies.v) if bodies else self._counted()
+        moved = (bodies or self._rows).a
+        of = bodies.mechanism if bodies else mechanism
+        open_tree = open_efforts(of, self._problem.gravity, *states, moved)
         loads = self._forces.all_efforts(mechanism, self.t, *self._counted())
         efforts = np.maximum(open_tree, np.abs(loads)) * mechanism.coordinates.rate_scale
         return float(max(np.max(efforts, initial=0.0), np.max(self.kinetic_energy)))
@@ -243,6 +265,10 @@ class Trajectory(Tabled):
     @cached_property
     def kinetic_energy(self) -> Array:
         """Kinetic energy of all bodies `(N,)` [J]."""
+        bodies = self._rows.bodies
+        if bodies is not None:
+            energy = WeightEnergy(bodies.mechanism, self._problem.gravity)
+            return read_only(energy.kinetic(bodies.x, bodies.v))
         return read_only(self._energy.kinetic(self._rows.x, self._rows.v))
 
     @cached_property
@@ -285,14 +311,21 @@ class Trajectory(Tabled):
         if elements is not None:
             power = power + element_power(elements, self.mechanism, x, v, times)
         if self._course.prescribed:
-            efforts = there.drive_effort.reshape(len(times), -1)
+            # What is wrong with an effort shows in the balance of energy, which takes it.
+            efforts = there._unproven.drive_effort.reshape(len(times), -1)
             chosen = [self.drives.index(name) for name in self._course.prescribed]
             power += np.sum(efforts[:, chosen] * there._of_drives.v[:, chosen], axis=1)
         return np.asarray(power)
 
     @cached_property
     def energy_residual(self) -> float:
-        """Greatest change of energy less work, as a fraction of the greatest energy or work."""
+        """Greatest change of energy less work, as a fraction of the energy that can change.
+
+        That is the greatest of what the motion had: kinetic energy, change of potential energy,
+        work; but not less than what weight, springs and loads would do where it passed over one
+        radian, or the characteristic length, in which tolerances of positions are counted. So
+        motion that hardly moves is not measured by what rounding leaves of it.
+        """
         start = self.at([0.0])
         energy = self.kinetic_energy + self.potential_energy
         begun = start.kinetic_energy[0] + start.potential_energy[0]
@@ -301,8 +334,20 @@ class Trajectory(Tabled):
             float(np.max(self.kinetic_energy)),
             float(np.max(np.abs(self.potential_energy - start.potential_energy[0]))),
             float(np.max(np.abs(self.work))),
+            self._greatest_slope,
         )
         return float(np.max(np.abs(change))) / scale if scale else 0.0
+
+    @property
+    def _greatest_slope(self) -> float:
+        """Greatest effort of weight, springs and loads at rest, walls of contacts left out."""
+        mechanism, x = self.mechanism, self._counted()[0]
+        forces = self._forces.without_contacts()
+        rest = np.zeros_like(self._rows.v)
+        efforts = np.abs(self._energy.slopes(x))
+        if not forces.is_nothing:
+            efforts = np.maximum(efforts, np.abs(forces.all_efforts(mechanism, self.t, x, rest)))
+        return float(np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0))
 
 
 def _squeezed(values: Array) -> Array:

@@ -44,7 +44,8 @@ def found(
     model, efforts = turning_model(mechanism), ElementEfforts(mechanism, elements)
     data, result = model.createData(), np.zeros((len(x), model.nv))
     for index in range(len(x)):
-        efforts.add(result[index], model, data, time, x[index], v[index])
+        efforts.add_along_coordinates(result[index], time, x[index], v[index])
+        efforts.add_on_links(result[index], model, data, time, x[index], v[index])
     return result
 
 
