@@ -7,7 +7,7 @@ quaternion, and the angles are read off.
 
 With axes a, b, c, of which b is normal to a and to c, turns by x, y, z are turns about a, b, a by
 x, y + λ, z but for a constant, λ being the angle from a to c (Shuster and Markley: Generalization
-of the Euler angles, J. Astronautical Sciences 51 (2003)). With h = (y + λ)/2 the quaternion then has
+of the Euler angles, J. Astronautical Sciences 51 (2003)). With h = (y + λ)/2 the quaternion has
 two complex parts, cos h · exp(i (x + z)/2) and sin h · exp(i (x − z)/2): where one of them passes
 through zero, the axes coincide. Angles are continuous as the phases of both are; a part that misses
 zero turns by half a turn beside it, one that meets it changes its sign.
@@ -210,9 +210,10 @@ class FreeBall(NamedTuple):
             first = across / sine
         else:
             size = math.sqrt(along**2 + second**2 + third**2)
-            exists = abs(across) <= 1e-6 * size and abs(tilt) > 1e-6 * size
+            passes = abs(across) <= 1e-6 * size < abs(tilt)
+            exists = passes or size == 0.0
             pushed = sin * second_gain + cos * third_gain
-            first = 0.5 * cosine * (along + (pushed / tilt if exists else 0.0))
+            first = 0.5 * cosine * (along + (pushed / tilt if passes else 0.0))
         last = along - first * cosine
         across_gain = sin * second_gain + cos * third_gain + tilt * last - first * tilt * cosine
         tilt_gain = cos * second_gain - sin * third_gain - first * sine * last

@@ -26,6 +26,17 @@ _SHORTEST = 1e-14
 """Step, as a fraction of the time, up to which one that was misread is not taken again."""
 _DIFFERENCE = 1.5e-8
 """Relative step of differences that Jacobians are made of, the root of eps."""
+_FINER = 1.0 / 30.0
+"""Part of a difference by which it is checked whether rates are straight over it."""
+_STRAIGHT = 0.1
+"""Greatest change of a column by that, as a fraction of it."""
+_FINEST_DIFFERENCES = 4
+"""How often differences are made finer; where none agree, rounding is what they see."""
+_LOOKED_AT = 64
+"""Number of steps after which it is looked whether equations have become stiff; then again each
+time there are half as many more."""
+_TRIED = 24
+"""Steps after which it is looked whether an implicit method was worth its price."""
 
 
 class Equations(Protocol):
@@ -66,6 +77,11 @@ class Equations(Protocol):
     def is_misread(self, y: Array, turns: Array) -> bool:
         """Return whether derivatives took a row at a step's end for one with other turns."""
         ...
+
+
+Judge = Callable[[float, Array, Array, float], bool]
+"""Returns whether steps are shorter than accuracy asks for, from the time [s], a row, the Jacobian
+there and the length of the last step [s]."""
 
 
 class Dense:
@@ -162,6 +178,7 @@ class Integration:
         atol: Array,
         step: float | None = None,
         longest: float = np.inf,
+        is_stiff: Judge | None = None,
     ) -> None:
         """Start an integration at time 0.
 
@@ -174,6 +191,7 @@ class Integration:
             atol: absolute tolerances, like `y`.
             step: length of all steps [s]; chosen by the error if None.
             longest: step that is allowed then [s].
+            is_stiff: judges a row now and then, None if only the steps themselves tell.
         """
         self.equations, self.method = equations, method
         self.segments: list[Segment] = []
@@ -181,6 +199,8 @@ class Integration:
         self.stiff_from: float | None = None
         self.strictness = 1.0
         self._stiff_steps = 0
+        self._judge, self._next_look = is_stiff, _LOOKED_AT
+        self._tried: tuple[int, float] | None = None
         self._duration, self._step = duration, step
         self._tolerances: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": longest}
         self._scale = np.asarray(atol) / rtol
@@ -224,14 +244,33 @@ class Integration:
         return self.equations.derivative(time, y)
 
     def _jacobian(self, time: float, y: Array) -> Array:
-        """Return the derivatives `(n, n)` of the rates, by differences."""
+        """Return the derivatives `(n, n)` of the rates, by differences.
+
+        Friction that sets in within a small part of the speeds has slopes that great differences
+        do not see: they are made finer until two of them agree.
+        """
         rate = self._derivative(time, y)
         jacobian = np.empty((y.size, y.size))
-        for index in range(y.size):
+
+        def column(index: int, difference: float) -> Array:
             moved = y.copy()
-            moved[index] += _DIFFERENCE * max(abs(y[index]), self._scale[index])
-            step = moved[index] - y[index]
-            jacobian[:, index] = (self._derivative(time, moved) - rate) / step
+            moved[index] += difference
+            return (self._derivative(time, moved) - rate) / (moved[index] - y[index])
+
+        for index in range(y.size):
+            size = abs(float(y[index]))
+            difference = _DIFFERENCE * max(size, float(self._scale[index]))
+            first = column(index, difference)
+            jacobian[:, index] = coarse = first
+            for _ in range(_FINEST_DIFFERENCES):
+                difference *= _FINER
+                if size + difference == size:
+                    break
+                fine = column(index, difference)
+                if np.max(np.abs(fine - coarse)) <= _STRAIGHT * np.max(np.abs(fine)):
+                    jacobian[:, index] = coarse
+                    break
+                coarse = fine
         return jacobian
 
     @property
@@ -279,10 +318,28 @@ class Integration:
         self.segments.append(segment)
         solver.y = wrapped = equations.wrap(y)
         self.points.append(Point(time, wrapped, equations.turns, rate))
-        if is_stiff and self.is_running:
+        if not self.is_running:
+            return None
+        if is_stiff or (is_explicit and self._looks_stiff(time, wrapped, length)):
+            if not is_stiff:
+                self._tried = len(self.segments) + _TRIED, length
             self.stiff_from, self.method = time, "Radau"
             self._start_solver(time, wrapped)
+        elif self._tried and len(self.segments) >= self._tried[0]:
+            # Where slow motion asks for as many steps of lower order, they cost more.
+            if length < self._tried[1]:
+                self.stiff_from, self.method, self._stiff_steps = None, "DOP853", 0
+                self._next_look = 2 * len(self.segments)
+                self._start_solver(time, wrapped, length)
+            self._tried = None
         return None
+
+    def _looks_stiff(self, time: float, y: Array, length: float) -> bool:
+        """Return whether a row is judged to be stiff, if it is time to."""
+        if self._judge is None or self._step is not None or len(self.segments) < self._next_look:
+            return False
+        self._next_look = len(self.segments) * 3 // 2
+        return self._judge(time, y, self._jacobian(time, y), length)
 
     def _is_stiff(self) -> bool:
         """Return whether stability, not accuracy, has limited the last steps of DOP853."""

@@ -17,7 +17,7 @@ from .energy_integral import EnergyIntegral
 from .events import EventSearch, Happened, places
 from .forces import Named
 from .free_balls import WithBalls, with_free_balls
-from .integration import Integration
+from .integration import Equations, Integration, Judge
 from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
 from .scalar_equation import ScalarEquation
 from .setup import Setup
@@ -128,6 +128,7 @@ def by_response(setup: Setup) -> Trajectory:
         atol=atol,
         step=setup.step,
         longest=setup.longest_step,
+        is_stiff=None if setup.forces.is_nothing else _judge(setup, equation, atol / setup.atol, 1),
     )
 
     def run() -> Run:
@@ -154,15 +155,19 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
         y = start.settled(speed) if setup.settle else y
         is_stiff, notes = start.judged(y, setup.duration, speed)
         method = method or ("Radau" if is_stiff else None)
+    atol = setup.atol * unit
     integration = Integration(
         system,
         y,
         setup.duration,
         method=method or "DOP853",
         rtol=setup.rtol,
-        atol=setup.atol * unit,
+        atol=atol,
         step=setup.step,
         longest=setup.longest_step,
+        is_stiff=None
+        if following or setup.forces.is_nothing
+        else _judge(setup, system, unit, system.size),
     )
     if following:
         integration.strictness = following.strictness
@@ -174,14 +179,39 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     return _integrated(setup, integration, system.named, run, name, notes, following)
 
 
+def _judge(setup: Setup, equations: Equations, unit: Array, size: int) -> Judge:
+    """Return what judges whether equations with forces are stiff at a row.
+
+    Args:
+        setup: of the simulation.
+        equations: that are integrated.
+        unit: sizes of entries of a row.
+        size: how many of its first entries are positions.
+    """
+
+    def is_stiff(time: float, y: Array, jacobian: Array, length: float) -> bool:
+        from .stiffness import limited, modes  # Most simulations have no springs.
+
+        def rates(row: Array) -> Array:
+            return equations.derivative(time, row)
+
+        tolerance = setup.atol * unit + setup.rtol * np.abs(y)
+        found = modes(rates, y, unit, tolerance, jacobian)
+        # Rates of positions are speeds.
+        speed = float(np.max(np.abs(rates(y)[:size] / unit[:size]), initial=0.0))
+        return limited(found, length, setup.duration - time, speed)
+
+    return is_stiff
+
+
 def _speed(system: System, y: Array) -> float:
-    """Return how fast joints move [rad/s]: at the start; from rest, soon after it, 1 at most."""
+    """Return how fast joints move [rad/s]: at the start, or soon after it, 1 at most then."""
     scale = system.model.mechanism.coordinates.rate_scale
     x, v = y[: system.size], y[system.size :]
     speed = float(np.max(np.abs(v) / scale, initial=0.0))
-    if speed == 0.0:
+    if speed < 1.0:
         a = system.accelerations(0.0, x, v) / scale
-        speed = min(float(np.sqrt(np.max(np.abs(a), initial=0.0))), 1.0)
+        speed = max(speed, min(float(np.sqrt(np.max(np.abs(a), initial=0.0))), 1.0))
     return speed or 1.0
 
 
@@ -258,7 +288,7 @@ def _integrated(
             if failure is not None:
                 break
             reason = following.follow(integration) if following else ""
-            setup.progress.show(integration.time)
+            setup.progress.step(integration.time)
             segment = integration.segments[-1]
 
             def reading(time: float, segment: Any = segment) -> tuple[Named, Named]:
@@ -276,7 +306,7 @@ def _integrated(
         failure = str(error)
     finally:
         setup.progress.close()
-    notes = list(notes or [])
+    notes = [*(notes or []), *setup.progress.notes]
     if integration.stiff_from is not None:
         notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
         method += ", then Radau"

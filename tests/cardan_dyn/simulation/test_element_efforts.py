@@ -80,4 +80,4 @@ def test_what_damps_or_drives_is_not_conservative(mechanism: cd.Mechanism, index
 def test_none_do_nothing(mechanism: cd.Mechanism) -> None:
     none = ElementEfforts(mechanism, [])
     assert none.is_conservative
-    assert not none
+    assert not none.act_on_links and not none.rates
