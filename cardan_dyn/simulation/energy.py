@@ -45,10 +45,11 @@ class WeightEnergy:
         energy, model, data = pinocchio.computePotentialEnergy, self._model, self._data
         return np.array([energy(model, data, row) for row in x])
 
-    def slopes(self, x: Array) -> Array:
-        """Return what the potential energy gains along the coordinates `(N, nv)`."""
-        slope, model, data = pinocchio.computeGeneralizedGravity, self._model, self._data
-        return np.array([slope(model, data, row) for row in x])
+    @property
+    def weight(self) -> float:
+        """Weight of all bodies that move [N]."""
+        mass = sum(float(inertia.mass) for inertia in list(self._model.inertias)[1:])
+        return mass * float(np.linalg.norm(self._model.gravity.linear))
 
 
 def open_efforts(

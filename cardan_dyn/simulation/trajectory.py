@@ -322,9 +322,10 @@ class Trajectory(Tabled):
         """Greatest change of energy less work, as a fraction of the energy that can change.
 
         That is the greatest of what the motion had: kinetic energy, change of potential energy,
-        work; but not less than what weight, springs and loads would do where it passed over one
-        radian, or the characteristic length, in which tolerances of positions are counted. So
-        motion that hardly moves is not measured by what rounding leaves of it.
+        work; but not less than what springs and loads would do where it passed over one radian, or
+        the characteristic length, in which tolerances of positions are counted, and the weight of
+        all bodies over that length. So motion that hardly moves is not measured by what rounding
+        leaves of it.
         """
         start = self.at([0.0])
         energy = self.kinetic_energy + self.potential_energy
@@ -334,20 +335,24 @@ class Trajectory(Tabled):
             float(np.max(self.kinetic_energy)),
             float(np.max(np.abs(self.potential_energy - start.potential_energy[0]))),
             float(np.max(np.abs(self.work))),
-            self._greatest_slope,
+            self._greatest_reach,
         )
         return float(np.max(np.abs(change))) / scale if scale else 0.0
 
     @property
-    def _greatest_slope(self) -> float:
-        """Greatest effort of weight, springs and loads at rest, walls of contacts left out."""
-        mechanism, x = self.mechanism, self._counted()[0]
-        forces = self._forces.without_contacts()
-        rest = np.zeros_like(self._rows.v)
-        efforts = np.abs(self._energy.slopes(x))
-        if not forces.is_nothing:
-            efforts = np.maximum(efforts, np.abs(forces.all_efforts(mechanism, self.t, x, rest)))
-        return float(np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0))
+    def _greatest_reach(self) -> float:
+        """What weight, springs and loads would do [J], see `energy_residual`.
+
+        Walls of contacts are left out, whose forces act over a small part of a radian.
+        """
+        mechanism, forces = self.mechanism, self._forces.without_contacts()
+        weight = self._energy.weight * mechanism.characteristic_length
+        if forces.is_nothing:
+            return weight
+        x, rest = self._counted()[0], np.zeros_like(self._rows.v)
+        efforts = np.abs(forces.all_efforts(mechanism, self.t, x, rest))
+        greatest = np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0)
+        return max(weight, float(greatest))
 
 
 def _squeezed(values: Array) -> Array:
