@@ -53,8 +53,6 @@ _CUBICS = np.array(
 """Values at equal distances of the cubic with given values and slopes at the ends."""
 _COINCIDE = 1e-8
 """Sine of the angle between first and last axis up to which they coincide."""
-_LOCKED = 1e-7
-"""The same, up to which a moment of efforts about them has no digits left that steps could use."""
 
 
 class FreeBall(NamedTuple):
@@ -223,9 +221,9 @@ class FreeBall(NamedTuple):
         rates, gains = [first, tilt, last], [first_gain, tilt_gain, last_gain]
         return np.array(rates), np.array(gains), exists
 
-    def is_locked(self, x: Array) -> bool:
-        """Return whether outer axes coincide at coordinates of the mechanism, but for rounding."""
-        return abs(self._sines(x[self.column : self.column + 3])[0]) < _LOCKED
+    def apart(self, x: Array) -> float:
+        """Return the sine of the angle between the outer axes at coordinates of the mechanism."""
+        return abs(self._sines(x[self.column : self.column + 3])[0])
 
     def spin(self, angles: Array, rates: Array) -> Array:
         """Return the angular velocity `(3,)` in the body's frame of rates of the angles."""

@@ -17,7 +17,7 @@ from .energy_integral import EnergyIntegral
 from .events import EventSearch, Happened, places
 from .forces import Named
 from .free_balls import WithBalls, with_free_balls
-from .integration import Equations, Integration, Judge
+from .integration import Equations, Integration, Judge, Point
 from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
 from .scalar_equation import ScalarEquation
 from .setup import Setup
@@ -30,6 +30,8 @@ _MOST_SAMPLES = 20_000
 """Greatest number of these times; `Trajectory.at` gives others."""
 _SEARCHED_PER_PERIOD = 16
 """Steps per turn or swing that are searched for events, each in several places."""
+_HARDLY_APART = 1e-4
+"""Sine of the angle between outer axes of a ball up to which they explain why steps failed."""
 _STEPS_AT_ONCE = 256
 """Steps of a quadrature that are searched for events together, which bounds the memory."""
 
@@ -176,7 +178,10 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     def run() -> Run:
         return ConstrainedRun(setup.solver, integration, system)
 
-    return _integrated(setup, integration, system.named, run, name, notes, following)
+    def why(point: Point) -> str:
+        return system.boundless(point.time, point.y, point.turns, _HARDLY_APART)
+
+    return _integrated(setup, integration, system.named, run, name, notes, following, why)
 
 
 def _judge(setup: Setup, equations: Equations, unit: Array, size: int) -> Judge:
@@ -273,6 +278,7 @@ def _integrated(
     method: str,
     notes: list[str] | None = None,
     following: ContactFollowing | None = None,
+    why: Callable[[Point], str] | None = None,
 ) -> Trajectory:
     """Integrate to the end, to an event, or to where it fails.
 
@@ -286,6 +292,7 @@ def _integrated(
         while integration.is_running:
             failure = integration.advance()
             if failure is not None:
+                failure = (why and why(integration.points[-1])) or failure
                 break
             reason = following.follow(integration) if following else ""
             setup.progress.step(integration.time)

@@ -35,6 +35,9 @@ class State(NamedTuple):
     exist: Array
 
 
+_LOCKED = 1e-7
+"""Sine of the angle between outer axes of a ball up to which a moment of efforts about them has no
+digits left that steps could use."""
 _FARTHEST = 1e-2
 """Greatest displacement [rad, or a fraction of the length] by which loops are closed that drifted
 open within a step: a greater one might end in another assembly mode."""
@@ -161,30 +164,35 @@ class System:
             efforts += free.regular_moments(on_links)
         return efforts
 
-    def _refuse_boundless(self, time: float, x: Array, v: Array) -> None:
-        """Refuse efforts along outer angles of a ball where their axes coincide.
+    def boundless(self, time: float, y: Array, turns: Array, apart: float = _LOCKED) -> str:
+        """Return why forces on a row have no bound; empty if they have one.
 
-        Raises:
-            SingularConfigurationError: there are some.
+        Args:
+            time: [s].
+            y: the row.
+            turns: of the row.
+            apart: sine of the angle between outer axes of a ball up to which they coincide.
         """
         if not self._reads_angles or self._free is None:
-            return
-        counted = self._free.positions(x, self.turns)
-        locked = [ball for ball in self._free.balls if ball.is_locked(counted)]
+            return ""
+        counted = self._free.positions(self.unit(y[: self.size]), turns)
+        locked = [ball for ball in self._free.balls if ball.apart(counted) < apart]
         if not locked:
-            return
+            return ""
+        v = y[self.size :]
         rates, *_ = self._free.rates(counted, v, np.zeros_like(v))
         efforts = self._forces.along_coordinates(time, counted, rates)
         names = {item.rate: name for name, item in self.mechanism.coordinates.named.items()}
         for ball in locked:
             if efforts[ball.rate] or efforts[ball.rate + 2]:
                 first, middle, last = (names[ball.rate + k] for k in range(3))
-                raise SingularConfigurationError(
+                return (
                     f"{middle!r} is where the axes of {first!r} and {last!r} coincide (gimbal "
-                    "lock), and forces along these two, which then turn the body with a moment "
-                    "that has no limit; let forces act on the links (Bushing, PointSpring, Wrench) "
-                    "or along the middle angle alone, or turn the joint's origin"
+                    "lock), and forces act along these two, whose moment has no limit there; let "
+                    "forces act on the links (Bushing, PointSpring, Wrench) or along the middle "
+                    "angle alone, or turn the joint's origin"
                 )
+        return ""
 
     def placed(self, x: Array, v: Array) -> tuple[Array, Array]:
         """Return configuration and velocities of `physical` for coordinates and velocities.
@@ -210,7 +218,8 @@ class System:
             position, speed, _ = motion(time)
             x[column] = position - 2.0 * np.pi * self.turns[column]
             v[rate] = speed
-        self._refuse_boundless(time, x, v)
+        if reason := self.boundless(time, y, self.turns):
+            raise SingularConfigurationError(reason)
         # However great the inertia that holds it, what rests drifts in a thousand turns.
         x[self._resting_columns], v[self._resting] = self._resting_at, 0.0
         closed, rates = self.model.closed(x, v)
