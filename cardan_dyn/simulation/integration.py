@@ -215,7 +215,7 @@ class Integration:
         for segment in self.segments:
             with self._within(segment):
                 segment.dense.prepare()
-        left_out = "_solver", "_lock"
+        left_out = "_solver", "_lock", "_judge"
         return {name: value for name, value in self.__dict__.items() if name not in left_out}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
