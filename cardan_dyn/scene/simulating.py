@@ -60,7 +60,8 @@ class SceneSimulations(SceneResponses):
             settle: start where the fast modes of stiff springs rest, near the given start.
             events: `Event`, or functions like those of loads that pass through zero.
             most_touches: touches of pins with play (`PinContact`) after which it ends.
-            progress: True for a bar, or a function of the fraction done.
+            progress: True for a bar, or a function of the fraction done, or of that and of what is
+                to be said, such as that steps are many and when they would end.
 
         Raises:
             ArgumentError: a value is not finite or out of range, start values that contradict each

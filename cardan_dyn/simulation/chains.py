@@ -13,6 +13,7 @@ import numpy as np
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import Loop
+from .free_balls import WithBalls
 
 _TOGETHER = 16
 """Velocity coordinates up to which chains are taken together: fewer cost as many calls."""
@@ -36,7 +37,7 @@ class Chain(NamedTuple):
     couplings: list[int]
 
 
-def chains_of(mechanism: Mechanism) -> list[Chain]:
+def chains_of(mechanism: Mechanism | WithBalls) -> list[Chain]:
     """Return the chains of a mechanism, small ones together."""
     model = mechanism.model
     body_of = np.repeat(np.arange(model.njoints), list(model.nvs))
@@ -81,11 +82,11 @@ def _connected(count: int, connections: list[list[int]]) -> list[list[int]]:
     return list(members.values())
 
 
-def _size(mechanism: Mechanism, bodies: list[int]) -> int:
+def _size(mechanism: Mechanism | WithBalls, bodies: list[int]) -> int:
     return sum(int(mechanism.model.nvs[body]) for body in bodies)
 
 
-def _chain(mechanism: Mechanism, bodies: list[int], couplings: list[int]) -> Chain:
+def _chain(mechanism: Mechanism | WithBalls, bodies: list[int], couplings: list[int]) -> Chain:
     coordinates, own = mechanism.coordinates, {0: 0}
     own.update({body: index for index, body in enumerate(bodies, start=1)})
     columns: list[int] = []

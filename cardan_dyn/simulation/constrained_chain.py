@@ -22,6 +22,7 @@ from ..mechanism.mechanism import Mechanism
 from ..mechanism.welds import constraint_models
 from .chains import Chain
 from .closed_directions import ClosedDirections
+from .free_balls import WithBalls
 from .overclosed import overclosed_or_none
 from .turning_model import in_lengths, turning_model
 
@@ -75,7 +76,7 @@ class ConstrainedChain:
 
     def __init__(
         self,
-        mechanism: Mechanism,
+        mechanism: Mechanism | WithBalls,
         chain: Chain,
         prescribed: Sequence[int],
         gravity: Array,
@@ -435,7 +436,7 @@ class _Couplings:
         rows: `(k, nv)`, whose products with rates vanish where couplings hold.
     """
 
-    def __init__(self, mechanism: Mechanism, chain: Chain) -> None:
+    def __init__(self, mechanism: Mechanism | WithBalls, chain: Chain) -> None:
         coordinates = mechanism.coordinates
         chosen = [mechanism.couplings[index] for index in chain.couplings]
         rows = np.zeros((len(chosen), mechanism.model.nv))

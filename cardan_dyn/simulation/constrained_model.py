@@ -10,6 +10,7 @@ from ..arrays import Array, consecutive
 from ..mechanism.mechanism import Mechanism
 from .chains import chains_of
 from .constrained_chain import ConstrainedChain
+from .free_balls import WithBalls
 
 
 class ConstrainedModel:
@@ -24,7 +25,11 @@ class ConstrainedModel:
     """
 
     def __init__(
-        self, mechanism: Mechanism, prescribed: Sequence[int], gravity: Array, state: Array
+        self,
+        mechanism: Mechanism | WithBalls,
+        prescribed: Sequence[int],
+        gravity: Array,
+        state: Array,
     ) -> None:
         """Make the model.
 

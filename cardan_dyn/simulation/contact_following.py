@@ -33,6 +33,9 @@ _AT_WALL = 1e-9
 the play: errors of what locates it."""
 _SOON = 1e-6
 """Part of the first interval after which a phase ends that rounding began on the wrong side."""
+_STRICT = 1e-2
+"""Part of the tolerances that steps may use while a wall presses: pins enter it by so little that
+forces and energies would miss what was asked for a hundred times over."""
 _BETTER = 0.95
 """Sampled force, as a fraction of the peak so far, from which on it is looked for a higher peak."""
 
@@ -85,7 +88,7 @@ class ContactFollowing:
         """
         self._system, self._most = system, most
         self._pins = [
-            _Pin(index, contact, PinMotion(system.model.mechanism, contact))
+            _Pin(index, contact, PinMotion(system.mechanism, contact))
             for index, contact in contacts
         ]
         self._data = system.physical.createData()
@@ -101,6 +104,13 @@ class ContactFollowing:
         for pin, place in zip(self._pins, self._places(y), strict=True):
             is_pressed = place.depth > 0.0 and pin.pressure(place, np.inf) > 0.0
             pin.begin(0.0, is_pressed)
+            if place.depth > _AT_WALL * pin.play and not is_pressed:
+                pin.part(0.0)
+
+    @property
+    def strictness(self) -> float:
+        """Part of the tolerances that steps may use: less where a wall presses."""
+        return _STRICT if any(pin.is_pressed for pin in self._pins) else 1.0
 
     def follow(self, integration: Integration) -> str:
         """Look at the last step, and end it where a phase ends.
@@ -138,6 +148,7 @@ class ContactFollowing:
         for pin, when, at in zip(self._pins, ends, self._places(point.y), strict=True):
             if when == first:
                 self.touches += pin.switch(end, at)
+        integration.strictness = self.strictness
         integration.restart(point)
         return f"{self._most} touches of pins" if len(self.touches) >= self._most else ""
 
@@ -149,8 +160,8 @@ class ContactFollowing:
     def _places(self, y: Array) -> list[PinPlace]:
         """Return where all pins are at a row."""
         system = self._system
-        x = system.unit(y[: system.size])
-        pinocchio.forwardKinematics(system.physical, self._data, x, y[system.size :])
+        state = system.placed(system.unit(y[: system.size]), y[system.size :])
+        pinocchio.forwardKinematics(system.physical, self._data, *state)
         return [pin.motion.place(self._data) for pin in self._pins]
 
 
@@ -169,6 +180,20 @@ class _Pin:
     @property
     def _phase(self) -> Phase:
         return self._contact.phases.last
+
+    @property
+    def play(self) -> float:
+        """Play of the contact [m]."""
+        return self._contact.play
+
+    @property
+    def is_pressed(self) -> bool:
+        """Whether the wall presses."""
+        return self._phase.state == PRESSED
+
+    def part(self, time: float) -> None:
+        """Leave a wall in which the pin still is, and which does not press it."""
+        self._contact.phases.begin(Phase(time, PARTED, self._phase.touch_speed))
 
     def pressure(self, place: PinPlace, touch_speed: float) -> float:
         """Return what the law says, whether or not it acts [N]."""

@@ -120,21 +120,40 @@ class ElementEfforts:
         placements = frame_a * se3(np.asarray(element.origin)), frame_b * se3(end)
         return _Joined(element, (first, second), placements, index, label)
 
-    def __bool__(self) -> bool:
-        along = self._columns.size or self._others
-        return bool(along or self._springs or self._bushings or self._contacts)
+    @property
+    def act_on_links(self) -> bool:
+        """Whether elements act on links, not along coordinates."""
+        return bool(self._springs or self._bushings or self._contacts)
 
-    def add(self, efforts: Array, model: Any, data: Any, time: float, x: Array, v: Array) -> None:
-        """Add what the elements exert at a state to efforts `(nv,)`; see `Forces.efforts`."""
+    @property
+    def rates(self) -> set[int]:
+        """Velocity coordinates along which elements act."""
+        return set(self._rates.tolist()) | {item.rate for _, item, _ in self._others}
+
+    @property
+    def bodies(self) -> set[int]:
+        """Bodies of the mechanism's model on which elements act."""
+        joints = [end.joint for _, *ends, _ in self._springs for end in ends]
+        joints += [joint for item in self._bushings for joint in item.joints]
+        joints += [joint for item in self._contacts for joint in item.joints]
+        return set(joints)
+
+    def add_along_coordinates(self, efforts: Array, time: float, x: Array, v: Array) -> None:
+        """Add what joint elements exert at a state to efforts `(nv,)`; see `Forces.efforts`."""
         if self._columns.size:
             pull = self._stiffness * (x[self._columns] - self._rest)
             np.add.at(efforts, self._rates, -pull - self._damping * v[self._rates])
         for element, coordinate, label in self._others:
             at, rate = x[coordinate.column :][:1], v[coordinate.rate :][:1]
             efforts[coordinate.rate] += element.force(at, rate, np.array([time]), label).effort[0]
-        if self._springs or self._bushings or self._contacts:
-            pinocchio.forwardKinematics(model, data, x, v)
-            pinocchio.computeJointJacobians(model, data, x)
+
+    def add_on_links(
+        self, efforts: Array, model: Any, data: Any, time: float, q: Array, rates: Array, x: Array
+    ) -> None:
+        """Add what elements exert on links to efforts `(nv,)`; see `Forces.on_links`."""
+        if self.act_on_links:
+            pinocchio.forwardKinematics(model, data, q, rates)
+            pinocchio.computeJointJacobians(model, data, q)
         for spring in self._springs:
             _add_spring(efforts, model, data, *spring)
         for bushing in self._bushings:

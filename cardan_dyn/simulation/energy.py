@@ -11,6 +11,7 @@ from ..arrays import Array
 from ..elements.element_forces import ElementForces
 from ..elements.joint_elements import Actuator
 from ..mechanism.mechanism import Mechanism
+from .free_balls import WithBalls
 from .turning_model import turning_model
 
 _NODES = 8
@@ -21,7 +22,7 @@ steps are interpolated by polynomials of degree 7."""
 class WeightEnergy:
     """Energies of the bodies of a mechanism."""
 
-    def __init__(self, mechanism: Mechanism, gravity: Array) -> None:
+    def __init__(self, mechanism: Mechanism | WithBalls, gravity: Array) -> None:
         """Make it.
 
         Args:
@@ -44,8 +45,16 @@ class WeightEnergy:
         energy, model, data = pinocchio.computePotentialEnergy, self._model, self._data
         return np.array([energy(model, data, row) for row in x])
 
+    @property
+    def weight(self) -> float:
+        """Weight of all bodies that move [N]."""
+        mass = sum(float(inertia.mass) for inertia in list(self._model.inertias)[1:])
+        return mass * float(np.linalg.norm(self._model.gravity.linear))
 
-def open_efforts(mechanism: Mechanism, gravity: Array, x: Array, v: Array, a: Array) -> Array:
+
+def open_efforts(
+    mechanism: Mechanism | WithBalls, gravity: Array, x: Array, v: Array, a: Array
+) -> Array:
     """Return how great the efforts `(N, nv)` are that a motion needs where no loop is closed.
 
     Those of the accelerations and those of the speeds and the weight count by themselves: their sum

@@ -13,6 +13,7 @@ import pinocchio
 from ..arrays import Array
 from ..checks import described
 from ..elements.element import Element
+from ..elements.pin_contact import PinContact
 from ..errors import ArgumentError
 from ..forces.link_loads import LinkLoad
 from ..mechanism.coordinates import Coordinates
@@ -112,6 +113,7 @@ class Forces:
     Attributes:
         is_constant: whether nothing depends on time or speed.
         is_nothing: whether nothing acts at all.
+        act_on_links: whether anything acts on links, not along coordinates.
         does_no_work: whether nothing acts but springs.
         has_functions: whether users' functions say what acts.
         names: reads states by name.
@@ -153,10 +155,14 @@ class Forces:
         }
         self.link_loads = {name: load for name, load in link_loads.items() if name not in functions}
         self.joint_loads = joint_loads
+        self._every_element = tuple(elements)
         self._elements = ElementEfforts(mechanism, elements)
         self.is_constant = not functions and self._elements.is_conservative
         self.has_functions = bool(functions) or self._elements.has_functions
         self.is_nothing = not (functions or joint_loads or link_loads or elements)
+        self.act_on_links = bool(
+            self.link_loads or self._link_functions or self._elements.act_on_links
+        )
         self.does_no_work = not (functions or joint_loads or link_loads)
         self.does_no_work &= self._elements.is_conservative
 
@@ -173,20 +179,61 @@ class Forces:
         Raises:
             ArgumentError: a function returns no number, or a wrench of a wrong shape.
         """
+        efforts = self.along_coordinates(time, x, v)
+        if self.act_on_links:
+            efforts += self.on_links(model, data, time, x, v, x, v)
+        return efforts
+
+    def along_coordinates(self, time: float, x: Array, v: Array) -> Array:
+        """Return the efforts `(nv,)` of what acts along coordinates, see `efforts`."""
         efforts = self._constant.copy()
         if self._joint_functions:
             for (_, rate, _), value in zip(
                 self._joint_functions, self._joint_values(time, x, v), strict=True
             ):
                 efforts[rate] += value
+        self._elements.add_along_coordinates(efforts, time, x, v)
+        return efforts
+
+    def on_links(
+        self, model: Any, data: Any, time: float, q: Array, rates: Array, x: Array, v: Array
+    ) -> Array:
+        """Return the efforts `(nv,)` of what acts on links, along the coordinates of a model.
+
+        Args:
+            model: Pinocchio's, whose bodies are those of the mechanism.
+            data: of the model.
+            time: [s].
+            q: its configuration.
+            rates: its velocities.
+            x: coordinates `(size,)` of the mechanism, all turns counted.
+            v: velocities `(nv,)` of the mechanism.
+
+        Raises:
+            ArgumentError: see `efforts`.
+        """
+        efforts = np.zeros(model.nv)
         loads = [*self.link_loads.values(), *self._links_of_functions(time, x, v)]
         if loads:
-            pinocchio.computeJointJacobians(model, data, x)
+            pinocchio.computeJointJacobians(model, data, q)
             for load in loads:
                 efforts += _along_coordinates(model, data, load)
-        if self._elements:
-            self._elements.add(efforts, model, data, time, x, v)
+        self._elements.add_on_links(efforts, model, data, time, q, rates, x)
         return efforts
+
+    @property
+    def bodies(self) -> set[int]:
+        """Bodies of the mechanism's model on which loads or elements act."""
+        links = self._mechanism.links
+        loaded = {load.body + 1 for load in self.link_loads.values()}
+        loaded |= {int(links[name][0]) for name in self._link_functions}
+        return loaded | self._elements.bodies
+
+    def depend_on(self, rates: set[int]) -> bool:
+        """Return whether what acts depends on some coordinates, or acts along them."""
+        along = {int(rate) for rate in np.nonzero(self._constant)[0]}
+        along |= {rate for _, rate, _ in self._joint_functions}
+        return self.has_functions or bool(rates & (along | self._elements.rates))
 
     def _joint_values(self, time: float, x: Array, v: Array) -> list[float]:
         position, speed = self.names.positions(x), self.names.speeds(v)
@@ -220,9 +267,18 @@ class Forces:
 
     def loads_alone(self) -> Forces:
         """Return the same without the elements."""
+        return self._with(())
+
+    def without_contacts(self) -> Forces:
+        """Return the same without pins that strike walls."""
+        return self._with(
+            tuple(item for item in self._every_element if not isinstance(item, PinContact))
+        )
+
+    def _with(self, elements: Sequence[Element]) -> Forces:
         functions = {name: function for name, _, function in self._joint_functions}
         functions.update(self._link_functions)
-        return Forces(self._mechanism, self.joint_loads, self.link_loads, functions)
+        return Forces(self._mechanism, self.joint_loads, self.link_loads, functions, elements)
 
     def all_efforts(self, mechanism: Mechanism, times: Array, x: Array, v: Array) -> Array:
         """Return the efforts `(N, nv)` at N states, see `sampled` for them."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from copy import copy
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -29,8 +30,23 @@ _SHORTEST = 0.2
 their rounding is taken for its error."""
 _MOST_PLACED = 8
 """Steps that are tried until one is placed so."""
+_FINEST = 1e-13
+"""Relative tolerance that a part of one is not made smaller than."""
+_SHORTEST_AGAIN = 1e-14
+"""Step, as a fraction of the time, up to which one that was misread is not taken again."""
 _DIFFERENCE = 1.5e-8
 """Relative step of differences that Jacobians are made of, the root of eps."""
+_FINER = 1.0 / 30.0
+"""Part of a difference by which it is checked whether rates are straight over it."""
+_STRAIGHT = 0.1
+"""Greatest change of a column by that, as a fraction of it."""
+_FINEST_DIFFERENCES = 4
+"""How often differences are made finer; where none agree, rounding is what they see."""
+_LOOKED_AT = 64
+"""Number of steps after which it is looked whether equations have become stiff; then again each
+time there are half as many more."""
+_TRIED = 24
+"""Steps after which it is looked whether an implicit method was worth its price."""
 
 
 class Equations(Protocol):
@@ -51,6 +67,32 @@ class Equations(Protocol):
         """Return a row without whole turns, which `turns` then counts."""
         ...
 
+    def followed(
+        self,
+        turns: Array,
+        ends: tuple[float, float],
+        rows: tuple[Array, Array],
+        way: Callable[[float], Array],
+    ) -> Array:
+        """Return the turns at the end of a part of a step, of which those at its start are known.
+
+        Args:
+            turns: at the step's start.
+            ends: times of the part [s].
+            rows: at them.
+            way: rows at any time of the step.
+        """
+        ...
+
+    def is_misread(self, y: Array, turns: Array) -> bool:
+        """Return whether derivatives took a row at a step's end for one with other turns."""
+        ...
+
+
+Judge = Callable[[float, Array, Array, float], bool]
+"""Returns whether steps are shorter than accuracy asks for, from the time [s], a row, the Jacobian
+there and the length of the last step [s]."""
+
 
 class Dense:
     """Rows within a step; what interpolates them is computed when the first is asked for.
@@ -60,27 +102,28 @@ class Dense:
 
     __slots__ = ("_interpolant", "_kept", "_kind")
 
-    def __init__(self, solver: Any) -> None:
-        """Keep the step that a solver of SciPy has just taken."""
+    def __init__(self, solver: Any, is_explicit: bool) -> None:
+        """Keep the step that a solver of SciPy has just taken.
+
+        Args:
+            solver: after the step.
+            is_explicit: whether interpolating it takes further derivatives.
+        """
         self._interpolant: Callable[[float], Array] | None = None
-        self._kind, self._kept = type(solver), {}
-        if not hasattr(solver, "K_extended"):
+        self._kept: Any = None
+        if not is_explicit:
             self._interpolant = solver.dense_output()
             return
-        names = "fun", "n", "t_old", "t", "h_previous", "y_old", "y", "f"
-        self._kept = {name: getattr(solver, name) for name in names}
-        self._kept["K"] = solver.K.copy()  # The next step overwrites it.
+        self._kept = copy(solver)
+        for name, value in vars(solver).items():
+            if isinstance(value, np.ndarray):
+                setattr(self._kept, name, value.copy())  # The next step overwrites some.
 
     def prepare(self) -> Callable[[float], Array]:
         """Return what interpolates the rows; once it is there, the step can be copied."""
         if self._interpolant is None:
-            solver = object.__new__(self._kind)  # As it was after the step.
-            solver.__dict__.update(self._kept)
-            stages = self._kept["K"]
-            solver.K_extended = np.empty((len(stages) + len(solver.A_EXTRA), solver.n))
-            solver.K_extended[: len(stages)] = stages
-            self._interpolant = solver.dense_output()
-            self._kept = {}
+            self._interpolant = self._kept.dense_output()
+            self._kept = None
         return self._interpolant
 
     def __call__(self, time: float) -> Array:
@@ -93,8 +136,9 @@ class Segment(NamedTuple):
 
     Attributes:
         start, end: times [s].
-        turns: of the rows of this step.
+        turns: of the row with which it starts.
         dense: returns the row at a time, before constraints are restored.
+        first: the row with which it starts.
         crosses: whether it is a step over a crossing, beside which rows are as they are.
     """
 
@@ -102,6 +146,7 @@ class Segment(NamedTuple):
     end: float
     turns: Array
     dense: Dense
+    first: Array
     crosses: bool = False
 
 
@@ -132,6 +177,7 @@ class Integration:
         method: `DOP853` or `Radau`, the one in use.
         stiff_from: time from which on the equations were found to be stiff, None if they are not.
         crossings: finds those of the constraints; None if there is none.
+        strictness: part of the tolerances that steps may use, from the next start on.
     """
 
     def __init__(
@@ -146,6 +192,7 @@ class Integration:
         step: float | None = None,
         longest: float = np.inf,
         crossings: Crossings | None = None,
+        is_stiff: Judge | None = None,
     ) -> None:
         """Start an integration at time 0.
 
@@ -159,6 +206,7 @@ class Integration:
             step: length of all steps [s]; chosen by the error if None.
             longest: step that is allowed then [s].
             crossings: finds those of the constraints, over which steps lead; None if there is none.
+            is_stiff: judges a row now and then, None if only the steps themselves tell.
         """
         self.crossings = crossings
         self._ahead: tuple[float, float, float] | None = None
@@ -168,7 +216,10 @@ class Integration:
         self.segments: list[Segment] = []
         self.evaluations = 0
         self.stiff_from: float | None = None
+        self.strictness = 1.0
         self._stiff_steps = 0
+        self._judge, self._next_look = is_stiff, _LOOKED_AT
+        self._tried: tuple[int, float] | None = None
         self._duration, self._step = duration, step
         self._tolerances: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": longest}
         self._scale = np.asarray(atol) / rtol
@@ -183,7 +234,7 @@ class Integration:
         for segment in self.segments:
             with self._within(segment):
                 segment.dense.prepare()
-        left_out = "_solver", "_lock", "crossings"
+        left_out = "_solver", "_lock", "_judge", "crossings"
         return {name: value for name, value in self.__dict__.items() if name not in left_out}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -197,6 +248,10 @@ class Integration:
         from scipy.integrate import DOP853, Radau  # Only simulations need it.
 
         options = dict(self._tolerances, first_step=first_step)
+        if self.strictness < 1.0:
+            rtol, atol = options["rtol"], options["atol"]
+            options["rtol"] = min(rtol, max(self.strictness * rtol, _FINEST))
+            options["atol"] = atol * (options["rtol"] / rtol)
         if self._step is not None:
             # Tolerances that no step misses make every step as long as the longest allowed.
             length = min(self._step, self._duration)
@@ -211,14 +266,33 @@ class Integration:
         return self.equations.derivative(time, y)
 
     def _jacobian(self, time: float, y: Array) -> Array:
-        """Return the derivatives `(n, n)` of the rates, by differences."""
+        """Return the derivatives `(n, n)` of the rates, by differences.
+
+        Friction that sets in within a small part of the speeds has slopes that great differences
+        do not see: they are made finer until two of them agree.
+        """
         rate = self._derivative(time, y)
         jacobian = np.empty((y.size, y.size))
-        for index in range(y.size):
+
+        def column(index: int, difference: float) -> Array:
             moved = y.copy()
-            moved[index] += _DIFFERENCE * max(abs(y[index]), self._scale[index])
-            step = moved[index] - y[index]
-            jacobian[:, index] = (self._derivative(time, moved) - rate) / step
+            moved[index] += difference
+            return (self._derivative(time, moved) - rate) / (moved[index] - y[index])
+
+        for index in range(y.size):
+            size = abs(float(y[index]))
+            difference = _DIFFERENCE * max(size, float(self._scale[index]))
+            first = column(index, difference)
+            jacobian[:, index] = coarse = first
+            for _ in range(_FINEST_DIFFERENCES):
+                difference *= _FINER
+                if size + difference == size:
+                    break
+                fine = column(index, difference)
+                if np.max(np.abs(fine - coarse)) <= _STRAIGHT * np.max(np.abs(fine)):
+                    jacobian[:, index] = coarse
+                    break
+                coarse = fine
         return jacobian
 
     @property
@@ -235,39 +309,59 @@ class Integration:
         """Take one step; return why it failed, None if it did not."""
         if self._solver is None:
             self._start_solver(0.0, self.points[0].y)
-        solver, equations, crosses = self._solver, self.equations, False
-        try:
-            if self.crossings is not None:
-                self.crossings.begin()
-            message = solver.step()
-            if self.crossings is not None and self._step is None and message is None:
-                self._solver, crosses = self._placed(solver, self.crossings)
-                solver = self._solver
-        except CardanError:
-            raise
-        except (ValueError, ArithmeticError) as error:
-            # SciPy's linear algebra refuses what is not finite.
-            return f"loads or speeds lead beyond the greatest numbers ({error})"
-        if solver.status == "failed":
-            return str(message)
-        is_stiff = self.method == "DOP853" and self._step is None and self._is_stiff()
-        time, turns = float(solver.t), equations.turns
-        y = equations.restored(time, solver.y)
-        rate = self._derivative(time, y)
-        # The interpolant ends where the next step begins.
-        solver.y = y
-        if self.method == "DOP853":
-            solver.f = rate
-        segment = Segment(float(solver.t_old), time, turns, Dense(solver), crosses)
-        if crosses and self.crossings is not None:
-            with self.crossings.stages_closed():
-                segment.dense.prepare()
+        equations, is_explicit = self.equations, self.method == "DOP853"
+        while True:
+            solver, crosses = self._solver, False
+            try:
+                if self.crossings is not None:
+                    self.crossings.begin()
+                message = solver.step()
+                if self.crossings is not None and self._step is None and message is None:
+                    self._solver, crosses = self._placed(solver, self.crossings)
+                    solver = self._solver
+            except CardanError:
+                raise
+            except (ValueError, ArithmeticError) as error:
+                # SciPy's linear algebra refuses what is not finite.
+                return f"loads or speeds lead beyond the greatest numbers ({error})"
+            if solver.status == "failed":
+                return str(message)
+            is_stiff = is_explicit and self._step is None and self._is_stiff()
+            before, time, turns = self.points[-1], float(solver.t), equations.turns
+            y = equations.restored(time, solver.y)
+            rate = self._derivative(time, y)
+            # The interpolant ends where the next step begins.
+            solver.y = y
+            if is_explicit:
+                solver.f = rate
+            dense = Dense(solver, is_explicit)
+            segment = Segment(before.time, time, turns, dense, before.y, crosses)
+            if crosses and self.crossings is not None:
+                with self.crossings.stages_closed():
+                    dense.prepare()
+            equations.turns = self._followed(segment, time, y)
+            length = time - before.time
+            if self._step or not equations.is_misread(y, turns) or length < _SHORTEST_AGAIN * time:
+                break
+            equations.turns, self._ahead = turns, None
+            self._start_solver(before.time, before.y, 0.5 * length)
         self.segments.append(segment)
         solver.y = wrapped = equations.wrap(y)
         self.points.append(Point(time, wrapped, equations.turns, rate))
-        if is_stiff and self.is_running:
+        if not self.is_running:
+            return None
+        if is_stiff or (is_explicit and self._looks_stiff(time, wrapped, length)):
+            if not is_stiff:
+                self._tried = len(self.segments) + _TRIED, length
             self.stiff_from, self.method = time, "Radau"
             self._start_solver(time, wrapped)
+        elif self._tried and len(self.segments) >= self._tried[0]:
+            # Where slow motion asks for as many steps of lower order, they cost more.
+            if length < self._tried[1]:
+                self.stiff_from, self.method, self._stiff_steps = None, "DOP853", 0
+                self._next_look = 2 * len(self.segments)
+                self._start_solver(time, wrapped, length)
+            self._tried = None
         return None
 
     def _placed(self, solver: Any, crossings: Crossings) -> tuple[Any, bool]:
@@ -318,7 +412,7 @@ class Integration:
                 if placed.step() is not None:
                     break
                 placed.rtol, placed.atol = tolerances
-                dense = Dense(placed)
+                dense = Dense(placed, self.method == "DOP853")
                 dense.prepare()
             if not crosses:
                 self._ahead = crossing, length, shortest
@@ -332,6 +426,13 @@ class Integration:
             if abs(crossing - start - lead * length) <= _WITHIN * length:
                 return placed, True
         return solver, False
+
+    def _looks_stiff(self, time: float, y: Array, length: float) -> bool:
+        """Return whether a row is judged to be stiff, if it is time to."""
+        if self._judge is None or self._step is not None or len(self.segments) < self._next_look:
+            return False
+        self._next_look = len(self.segments) * 3 // 2
+        return self._judge(time, y, self._jacobian(time, y), length)
 
     def _is_stiff(self) -> bool:
         """Return whether stability, not accuracy, has limited the last steps of DOP853."""
@@ -357,12 +458,24 @@ class Integration:
         """Return the point at a time on one step."""
         with self._within(segment):
             y = self._restored(segment, time)
-            return Point(time, y, segment.turns, self._derivative(time, y))
+            turns = self._followed(segment, time, y)
+            self.equations.turns = turns
+            return Point(time, y, turns, self._derivative(time, y))
 
-    def row_on(self, segment: Segment, time: float) -> Array:
-        """Return the row at a time on one step."""
+    def row_on(self, segment: Segment, time: float) -> tuple[Array, Array]:
+        """Return the row at a time on one step, and its turns."""
         with self._within(segment):
-            return self._restored(segment, time)
+            y = self._restored(segment, time)
+            return y, self._followed(segment, time, y)
+
+    def _followed(self, segment: Segment, time: float, y: Array) -> Array:
+        """Return the turns of a row at a time on a step."""
+        if time <= segment.start:
+            return segment.turns
+        before = segment.first
+        return self.equations.followed(
+            segment.turns, (segment.start, time), (before, y), segment.dense
+        )
 
     @contextmanager
     def _within(self, segment: Segment) -> Iterator[None]:

@@ -17,7 +17,8 @@ from .energy_functions import energy_functions
 from .energy_integral import EnergyIntegral
 from .events import EventSearch, Happened, places
 from .forces import Named
-from .integration import Integration
+from .free_balls import WithBalls, with_free_balls
+from .integration import Equations, Integration, Judge, Point
 from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
 from .scalar_equation import ScalarEquation
 from .setup import Setup
@@ -42,6 +43,8 @@ _MOST_SAMPLES = 20_000
 """Greatest number of these times; `Trajectory.at` gives others."""
 _SEARCHED_PER_PERIOD = 16
 """Steps per turn or swing that are searched for events, each in several places."""
+_HARDLY_APART = 1e-4
+"""Sine of the angle between outer axes of a ball up to which they explain why steps failed."""
 _STEPS_AT_ONCE = 256
 """Steps of a quadrature that are searched for events together, which bounds the memory."""
 
@@ -191,6 +194,7 @@ def by_response(setup: Setup) -> Trajectory:
         atol=atol,
         step=setup.step,
         longest=setup.longest_step,
+        is_stiff=None if setup.forces.is_nothing else _judge(setup, equation, atol / setup.atol, 1),
     )
 
     def run() -> Run:
@@ -203,17 +207,14 @@ def by_response(setup: Setup) -> Trajectory:
 def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     """Simulate by constrained dynamics in all coordinates, by the method that suits if None."""
     system = System(_model(setup), setup.forces, setup.motions, setup.x)
-    system.turns = setup.turns.copy()
+    y = system.begin(setup.x, setup.turns, setup.v)
     following = None
     if setup.contacts:
         following = ContactFollowing(system, setup.contacts, setup.most_touches)
-        following.begin(np.concatenate([setup.x, setup.v]))
-    problem = setup.solver.problem
-    scale = 1.0 / problem.mechanism.coordinates.scale
-    speed = _speed(setup, system)
-    rates = speed * problem.mechanism.coordinates.rate_scale
-    unit = np.concatenate([scale, rates])
-    y = np.concatenate([setup.x, setup.v])
+        following.begin(y)
+    coordinates = system.model.mechanism.coordinates
+    speed = _speed(system, y)
+    unit = np.concatenate([1.0 / coordinates.scale, speed * coordinates.rate_scale])
     crossings = Crossings(system.model, system.size)
     crossings.check_start(y)
     notes: list[str] = []
@@ -222,33 +223,69 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
         y = start.settled(speed) if setup.settle else y
         is_stiff, notes = start.judged(y, setup.duration, speed)
         method = method or ("Radau" if is_stiff else None)
+    atol = setup.atol * unit
     integration = Integration(
         system,
         y,
         setup.duration,
         method=method or "DOP853",
         rtol=setup.rtol,
-        atol=setup.atol * unit,
+        atol=atol,
         step=setup.step,
         longest=setup.longest_step,
         crossings=crossings,
+        is_stiff=None
+        if following or setup.forces.is_nothing
+        else _judge(setup, system, unit, system.size),
     )
+    if following:
+        integration.strictness = following.strictness
     name = integration.method
 
     def run() -> Run:
-        return ConstrainedRun(setup.solver, integration)
+        return ConstrainedRun(setup.solver, integration, system)
 
-    begun = y[: system.size] + 2.0 * np.pi * setup.turns, y[system.size :]
-    return _integrated(setup, integration, system.named, run, name, notes, following, begun)
+    def why(point: Point) -> str:
+        return system.boundless(point.time, point.y, point.turns, _HARDLY_APART)
+
+    state = system.state(y, system.turns, np.zeros_like(y))
+    begun = state.x + 2.0 * np.pi * state.turns, state.v
+    return _integrated(setup, integration, system.named, run, name, notes, following, begun, why)
 
 
-def _speed(setup: Setup, system: System) -> float:
-    """Return how fast joints move [rad/s]: at the start; from rest, soon after it, 1 at most."""
-    scale = setup.solver.problem.mechanism.coordinates.rate_scale
-    speed = float(np.max(np.abs(setup.v) / scale, initial=0.0))
-    if speed == 0.0:
-        a = system.accelerations(0.0, setup.x, setup.v) / scale
-        speed = min(float(np.sqrt(np.max(np.abs(a), initial=0.0))), 1.0)
+def _judge(setup: Setup, equations: Equations, unit: Array, size: int) -> Judge:
+    """Return what judges whether equations with forces are stiff at a row.
+
+    Args:
+        setup: of the simulation.
+        equations: that are integrated.
+        unit: sizes of entries of a row.
+        size: how many of its first entries are positions.
+    """
+
+    def is_stiff(time: float, y: Array, jacobian: Array, length: float) -> bool:
+        from .stiffness import limited, modes  # Most simulations have no springs.
+
+        def rates(row: Array) -> Array:
+            return equations.derivative(time, row)
+
+        tolerance = setup.atol * unit + setup.rtol * np.abs(y)
+        found = modes(rates, y, unit, tolerance, jacobian)
+        # Rates of positions are speeds.
+        speed = float(np.max(np.abs(rates(y)[:size] / unit[:size]), initial=0.0))
+        return limited(found, length, setup.duration - time, speed)
+
+    return is_stiff
+
+
+def _speed(system: System, y: Array) -> float:
+    """Return how fast joints move [rad/s]: at the start, or soon after it, 1 at most then."""
+    scale = system.model.mechanism.coordinates.rate_scale
+    x, v = y[: system.size], y[system.size :]
+    speed = float(np.max(np.abs(v) / scale, initial=0.0))
+    if speed < 1.0:
+        a = system.accelerations(0.0, x, v) / scale
+        speed = max(speed, min(float(np.sqrt(np.max(np.abs(a), initial=0.0))), 1.0))
     return speed or 1.0
 
 
@@ -297,7 +334,9 @@ class Start:
 def _model(setup: Setup) -> ConstrainedModel:
     problem = setup.solver.problem
     rates = problem.mechanism.coordinates.rates_of((*setup.motions, *problem.held))
-    return ConstrainedModel(problem.mechanism, rates, problem.gravity, setup.x)
+    mechanism = with_free_balls(problem.mechanism, rates, setup.forces.bodies)
+    x = mechanism.row(setup.x) if isinstance(mechanism, WithBalls) else setup.x
+    return ConstrainedModel(mechanism, rates, problem.gravity, x)
 
 
 def _integrated(
@@ -309,6 +348,7 @@ def _integrated(
     notes: list[str] | None = None,
     following: ContactFollowing | None = None,
     begun: tuple[Array, Array] | None = None,
+    why: Callable[[Point], str] | None = None,
 ) -> Trajectory:
     """Integrate to the end, to an event, or to where it fails.
 
@@ -322,13 +362,14 @@ def _integrated(
         while integration.is_running:
             failure = integration.advance()
             if failure is not None:
+                failure = (why and why(integration.points[-1])) or failure
                 break
             reason = following.follow(integration) if following else ""
-            setup.progress.show(integration.time)
+            setup.progress.step(integration.time)
             segment = integration.segments[-1]
 
             def reading(time: float, segment: Any = segment) -> tuple[Named, Named]:
-                return named(integration.row_on(segment, time), segment.turns)
+                return named(*integration.row_on(segment, time))
 
             stopped = search.step(segment.start, segment.end, reading) if setup.events else None
             if stopped is not None:
@@ -342,7 +383,7 @@ def _integrated(
         failure = str(error)
     finally:
         setup.progress.close()
-    notes = list(notes or [])
+    notes = [*(notes or []), *setup.progress.notes]
     if integration.stiff_from is not None:
         notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
         method += ", then Radau"

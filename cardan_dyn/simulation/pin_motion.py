@@ -56,6 +56,11 @@ class PinMotion:
         self._pin, frame = mechanism.links[element.link_b]
         self._point = np.asarray(frame.act(element.point_b))
 
+    @property
+    def joints(self) -> tuple[int, int]:
+        """Indices of the joints in the model that move bush and pin, 0 for the world."""
+        return self._bush, self._pin
+
     def place(self, data: Any) -> PinPlace:
         """Return where the pin is; forward kinematics and velocities have been computed."""
         element = self.element

@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+import inspect
+import time as clock
 from typing import Any
 
 from ..checks import described
 from ..errors import ArgumentError
 
+_MANY = 100_000
+"""Steps of a simulation from which on it is said how many there will be, and when it would end."""
+_COUNTED = 500
+"""Steps from whose time the others are reckoned."""
+
 
 class Progress:
-    """Shows how far a simulation got."""
+    """Shows how far a simulation got.
+
+    Attributes:
+        notes: what was said beside it: of steps far more than a motion needs.
+    """
 
     def __init__(self, wanted: Any, duration: float) -> None:
         """Make it.
 
         Args:
-            wanted: True for a bar, a function of the fraction done, or False.
+            wanted: True for a bar, a function of the fraction done, or of that and of what is said
+                beside it, or False.
             duration: of the simulation [s].
 
         Raises:
@@ -25,17 +37,40 @@ class Progress:
         self._function = wanted if callable(wanted) else None
         self._has_bar = wanted is True
         self._bar: Any = None
+        self.notes: tuple[str, ...] = ()
+        self._takes_note = self._function is not None and _takes_two(self._function)
+        self._steps, self._mark = 0, (0.0, clock.monotonic())
         if self._function is None and not isinstance(wanted, bool):
             raise ArgumentError(f"progress is {described(wanted)}, expected a bool or a function")
 
     def show(self, time: float) -> None:
         """Show that a time was reached [s]."""
-        if self._function is not None:
+        if self._function is not None and self._takes_note:
+            self._function(time / self._duration, "; ".join(self.notes))
+        elif self._function is not None:
             self._function(time / self._duration)
         elif self._has_bar:
             if self._bar is None:
                 self._start_bar()
-            self._bar.update(self._task, completed=time)
+            said = "; ".join(("simulating", *self.notes))
+            self._bar.update(self._task, completed=time, description=said)
+
+    def step(self, time: float) -> None:
+        """Show that a step reached a time [s], and reckon how many there will be."""
+        self._steps += 1
+        if self._steps % _COUNTED == 0:
+            begun, then = self._mark
+            now = clock.monotonic()
+            left = _COUNTED * (self._duration - time) / max(time - begun, 1e-300)
+            if self._steps + left >= _MANY:
+                ends = clock.localtime(clock.time() + min(left * (now - then) / _COUNTED, 1e10))
+                self.notes = (
+                    f"slow: {self._steps} steps led to {time:.3g} s; steps of "
+                    f"{(time - begun) / _COUNTED:.1e} s make {self._steps + left:.1e} in all, at "
+                    f"this rate until {clock.strftime('%Y-%m-%d %H:%M', ends)}",
+                )
+            self._mark = time, now
+        self.show(time)
 
     def _start_bar(self) -> None:
         from rich.progress import Progress as Bar  # Few simulations show one.
@@ -48,3 +83,19 @@ class Progress:
         """Take the bar off."""
         if self._bar is not None:
             self._bar.stop()
+
+
+def _takes_two(function: Any) -> bool:
+    """Return whether a function has to be given two arguments."""
+    try:
+        parameters = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):  # Some functions of compiled modules have none.
+        return False
+    needed = [
+        item
+        for item in parameters
+        if item.default is inspect.Parameter.empty
+        and item.kind
+        in (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    ]
+    return len(needed) == 2

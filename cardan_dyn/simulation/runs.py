@@ -12,7 +12,9 @@ from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..problem.samples import Targets
 from ..results.collect import motion_at
 from .energy_integral import Law
+from .free_balls import WithBalls
 from .integration import Integration, Point
+from .system import System
 
 
 class Rows(NamedTuple):
@@ -22,10 +24,40 @@ class Rows(NamedTuple):
         x: coordinates `(N, size)` with closed loops.
         turns: whole turns `(N, size)` that angles lack.
         v, a: velocities and accelerations `(N, nv)`.
+        exist: which of them are decided `(N, nv)`; all if None. Where axes of a ball coincide, the
+            rates of its angles may have no limit; what stands there moves the body otherwise.
+        bodies: the same states by rotations instead of angles; None where angles are as good.
     """
 
     x: Array
     turns: Array
+    v: Array
+    a: Array
+    exist: Array | None = None
+    bodies: BodyStates | None = None
+
+    def at(self, chosen: Array) -> Rows:
+        """Return some of them."""
+        bodies = self.bodies
+        if bodies is not None:
+            x, v, a = (values[chosen] for values in (bodies.x, bodies.v, bodies.a))
+            bodies = BodyStates(bodies.mechanism, x, v, a)
+        exist = None if self.exist is None else self.exist[chosen]
+        x, turns, v, a = (values[chosen] for values in (self.x, self.turns, self.v, self.a))
+        return Rows(x, turns, v, a, exist, bodies)
+
+
+class BodyStates(NamedTuple):
+    """States at N times in coordinates that are regular wherever bodies are.
+
+    Attributes:
+        mechanism: whose coordinates they are.
+        x: coordinates `(N, size)`.
+        v, a: velocities and accelerations `(N, nv)`.
+    """
+
+    mechanism: WithBalls
+    x: Array
     v: Array
     a: Array
 
@@ -61,6 +93,11 @@ class Run(Protocol):
         """Whether states are exact to rounding, and not to the tolerance of steps."""
         ...
 
+    @property
+    def boundless(self) -> frozenset[int]:
+        """Velocity coordinates whose values have no bound: angles that are read off rotations."""
+        ...
+
     def drives_alone(self, times: Array) -> OfDrives | None:
         """Return the motion of the drives at times, None if all coordinates are needed for it."""
         ...
@@ -77,10 +114,17 @@ class Run(Protocol):
 class ConstrainedRun:
     """States that were integrated in all coordinates; see `Run`."""
 
-    def __init__(self, solver: ProblemSolver, integration: Integration) -> None:
-        self._solver, self._integration = solver, integration
+    def __init__(self, solver: ProblemSolver, integration: Integration, system: System) -> None:
+        self._solver, self._integration, self._system = solver, integration, system
         self.times = np.array([point.time for point in integration.points])
         self.period, self.is_exact = np.inf, False
+
+    @property
+    def boundless(self) -> frozenset[int]:
+        """See `Run.boundless`."""
+        mechanism = self._system.model.mechanism
+        balls = mechanism.balls if isinstance(mechanism, WithBalls) else ()
+        return frozenset(ball.rate + k for ball in balls for k in range(3))
 
     def drives_alone(self, times: Array) -> None:
         """See `Run.drives_alone`."""
@@ -91,9 +135,14 @@ class ConstrainedRun:
             points = self._integration.points
         else:
             points = self._integration.points_at(times)
-        size = self._solver.problem.mechanism.coordinates.size
+        size, mechanism = self._system.size, self._system.model.mechanism
         y, turns, rates = _columns(points)
-        return Rows(y[:, :size], turns, y[:, size:], rates[:, size:])
+        if not isinstance(mechanism, WithBalls):
+            return Rows(y[:, :size], turns, y[:, size:], rates[:, size:])
+        bodies = BodyStates(mechanism, y[:, :size], y[:, size:], rates[:, size:])
+        states = [self._system.state(*row) for row in zip(y, turns, rates, strict=True)]
+        x, whole, v, a, exist = map(np.array, zip(*states, strict=True))
+        return Rows(x, whole, v, a, exist, bodies)
 
     def assembled(self, positions: Array, rows: Rows) -> AssembledPositions:
         """See `Run.assembled`."""
@@ -127,6 +176,7 @@ class OneCoordinateRun:
         """
         self._solver, self.times, self._law = solver, times, law
         self.period, self.is_exact = period, is_exact
+        self.boundless: frozenset[int] = frozenset()
 
     def drives_alone(self, times: Array) -> OfDrives:
         """See `Run.drives_alone`; no loop has to be closed for it."""

@@ -83,6 +83,14 @@ class ScalarEquation:
             self.turns = self.turns + np.array([periods * self._period / (2.0 * np.pi), 0.0])
         return y
 
+    def followed(self, turns: Array, *way: object) -> Array:
+        """Return the turns of a step as they are; see `Equations`."""
+        return turns
+
+    def is_misread(self, y: Array, turns: Array) -> bool:
+        """Return that no row is; see `Equations`."""
+        return False
+
     def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
         """Return positions and speeds by name of a row."""
         _, x, ratios = self._at(float(y[0]), float(turns[0]))

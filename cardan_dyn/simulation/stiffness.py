@@ -25,6 +25,8 @@ _FAST = 30.0
 """How much faster than all that is excited a mode has to be to make a system stiff."""
 _STABLE = 5.0
 """Step of DOP853 times the frequency of a mode up to which it is stable."""
+_NEARLY = 2.0
+"""Step of DOP853 times the frequency of a mode from which on it may be what limits the step."""
 _MANY = 300.0
 """Steps that stability alone asks for, below which no other method is worth its price."""
 _SETTLING_STEPS = 8
@@ -53,7 +55,9 @@ class Modes(NamedTuple):
         return np.asarray(self.amplitudes > _EXCITED)
 
 
-def modes(rates: Rates, y: Array, unit: Array, tolerance: Array) -> Modes:
+def modes(
+    rates: Rates, y: Array, unit: Array, tolerance: Array, jacobian: Array | None = None
+) -> Modes:
     """Return the modes about a row.
 
     Args:
@@ -61,12 +65,14 @@ def modes(rates: Rates, y: Array, unit: Array, tolerance: Array) -> Modes:
         y: the row `(n,)`.
         unit: `(n,)` sizes of entries that differences are taken by.
         tolerance: `(n,)` error that a step may have.
+        jacobian: `(n, n)` derivatives of the rates; by differences if None.
     """
-    jacobian = np.empty((y.size, y.size))
-    for index in range(y.size):
-        step = np.zeros(y.size)
-        step[index] = _DIFFERENCE * max(abs(y[index]), unit[index])
-        jacobian[:, index] = (rates(y + step) - rates(y - step)) / (2.0 * step[index])
+    if jacobian is None:
+        jacobian = np.empty((y.size, y.size))
+        for index in range(y.size):
+            step = np.zeros(y.size)
+            step[index] = _DIFFERENCE * max(abs(y[index]), unit[index])
+            jacobian[:, index] = (rates(y + step) - rates(y - step)) / (2.0 * step[index])
     values, vectors = np.linalg.eig(jacobian)
     shares = np.linalg.lstsq(vectors, rates(y).astype(complex), rcond=None)[0]
     sizes = np.abs(values)
@@ -105,6 +111,19 @@ def judged(found: Modes, duration: float, speed: float) -> Judgement:
     rings = found.is_excited & (np.abs(found.values.imag) > _FAST * max(slow, 1.0 / duration))
     fastest = float(np.max(np.abs(found.values.imag[rings]), initial=0.0))
     return Judgement(is_stiff, fastest / (2.0 * np.pi))
+
+
+def limited(found: Modes, length: float, remaining: float, speed: float) -> bool:
+    """Return whether stability, not accuracy, limits the steps of an explicit method.
+
+    Args:
+        found: modes about a row.
+        length: of the last step [s].
+        remaining: time that is left [s].
+        speed: greatest speed of a joint [rad/s].
+    """
+    greatest = float(np.max(np.abs(found.values), initial=0.0))
+    return length * greatest > _NEARLY and judged(found, remaining, speed).is_stiff
 
 
 def settled(

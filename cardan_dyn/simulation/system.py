@@ -3,19 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, quaternion_product
+from ..arrays import Array
 from ..errors import SingularConfigurationError
 from .constrained_model import ConstrainedModel
 from .forces import Forces, Named, StateNames
+from .free_balls import WithBalls
 from .turning_model import turning_model
 
 Motion = Callable[[float], tuple[float, float, float]]
 """Position, speed and acceleration of a prescribed joint at a time."""
 
 
+class State(NamedTuple):
+    """A state of a mechanism.
+
+    Attributes:
+        x: coordinates `(size,)`.
+        turns: whole turns `(size,)` that angles lack.
+        v, a: velocities and accelerations `(nv,)`.
+        exist: which of them are decided `(nv,)`; where axes of a free ball coincide, not all are.
+    """
+
+    x: Array
+    turns: Array
+    v: Array
+    a: Array
+    exist: Array
+
+
+_LOCKED = 1e-7
+"""Sine of the angle between outer axes of a ball up to which a moment of efforts about them has no
+digits left that steps could use."""
 _FARTHEST = 1e-2
 """Greatest displacement [rad, or a fraction of the length] by which loops are closed that drifted
 open within a step: a greater one might end in another assembly mode."""
@@ -26,9 +48,10 @@ class System:
 
     Attributes:
         model: gives accelerations and closes loops.
-        physical: Pinocchio's model in metres, whose configurations are coordinate rows.
-        size: number of coordinates.
-        turns: whole turns `(size,)` that have been taken off the angles so far.
+        physical: Pinocchio's model of the mechanism in metres, see `placed`.
+        size: length of a row's coordinates: the mechanism's, but for quaternions of free balls.
+        turns: whole turns `(size,)` that have been taken off the angles so far; of a free ball, the
+            three angles near which it is, in turns.
     """
 
     def __init__(
@@ -44,24 +67,36 @@ class System:
             model: of the mechanism.
             forces: what acts.
             motions: driven coordinates to how they move; all other prescribed ones rest.
-            start: coordinates `(size,)` at which those rest.
+            start: coordinates of the mechanism at which those rest.
         """
         coordinates = model.mechanism.coordinates
         self.model, self._forces = model, forces
-        self.physical = turning_model(model.mechanism)
+        free = None
+        if isinstance(model.mechanism, WithBalls):
+            free, self.mechanism = model.mechanism, model.mechanism.source
+        else:
+            self.mechanism = model.mechanism
+        self._free: WithBalls | None = free
+        self._reads_angles = free is not None and forces.depend_on(
+            {ball.rate + k for ball in free.balls for k in range(3)}
+        )
+        start = free.row(start) if free else start
+        self.physical = turning_model(self.mechanism)
         self._data = self.physical.createData()
-        self._names = StateNames(coordinates)
+        named = self.mechanism.coordinates.named
+        self._names = StateNames(self.mechanism.coordinates)
         self.size = coordinates.size
         self.turns = np.zeros(self.size)
         self._columns, self._rates = coordinates.scalars
         self._balls = list(zip(*map(np.ndarray.tolist, coordinates.balls), strict=True))
         self._is_plain = not self._balls
         prescribed = model.prescribed.tolist()
+        moving = [named[name].rate for name in motions]
+        columns = coordinates.column_of(np.array(moving, dtype=int)).tolist()
         self._motions = [
-            (coordinates.named[name], prescribed.index(coordinates.named[name].rate), motion)
-            for name, motion in motions.items()
+            (column, rate, prescribed.index(rate), motion)
+            for column, rate, motion in zip(columns, moving, motions.values(), strict=True)
         ]
-        moving = {item.rate for item, _, _ in self._motions}
         self._resting = np.array([rate for rate in prescribed if rate not in moving], dtype=int)
         self._resting_columns = coordinates.column_of(self._resting)
         self._resting_at = start[self._resting_columns]
@@ -91,25 +126,83 @@ class System:
             x = self.unit(x)
             result[self._columns] = v[self._rates]
             for column, start in self._balls:
-                spin = np.array([[*(0.5 * v[start : start + 3]), 0.0]])
-                quaternion = y[None, column : column + 4]
-                result[column : column + 4] = quaternion_product(quaternion, spin)[0]
+                # NumPy's products of such short vectors take ten times as long.
+                i, j, k, w = y[column : column + 4].tolist()
+                a, b, c = (0.5 * v[start : start + 3]).tolist()
+                result[column : column + 4] = (
+                    w * a + j * c - k * b,
+                    w * b + k * a - i * c,
+                    w * c + i * b - j * a,
+                    -i * a - j * b - k * c,
+                )
         result[self.size :] = self.accelerations(time, x, v)
         return result
 
     def accelerations(self, time: float, x: Array, v: Array) -> Array:
         """Return accelerations `(nv,)` at coordinates and velocities."""
         model = self.model
-        efforts = None
-        if not self._forces.is_nothing:
-            counted = x + 2.0 * np.pi * self.turns
-            efforts = self._forces.efforts(self.physical, self._data, time, counted, v)
+        efforts = None if self._forces.is_nothing else self._efforts(time, x, v)
         prescribed = None
         if self._motions:
             prescribed = np.zeros(len(model.prescribed))
-            for _, index, motion in self._motions:
+            for _, _, index, motion in self._motions:
                 prescribed[index] = motion(time)[2]
         return model.accelerations(x, v, efforts, prescribed)
+
+    def _efforts(self, time: float, x: Array, v: Array) -> Array:
+        """Return what acts along all velocities `(nv,)`."""
+        forces, free, data = self._forces, self._free, self._data
+        if free is None:
+            counted = x + 2.0 * np.pi * self.turns
+            return forces.efforts(self.physical, data, time, counted, v)
+        counted = free.positions(x, self.turns)
+        rates, *_ = free.rates(counted, v, np.zeros_like(v))
+        efforts = free.efforts(counted, forces.along_coordinates(time, counted, rates))
+        if forces.act_on_links:
+            placed = self.placed(x, v)
+            on_links = forces.on_links(self.physical, data, time, *placed, counted, rates)
+            efforts += free.regular_moments(on_links)
+        return efforts
+
+    def boundless(self, time: float, y: Array, turns: Array, apart: float = _LOCKED) -> str:
+        """Return why forces on a row have no bound; empty if they have one.
+
+        Args:
+            time: [s].
+            y: the row.
+            turns: of the row.
+            apart: sine of the angle between outer axes of a ball up to which they coincide.
+        """
+        if not self._reads_angles or self._free is None:
+            return ""
+        counted = self._free.positions(self.unit(y[: self.size]), turns)
+        locked = [ball for ball in self._free.balls if ball.apart(counted) < apart]
+        if not locked:
+            return ""
+        v = y[self.size :]
+        rates, *_ = self._free.rates(counted, v, np.zeros_like(v))
+        efforts = self._forces.along_coordinates(time, counted, rates)
+        names = {item.rate: name for name, item in self.mechanism.coordinates.named.items()}
+        for ball in locked:
+            if efforts[ball.rate] or efforts[ball.rate + 2]:
+                first, middle, last = (names[ball.rate + k] for k in range(3))
+                return (
+                    f"{middle!r} is where the axes of {first!r} and {last!r} coincide (gimbal "
+                    "lock), and forces act along these two, whose moment has no limit there; let "
+                    "forces act on the links (Bushing, PointSpring, Wrench) or along the middle "
+                    "angle alone, or turn the joint's origin"
+                )
+        return ""
+
+    def placed(self, x: Array, v: Array) -> tuple[Array, Array]:
+        """Return configuration and velocities of `physical` for coordinates and velocities.
+
+        All bodies are where they are; hinges of free balls are placed so that axes differ.
+        """
+        if self._free is None:
+            return x, v
+        counted = self._free.positions(x, self.turns)
+        return self._free.regular(self.physical, counted, x, v)
 
     def unit(self, x: Array) -> Array:
         """Return a copy of coordinates with quaternions of unit length."""
@@ -127,10 +220,12 @@ class System:
             crosses: whether it is on a step over a crossing.
         """
         x, v = self.unit(y[: self.size]), y[self.size :].copy()
-        for coordinate, _, motion in self._motions:
+        for column, rate, _, motion in self._motions:
             position, speed, _ = motion(time)
-            x[coordinate.column] = position - 2.0 * np.pi * self.turns[coordinate.column]
-            v[coordinate.rate] = speed
+            x[column] = position - 2.0 * np.pi * self.turns[column]
+            v[rate] = speed
+        if reason := self.boundless(time, y, self.turns):
+            raise SingularConfigurationError(reason)
         # However great the inertia that holds it, what rests drifts in a thousand turns.
         x[self._resting_columns], v[self._resting] = self._resting_at, 0.0
         closed, rates = self.model.closed(x, v, crosses=crosses)
@@ -153,7 +248,62 @@ class System:
             self.turns[self._wrapped] += turns
         return y
 
+    def begin(self, x: Array, turns: Array, v: Array) -> Array:
+        """Return the first row, and count its turns.
+
+        Args:
+            x: coordinates of the mechanism.
+            turns: that they lack.
+            v: velocities of the mechanism `(nv,)`.
+        """
+        if self._free is None:
+            self.turns = turns.copy()
+            return np.concatenate([x, v])
+        self.turns = self._free.turns(x, turns)
+        return np.concatenate([self._free.row(x), self._free.velocities(x, v)])
+
+    def followed(
+        self,
+        turns: Array,
+        ends: tuple[float, float],
+        rows: tuple[Array, Array],
+        way: Callable[[float], Array],
+    ) -> Array:
+        """Return the turns at the end of a part of a step, see `Equations`."""
+        if self._free is None:
+            return turns
+        places = self.unit(rows[0][: self.size]), self.unit(rows[1][: self.size])
+        rates = rows[0][self.size :], rows[1][self.size :]
+
+        def place(time: float) -> Array:
+            return self.unit(way(time)[: self.size])
+
+        return self._free.followed(turns, places, rates, ends, place)
+
+    def is_misread(self, y: Array, turns: Array) -> bool:
+        """Return whether forces saw other angles at a step's end than those it led to."""
+        if not self._reads_angles or self._free is None:
+            return False
+        x = self.unit(y[: self.size])
+        seen, true = (self._free.positions(x, item) for item in (self.turns, turns))
+        return bool(np.max(np.abs(seen - true)) > 1.0)
+
+    def state(self, y: Array, turns: Array, rate: Array) -> State:
+        """Return what a row and its derivative mean for the mechanism."""
+        x, v, a = y[: self.size], y[self.size :], rate[self.size :]
+        if self._free is None:
+            return State(x, turns, v, a, np.ones(v.size, dtype=bool))
+        counted = self._free.positions(self.unit(x), turns)
+        v, a, exist = self._free.rates(counted, v, a)
+        wound = np.zeros_like(counted)
+        angles = self.mechanism.coordinates.angle_columns
+        wound[angles] = np.round(counted[angles] / (2.0 * np.pi))
+        return State(counted - 2.0 * np.pi * wound, wound, v, a, exist)
+
     def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
         """Return positions and speeds by name of a row."""
-        x = y[: self.size] + 2.0 * np.pi * turns
-        return self._names.positions(x), self._names.speeds(y[self.size :])
+        x, v = y[: self.size] + 2.0 * np.pi * turns, y[self.size :]
+        if self._free is not None:
+            x = self._free.positions(self.unit(y[: self.size]), turns)
+            v, *_ = self._free.rates(x, v, np.zeros_like(v))
+        return self._names.positions(x), self._names.speeds(v)

@@ -91,13 +91,19 @@ class Motions:
         """
         self._run, self._course = run, course
         coordinates = solver.problem.mechanism.coordinates
-        self._columns, self._rates = coordinates.scalars
+        columns, rates = coordinates.scalars
+        # Rules for positions between times need speeds that are bounded.
+        bounded = ~np.isin(rates, list(run.boundless))
+        self._columns, self._rates = columns[bounded], rates[bounded]
         self._units = coordinates.scale[self._columns]
         drives = solver.problem.drives
         self._driven = coordinates.columns_of(drives), coordinates.rates_of(drives)
 
     def states(self, rows: Rows) -> States:
-        """Return the states of all turns and slides, in rad and fractions of the length."""
+        """Return the states of all turns and slides, in rad and fractions of the length.
+
+        But for angles that are read off rotations.
+        """
         x = (rows.x + 2.0 * np.pi * rows.turns)[:, self._columns]
         v, a = (rates[:, self._rates] for rates in (rows.v, rows.a))
         return States(*(values * self._units for values in (x, v, a)))
@@ -305,8 +311,16 @@ class Trajectory(Tabled):
 
     @property
     def speed(self) -> Array:
-        """Drive speeds [rad/s or m/s], like `position`."""
-        return _squeezed(self._of_drives.v)
+        """Drive speeds [rad/s or m/s], like `position`.
+
+        NaN where a middle angle of a ball or floating base is at ±90° and the body turns so that
+        the outer angles have no speed there.
+        """
+        exist = self._rows.exist if self._drives_alone is None else None
+        if exist is None:
+            return _squeezed(self._of_drives.v)
+        rates = self.mechanism.coordinates.rates_of(self.drives)
+        return _squeezed(np.where(exist[:, rates], self._of_drives.v, np.nan))
 
     @property
     def acceleration(self) -> Array:
@@ -363,7 +377,7 @@ class Trajectory(Tabled):
                 return None, read_only(singular), error
             part = self if len(known) == len(self) else self._part(known)
             try:
-                sweep = part._swept()
+                sweep = part._unproven
             except SingularConfigurationError as found:
                 if found.sample is None:
                     raise
@@ -389,12 +403,17 @@ class Trajectory(Tabled):
         drives = self._drives_alone
         if drives is not None:
             drives = OfDrives(*(values[chosen] for values in drives))
-        known = {"_rows": Rows(*(values[chosen] for values in self._rows)), "_drives_alone": drives}
+        known = {"_rows": self._rows.at(chosen), "_drives_alone": drives}
         part.__dict__.update(known, _misfit=self.__dict__.get("_misfit", 0.0))
         return part
 
-    def _swept(self) -> Sweep:
-        """Return the sweep at all times."""
+    @cached_property
+    def _unproven(self) -> Sweep:
+        """The motion as a sweep at all times, whatever its residuals are.
+
+        Raises:
+            CardanError: as `Scene.sweep`.
+        """
         positions = self._of_drives.x
         assembled = self._run.assembled(positions, self._rows)
         acting = self._acting()
@@ -484,7 +503,12 @@ class Trajectory(Tabled):
         A moment that takes all kinetic energy within a radian counts as well.
         """
         mechanism = self.mechanism
-        open_tree = open_efforts(mechanism, self._problem.gravity, *self._counted(), self._rows.a)
+        # Rates of angles that are near gimbal lock are great, whatever the body does.
+        bodies = self._rows.bodies
+        states = (bodies.x, bodies.v) if bodies else self._counted()
+        moved = (bodies or self._rows).a
+        of = bodies.mechanism if bodies else mechanism
+        open_tree = open_efforts(of, self._problem.gravity, *states, moved)
         loads = self._forces.all_efforts(mechanism, self.t, *self._counted())
         efforts = np.maximum(open_tree, np.abs(loads)) * mechanism.coordinates.rate_scale
         return float(max(np.max(efforts, initial=0.0), np.max(self.kinetic_energy)))
@@ -492,6 +516,10 @@ class Trajectory(Tabled):
     @cached_property
     def kinetic_energy(self) -> Array:
         """Kinetic energy of all bodies `(N,)` [J]."""
+        bodies = self._rows.bodies
+        if bodies is not None:
+            energy = WeightEnergy(bodies.mechanism, self._problem.gravity)
+            return read_only(energy.kinetic(bodies.x, bodies.v))
         return read_only(self._energy.kinetic(self._rows.x, self._rows.v))
 
     @cached_property
@@ -538,14 +566,22 @@ class Trajectory(Tabled):
         if elements is not None:
             power = power + element_power(elements, self.mechanism, x, v, times)
         if self._course.prescribed:
-            efforts = there.drive_effort.reshape(len(times), -1)
+            # What is wrong with an effort shows in the balance of energy, which takes it.
+            efforts = there._unproven.drive_effort.reshape(len(times), -1)
             chosen = [self.drives.index(name) for name in self._course.prescribed]
             power += np.sum(efforts[:, chosen] * there._of_drives.v[:, chosen], axis=1)
         return np.asarray(power)
 
     @cached_property
     def energy_residual(self) -> float:
-        """Greatest change of energy less work, as a fraction of the greatest energy or work."""
+        """Greatest change of energy less work, as a fraction of the energy that can change.
+
+        That is the greatest of what the motion had: kinetic energy, change of potential energy,
+        work; but not less than what springs and loads would do where it passed over one radian, or
+        the characteristic length, in which tolerances of positions are counted, and the weight of
+        all bodies over that length. So motion that hardly moves is not measured by what rounding
+        leaves of it.
+        """
         start = self.at([0.0])
         energy = self.kinetic_energy + self.potential_energy
         begun = start.kinetic_energy[0] + start.potential_energy[0]
@@ -554,8 +590,24 @@ class Trajectory(Tabled):
             float(np.max(self.kinetic_energy)),
             float(np.max(np.abs(self.potential_energy - start.potential_energy[0]))),
             float(np.max(np.abs(self.work))),
+            self._greatest_reach,
         )
         return float(np.max(np.abs(change))) / scale if scale else 0.0
+
+    @property
+    def _greatest_reach(self) -> float:
+        """What weight, springs and loads would do [J], see `energy_residual`.
+
+        Walls of contacts are left out, whose forces act over a small part of a radian.
+        """
+        mechanism, forces = self.mechanism, self._forces.without_contacts()
+        weight = self._energy.weight * mechanism.characteristic_length
+        if forces.is_nothing:
+            return weight
+        x, rest = self._counted()[0], np.zeros_like(self._rows.v)
+        efforts = np.abs(forces.all_efforts(mechanism, self.t, x, rest))
+        greatest = np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0)
+        return max(weight, float(greatest))
 
 
 def _squeezed(values: Array) -> Array:

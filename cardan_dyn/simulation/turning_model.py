@@ -10,10 +10,11 @@ import pinocchio
 
 from ..arrays import Array
 from ..mechanism.mechanism import Mechanism
+from .free_balls import WithBalls
 
 
 def turning_model(
-    mechanism: Mechanism,
+    mechanism: Mechanism | WithBalls,
     gravity: Array | None = None,
     length: float = 1.0,
     bodies: Sequence[int] | None = None,

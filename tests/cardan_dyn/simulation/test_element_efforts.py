@@ -44,7 +44,8 @@ def found(
     model, efforts = turning_model(mechanism), ElementEfforts(mechanism, elements)
     data, result = model.createData(), np.zeros((len(x), model.nv))
     for index in range(len(x)):
-        efforts.add(result[index], model, data, time, x[index], v[index])
+        efforts.add_along_coordinates(result[index], time, x[index], v[index])
+        efforts.add_on_links(result[index], model, data, time, x[index], v[index], x[index])
     return result
 
 
@@ -79,4 +80,4 @@ def test_what_damps_or_drives_is_not_conservative(mechanism: cd.Mechanism, index
 def test_none_do_nothing(mechanism: cd.Mechanism) -> None:
     none = ElementEfforts(mechanism, [])
     assert none.is_conservative
-    assert not none
+    assert not none.act_on_links and not none.rates

@@ -37,6 +37,14 @@ class Circle:
             self.turns = self.turns + turns
         return y
 
+    def followed(self, turns: np.ndarray, *way: object) -> np.ndarray:
+        """Return the turns of a step as they are."""
+        return turns
+
+    def is_misread(self, y: np.ndarray, turns: np.ndarray) -> bool:
+        """Return that nothing depends on how turns are counted."""
+        return False
+
 
 def integrated(method: str = "DOP853", rtol: float = 1e-10, **options: float) -> Integration:
     decay = options.pop("decay", 0.0)
