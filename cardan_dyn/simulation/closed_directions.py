@@ -132,7 +132,11 @@ class ClosedDirections:
         pushing = (efforts - resisting - inertia @ a)[free]
         rows = self.jacobian(x)
         gains, rows = -self._drift(x, v) - rows @ a, rows[:, free]
-        inverse = np.linalg.inv(np.linalg.cholesky(inertia[np.ix_(free, free)]))
+        try:
+            inverse = np.linalg.inv(np.linalg.cholesky(inertia[np.ix_(free, free)]))
+        except np.linalg.LinAlgError:
+            # So far away that rounding decides the inertia: the step that looks there is too long.
+            return np.full(model.nv, np.nan)
         left, values, _ = np.linalg.svd(rows @ inverse.T, full_matrices=False)
         rank = min(self._rank, _rank(values))
         left, values = left[:, :rank], values[:rank]

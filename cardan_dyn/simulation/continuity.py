@@ -69,6 +69,7 @@ class Continuity:
         *,
         tolerance: float,
         is_exact: bool,
+        least: float = 0.0,
         period: float = np.inf,
     ) -> None:
         """Follow the motion from its start.
@@ -79,12 +80,13 @@ class Continuity:
             start: positions and velocities `(m,)` with which it was to begin.
             tolerance: see the attribute.
             is_exact: whether states are exact, and not those of a method with a tolerance.
+            least: way that errors are relative to where a coordinate moves less.
             period: after which velocities come back [s].
         """
         self._look, self._is_exact, self.tolerance = look, is_exact, tolerance
         self._period, self._added = period, 0
         states = look(times)
-        self._sizes = _sizes(states.x - states.x[0])
+        self._sizes = np.maximum(_sizes(states.x - states.x[0]), least)
         self._rates = _sizes(states.v)
         begun = [(states.x[0] - start[0]) / self._sizes, (states.v[0] - start[1]) / self._rates]
         self.worst = Misfit(_greatest(*begun), 0.0)

@@ -12,8 +12,15 @@ from ..arrays import Array
 from ..checks import numbers, whole
 from ..dynamics.problem_solver import ProblemSolver
 from ..dynamics.velocity_ratios import VelocityRatios
-from ..errors import AccuracyError, ArgumentError, CardanError, SingularConfigurationError
+from ..errors import (
+    AccuracyError,
+    ArgumentError,
+    AssemblyError,
+    CardanError,
+    SingularConfigurationError,
+)
 from ..frozen import frozen, read_only
+from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..problem.samples import Acting, acting_on
 from ..results.collect import Scattered, sweep_of
 from ..results.motion import Motion
@@ -62,6 +69,7 @@ class Course(NamedTuple):
         start: coordinates `(size,)`, all turns counted, and velocities `(nv,)` at time 0.
         tolerance: of states, as a fraction of the way of a coordinate; inf for steps of a given
             length, whose errors are the user's, and where pins strike between the steps.
+        least_way: least way [rad, or lengths of the mechanism] that the tolerance is relative to.
         touches: of pins with play, in the order in which they ended.
         rtol: relative tolerance of a step; inf where steps have a given length.
     """
@@ -74,6 +82,7 @@ class Course(NamedTuple):
     evaluations: int
     start: tuple[Array, Array]
     tolerance: float
+    least_way: float
     touches: tuple[Touch, ...] = ()
     rtol: float = np.inf
 
@@ -143,6 +152,7 @@ class Motions:
             start,
             tolerance=self._course.tolerance,
             is_exact=run.is_exact,
+            least=0.0 if run.is_exact else self._course.least_way,
             period=run.period if run.period < run.times[-1] else np.inf,
         )
 
@@ -378,8 +388,9 @@ class Trajectory(Tabled):
             part = self if len(known) == len(self) else self._part(known)
             try:
                 sweep = part._unproven
-            except SingularConfigurationError as found:
-                if found.sample is None:
+            except (SingularConfigurationError, AssemblyError) as found:
+                # Closed as they are, but not decided by the drives.
+                if found.sample is None or not part._is_closed(found.sample):
                     raise
                 singular[known[found.sample]], error = True, found
                 continue
@@ -396,6 +407,11 @@ class Trajectory(Tabled):
             scattered = Scattered(known, self._run_motion(sweep, known), self._acting())
             sweep = scattered.sweep(sweep, self._of_drives.x)
         return sweep, read_only(singular), error
+
+    def _is_closed(self, index: int) -> bool:
+        """Return whether loops are closed in a state."""
+        state = self._solver.assembly.kinematics.evaluate(self._rows.x[[index]])
+        return bool(state.residual[0] < CLOSURE_TOLERANCE)
 
     def _part(self, chosen: Array) -> Trajectory:
         """Return the same at some of its times."""
