@@ -204,6 +204,7 @@ def as_json(report: LineReport) -> str:
     content = {
         "line": report.line.name,
         "passed": report.verdict.passed,
+        "remarks": report.verdict.remarks,
         "rows": [{key: _finite(value) for key, value in row.items()} for row in rows],
         "phasing": forks,
     }

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+import html
+import json
 import re
 from pathlib import Path
 
@@ -13,6 +16,7 @@ pytest.importorskip("meshcat", reason="the page has a scene")
 
 from testkit.line_data import double_shaft, random_line
 
+from cardan_dyn.command_line.driveline_command import as_json
 from cardan_dyn.drive_lines import DriveLine, Joint
 from cardan_dyn.report import drive_line_page as page
 
@@ -40,6 +44,16 @@ def test_page_stands_alone(report: page.LineReport, tmp_path: Path) -> None:
             assert row.quantity in text
     assert "[[shafts]]" in text and "Turning scene" not in text
     assert f"{report.analysis.loop_residual:.1e}" in text
+
+
+def test_unusual_data_are_remarked_on(tmp_path: Path) -> None:
+    line = double_shaft((0.0, 0.1, 0.0)).replace(name="long")
+    shafts = [line.shafts[0], dataclasses.replace(line.shafts[1], length=1200.0), line.shafts[2]]
+    found = reported(line.replace(shafts=shafts))
+    (remark,) = found.verdict.remarks
+    text = page.write(found, tmp_path / "line.html", with_scene=False).read_text("utf-8")
+    assert remark in html.unescape(text)
+    assert json.loads(as_json(found))["remarks"] == [remark]
 
 
 def test_scene_is_part_of_the_page(report: page.LineReport, tmp_path: Path) -> None:
