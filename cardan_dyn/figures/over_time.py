@@ -61,7 +61,7 @@ def energy_over_time(trajectory: Trajectory, *, title: str = "") -> Figure:
     """Draw the energies of a trajectory, the work done on it, and the residual of their balance.
 
     The residual at each time is the size of the change of kinetic and potential energy since the
-    first of the times, less the work since then, as a fraction of the greatest energy or work, to a
+    first of the times, less the work since then, as a fraction of `Trajectory.energy_scale`, to a
     logarithmic scale. `Trajectory.energy_residual` counts from the start of the simulation.
 
     Args:
@@ -88,7 +88,7 @@ def energy_over_time(trajectory: Trajectory, *, title: str = "") -> Figure:
     figure, (above, below) = axes_grid(2, size=(7.2, 6.0), share_x=True)
     for index, (label, values) in enumerate(energies.items()):
         above.plot(time, values, **curve_style(index, len(time)), label=label)
-    scale = max(float(np.max(np.abs(values))) for values in energies.values()) or 1.0
+    scale = trajectory.energy_scale or 1.0
     residual = np.abs(kinetic - kinetic[0] + potential - work) / scale
     style = {**curve_style(0, len(time)), **_RESIDUAL_LINE}
     below.semilogy(time, np.maximum(residual, _LEAST_SHOWN), **style)

@@ -590,7 +590,16 @@ class Trajectory(Tabled):
 
     @cached_property
     def energy_residual(self) -> float:
-        """Greatest change of energy less work, as a fraction of the energy that can change.
+        """Greatest change of energy less work, as a fraction of `energy_scale`."""
+        start = self.at([0.0])
+        energy = self.kinetic_energy + self.potential_energy
+        begun = start.kinetic_energy[0] + start.potential_energy[0]
+        change = float(np.max(np.abs(energy - begun - self.work)))
+        return change / self.energy_scale if change else 0.0
+
+    @property
+    def energy_scale(self) -> float:
+        """Energy that can change [J].
 
         That is the greatest of what the motion had: kinetic energy, change of potential energy,
         work; but not less than what springs and loads would do where it passed over one radian, or
@@ -599,16 +608,12 @@ class Trajectory(Tabled):
         leaves of it.
         """
         start = self.at([0.0])
-        energy = self.kinetic_energy + self.potential_energy
-        begun = start.kinetic_energy[0] + start.potential_energy[0]
-        change = energy - begun - self.work
-        scale = max(
+        return max(
             float(np.max(self.kinetic_energy)),
             float(np.max(np.abs(self.potential_energy - start.potential_energy[0]))),
             float(np.max(np.abs(self.work))),
             self._greatest_reach,
         )
-        return float(np.max(np.abs(change))) / scale if scale else 0.0
 
     @property
     def _greatest_reach(self) -> float:

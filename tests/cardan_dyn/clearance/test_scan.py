@@ -240,7 +240,7 @@ def test_numbers_that_overflow_are_named(drive: cd.Scene) -> None:
         ({"joints": 3}, ArgumentError, "joints is 3"),
         ({"joints": []}, ArgumentError, "joints is empty"),
         ({"joints": ["coupler_pin"] * 2}, ArgumentError, "names a joint twice"),
-        ({"play": 0.2}, ArgumentError, "no less than the mechanism of 0.147 m"),
+        ({"play": 0.2}, ArgumentError, "no less than the mechanism of 0.15 m"),
         ({"stiffness": 1e3}, ArgumentError, "farther than the mechanism is long"),
         ({"stiffness": 1e300}, ArgumentError, "impacts overflow"),
         ({"start": np.array([1.0, 2.0])}, ArgumentError, "start is"),

@@ -77,7 +77,8 @@ def assert_shaped(sweep: SweepData, shape: tuple[int, ...]) -> None:
         for frame in ("joint", "parent", "world"):
             wrench = sweep.wrench(name, frame)
             assert wrench.force.shape == wrench.moment.shape == (*shape, 3)
-            assert wrench.torsion.shape == wrench.bending.shape == shape
+            if sweep.mechanism.joints[name].type not in ("spherical", "floating", "fixed"):
+                assert wrench.torsion.shape == wrench.bending.shape == shape
             assert wrench.unique.shape == (6,)
         assert sweep.rotation(name).shape == (*shape, 3, 3)
         assert sweep.origin(name).shape == (*shape, 3)
