@@ -117,8 +117,11 @@ class RedundancyStudy:
         error = imbalance(
             problem.mechanism, start, problem.drives, list(problem.held), self._to_decide, np.inf
         )
-        # A start in which all ways on are singular is refused where it is used.
-        if isinstance(error, MobilityError):
+        # A start in which all ways on are singular is refused where it is used; one so close to a
+        # singular configuration that no position around it was closed need not be locked.
+        if isinstance(error, MobilityError) and (
+            error.mobility < len(problem.drives) or error.free or error.surplus
+        ):
             raise error
 
     def _is_determined(self, state: ClosedState) -> bool:

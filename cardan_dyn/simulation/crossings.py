@@ -40,6 +40,34 @@ _CROSSES = 1e-12
 mechanism: rounding of its lengths. A greater one is passed by: the motion bends there."""
 
 
+def refuse_rounding(part: float) -> None:
+    """Refuse a start of whose speeds rounding decides a part.
+
+    Raises:
+        SingularConfigurationError: too great a part.
+    """
+    if part > _DECIDED:
+        raise SingularConfigurationError(
+            "the start is so close to a singular configuration that rounding decides "
+            f"{part:.0e} of its speeds; begin farther from there"
+        )
+
+
+def notes_of_rounding(part: float, rtol: float) -> list[str]:
+    """Return what a user should know where rounding decides a part of speeds.
+
+    Args:
+        part: of the speeds.
+        rtol: relative tolerance of a step.
+    """
+    if part <= max(_TOLD, _STEPS * rtol):
+        return []
+    return [
+        "close to a singular configuration: there rounding of lengths and positions decides "
+        f"{part:.0e} of the speeds"
+    ]
+
+
 class Crossings:
     """Finds crossings on the way of a simulation."""
 
@@ -83,11 +111,7 @@ class Crossings:
             SingularConfigurationError: it is too close to a singular configuration.
         """
         self._model.closed(row[: self._size], row[self._size :])
-        if self._rounding > _DECIDED:
-            raise SingularConfigurationError(
-                "the start is so close to a singular configuration that rounding decides "
-                f"{self._rounding:.0e} of its speeds; begin farther from there"
-            )
+        refuse_rounding(self._rounding)
 
     @property
     def _rounding(self) -> float:
@@ -99,12 +123,7 @@ class Crossings:
         Args:
             rtol: relative tolerance of a step.
         """
-        if self._rounding <= max(_TOLD, _STEPS * rtol):
-            return []
-        return [
-            "close to a singular configuration: there rounding of lengths and positions decides "
-            f"{self._rounding:.0e} of the speeds"
-        ]
+        return notes_of_rounding(self._rounding, rtol)
 
     def time(self, rows: Path, start: float, end: float) -> float | None:
         """Return when a crossing is reached, None if there is none.

@@ -225,6 +225,9 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
         y = start.settled(speed) if setup.settle else y
         is_stiff, notes = start.judged(y, setup.duration, speed)
         method = method or ("Radau" if is_stiff else None)
+    # Before the integration takes whole turns off the row.
+    state = system.state(y, system.turns, np.zeros_like(y))
+    begun = state.x + 2.0 * np.pi * state.turns, state.v
     atol = setup.atol * unit
     integration = Integration(
         system,
@@ -250,8 +253,6 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     def why(point: Point) -> str:
         return system.boundless(point.time, point.y, point.turns, _HARDLY_APART)
 
-    state = system.state(y, system.turns, np.zeros_like(y))
-    begun = state.x + 2.0 * np.pi * state.turns, state.v
     return _integrated(setup, integration, system.named, run, name, notes, following, begun, why)
 
 

@@ -14,11 +14,12 @@ from ..elements.pin_contact import PinContact
 from ..elements.recorded_contact import RecordedContact
 from ..errors import ArgumentError
 from ..problem.arguments import split_loads
+from .crossings import notes_of_rounding, refuse_rounding
 from .events import Watched, watched
 from .forces import Forces, StateFunction, state_function
 from .prescribed_motion import begun_at, prescribed_motions
 from .progress import Progress
-from .start_state import closed_start, drive_positions
+from .start_state import closed_start, drive_positions, rounding_of_speeds
 from .suitable import Traits, traits
 from .system import Motion
 
@@ -152,6 +153,8 @@ def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
     speeds = {name: motion(0.0)[1] for name, motion in motions.items()}
     with np.errstate(over="ignore", invalid="ignore"):  # Such speeds are refused right here.
         begun = closed_start(solver, positions, asked.speed, speeds)
+    rounding = rounding_of_speeds(solver, positions, begun)
+    refuse_rounding(rounding)
     _refuse_distances(problem.mechanism.coordinates.rate_scale, begun.v[0], duration)
     return Setup(
         solver,
@@ -168,6 +171,7 @@ def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
         Progress(asked.progress, duration),
         flag("settle", asked.settle),
         whole("most_touches", asked.most_touches),
+        tuple(notes_of_rounding(rounding, rtol)),
     )
 
 

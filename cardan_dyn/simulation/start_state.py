@@ -21,6 +21,8 @@ _CONSISTENT = 1e-9
 """Difference [rad, rad/s, and fractions of the length or of the greatest speed] up to which values
 that are given for more joints than are free count as agreeing."""
 
+_EPS = float(np.finfo(float).eps)
+
 
 def drive_positions(
     solver: ProblemSolver, position: Any, prescribed: Mapping[str, float] | None = None
@@ -227,3 +229,35 @@ def closed_start(
             "give that, or leave it out"
         )
     return _motion(solver, row, speeds[None, :])
+
+
+def rounding_of_speeds(solver: ProblemSolver, positions: Array, begun: Motion) -> float:
+    """Return which part of the velocities at a start rounding of lengths and positions decides.
+
+    Near a configuration that is singular for the drives, their speeds mean very different
+    velocities in positions that differ by rounding. By how much velocities change along the way of
+    a drive is half of what accelerations at constant speeds change by with its speed: they are
+    quadratic in the speeds of the drives.
+
+    Args:
+        solver: of the scene.
+        positions: of the drives `(d,)`.
+        begun: motion at the start `(1,)`.
+    """
+    problem = solver.problem
+    coordinates = problem.mechanism.coordinates
+    scale = coordinates.rate_scale
+    driven = coordinates.rates_of(problem.drives)
+    speeds, units = begun.v[0][driven], scale[driven]
+    size = float(np.max(np.abs(begun.v[0]) / scale, initial=0.0))
+    count = len(speeds)
+    if not size or not np.isfinite(size):
+        return 0.0
+    # Steps as great as the speeds lose no digits; a radian, or the mechanism's length.
+    step = float(np.max(np.abs(speeds) / units)) or 1.0
+    rows = np.concatenate([speeds + np.diag(step * units), speeds - np.diag(step * units)])
+    positions = np.repeat(positions[None, :], 2 * count, axis=0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        bent = _motion(solver, positions, rows).a / scale
+        changes = np.abs(bent[:count] - bent[count:]) / (4.0 * step)
+    return _EPS * float(np.max(changes, initial=0.0)) / size

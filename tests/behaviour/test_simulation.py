@@ -249,6 +249,17 @@ def test_a_pendulum_released_beside_its_upright_position(away: float) -> None:
         assert any("unstable equilibrium" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("method", ["response", "DOP853", "Radau"])
+@pytest.mark.parametrize("start", [4.0, -7.0, 40.0])
+def test_starts_beyond_half_a_turn_count_their_turns(start: float, method: str) -> None:
+    times = np.linspace(0.0, 2.0, 9)
+    scene = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY)
+    found = scene.simulate(2.0, position=start, speed=1.0, method=method).at(times)
+    law = integrated(lambda t, x, v: -WEIGHT * np.sin(x) / ABOUT_PIN, start, 1.0, times)
+    np.testing.assert_allclose(found.position, law[0], atol=1e-5)
+    np.testing.assert_allclose(found.speed, law[1], atol=1e-5)
+
+
 @pytest.mark.parametrize("method", ["response", "DOP853"])
 def test_steps_that_linger_upright_are_noted(method: str) -> None:
     scene = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY)

@@ -256,3 +256,17 @@ def passed(loose: Loose, rtol: float = RTOL) -> list[Passed]:
         if peaks:
             result.append(Passed(item, float(np.mean(peaks))))
     return result
+
+
+def ask(seed: int) -> tuple[list[str], list[str]]:
+    """Return estimates that are too low without a doubt, and how reversals fared."""
+    loose = draw(seed)
+    if loose is None:
+        return [], ["no force swings round"]
+    wrong, counted = [], []
+    for item in passed(loose):
+        counted.append("reversal inside" if item.is_inside else f"reversal outside, seed {seed}")
+        if item.is_unsafe:
+            stated = f"{item.item.least:.5g} to {item.item.greatest:.5g}; {item.item.verdict}"
+            wrong.append(f"{loose.kind} {loose.joint}: {item.simulated:.5g} N, stated {stated}")
+    return wrong, counted

@@ -59,6 +59,12 @@ def draw(seed: int) -> Rig:
     return kinds[seed % len(kinds)](random)
 
 
+def ask(seed: int) -> tuple[list[str], list[str]]:
+    """Return what is wrong with the table of a rig, and the rig's name."""
+    rig = draw(seed)
+    return differences(rig), [rig.name]
+
+
 def differences(rig: Rig, wider: tuple[float, ...] = WIDER) -> list[str]:
     """Return what is wrong with the table of a rig, and of ranges as many times as wide."""
     found = _table(rig, rig.low, rig.high)

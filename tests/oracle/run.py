@@ -1,12 +1,6 @@
-"""Long runs of random chains: a line for every seed that fails, then what failures have in common.
+"""Runs a campaign: a line for every seed that fails, then what failures have in common.
 
-python tests/oracle/run.py --seeds 2000 --start 0
-python tests/oracle/run.py --seeds 2000 --similar
-python tests/oracle/run.py --seeds 2000 --cut
-python tests/oracle/run.py --seeds 2000 --wound
-python tests/oracle/run.py --rotors --seeds 40
-
-With `--loose`, of random linkages with play in a pin, beside simulations of some seconds each.
+python tests/oracle/run.py CAMPAIGN [--seeds N] [--start K]
 """
 
 from __future__ import annotations
@@ -17,71 +11,85 @@ import sys
 import time
 import traceback
 import warnings
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE)]
+sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
 
 import compare  # noqa: E402
+import contacts  # noqa: E402
+import free_rotations  # noqa: E402
+import loose_linkages  # noqa: E402
+import near_singular  # noqa: E402
+import resonant_rigs  # noqa: E402
+import separatrices  # noqa: E402
+import verdicts  # noqa: E402
 from scenes import Case, draw  # noqa: E402
 
-Check = Callable[[Case], list[compare.Difference] | None]
+Answer = tuple[list[str], list[str]]
+"""What is wrong with the package's answer to a seed, and what is counted: what the case is made of
+and what became of it, some of it perhaps several times."""
 
 
-def failures(case: Case | None, check: Check) -> list[str]:
-    """Return what is wrong with the package's answer to a case, an exception included."""
-    if case is None:
-        return ["no case could be drawn"]
-    try:
-        differing = check(case) or []
-    except Exception as error:  # A long run goes on whatever happens.
-        innermost = traceback.extract_tb(error.__traceback__)[-1]
-        text = " ".join(str(error).split())[:150]
-        return [
-            f"{type(error).__name__} ({Path(innermost.filename).stem}:{innermost.lineno}): {text}"
-        ]
-    differing.sort(key=lambda item: -item.size if item.size == item.size else 1.0)
-    return [str(item) for item in differing]
+class Campaign(NamedTuple):
+    """What is asked, of each seed."""
+
+    asks: str
+    ask: Callable[[int], Answer]
 
 
-def against_free_bodies(case: Case) -> list[compare.Difference]:
-    """Return in what a sweep differs from the free bodies."""
+def _of_chains(
+    check: Callable[[Case, int], list[compare.Difference] | None], turns: bool = False
+) -> Callable[[int], Answer]:
+    """Return what asks a check of the chain that a seed draws."""
+
+    def ask(seed: int) -> Answer:
+        case = draw(seed, turns)
+        differing = check(case, seed) or []
+        differing.sort(key=lambda item: -item.size if item.size == item.size else 1.0)
+        return [str(item) for item in differing], sorted(case.features)
+
+    return ask
+
+
+def _against_free_bodies(case: Case, _: int) -> list[compare.Difference]:
     return compare.differences(case, compare.sweep_of(case))
 
 
-def _ignoring_the_case(_: Case, seed: int) -> list[compare.Difference]:
-    return compare.misjudged(seed)
+def _wound(seed: int) -> Answer:
+    return [str(item) for item in compare.misjudged(seed)], []
 
 
-def loose(seeds: range) -> int:
-    """Run linkages with play; return 1 if an estimate without a doubt is too low."""
-    from loose_linkages import draw, passed
+CAMPAIGNS = {
+    "chains": Campaign("random chains against free bodies", _of_chains(_against_free_bodies)),
+    "turned": Campaign(
+        "the same with frames of loops turned along their freedoms",
+        _of_chains(_against_free_bodies, turns=True),
+    ),
+    "similar": Campaign("chains beside those of other sizes", _of_chains(compare.dissimilar)),
+    "cut": Campaign("chains beside those cut elsewhere", _of_chains(compare.cut_differently)),
+    "wound": Campaign("bushings wound over many turns", _wound),
+    "loose": Campaign("simulations of linkages with play in a pin", loose_linkages.ask),
+    "rotors": Campaign("critical speeds, also of wider ranges", resonant_rigs.ask),
+    "near_singular": Campaign("starts near singular configurations", near_singular.ask),
+    "verdicts": Campaign("verdicts on random drive lines", verdicts.ask),
+    "separatrices": Campaign("motions beside unstable positions", separatrices.ask),
+    "free_rotations": Campaign("bodies that turn freely, by quaternions", free_rotations.ask),
+    "contacts": Campaign("energy of pins that strike and slide", contacts.ask),
+}
 
-    reversals = inside = unsafe = 0
-    for seed in seeds:
-        case = draw(seed)
-        if case is None:
-            continue
-        try:
-            found = passed(case)
-        except Exception as error:  # A long run goes on whatever happens.
-            print(f"{seed}: {type(error).__name__}: {' '.join(str(error).split())[:150]}")
-            continue
-        reversals += len(found)
-        inside += sum(item.is_inside for item in found)
-        unsafe += sum(item.is_unsafe for item in found)
-        for item in found:
-            if item.is_unsafe or not item.is_inside:
-                print(
-                    f"{seed} {case.kind} {case.joint}: {item.simulated:.5g} N, stated "
-                    f"{item.item.least:.5g} to {item.item.greatest:.5g}; {item.item.verdict}"
-                )
-        sys.stdout.flush()
-    print(f"{inside} of {reversals} reversals inside, {unsafe} too low without a doubt")
-    return int(unsafe > 0)
+
+def answer(campaign: Campaign, seed: int) -> Answer:
+    """Return the answer to a seed; an exception is wrong."""
+    try:
+        return campaign.ask(seed)
+    except Exception as error:  # A long run goes on whatever happens.
+        innermost = traceback.extract_tb(error.__traceback__)[-1]
+        place = f"{Path(innermost.filename).stem}:{innermost.lineno}"
+        return [f"{type(error).__name__} ({place}): {' '.join(str(error).split())[:150]}"], []
 
 
 def kind_of(message: str) -> str:
@@ -91,88 +99,44 @@ def kind_of(message: str) -> str:
         return error.group(0)
     message = re.sub(r"\(\w+\) [Uo]+ not [Uo]+", "", message)
     message = re.sub(r"\b[jlbxf]\d+\b|[\d.e+-]+×|, [\d.e+-]+ away", "", message)
+    message = re.sub(r"[+-]?\d[\d.]*(e[+-]?\d+)?", "", message)
     return " ".join(message.replace(" of ", " ").split())
-
-
-def rotors(seeds: range) -> int:
-    """Run the critical speeds of random rigs; return 1 if any is wrong."""
-    sys.path.insert(0, str(HERE.parent / "support"))
-    import resonant_rigs
-
-    count = 0
-    for seed in seeds:
-        try:
-            rig = resonant_rigs.draw(seed)
-            wrong, name = resonant_rigs.differences(rig), rig.name
-        except Exception as error:  # As above.
-            wrong, name = [f"{type(error).__name__}: {error}"], ""
-        count += bool(wrong)
-        print(f"seed {seed} {name}: {'; '.join(wrong) or 'right'}", flush=True)
-    print(f"{count} of {len(seeds)} differ")
-    return int(count > 0)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run seeds; return 1 if any failed."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=2000)
+    width = max(map(len, CAMPAIGNS))
+    listed = "\n".join(f"  {name:{width}}  {item.asks}" for name, item in CAMPAIGNS.items())
+    parser = argparse.ArgumentParser(
+        description=f"{__doc__}\n{listed}", formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("campaign", choices=CAMPAIGNS, metavar="CAMPAIGN")
+    parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--start", type=int, default=0)
-    parser.add_argument("--turned", action="store_true", help="turn the frames of loops")
-    parser.add_argument(
-        "--similar", action="store_true", help="compare with chains of other sizes and masses"
-    )
-    parser.add_argument(
-        "--cut", action="store_true", help="compare with chains whose loops are other joints"
-    )
-    parser.add_argument(
-        "--wound", action="store_true", help="wind bushings of other chains over many turns"
-    )
-    parser.add_argument("--text", action="store_true", help="print the descriptions as well")
-    parser.add_argument("--loose", action="store_true", help="linkages with play in a pin")
-    parser.add_argument("--rotors", action="store_true", help="critical speeds instead of chains")
     options = parser.parse_args(arguments)
-    if options.loose:
-        return loose(range(options.start, options.start + options.seeds))
-    if options.rotors:
-        return rotors(range(options.start, options.start + options.seeds))
+    campaign = CAMPAIGNS[options.campaign]
     warnings.simplefilter("error")
-    print(f"testing {Path(compare.cd.__file__).parent}")
+    print(f"testing {Path(compare.cd.__file__).parent}: {campaign.asks}")
     failed: dict[str, list[int]] = defaultdict(list)
-    features: dict[str, list[int]] = defaultdict(lambda: [0, 0])
-    count, began = 0, time.perf_counter()
+    seen: Counter[str] = Counter()
+    bad: Counter[str] = Counter()
+    began = time.perf_counter()
     for seed in range(options.start, options.start + options.seeds):
-        try:
-            case = draw(seed, options.turned)
-        except Exception:  # As above.
-            case = None
-            traceback.print_exc()
-        check: Check = against_free_bodies
-        if options.similar:
-            check = partial(compare.dissimilar, seed=seed)
-        elif options.wound:
-            check = partial(_ignoring_the_case, seed=seed)
-        elif options.cut:
-            check = partial(compare.cut_differently, seed=seed)
-        wrong = failures(case, check)
-        had = sorted(case.features) if case else []
-        for feature in had:
-            features[feature][0] += 1
-            features[feature][1] += bool(wrong)
-        if options.text and case:
-            print(case.chain.text)
+        wrong, counted = answer(campaign, seed)
+        seen.update(counted)
         if not wrong:
             continue
-        count += 1
+        bad.update(set(counted))
         failed[" + ".join(sorted({kind_of(message) for message in wrong}))].append(seed)
         more = f" (+{len(wrong) - 3} more)" if len(wrong) > 3 else ""
-        print(f"{seed}: {'; '.join(wrong[:3])}{more} [{', '.join(had)}]")
-        sys.stdout.flush()
+        print(f"{seed}: {'; '.join(wrong[:3])}{more} [{', '.join(counted)}]", flush=True)
+    count = sum(map(len, failed.values()))
     print(f"\n{count} of {options.seeds} seeds failed in {time.perf_counter() - began:.0f} s")
     for kind, seeds in sorted(failed.items(), key=lambda item: -len(item[1])):
         print(f"{len(seeds):5d}  {kind}: {seeds[:6]}")
-    print("\nfeature: seeds, failed")
-    for feature, (seen, bad) in sorted(features.items(), key=lambda item: -item[1][1]):
-        print(f"  {feature}: {seen}, {bad}")
+    print("\nwhat: how often, in how many seeds that failed")
+    for what, number in sorted(seen.items(), key=lambda item: (-bad[item[0]], -item[1])):
+        print(f"  {what}: {number}, {bad[what]}")
     return int(count > 0)
 
 

@@ -1,6 +1,6 @@
 """Critical speeds of random rigs against closed forms and a continuation of their own.
 
-`python tests/oracle/run.py --rotors --seeds 40` tests more of them, from wider ranges as well.
+`python tests/oracle/run.py rotors --seeds 40` tests more of them, from wider ranges as well.
 """
 
 from __future__ import annotations

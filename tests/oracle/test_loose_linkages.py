@@ -1,6 +1,6 @@
 """Random linkages with play in a pin: the stated interval beside the whole mechanism.
 
-`python tests/oracle/run.py --loose` runs as many as are wanted.
+`python tests/oracle/run.py loose` runs as many as are wanted.
 """
 
 from __future__ import annotations

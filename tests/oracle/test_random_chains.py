@@ -1,6 +1,6 @@
 """Random chains: the package against free bodies that share nothing with it.
 
-More of them: `python tests/oracle/run.py --seeds 2000`, and with `--turned`.
+More of them: `python tests/oracle/run.py chains --seeds 2000`, and `turned`.
 """
 
 from __future__ import annotations

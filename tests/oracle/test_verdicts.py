@@ -1,4 +1,4 @@
-"""Verdicts on random lines, recomputed by a program of its own: `verdicts.py` runs many."""
+"""Verdicts on random lines, recomputed by a program of its own."""
 
 from __future__ import annotations
 

@@ -2,27 +2,19 @@
 
 Motion follows from pins that are turned by hand, forces from an analysis of every single load case,
 bending from an own beam, all other rules from their formulas. Only data of lines are shared.
-
-python tests/oracle/verdicts.py --seeds 200
 """
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import itertools
-import sys
-from collections.abc import Iterator, Sequence
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 from scipy.linalg import eigh
+from testkit.line_statics import pins
 
-sys.path[:0] = [str(Path(__file__).parents[1] / "support")]
-
-from testkit.line_statics import pins  # noqa: E402
-
-from cardan_dyn.drive_lines import (  # noqa: E402
+from cardan_dyn.drive_lines import (
     Bearing,
     Centring,
     DriveLine,
@@ -456,29 +448,11 @@ def differences(line: DriveLine, own: Judged) -> Iterator[str]:
         yield f"passed is {verdict.passed}"
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run seeds; return 1 if any differs."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=200)
-    parser.add_argument("--start", type=int, default=0)
-    options = parser.parse_args(arguments)
-    wrong, passed, refused = 0, 0, 0
-    for seed in range(options.start, options.start + options.seeds):
-        try:
-            line, worst = draw(seed)
-        except Exception as error:  # A line that cannot be put together.
-            refused += 1
-            print(f"{seed}: {type(error).__name__}: {error}")
-            continue
-        own = judged(line, worst)
-        passed += not own.failed
-        found = list(differences(line, own))
-        wrong += bool(found)
-        for text in found:
-            print(f"{seed}: {text}", flush=True)
-    print(f"{wrong} of {options.seeds} differ, {passed} pass, {refused} cannot be built")
-    return int(wrong > 0)
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+def ask(seed: int) -> tuple[list[str], list[str]]:
+    """Return where a verdict and the own one differ, and what the line came to."""
+    try:
+        line, worst = draw(seed)
+    except Exception as error:  # A line that cannot be put together.
+        return [], [f"cannot be built: {type(error).__name__}"]
+    own = judged(line, worst)
+    return list(differences(line, own)), ["fails" if own.failed else "passes"]
