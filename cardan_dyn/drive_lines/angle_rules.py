@@ -290,7 +290,7 @@ def _accelerations(case: Case) -> Iterator[VerdictRow]:
             ),
         ]
     for name, quantity, ratio, theta in listed:
-        exact = ratio * speed**2
+        exact = float(ratio * np.square(speed))
         by_rule = float(drive_acceleration.angular_acceleration(theta, speed))
         limit, greatest = case.limit(name), case.limit(f"{name}_greatest")
         row = VerdictRow(

@@ -199,17 +199,14 @@ def _needed(
     hours = life / HOUR
     if kind == "rated_torque":
         # Damage adds up, and goes with T_D to the power of -10/3.
-        parts = [
-            p.share
-            * float(
-                joint_rating.required_rated_torque(
-                    abs(p.torque or 0), p.speed or 0, beta, hours, case.service_factor
-                )
+        ratings = [
+            joint_rating.required_rated_torque(
+                abs(p.torque or 0), p.speed or 0, beta, hours, case.service_factor
             )
-            ** (10.0 / 3.0)
             for p in loads
         ]
-        return (Inverse("required T_D", sum(parts) ** 0.3, "N m"),)
+        damage = np.array([p.share for p in loads]) @ np.float_power(ratings, 10.0 / 3.0)
+        return (Inverse("required T_D", float(damage**0.3), "N m"),)
     needed = [
         p.share
         * float(

@@ -55,8 +55,9 @@ class Bushing(Element):
     number of turns, as a `JointSpring` has it; from 3.1 rad on, the moment has to be along that
     direction. About axes that change, rotations by more than half a turn cannot be told from
     others: beyond 3.1 rad they are refused, as are those that leave half a turn on the straight
-    line of joint angles from the description's zero. Balls count no turns: where every way between
-    the links leads over one, the rotation is the shortest.
+    line of joint angles from the description's zero. There it is turned by less than half a turn,
+    wherever the angles of joints count from; one that is turned by 3.1 rad there is refused. Balls
+    count no turns: where every way between the links leads over one, the rotation is the shortest.
 
     Attributes:
         link_a, link_b: names of the links, one of which may stand in the world.
@@ -149,8 +150,9 @@ def too_far(label: str, angle: float) -> ArgumentError:
     """Return the error of a bushing that is turned too far, by an angle [rad]."""
     return ArgumentError(
         f"{label}: it is turned by {angle:.4g} rad, or was on the way there by more than half a "
-        f"turn, about axes that change; it may be turned by {GREATEST_ANGLE:g} rad, farther only "
-        "where all joints between its links turn about one direction and keep it. Put it at "
+        "turn, about axes that change, or is turned by half a turn at the description's zero "
+        f"already, in one sense or the other; it may be turned by {GREATEST_ANGLE:g} rad, farther "
+        "only where all joints between its links turn about one direction and keep it. Put it at "
         "a single joint, or use a JointSpring, which counts whole turns"
     )
 

@@ -1,11 +1,13 @@
 """Winding: how far two frames of a mechanism are turned relative to each other, turns counted.
 
 A rotation itself does not say how often it was wound; the coordinates of the joints between both
-frames do. Where all of these turn about one direction, the rotation is the sum of their angles,
-over any number of turns. Where they turn about several, a sum of turns has no meaning beyond half a
-turn: as angles and axes come back to the same rotation in different ways, their rotation vector is
-followed from the coordinates' zero along a straight line, and must not leave half a turn on it.
-Balls count no turns. A way between both frames without balls is taken where there is one.
+frames do, as far as it is less than half a turn at the description's zero: of half a turn there,
+nothing says in which sense it is. Where all of these joints turn about one direction, the rotation
+is the sum of their angles, over any number of turns. Where they turn about several, a sum of turns
+has no meaning beyond half a turn: as angles and axes come back to the same rotation in different
+ways, their rotation vector is followed from the description's zero along a straight line, and must
+not leave half a turn on it. Balls count no turns. A way between both frames without balls is taken
+where there is one.
 """
 
 from __future__ import annotations
@@ -80,10 +82,11 @@ class Winding:
             second: likewise of the other frame.
         """
         edges = _edges(mechanism)
+        self._zero = mechanism.zero
         self._sums = [
             item
             for way in _of_one_direction(edges, first[0], second[0])
-            if (item := _sum_of(way, first[1], second[1])) is not None
+            if (item := _sum_of(way, first[1], second[1], self._zero)) is not None
         ]
         path = None if self._sums else _without_balls(edges, first[0], second[0])
         self._path = path
@@ -102,8 +105,10 @@ class Winding:
         """
         turn = rotation_vector(rotation)
         for columns, signs, axis, start in self._sums:
-            angle = start + x[:, columns] @ signs
+            angle = start + (x - self._zero)[:, columns] @ signs
             if np.all(np.isfinite(angle)):
+                if abs(start) > GREATEST_ANGLE:
+                    return turn, np.ones(len(x), dtype=bool)
                 # What turns by less has its own rounding, and that of closing loops, beside it.
                 far = np.abs(angle) > GREATEST_ANGLE
                 turn[far] = angle[far, None] * axis
@@ -116,7 +121,8 @@ class Winding:
     def is_short(self, x: Array) -> bool:
         """Return whether the shortest rotation vector is the one at coordinates `x (size,)`."""
         for columns, signs, _, start in self._sums:
-            return bool(abs(start + x[columns] @ signs) <= GREATEST_ANGLE)
+            angle = float(start + (x - self._zero)[columns] @ signs)
+            return max(abs(start), abs(angle)) <= GREATEST_ANGLE
         return self._path is None
 
     def _left(self, path: list[_Edge], x: Array) -> Array:
@@ -125,10 +131,11 @@ class Winding:
         Unit quaternions tell rotations by less than half a turn from those by more, up to two
         turns: the scalar part changes its sign at half a turn.
         """
+        moved = x - self._zero
         turning = [
             edge.column for edge in path if edge.part is not None and edge.part.kind == "revolute"
         ]
-        sums = np.sum(np.abs(x[:, turning]), axis=1)
+        sums = np.sum(np.abs(moved[:, turning]), axis=1)
         greatest = float(np.max(sums, initial=0.0))
         if not np.isfinite(greatest):
             return np.zeros(len(x), dtype=bool)
@@ -137,7 +144,8 @@ class Winding:
         for edge in path:
             result = quaternion_product(result, quaternion(edge.before)[None])
             if edge.part is not None and edge.part.kind == "revolute":
-                half = 0.5 * edge.sign * (steps[:, None] * x[:, edge.column]).reshape(-1, 1)
+                angle = self._zero[edge.column] + steps[:, None] * moved[:, edge.column]
+                half = 0.5 * edge.sign * angle.reshape(-1, 1)
                 turned = np.concatenate([np.sin(half) * edge.part.axis, np.cos(half)], axis=1)
                 result = quaternion_product(*np.broadcast_arrays(result, turned))
             result = quaternion_product(result, quaternion(edge.after)[None])
@@ -148,7 +156,8 @@ class Winding:
             else (result[:, 3])
         )
         scalar = scalar.reshape(len(steps), len(x))
-        return np.asarray(np.any(scalar * np.where(scalar[0] < 0.0, -1.0, 1.0) < 0.0, axis=0))
+        left = np.any(scalar * np.where(scalar[0] < 0.0, -1.0, 1.0) < 0.0, axis=0)
+        return np.asarray(left | (np.abs(scalar[0]) < np.cos(0.5 * GREATEST_ANGLE)))
 
 
 def _edges(mechanism: Mechanism) -> dict[int, list[_Edge]]:
@@ -202,13 +211,16 @@ def _same(one: Array | None, other: Array | None) -> bool:
     return bool(np.linalg.norm(np.cross(one, other)) <= _PARALLEL)
 
 
-def _sum_of(way: _Way, first: Array, second: Array) -> tuple[list[int], Array, Array, float] | None:
+def _sum_of(
+    way: _Way, first: Array, second: Array, zero: Array
+) -> tuple[list[int], Array, Array, float] | None:
     """Return how the turn of a frame adds up; None if it is not one about the way's axis.
 
     Args:
         way: between their bodies.
         first: `(3, 3)` rotation of the first frame in the body from which the way leads.
         second: of the other one in the body to which it leads.
+        zero: `(size,)` coordinates of the description's zero, where it is less than half a turn.
 
     Returns:
         Columns, signs, `(3,)` the axis in the first frame, and the angle at zero [rad].
@@ -220,8 +232,9 @@ def _sum_of(way: _Way, first: Array, second: Array) -> tuple[list[int], Array, A
         return None
     across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     turned = whole @ across
-    angle = float(np.arctan2(axis @ np.cross(across, turned), across @ turned))
-    return way.columns, np.array(way.signs), axis, angle
+    signs = np.array(way.signs)
+    angle = np.arctan2(axis @ np.cross(across, turned), across @ turned) + zero[way.columns] @ signs
+    return way.columns, signs, axis, float(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)
 
 
 def _without_balls(edges: dict[int, list[_Edge]], start: int, goal: int) -> list[_Edge] | None:

@@ -74,6 +74,7 @@ class ProvenElements:
             length: characteristic length [m].
         """
         self._frames, self._elements, self._length = frames, elements, length
+        self._zero = zero
         self._named: dict[str, ElementaryMotion] = {}
         if any(element.joints for element in elements):
             self._named = named_motions(frames)
@@ -279,8 +280,8 @@ class ProvenElements:
         return turn
 
     def _sums(self, element: Bushing, state: State, x: Array) -> Iterator[tuple[Array, Array]]:
-        """Yield angles `(N,)` by which joints turn a bushing's links, and their axis `(3, N)`."""
-        frames = self._frames
+        """Yield angles `(N,)` by which joints turn a bushing's links from zero, and their axis."""
+        frames, moved = self._frames, x - self._zero
         start, goal = (frames.links[link][0] for link in element.links)
         around: dict[int, list[tuple[int, int, float]]] = {}
         for joint, (parent, child) in enumerate(zip(frames.parents, frames.children, strict=True)):
@@ -307,7 +308,9 @@ class ProvenElements:
                     axis = axis if np.any(axis) else own
                     follows &= motion.kind == "turn"
                     follows &= bool(np.max(_norm(cross(axis, own))) <= _PARALLEL)
-                    total = total + sign * np.einsum("in,in->n", axis, own) * x[:, motion.column]
+                    total = (
+                        total + sign * np.einsum("in,in->n", axis, own) * moved[:, motion.column]
+                    )
                 known = seen.setdefault(other, [])
                 if follows and not any(np.allclose(axis, one, atol=_PARALLEL) for one in known):
                     known.append(axis)

@@ -70,6 +70,24 @@ def test_a_pin_may_be_turned_about_its_axis(notation: object, turn: float) -> No
     assert turned.mechanism.assembled().zero_residual < 1e-14
 
 
+@pytest.mark.parametrize("turn", [*TURNS, -float(np.pi), 3.12, float(np.pi) - 1e-10])
+def test_a_bushing_at_a_turned_pin_is_not_wound(turn: float) -> None:
+    """It has no deformation at the tree's zero, wherever the angle of the pin counts from."""
+    stiffness = 5.0
+
+    def energy(crank: np.ndarray) -> np.ndarray:
+        rocker = rocker_angles(crank)
+        bar = 2.0 + 2.5j * np.exp(1j * rocker) - 0.5j * np.exp(1j * crank)
+        twist = rocker - np.angle(bar / (2.0 + 2.0j))
+        return 0.5 * stiffness * (twist - twist[0]) ** 2
+
+    way, step = np.linspace(0.0, 2.0, 9), 1e-5
+    ahead, behind = (energy(np.append(0.0, way + sign * step))[1:] for sign in (1.0, -1.0))
+    bushing = cd.Bushing("coupler", "rocker", (2.0, 2.0, 0.0), (0, 0, 0, stiffness, 1.0, stiffness))
+    found = cd.Scene(cd.load(urdf_plus(turn)), drive="a", elements=[bushing]).sweep(way)
+    np.testing.assert_allclose(found.drive_effort, (ahead - behind) / (2.0 * step), atol=1e-8)
+
+
 def test_gepetto_may_turn_a_ball(tmp_path: Path) -> None:
     text = TREE.format("")
     frames = (("one", "coupler", "2 2 0", "0.4 -1.2 2.2"), ("two", "rocker", "0 2.5 0", "0 2 -0.6"))

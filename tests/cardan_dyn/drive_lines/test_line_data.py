@@ -143,3 +143,12 @@ def test_data_whose_unit_may_be_wrong_are_remarked_on() -> None:
     assert all(text in str(line.verdict()) for text in line.remarks)
     for name in examples():
         assert DriveLine.from_toml(name).remarks == ()
+
+
+@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")
+@pytest.mark.parametrize("field", ["speed", "torque"])
+def test_numbers_whose_powers_overflow_fail(field: str) -> None:
+    """Squares of speeds and damage by torques ended in an OverflowError of Python."""
+    joints = [Joint(rated_torque=1.0)] * 2
+    line = double_shaft(joints=joints, life=1e5, speed=10.0, torque=1.0, application="vehicle")
+    assert not line.replace(**{field: 1e300}).verdict().passed

@@ -91,3 +91,36 @@ def test_diagonals_points_and_rounded_placements_are_completed() -> None:
 def test_bad_values_are_refused(make: Callable[[], object], message: str) -> None:
     with pytest.raises(cd.ArgumentError, match=re.escape(message)):
         make()
+
+
+ARM = """<robot name="arm"><link name="base"/><link name="arm"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="other"/>
+<joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/>
+<axis xyz="0 0 {sense}"/></joint><joint name="mimic" type="continuous"><parent link="base"/>
+<child link="other"/><axis xyz="0 0 1"/><mimic joint="hinge" multiplier="-1" offset="4"/></joint>
+</robot>"""
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("half", [np.pi, -np.pi, np.pi - 1e-12, 3.12])
+def test_half_a_turn_at_zero_is_in_no_sense(sense: int, half: float) -> None:
+    """Rounding would say in which: +15.7 or -15.7 N·m."""
+
+    def swept(angle: float) -> cd.Sweep:
+        end = pinocchio.SE3(pinocchio.utils.rotate("z", angle), np.zeros(3)).homogeneous
+        bushing = cd.Bushing("base", "arm", np.zeros(3), (1, 1, 1, 5, 5, 5), origin_b=end)
+        mechanism = cd.load(ARM.format(sense=sense))
+        return cd.Scene(mechanism, drive="hinge", elements=[bushing]).sweep([0.0, 1.0, -4.0])
+
+    with pytest.raises(cd.ArgumentError, match="half a turn at the description's zero"):
+        swept(half)
+    found = swept(sense * 3.0)
+    np.testing.assert_allclose(found.drive_effort, [15.0, 20.0, -5.0], atol=1e-12)
+
+
+def test_zero_of_a_mimic_is_where_its_offset_puts_it() -> None:
+    """At the description's zero it is without deformation, 4 rad away from its coordinate's."""
+    bushing = cd.Bushing("base", "other", np.zeros(3), (0, 0, 0, 5, 5, 5))
+    scene = cd.Scene(cd.load(ARM.format(sense=1)), drive="hinge", elements=[bushing])
+    way = np.array([0.0, 0.5, -2.0, 7.0])
+    np.testing.assert_allclose(scene.sweep(way).drive_effort, 5.0 * way, atol=1e-12)
