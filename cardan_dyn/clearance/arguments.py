@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Set
+from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from analytic.impact import Start
 
@@ -11,10 +14,14 @@ from ..checks import described, mapping, names, number, positive
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, ModelError, choices
 from ..problem.problem import Problem
+from ..response.identity import digest, identity
 from .pin_geometry import PinGeometry
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
+
+_MOVES = ("description", "drives", "held", "start", "start of balls", "branch")
+"""What an identity holds that decides how a mechanism moves."""
 
 
 def damping_ratio_of(ratio: Any) -> float:
@@ -199,3 +206,41 @@ def drive_of(problem: Problem, rotor: Any) -> tuple[list[int], dict[int, float]]
     if rotor is None:
         return [drive, *held], {}
     return held, {drive: number("rotor", rotor, least=0.0)}
+
+
+def made_of(problem: Problem, rotor: Any) -> dict[str, str]:
+    """Return what the forces of a mechanism without play depend on, each with its hash.
+
+    Two that differ in one of these have other forces. Functions, such as an actuator's, cannot be
+    compared and are left out.
+
+    Args:
+        problem: of the scene.
+        rotor: inertia that turns with the drive; None if its motion is prescribed.
+    """
+    found = identity(problem)
+    acts = {
+        "loads": [
+            {name: effort for name, effort in problem.joint_loads.items() if np.any(effort)},
+            _record(problem.link_loads),
+        ],
+        "gravity": problem.gravity,
+        "elements": [_record(item) for item in problem.elements],
+        "rotor": None if rotor is None else float(rotor),
+    }
+    return {
+        **{name: found[name] for name in _MOVES},
+        **{name: digest(value) for name, value in acts.items()},
+    }
+
+
+def _record(value: Any) -> Any:
+    """Return all fields of a record by name, those of records in it as well."""
+    if is_dataclass(value) and not isinstance(value, type):
+        every = {field.name: _record(getattr(value, field.name)) for field in fields(value)}
+        return [type(value).__name__, every]
+    if isinstance(value, Mapping):
+        return {name: _record(item) for name, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_record(item) for item in value]
+    return "a function" if callable(value) else value

@@ -36,12 +36,13 @@ def compare(scan: Scan | PinScan, simulation: ContactSimulation) -> Comparison:
 
     Args:
         scan: of the same play and contact as the simulation; of pin bearings, each is compared.
-        simulation: of the same mechanism and speed, over two turns or more. It may have friction,
-            of which scans know nothing.
+        simulation: of the same mechanism, loads, elements, rotor and speed, over two turns or more.
+            It may have friction, of which scans know nothing, and play in further joints; but of
+            pin bearings, in the same ones alone.
 
     Raises:
-        ArgumentError: they have no joint in common, their speeds, plays or contacts differ, or the
-            simulation is too short.
+        ArgumentError: they have no joint in common, their mechanisms, what acts on them, speeds,
+            plays or contacts differ, or the simulation is too short.
     """
     if not isinstance(scan, (Scan, PinScan)):
         raise ArgumentError(f"scan is {described(scan)}, expected a scan")
@@ -57,6 +58,14 @@ def compare(scan: Scan | PinScan, simulation: ContactSimulation) -> Comparison:
         raise ArgumentError(
             f"the scan is of {scan.speed:g} rad/s, the simulation of {simulation.speed:g} rad/s"
         )
+    others = [name for name, of in scan.made_of.items() if simulation.made_of.get(name, of) != of]
+    if others:
+        raise ArgumentError(
+            f"the scan and the simulation are of scenes that differ in their {', '.join(others)}; "
+            "make both of the same scene and rotor"
+        )
+    if isinstance(scan, PinScan):
+        _check_bearings(scan, simulation)
     for name in joints:
         _check_same(scan, scans[name], simulation.contact(name))
     steps = simulation.steps
@@ -68,6 +77,27 @@ def compare(scan: Scan | PinScan, simulation: ContactSimulation) -> Comparison:
         course = fine[name]
         result += _of_joint(scans[name], course.position, course.force, float(np.sign(scan.speed)))
     return Comparison(result)
+
+
+def _check_bearings(scan: PinScan, simulation: ContactSimulation) -> None:
+    """Refuse a simulation in which other bearings have play, or bearings at other places.
+
+    Raises:
+        ArgumentError: they differ.
+    """
+    if set(simulation) != set(scan.bearings):
+        raise ArgumentError(
+            f"the scan has play in {', '.join(scan.bearings)}, the simulation in "
+            f"{', '.join(simulation)}: bearings move together, and so need the same ones"
+        )
+    for pin, radius in scan.radius.items():
+        places = [simulation.contact(f"{pin}{side}").point_a for side in "+-"]
+        reach = 0.5 * float(np.linalg.norm(places[0] - places[1]))
+        if abs(reach - radius) > _SAME * radius:
+            raise ArgumentError(
+                f"joint {pin!r}: the simulation has its bearings {reach:.6g} m from its origin, "
+                f"the scan a radius of {radius:.6g} m; give both the same"
+            )
 
 
 def _check_same(scan: Scan | PinScan, joint: JointScan, contact: PinContact) -> None:
@@ -84,9 +114,13 @@ def _check_same(scan: Scan | PinScan, joint: JointScan, contact: PinContact) -> 
         )
     if isinstance(scan, PinScan):
         pin = joint.name[:-1]
+        stiffness = scan.stiffness[pin]
+        # The damper that the two-mass model has for all bearings is shared as their stiffness is.
+        dampings = [item.damping * stiffness / item.stiffness for item in scan.reversals]
         pairs = [
             ("play", "m", contact.play, [scan.play[pin]]),
-            ("stiffness", "N/m", law.stiffness, [scan.stiffness[pin]]),
+            ("stiffness", "N/m", law.stiffness, [stiffness]),
+            ("damping", "N s/m", law.damping, dampings),
         ]
     else:
         items = joint.reversals

@@ -103,6 +103,7 @@ class ContactSimulation(Mapping[str, JointContact]):
         trajectory: of the mechanism with its joints open; all that a trajectory tells.
         drive: name of the drive in it.
         speed: of the drive, or its first one [rad/s].
+        made_of: of the mechanism without play, see `Scan`.
     """
 
     def __init__(
@@ -111,8 +112,10 @@ class ContactSimulation(Mapping[str, JointContact]):
         contacts: Mapping[str, tuple[int, ...]],
         drive: str,
         speed: float,
+        made_of: Mapping[str, str] | None = None,
     ) -> None:
         self.trajectory, self.drive, self.speed = trajectory, drive, speed
+        self.made_of = dict(made_of or {})
         self._contacts = dict(contacts)
         elements = trajectory.elements
         self._indices = {
@@ -120,7 +123,7 @@ class ContactSimulation(Mapping[str, JointContact]):
         }
 
     def __reduce__(self) -> tuple[object, ...]:
-        return ContactSimulation, (self.trajectory, self._contacts, self.drive, self.speed)
+        return ContactSimulation, self._with(self.trajectory)
 
     @property
     def t(self) -> Array:
@@ -152,13 +155,15 @@ class ContactSimulation(Mapping[str, JointContact]):
 
     def at(self, times: ArrayLike) -> ContactSimulation:
         """Return the same simulation at other times, see `Trajectory.at`."""
-        return ContactSimulation(self.trajectory.at(times), self._contacts, self.drive, self.speed)
+        return ContactSimulation(*self._with(self.trajectory.at(times)))
 
     def evenly(self, count: int) -> ContactSimulation:
         """Return the same simulation at equidistant times."""
-        return ContactSimulation(
-            self.trajectory.evenly(count), self._contacts, self.drive, self.speed
-        )
+        return ContactSimulation(*self._with(self.trajectory.evenly(count)))
+
+    def _with(self, trajectory: Trajectory) -> tuple[Any, ...]:
+        """Return what the same simulation at other times is made of."""
+        return trajectory, self._contacts, self.drive, self.speed, self.made_of
 
     def __getitem__(self, bearing: str) -> JointContact:
         contact = self.contact(bearing)

@@ -17,7 +17,15 @@ from analytic.impact import Start
 from ..arrays import Array
 from ..errors import AccuracyError, IndeterminateError, ModelError
 from ..frozen import read_only
-from .arguments import damping_ratio_of, drive_of, period_of, scene_of, speed_of, start_of
+from .arguments import (
+    damping_ratio_of,
+    drive_of,
+    made_of,
+    period_of,
+    scene_of,
+    speed_of,
+    start_of,
+)
 from .force_course import ForceCourse, Swing
 from .force_source import ForceSource
 from .impact_model import ImpactModel
@@ -111,6 +119,7 @@ class PinScanner:
             CardanError: as `Scene.sweep`.
         """
         self._scene, self._source, self._case = scene, source, case
+        self._made_of = made_of(source.problem, rotor)
         self._period = period_of(source.solver)
         placed = pins_of(scene.sweep([0.0]), case.pins)
         places = placed.offsets[:, None] + np.outer(case.radii, [1.0, -1.0])
@@ -148,6 +157,7 @@ class PinScanner:
             play=dict(zip(names, case.plays[case.opened].tolist(), strict=True)),
             stiffness=dict(zip(names, case.stiffnesses[case.opened].tolist(), strict=True)),
             speed=speed,
+            made_of=self._made_of,
         )
 
     def _turn(self, speed: float) -> _Turn:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from .joint_scan import JointScan, Reversal
@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 _TOGETHER = 0.05
 """Part of the play, as a fraction, by which bearings may differ where they close together."""
+_NO_INTERVAL = (
+    "pins are not followed in the planes of their bearings, and so no interval is known: simulate"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +46,7 @@ class PinReversal(Reversal):
         if self.split > _TOGETHER:
             part = f"{100 * self.split:.0f} % of the play"
             doubts = (*doubts, f"the bearings do not close together ({part})")
-        return doubts
+        return (*doubts, _NO_INTERVAL)
 
     def row(self) -> dict[str, Any]:
         """Return its numbers by name, exponents, verdict, and the doubts as text."""
@@ -68,6 +71,7 @@ class PinScan(JointScan):
         play: of the bearings of each of these pins [m].
         stiffness: of one of these bearings [N/m].
         speed: of the drive [rad/s].
+        made_of: see `Scan`.
     """
 
     bearings: tuple[str, ...]
@@ -76,6 +80,7 @@ class PinScan(JointScan):
     play: Mapping[str, float]
     stiffness: Mapping[str, float]
     speed: float
+    made_of: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def torsional_play(self) -> float:

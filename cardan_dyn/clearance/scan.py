@@ -20,6 +20,7 @@ from ..frozen import read_only
 from .arguments import (
     damping_ratio_of,
     drive_of,
+    made_of,
     period_of,
     pins_of,
     play_of,
@@ -120,11 +121,12 @@ def scan(
         _check_stiffness(contacts[name], name, course.most, length)
         mass = opened.mean_mass(states, course.at(places)) if swings else np.nan
         pins.append(Pin(name, opened, swings, contacts[name], course, mass, rotor is None))
-    scanned = Scan(_scanned(source, pins, found, speed, period), speed, left_out)
+    same = made_of(source.problem, rotor)
+    scanned = Scan(_scanned(source, pins, found, speed, period), speed, left_out, made_of=same)
     if verified is None:
         return scanned
     items, why = _verified(scanned, verified, rotor, period)
-    return Scan({name: scanned[name] for name in scanned}, speed, left_out, items, why)
+    return Scan({name: scanned[name] for name in scanned}, speed, left_out, items, why, same)
 
 
 def _verified(

@@ -24,6 +24,7 @@ class Scan(Mapping[str, JointScan]):
         left_out: joints that were not scanned to why.
         verified: reversals beside simulations of the whole mechanism; None if that was not asked.
         unverified: joints of which a simulation came to nothing, to why.
+        made_of: what the forces depend on, each with its hash: `compare` asks for the same.
     """
 
     def __init__(
@@ -33,10 +34,12 @@ class Scan(Mapping[str, JointScan]):
         left_out: Mapping[str, str],
         verified: Comparison | None = None,
         unverified: Mapping[str, str] | None = None,
+        made_of: Mapping[str, str] | None = None,
     ) -> None:
         self._joints = dict(joints)
         self.speed, self.left_out = speed, dict(left_out)
         self.verified, self.unverified = verified, dict(unverified or {})
+        self.made_of = dict(made_of or {})
 
     def __getitem__(self, joint: str) -> JointScan:
         if joint in self.left_out:

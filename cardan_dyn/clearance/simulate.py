@@ -10,7 +10,7 @@ import numpy as np
 from ..checks import described, number, positive
 from ..elements.contact_laws import ContactLaw, LinearContact
 from ..errors import ArgumentError
-from .arguments import damping_ratio_of, of_joint, play_of, refuse_unknown
+from .arguments import damping_ratio_of, made_of, of_joint, play_of, refuse_unknown
 from .contact_simulation import ContactSimulation
 from .opened_scene import Play, opened
 from .rigid_start import RigidStart
@@ -78,7 +78,8 @@ def simulate(
     start = begun.state(found, plays, is_free=rotor is not None)
     limits: dict[str, Any] = {"rtol": rtol, "most_touches": most_impacts, "progress": progress}
     trajectory = found.scene.simulate(duration, **start, **limits)
-    return ContactSimulation(trajectory, found.contacts, found.drive, begun.speed)
+    same = made_of(scene._problem, rotor)
+    return ContactSimulation(trajectory, found.contacts, found.drive, begun.speed, same)
 
 
 class _Contact(NamedTuple):

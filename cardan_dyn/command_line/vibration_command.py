@@ -177,7 +177,7 @@ def save_figures(
     speeds = np.linspace(found.low, found.high, _SPEEDS)
     plots = {
         "campbell": found.plot(),
-        "orders": forced_response(scene, speeds, joints=()).plot(found.orders),
+        "orders": forced_response(scene, speeds, joints=()).plot(found.orders, found),
         "multipliers": floquet(scene, speeds).plot(),
     }
     if chart is not None:

@@ -138,12 +138,15 @@ def orders_over_speed(
     unit: str,
     phases: Mapping[str, ArrayLike] | None = None,
     critical: Mapping[str, float] | None = None,
+    peaks: Mapping[str, ArrayLike] | None = None,
     logarithmic: bool = True,
     title: str = "",
 ) -> Figure:
     """Draw amplitudes of orders over the speed of rotation, with their phases below.
 
     On a logarithmic scale, curves below a millionth of the greatest are left out as rounding.
+    Points are drawn where a table of critical speeds has them, also beside the curves: where a
+    resonance leans over, several motions belong to a speed, and curves show one of them.
 
     Args:
         speed: of rotation `(S,)` [rad/s].
@@ -151,6 +154,8 @@ def orders_over_speed(
         unit: of the amplitudes.
         phases: of curves with these names `(S,)` [rad].
         critical: names of critical speeds to where they are [rad/s].
+        peaks: points by their names `(C, 2)`: speeds [rad/s] and amplitudes; of those beyond the
+            speeds, none is drawn.
         logarithmic: amplitudes on a logarithmic scale.
         title: of the figure.
 
@@ -175,6 +180,12 @@ def orders_over_speed(
         for panel in panels:
             panel.axvline(place * PER_MINUTE, color="0.55", linewidth=0.9, linestyle=":")
         _over(panels[0], place * PER_MINUTE, name)
+    for index, (name, points) in enumerate((peaks or {}).items()):
+        places = np.asarray(points, dtype=float).reshape(-1, 2)
+        places = places[(places[:, 0] >= at[0]) & (places[:, 0] <= at[-1])]
+        if len(places):
+            style = {**point_style(index), "color": "black", "zorder": 3}
+            panels[0].plot(places[:, 0] * PER_MINUTE, places[:, 1], **style, label=name)
     if logarithmic and greatest:
         panels[0].set_yscale("log")
         low, _ = panels[0].get_ylim()

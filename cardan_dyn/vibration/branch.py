@@ -15,8 +15,9 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import CardanError
+from .correction import along
 from .harmonic_balance import course_of, jacobian, lacks_orders
-from .model_build import FINE, ROUGH
+from .model_build import FINE, ROUGH, WORST_ERROR
 from .motion_search import Motions, MotionSearch
 from .periodic_grid import MOST_NODES, next_size, resampled
 from .reduced_model import LocalEquation, ReducedModel
@@ -30,6 +31,10 @@ _TURN = 0.9
 _CORRECTED = 1e-10
 """Newton step, as a fraction of the range of the model, that no other follows."""
 _MOST_CORRECTIONS = 7
+_MOST_SWEEPS = 12
+"""Steps on efforts by sweeps, with the derivatives of a rough model: they converge linearly."""
+_FARTHEST = 0.1
+"""Longest of these steps, as a fraction of the range: what is farther away is another motion."""
 _MOST_POINTS = 3000
 _GROWTH = 2.0
 """Range of the next model, as a multiple of the motion that has left one."""
@@ -49,18 +54,25 @@ class Point(NamedTuple):
         speed: of the drive [rad/s].
         q: `(N, n)` at the nodes of a period.
         sign: of the determinant of the equation's Jacobian.
+        is_exact: whether sweeps agree, where the model is a rough one.
     """
 
     model: ReducedModel
     speed: float
     q: Array
     sign: float
+    is_exact: bool = False
 
     @classmethod
     def of(cls, motions: Motions) -> Point:
         """Return the first of motions."""
         course = motions.course
         return cls(motions.model, float(course.speed[0]), course.q[0], float(motions.sign[0]))
+
+    @property
+    def error(self) -> float:
+        """Error of a rough model that sweeps have not put right, as a fraction of the efforts."""
+        return 0.0 if self.is_exact or self.model.error <= WORST_ERROR else self.model.error
 
     @property
     def motions(self) -> Motions:
@@ -284,7 +296,7 @@ class Branch:
         from scipy.optimize import minimize_scalar
 
         here = self.points[index]
-        best = [here]
+        best = [self.between(here, self.points[index + 1], 0.0) or here]
 
         def value(place: float) -> float:
             beside = self.points[index + (1 if place > 0.0 else -1)]
@@ -305,4 +317,32 @@ class Branch:
         ends = [resampled(point.q, count) for point in (first, second)]
         way, rate = ends[1] - ends[0], second.speed - first.speed
         q, speed = ends[0] + share * way, first.speed + share * rate
-        return self._corrected(model.model.on(count), q, speed, way, rate)
+        found = self._corrected(model.model.on(count), q, speed, way, rate)
+        if found is None or found.model.error <= WORST_ERROR:
+            return found
+        return self._swept(found, resampled(way, len(found.q)), rate)
+
+    def _swept(self, point: Point, way: Array, rate: float) -> Point:
+        """Return a point of a rough model after steps across a way on efforts by sweeps.
+
+        Where they do not converge, the point stays that of the rough model, whose error it has.
+        """
+        model, q, speed = point.model, point.q, point.speed
+        efforts = self._search.build.efforts
+        equation, slope = self._equation(model, q, speed)
+        matrix = self._bordered(model, equation, slope, speed, self._dual(way, rate))
+        for _ in range(_MOST_SWEEPS):
+            course = course_of(q[None], np.array([speed]), model.period)
+            try:
+                left = along(efforts, model, course)[0]
+                change = np.linalg.solve(matrix, np.append(-left.T.ravel(), 0.0))
+            except (CardanError, np.linalg.LinAlgError):
+                return point
+            change_q = change[:-1].reshape(q.shape[1], -1).T
+            q, speed = q + change_q, speed + float(change[-1])
+            length = float(np.max(np.abs(change_q / model.half)))
+            if not length <= _FARTHEST:
+                return point
+            if length <= _CORRECTED and abs(change[-1]) <= _CORRECTED * abs(speed):
+                return point._replace(q=q, speed=speed, is_exact=True)
+        return point

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -47,7 +48,7 @@ _ABOVE, _COARSER = 1.2, 5
 _SAME = 1e-9
 """Relative difference of two speeds that are one."""
 _SURVIVED = 0.35
-"""Swing of a rotation [rad], some 20°, from which on hardly any elastic shaft survives."""
+"""Swing of a rotation [rad], some 20°, from which on hardly any shaft or support survives."""
 _HIGHEST = 8
 """Highest order that is looked at unless others are asked for."""
 
@@ -144,6 +145,29 @@ class CriticalSpeeds(Result):
         return {
             name: np.array([getattr(row, name) for row in self.rows])
             for name in CriticalSpeed._fields
+        }
+
+    def peaks(self, orders: Sequence[float] | None = None) -> dict[str, Array]:
+        """Return `(C, 2)` speeds and finite amplitudes of resonances, and of their jumps, by name.
+
+        Args:
+            orders: whose resonances are wanted; of all if None.
+        """
+        rows = [
+            row
+            for row in self.rows
+            if row.kind == "resonance" and (orders is None or row.order in orders)
+        ]
+        jumps = [(row.rising, row.rising_severity) for row in rows]
+        jumps += [(row.falling, row.falling_severity) for row in rows]
+        found = {
+            "peak along its branch": np.array([(row.speed, row.severity) for row in rows]),
+            "jump": np.array(jumps),
+        }
+        named = {name: points.reshape(-1, 2) for name, points in found.items()}
+        return {
+            name: points[np.all(np.isfinite(points), axis=1) & (points[:, 1] > 0.0)]
+            for name, points in named.items()
         }
 
     def stored(self) -> dict[str, Any]:
@@ -361,6 +385,11 @@ def _remarks(
             stays = np.nanmax([0.0, row.rising_severity, row.falling_severity])
             least = f"; those that a rig stays at reach {stays:.3g}" if stays else ""
             remarks.append(f"{name}: its greatest amplitude is that of an unstable motion{least}")
+        if item.error:
+            remarks.append(
+                f"{name}: found in a model alone that is off by {item.error:.1e} of the efforts, "
+                "as finer ones do not reach so far: speeds and amplitudes are less exact than usual"
+            )
         if np.isnan(row.severity):
             remarks.append(f"{name}: motions are larger than what was searched, see `within`")
     for region in regions_found:
@@ -394,7 +423,7 @@ def _beyond(scene: Scene, peak: Point) -> list[str]:
         if not coordinates[name].slides and swing > _SURVIVED:
             texts.append(
                 f"{name} swings by {swing:.3g} rad ({np.rad2deg(swing):.3g}°), which hardly any "
-                "elastic shaft survives"
+                "elastic shaft or support survives"
             )
     for joint in scene.mechanism.description.joints:
         lower, upper = joint.limits.lower, joint.limits.upper

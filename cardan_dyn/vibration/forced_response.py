@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from ..figures.style import Figure
     from ..scene.scene import Scene
+    from .critical_speeds import CriticalSpeeds
 
 COMPONENTS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 _SHOWN = 1e-12
@@ -160,12 +161,17 @@ class ForcedResponse(Result):
         units = ("rad/s", "", "", "1/rev", "rad, m, N or N·m", "rad")
         return frame_of(rows, dict(zip(columns, units, strict=True)))
 
-    def plot(self, orders: Any = (1, 2, 4)) -> Figure:
+    def plot(self, orders: Any = (1, 2, 4), critical: CriticalSpeeds | None = None) -> Figure:
         """Draw amplitudes of the free coordinates over speed, a line for each order.
+
+        Lines are those of one motion at each speed, mostly the smallest: where a resonance leans
+        over, they pass below its peak.
 
         Args:
             orders: cycles per revolution of the drive `(K,)`; those without amplitudes are left
                 out.
+            critical: critical speeds of the scene, whose greatest amplitudes and jumps are drawn
+                as points: along the branch of motions, of the coordinate that a mode moves most.
 
         Raises:
             ArgumentError: the orders are no numbers.
@@ -179,7 +185,8 @@ class ForcedResponse(Result):
             for name in self.free
             for order in chosen
         }
-        return orders_over_speed(self.speed, lines, unit=unit_of(self.scene))
+        peaks = None if critical is None else critical.peaks(wanted)
+        return orders_over_speed(self.speed, lines, unit=unit_of(self.scene), peaks=peaks)
 
     def __repr__(self) -> str:
         return (

@@ -26,8 +26,8 @@ FINE = 1e-13
 """Error of the terms at which the polynomials have converged."""
 ROUGH = 1e-5
 """Error of a rough model, in which motions are searched."""
-_WORST_ERROR = 1e-9
-"""Error of the terms with which no model is returned."""
+WORST_ERROR = 1e-9
+"""Error of the terms with which no model but a rough one is returned."""
 _MOST_EXCESS = 300.0
 """By how much the error of a model may exceed what was wanted."""
 _ALONG = 1e-12
@@ -123,7 +123,7 @@ class ModelBuild:
         Raises:
             AccuracyError: it is.
         """
-        worst = max(_WORST_ERROR, _MOST_EXCESS * wanted)
+        worst = max(WORST_ERROR, _MOST_EXCESS * wanted)
         if error == np.inf:
             raise AccuracyError(
                 f"within ±{half.tolist()} of {np.mean(centre, axis=0).tolist()}, the efforts of "

@@ -68,6 +68,8 @@ class Resonance(NamedTuple):
         jumps: of a resonance that leans over.
         peak: the motion of the greatest amplitude; None if there is none.
         is_lasting: whether a rig stays at that motion.
+        error: of the rough model that was not held against sweeps, as a fraction of the efforts; 0
+            where peak and jumps are those of the scene itself.
     """
 
     crossing: Crossing
@@ -79,6 +81,7 @@ class Resonance(NamedTuple):
     jumps: Jumps
     peak: Point | None
     is_lasting: bool
+    error: float = 0.0
 
 
 def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
@@ -132,6 +135,7 @@ def resonance(search: MotionSearch, order: float, rest: Crossing) -> Resonance:
         jumps=jumps,
         peak=peak,
         is_lasting=bool(stays(peak.motions)[0]),
+        error=max(item.error for item in (peak, *(fold.point for fold in found))),
     )
 
 

@@ -1,8 +1,9 @@
 """Random rigs whose critical speeds are known by closed forms or a continuation of their own.
 
 Each is drawn by its seed: rotors with unbalance between springs alike or not, a rotor between
-springs that stiffen, torsional lines whose resonances lean over and whose motions are unstable in
-intervals of speed. What is expected comes from equations written down by hand.
+springs that stiffen, one that hangs, a shaft that tilts under torque, torsional lines whose
+resonances lean over and whose motions are unstable in intervals of speed. What is expected comes
+from equations written down by hand.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from continuation import Branch, Curve
 from shooting import Acceleration, periodic
 from testkit import elastic_rigs
+from tilting_shaft import TiltingShaft
 from vibrating_lines import ElasticMiddleShaft, SpringInFront, SpringsOnBothSides
 
 import cardan_dyn as cd
@@ -21,6 +23,8 @@ import cardan_dyn as cd
 Array = np.ndarray
 WIDER = (3.0, 10.0, 30.0, 100.0)
 """Factors on the width of a range that change no row of its table."""
+LATER = 40
+"""Seed from which on rigs soften or tilt."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +54,16 @@ class Rig:
     rows: list[Row]
     others: bool = False
     options: dict[str, object] = field(default_factory=dict)
+    goes_on: bool = False
+    """Whether its rows go on beyond the range, and so are others in wider ones."""
 
 
 def draw(seed: int) -> Rig:
     """Return the rig of a seed."""
     random = np.random.default_rng([seed, 27])
     kinds = (_laval, _uneven, _balanced, _stiffening, _front, _front_region, _middle, _both)
+    if seed >= LATER:
+        kinds = (_swinging, _tilting)
     return kinds[seed % len(kinds)](random)
 
 
@@ -69,7 +77,7 @@ def differences(rig: Rig, wider: tuple[float, ...] = WIDER) -> list[str]:
     """Return what is wrong with the table of a rig, and of ranges as many times as wide."""
     found = _table(rig, rig.low, rig.high)
     wrong = _against(rig, found)
-    for factor in wider:
+    for factor in () if rig.goes_on else wider:
         width = factor * (rig.high - rig.low)
         low = max(rig.low - 0.1 * (width - (rig.high - rig.low)), 0.3 * rig.low)
         other = _table(rig, low, low + width)
@@ -239,6 +247,31 @@ def _stiffening(random: np.random.Generator) -> Rig:
     mass, natural = float(random.uniform(1.0, 5.0)), float(random.uniform(20.0, 200.0))
     height, slack = float(random.uniform(0.1, 0.5)), float(random.uniform(0.2, 0.8))
     ratio, peak = float(10.0 ** random.uniform(-2.3, -1.3)), float(random.uniform(0.05, 0.35))
+    return stiffening(mass, natural, height, slack, ratio, peak)
+
+
+def stiffening(
+    mass: float,
+    natural: float,
+    height: float,
+    slack: float,
+    ratio: float,
+    peak: float,
+    nodes: int = 31,
+    step: float = 0.02,
+) -> Rig:
+    """Return a rotor that slides between two springs across its way.
+
+    Args:
+        mass: M [kg].
+        natural: ω_n of small motions [rad/s].
+        height: h of the springs' feet beside the way [m].
+        slack: l/h.
+        ratio: ζ.
+        peak: amplitude of a linear spring at resonance, as a fraction of h.
+        nodes: of the continuation.
+        step: of it.
+    """
     offset = 2.0 * ratio * peak
     stiffness = mass * natural**2 / (2.0 * (1.0 - slack))
     text = elastic_rigs.rotor(mass, offset * height, (0.0, 1.0), 2.0 * ratio * mass * natural)
@@ -260,12 +293,102 @@ def _stiffening(random: np.random.Generator) -> Rig:
     def system(speed: float) -> Acceleration:
         return Stiffening(speed, ratio, offset, slack)
 
-    branch = Branch(system, 1, 2.0 * np.pi, 31, peak)
-    curve = branch.follow(0.5, 1.6)
+    branch = Branch(system, 1, 2.0 * np.pi, nodes, peak)
+    curve = branch.follow(0.5, 1.6, step)
     row = _resonant(branch, curve, 1.0, natural, height)
     low, high = 0.8 * natural, 1.3 * natural
     within = {"within": 2.0 * peak * height / mechanism.characteristic_length}
     return Rig("stiffening", scene, low, high, (1.0,), [row], options=within)
+
+
+@dataclass(frozen=True)
+class Swinging:
+    """An unbalanced disc on an arm that hangs: its weight pulls back less, the farther it swings.
+
+    With the centre of mass at L u(θ) + e u(θ + φ), u the direction down, turned, by Lagrange:
+
+        (M L² + M e² + J + 2 M L e cos φ) θ'' =
+            M L e Ω (2 θ' + Ω) sin φ - M g (L sin θ + e sin (θ + φ)) - c θ'
+
+    In units of M L² and ω_n² = g/L; derivatives by φ.
+
+    Attributes:
+        speed: Ω/ω_n.
+        ratio: c/(2 M L² ω_n).
+        offset: e/L.
+        inertia: J/(M L²).
+    """
+
+    speed: float
+    ratio: float
+    offset: float
+    inertia: float
+
+    def __call__(self, phi: Array, q: Array, rate: Array) -> Array:
+        e = self.offset
+        mass = 1.0 + e**2 + self.inertia + 2.0 * e * np.cos(phi)
+        back = (np.sin(q) + e * np.sin(q + phi)) / self.speed**2
+        drag = 2.0 * self.ratio / self.speed * rate
+        return (e * (2.0 * rate + 1.0) * np.sin(phi) - back - drag) / mass
+
+
+def _swinging(random: np.random.Generator) -> Rig:
+    """A resonance that leans to lower speeds."""
+    mass, length = float(random.uniform(1.0, 5.0)), float(10.0 ** random.uniform(-1.5, 0.5))
+    inertia, gravity = float(random.uniform(0.05, 0.5)), 9.81
+    ratio, peak = float(10.0 ** random.uniform(-2.5, -1.5)), float(random.uniform(0.1, 0.8))
+    offset = 2.0 * ratio * peak
+    unit = float(np.sqrt(gravity / length))
+    polar = inertia * mass * length**2
+    text = (
+        '<robot name="swinging"><link name="base"/><link name="arm"/><link name="disc"><inertial>'
+        f'<origin xyz="0 0 {-offset * length!r}"/><mass value="{mass!r}"/>'
+        f'<inertia ixx="{polar!r}" iyy="{polar!r}" izz="{polar!r}" ixy="0" ixz="0" iyz="0"/>'
+        '</inertial></link><joint name="swing" type="continuous"><parent link="base"/>'
+        '<child link="arm"/><axis xyz="1 0 0"/></joint><joint name="turn" type="continuous">'
+        f'<parent link="arm"/><child link="disc"/><origin xyz="0 0 {-length!r}"/>'
+        '<axis xyz="1 0 0"/></joint></robot>'
+    )
+    drag = 2.0 * ratio * mass * length**2 * unit
+    scene = cd.Scene(
+        cd.load(text),
+        drive=["turn", "swing"],
+        elements=[cd.JointSpring("swing", 0.0, drag)],
+        gravity=[0.0, 0.0, -gravity],
+    )
+
+    def system(speed: float) -> Acceleration:
+        return Swinging(speed, ratio, offset, inertia)
+
+    natural = 1.0 / np.sqrt(1.0 + inertia)
+    branch = Branch(system, 1, 2.0 * np.pi, 31, peak)
+    curve = branch.follow(0.5 * natural, 1.4 * natural, 0.01)
+    row = _resonant(branch, curve, 1.0, unit, 1.0)
+    low, high = _around(random, row.values["speed"], 0.2)
+    return Rig("softening", scene, low, high, (1.0,), [row])
+
+
+def _tilting(random: np.random.Generator) -> Rig:
+    """Thoma's rig: its shaft tilts on springs, and a torque makes both whirls grow together."""
+    beta = float(np.radians(random.uniform(5.0, 15.0)))
+    share, ratio = float(random.uniform(0.1, 0.5)), float(10.0 ** random.uniform(-3.0, -2.5))
+    natural, inertia = float(random.uniform(1.0, 300.0)), float(10.0 ** random.uniform(-2.0, 1.0))
+    load = float(random.uniform(0.03, 0.1))
+    text = elastic_rigs.elastic_rig(share * inertia, inertia, inertia * natural**2, ratio)
+    torque = load * inertia * natural**2
+    acts = {"shaft_out": [0.0, 0.0, 0.0, -torque, 0.0, 0.0]}
+    scene = elastic_rigs.scene(text, beta, loads=acts)
+
+    def system(speed: float) -> Acceleration:
+        return TiltingShaft(beta, speed, share, 1.0, 1.0, ratio, load)
+
+    # Whether the torque outweighs the dampers hardly depends on the speed.
+    growth = max(_growth(system, speed, 2) for speed in np.linspace(0.9, 1.1, 5))
+    low, high = 0.9 * natural, 1.1 * natural
+    rows = []
+    if growth > 0.0:
+        rows.append(Row({"lower": low, "upper": high, "severity": growth * natural}))
+    return Rig("tilting", scene, low, high, (7.0,), rows, goes_on=True)
 
 
 def _resonant(branch: Branch, curve: Curve, order: float, speed: float, size: float) -> Row:
@@ -341,14 +464,19 @@ def _front_region(random: np.random.Generator) -> Rig:
     return Rig("unstable", scene, low, high, (7.0,), rows)
 
 
+def _growth(system: Callable[[float], Acceleration], speed: float, free: int) -> float:
+    """Return how fast disturbances of the small motion grow, in units of the speed's [1/s]."""
+    shot = periodic(system(speed), np.zeros(2 * free))
+    return float(np.log(np.max(np.abs(shot.multipliers))) * speed / np.pi)
+
+
 def _region(
     system: Callable[[float], Acceleration], low: float, high: float, free: int, count: int = 21
 ) -> tuple[float, float, float] | None:
     """Return edges and greatest growth [1/s] of the only unstable interval between two speeds."""
 
     def growth(speed: float) -> float:
-        shot = periodic(system(speed), np.zeros(2 * free))
-        return float(np.log(np.max(np.abs(shot.multipliers))) * speed / np.pi)
+        return _growth(system, speed, free)
 
     places = np.linspace(low, high, count)
     sizes = np.array([growth(place) for place in places])

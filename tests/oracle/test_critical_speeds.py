@@ -12,7 +12,7 @@ from resonant_rigs import Stiffening, differences, draw
 from shooting import Acceleration, periodic
 from vibrating_lines import SpringInFront
 
-WIDTHS = {0: (30.0,), 2: (100.0,), 4: (10.0,), 6: ()}
+WIDTHS = {0: (30.0,), 2: (100.0,), 4: (10.0,), 6: (), 40: (10.0,), 41: ()}
 
 
 @pytest.mark.parametrize("seed", WIDTHS)

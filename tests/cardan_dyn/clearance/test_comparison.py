@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 from typing import Any
 
@@ -142,7 +143,8 @@ def test_bearings_of_a_pin() -> None:
     found = clearance.compare(scan, simulation)
     assert [item.joint for item in found] == ["pin_in+"] * 4 + ["pin_in-"] * 4
     for item in found:
-        assert item.reversal.doubts == ()
+        (doubt,) = item.reversal.doubts
+        assert "no interval is known" in doubt
         assert item.rigid < item.estimate
         assert abs(item.error) < 0.05
 
@@ -159,3 +161,90 @@ def test_it_does_not_matter_at_which_times_a_simulation_is_looked_at() -> None:
         for one, two in zip(wanted, clearance.compare(scan, other), strict=True):
             np.testing.assert_array_equal(two.simulated, one.simulated)
         assert other.energy_residual == simulation.energy_residual
+
+
+def lever(*, mass: float = 1.0) -> cd.Mechanism:
+    """A slider-crank with a slider of a mass."""
+    text = (
+        '<robot name="crank"><link name="base"/><link name="crank"><inertial>'
+        '<mass value="0.5"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/>'
+        '</inertial></link><link name="rod"><inertial><origin xyz="0.1 0 0"/><mass value="0.2"/>'
+        '<inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        f'<link name="slider"><inertial><mass value="{mass!r}"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        '<joint name="turn" type="continuous"><parent link="base"/><child link="crank"/>'
+        '<axis xyz="0 0 1"/></joint><joint name="pin" type="continuous"><parent link="crank"/>'
+        '<child link="rod"/><origin xyz="0.1 0 0"/><axis xyz="0 0 1"/></joint>'
+        '<joint name="guide" type="prismatic"><parent link="base"/><child link="slider"/>'
+        '<origin xyz="0.4 0 0"/><axis xyz="1 0 0"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        '<loop name="wrist" type="continuous"><predecessor link="rod"><origin xyz="0.3 0 0"/>'
+        '</predecessor><successor link="slider"/><axis xyz="0 0 1"/></loop></robot>'
+    )
+    return cd.load(text)
+
+
+SPRING, STRONGER = cd.JointSpring("guide", 100.0, 1.0), cd.JointSpring("guide", 100.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"mass": 2.0}, "description"),
+        ({"loads": {"guide": 5.0}}, "loads"),
+        ({"loads": {"slider": [3.0, 0.0, 0.0, 0.0, 0.0, 0.0]}}, "loads"),
+        ({"gravity": [0.0, -9.81, 0.0]}, "gravity"),
+        ({"elements": [STRONGER]}, "elements"),
+        ({"elements": []}, "elements"),
+        ({"rotor": 0.02}, "rotor"),
+    ],
+)
+def test_scenes_that_differ_are_not_compared(change: dict[str, Any], said: str) -> None:
+    """Of copies of the same scene, everything is alike; what is given twice alike as well."""
+    contact: dict[str, Any] = {"play": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
+
+    def both(mass: float = 1.0, rotor: float | None = None, **given: Any) -> tuple[Any, ...]:
+        acts = {"elements": [SPRING], **given}
+        made = cd.Scene(lever(mass=mass), drive="turn", **acts)
+        scanned = clearance.scan(made, 100.0, joints="wrist", rotor=rotor, **contact)
+        return scanned, clearance.simulate(
+            made, 100.0, joints="wrist", turns=0.02, rotor=rotor, position=0.3, **contact
+        )
+
+    scan, own = both()
+    with pytest.raises(cd.ArgumentError, match="too short"):
+        clearance.compare(scan, pickle.loads(pickle.dumps(own)).evenly(5))
+    others, simulation = both(**change)
+    for pair in ((scan, simulation), (others, own)):
+        with pytest.raises(cd.ArgumentError, match=f"differ in their {said};"):
+            clearance.compare(*pair)
+    again, simulation = both()
+    with pytest.raises(cd.ArgumentError, match="too short"):
+        clearance.compare(scan, simulation)
+    assert again.made_of == scan.made_of
+
+
+def test_pin_bearings_that_differ_are_not_compared() -> None:
+    rig = scene(disc(0.5, (1.5e-4, 1.5e-4, 3e-4)), np.radians(20.0))
+    contact: dict[str, Any] = {
+        **{"radius": 0.05, "play": 4e-5, "stiffness": 1e7, "damping_ratio": 0.25},
+        "bearings": "pin_in",
+    }
+    scan = clearance.scan_pins(rig, 150.0, "cross", **contact)
+    law = clearance.LinearContact.of_ratio(1e7, 0.25, scan.reversals[0].reduced_mass)
+    given = {"play": 4e-5, "law": law, "bearings": {"pin_in": 0.05}}
+    simulation = clearance.simulate(rig, 150.0, joints="pin_in", turns=0.02, **given)
+    with pytest.raises(cd.ArgumentError, match="too short"):
+        clearance.compare(scan, simulation)
+    changes: list[tuple[dict[str, Any], str]] = [
+        ({"radius": 0.04}, "bearings 0.05 m from its origin, the scan a radius of 0.04 m"),
+        ({"damping_ratio": 0.3}, "a damping of"),
+        ({"play": 5e-5}, "a play of"),
+        ({"stiffness": 2e7}, "a stiffness of"),
+        ({"bearings": ["pin_in", "pin_out"]}, "bearings move together"),
+        ({"rotor": 0.1}, "differ in their rotor"),
+    ]
+    for change, said in changes:
+        other = clearance.scan_pins(rig, 150.0, "cross", **{**contact, **change})
+        with pytest.raises(cd.ArgumentError, match=said):
+            clearance.compare(other, simulation)

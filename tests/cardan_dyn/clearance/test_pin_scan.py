@@ -57,10 +57,19 @@ def test_energy_is_that_of_all_bearings() -> None:
 
 
 def test_bearings_that_do_not_close_together_are_a_doubt() -> None:
-    assert reversal(tau=5.0).doubts == ()
-    (doubt,) = reversal(tau=5.0, split=0.2).doubts
+    doubt, _ = reversal(tau=5.0, split=0.2).doubts
     assert doubt == "the bearings do not close together (20 % of the play)"
     assert reversal(split=0.2).row()["split"] == 0.2
+
+
+def test_the_interval_that_pin_bearings_lack_is_a_doubt() -> None:
+    """The last of them; single bearings have it as well, and what is printed tells of it."""
+    item = reversal(tau=5.0)
+    (doubt,) = item.doubts
+    assert np.isnan(item.least) and np.isnan(item.greatest)
+    assert "no interval is known: simulate" in doubt
+    assert doubt in item.verdict and doubt in str(scan(item))
+    assert scan(item).by_bearing()["a+"].reversals[0].doubts == (doubt,)
 
 
 def test_the_greatest_force_is_that_of_one_bearing() -> None:

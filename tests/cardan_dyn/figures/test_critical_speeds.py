@@ -55,6 +55,17 @@ def test_critical_speed_map_leaves_out_what_does_not_exist() -> None:
     assert axes.get_xlabel() == "bearing stiffness [N/m]"
 
 
+def test_points_beside_the_curves_of_orders() -> None:
+    """Within the range of speeds; the axes reach up to them."""
+    points = {"peak": [(50.0, 0.7), (200.0, 0.9)], "jump": [(500.0, 1.0)], "none": []}
+    (axes,) = figures.orders_over_speed(SPEED, {"2×": 1e-3 / SPEED}, unit="rad", peaks=points).axes
+    found = curves(axes)
+    assert set(found) == {"2×", "peak"}
+    assert found["peak"].get_xdata() == pytest.approx([50.0 * PER_MINUTE])
+    assert found["peak"].get_ydata() == pytest.approx([0.7])
+    assert found["peak"].get_linestyle() == "None" and axes.get_ylim()[1] > 0.7
+
+
 def test_orders_over_speed_with_phases() -> None:
     amplitudes = {"2×": 1e-3 / SPEED, "4×": 1e-12 * SPEED}
     phases = {"2×": np.linspace(0.0, 9.0, 31)}
