@@ -150,6 +150,12 @@ def imbalance(
         surplus = surplus or still
     if left.number:
         reasons.append(_too_few(scene, best, free, advised))
+    if not reasons:
+        reasons.append(
+            f"{choices(drives)} would decide the motion, but this position is so close to a "
+            "singular configuration, where assembly modes meet, that rounding decides which way "
+            "they lead; give start={joint: position} to begin farther from it"
+        )
     return MobilityError(
         f"{mechanism.name}: driven by {choices(drives)}{held_text}, {loops}: {'; '.join(reasons)}",
         mobility=best.number,

@@ -162,7 +162,7 @@ class Continuity:
         for _ in range(_MOST_HALVINGS):
             if not bad.size:
                 break
-            off = self._off(times[bad], states.at(bad), _FAR) - rounding[bad]
+            off = self._off_both(times[bad], states.at(bad)) - rounding[bad]
             misfits[bad] = np.minimum(misfits[bad], off)
             bad = bad[misfits[bad] > self.tolerance]
             if not bad.size or not self._is_narrowed(times[bad]):
@@ -171,12 +171,32 @@ class Continuity:
 
     def _off(self, times: Array, states: States, size: int) -> Array:
         """Return `(N,)` how far states are off what some neighbours say."""
+        return _worst_of_rows(*self._differences(times, states, size))
+
+    def _off_both(self, times: Array, states: States) -> Array:
+        """Return `(N,)` how far states are off what fewer and more neighbours say.
+
+        States of a step method between its steps have errors that narrower rules magnify: what
+        the rules differ by is not counted, as in `_between`.
+        """
+        far = self._differences(times, states, _FAR)
+        if self._is_exact:
+            return _worst_of_rows(*far)
+        near = self._differences(times, states, _NEAR)
+        off = [
+            np.fmin(np.abs(one), np.abs(two)) - _SHARE * np.nan_to_num(np.abs(one - two))
+            for one, two in zip(near, far, strict=True)
+        ]
+        return _worst_of_rows(*(np.maximum(item, 0.0) for item in off))
+
+    def _differences(self, times: Array, states: States, size: int) -> tuple[Array, Array]:
+        """Return relative differences `(N, m)` of positions and speeds from what neighbours say."""
         known, size = self._known, min(size, len(self._known[0]))
         if size < _NEAR:
-            return _worst_of_rows((states.x - known[1].x[0]) / self._sizes)
+            return (states.x - known[1].x[0]) / self._sizes, np.zeros_like(states.v)
         index = np.searchsorted(known[0], times, side="right") - size // 2
         x, v = _hermite(*known, np.clip(index, 0, len(known[0]) - size), size, times)
-        return _worst_of_rows((states.x - x) / self._sizes, (states.v - v) / self._rates)
+        return (states.x - x) / self._sizes, (states.v - v) / self._rates
 
     def _is_narrowed(self, times: Array) -> bool:
         """Look at more states beside times; return whether they are on the motion, and are more."""

@@ -115,3 +115,28 @@ def test_a_truss_is_locked_whatever_is_held() -> None:
     assert isinstance(error, cd.MobilityError)
     assert error.mobility == 0
     assert "it is locked: stop holding more than one joint, or check loops" in str(error)
+
+
+def test_rounding_that_decides_the_way_is_said() -> None:
+    """Two rods that are 1e-7 rad from being in line, with a slider across."""
+    bend = 1e-7
+    parts = "".join(
+        f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" '
+        'ixz="0" iyz="0"/></inertial></link>'
+        for name in ("base", "near", "far", "slider")
+    )
+    rods = cd.load(
+        f'<robot name="rods">{parts}<joint name="a" type="continuous"><parent link="base"/>'
+        f'<child link="near"/><origin rpy="0 0 {bend}"/><axis xyz="0 0 1"/></joint>'
+        '<joint name="b" type="continuous"><parent link="near"/><child link="far"/>'
+        f'<origin xyz="1 0 0" rpy="0 0 {-2 * bend}"/><axis xyz="0 0 1"/></joint>'
+        '<joint name="s" type="prismatic"><parent link="base"/><child link="slider"/>'
+        f'<origin xyz="{2 * np.cos(bend)} 0 0"/><axis xyz="0 1 0"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        '<loop name="c" type="continuous"><predecessor link="far"><origin xyz="1 0 0"/>'
+        '</predecessor><successor link="slider"><origin xyz="0 0 0"/></successor>'
+        '<axis xyz="0 0 1"/></loop></robot>'
+    )
+    said = str(error_of(rods, "a"))
+    assert "singular" in said
+    assert "start={joint: position}" in said

@@ -158,3 +158,25 @@ def test_what_is_one_motion_is_not_refused(is_exact: bool) -> None:
     assert motion.misfit(times, look(times)).size <= 1e-8
     jumped = look(times)._replace(x=look(times).x + 1e-4)
     assert motion.misfit(times, jumped).size > 1e-6
+
+
+def test_errors_of_steps_between_their_ends_are_no_other_motion() -> None:
+    """A long vibration whose speeds are off by some hundred tolerances of steps inside of each."""
+    step, rate = 3.6e-3, 290.0
+
+    def look(times: np.ndarray) -> States:
+        index = np.floor(times / step)
+        inside, sign = times / step - index, np.where(index % 2, -1.0, 1.0)
+        error = 3e-6 * sign * (4.0 * inside * (1.0 - inside)) ** 2
+        x = np.sin(rate * times) + 1e-8 * sign
+        v, a = rate * (np.cos(rate * times) + error), -(rate**2) * np.sin(rate * times)
+        return States(x[:, None], v[:, None], a[:, None])
+
+    times, asked = np.arange(0.0, 15.0, step), np.linspace(0.0, 14.9, 16_000)
+    begun = look(times[:1])
+    motion = Continuity(look, times, (begun.x[0], begun.v[0]), tolerance=1e-6, is_exact=False)
+    assert motion.misfit(asked, look(asked)).size <= 1e-6
+    for wrong in (1e-5, 1e-3):
+        states = look(asked)
+        states.x[700] += wrong
+        assert motion.misfit(asked, states).size > 0.5 * wrong
