@@ -88,6 +88,15 @@ class Winding:
         path = None if self._sums else _without_balls(edges, first[0], second[0])
         self._path = path
         self._ends = first[1].T, second[1]
+        self._turning, self._least = np.zeros(0, dtype=int), np.inf
+        if path is not None:
+            turns = [edge for edge in path if edge.part and edge.part.kind == "revolute"]
+            self._turning = np.array([edge.column for edge in turns], dtype=int)
+            zero = self._ends[0]
+            for edge in path:
+                zero = zero @ edge.before @ edge.after
+            zero = rotation_vector((zero @ self._ends[1])[None])
+            self._least = float(np.linalg.norm(zero))
 
     def turns(self, x: Array, rotation: Array) -> tuple[Array, Array]:
         """Return rotation vectors `(N, 3)` in the axes of the first frame, and where they are lost.
@@ -117,7 +126,9 @@ class Winding:
         """Return whether the shortest rotation vector is the one at coordinates `x (size,)`."""
         for columns, signs, _, start in self._sums:
             return bool(abs(start + x[columns] @ signs) <= GREATEST_ANGLE)
-        return self._path is None
+        # No rotation leads farther than the sum of its turns, from where all of them are zero.
+        farthest = self._least + np.sum(np.abs(x[self._turning]))
+        return self._path is None or bool(farthest <= GREATEST_ANGLE)
 
     def _left(self, path: list[_Edge], x: Array) -> Array:
         """Return `(N,)` whether a rotation leaves half a turn on a straight line from zero.

@@ -30,8 +30,10 @@ _EXACT, _INTEGRATED = 1e-8, 1e-6
 are refused: of a quadrature, and of steps at most as exact as that."""
 _OF_STEPS = 100.0
 """Such a difference of steps, in relative tolerances."""
-_OF_ABSOLUTE = 1e-2
-"""Part of the absolute tolerance of steps by which states may be off however little they move."""
+_OF_ABSOLUTE = 10.0
+"""Absolute tolerances of steps by which states may be off, however little they move."""
+_CLOSED = 1e-12
+"""Error of closed loops by which states may be off likewise [rad, or a fraction of the length]."""
 _DOUBTFUL = 1e-10
 """Doubt of positions after a period that is told [rad]."""
 _LINGERS = 1e-5
@@ -428,7 +430,7 @@ def _trajectory(
         evaluations,
         (setup.x + 2.0 * np.pi * setup.turns, setup.v) if start is None else start,
         tolerance if setup.step is None and not setup.contacts else np.inf,
-        _OF_ABSOLUTE * setup.atol / tolerance,
+        (_CLOSED if run.is_exact else _OF_ABSOLUTE * setup.atol) / tolerance,
         tuple(touches or ()),
         setup.rtol if setup.step is None else np.inf,
     )

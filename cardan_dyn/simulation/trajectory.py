@@ -46,6 +46,9 @@ _NEARLY_SINGULAR = 1e4
 _EXACT_TIMES = 33
 """Times up to a period, at most, between which exact states are compared first."""
 
+_ROUNDED = 2e-15
+"""Error of a drive's position by which it may be off however little it moves [rad or m]."""
+
 _FAR_BEYOND = 1e3
 """Energy residual, in tolerances of a step, above which notes tell of it..."""
 _FAINT = 1e-9
@@ -130,7 +133,8 @@ class Motions:
 
         x, v = self._course.start
         columns, rates = self._driven
-        return self._continuity(look, (x[columns], v[rates]))
+        is_exact = self._run.is_exact
+        return self._continuity(look, (x[columns], v[rates]), closes_loops=not is_exact)
 
     @cached_property
     def of_all(self) -> Continuity:
@@ -140,7 +144,11 @@ class Motions:
         return self._continuity(lambda times: self.states(self._run.rows(times)), start)
 
     def _continuity(
-        self, look: Callable[[Array], States], start: tuple[Array, Array]
+        self,
+        look: Callable[[Array], States],
+        start: tuple[Array, Array],
+        *,
+        closes_loops: bool = True,
     ) -> Continuity:
         run = self._run
         times = run.times
@@ -152,7 +160,7 @@ class Motions:
             start,
             tolerance=self._course.tolerance,
             is_exact=run.is_exact,
-            least=0.0 if run.is_exact else self._course.least_way,
+            least=self._course.least_way if closes_loops else _ROUNDED / self._course.tolerance,
             period=run.period if run.period < run.times[-1] else np.inf,
         )
 
