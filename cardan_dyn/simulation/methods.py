@@ -36,6 +36,8 @@ _CLOSED = 1e-12
 """Error of closed loops by which states may be off likewise [rad, or a fraction of the length]."""
 _DOUBTFUL = 1e-10
 """Doubt of positions after a period that is told [rad]."""
+_GROWS = 100.0
+"""Growth of errors from which on a motion lingers: any that swings has a few times as much."""
 _LINGERS = 1e-5
 """Doubt of positions that is told of steps [rad]."""
 _STEP_ERRORS = 50.0
@@ -122,7 +124,7 @@ def _lingering(setup: Setup, integration: Integration, named: Callable[..., Any]
         growth = np.nan_to_num((fastest / distance) * (later / distance), nan=0.0)
     worst = int(np.argmax(growth))
     off = _STEP_ERRORS * setup.rtol * float(growth[worst]) * float(fastest[worst]) / rate
-    if off < _LINGERS:
+    if off < _LINGERS or growth[worst] < _GROWS:
         return []
     size = f"be off by {off:.0e} rad" if off < 1.0 else "be any other motion"
     return [
