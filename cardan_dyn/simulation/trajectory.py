@@ -407,7 +407,7 @@ class Trajectory(Tabled):
             if not np.any(lost):
                 break
             error = part._wrong_accelerations(sweep, errors)
-            is_near = lost & (sweep.condition > _NEARLY_SINGULAR)
+            is_near = lost & ((sweep.condition > _NEARLY_SINGULAR) | part._locked)
             if np.any(lost & ~is_near) or sweep.idle_rods:
                 raise error
             singular[known[is_near]] = True
@@ -415,6 +415,14 @@ class Trajectory(Tabled):
             scattered = Scattered(known, self._run_motion(sweep, known), self._acting())
             sweep = scattered.sweep(sweep, self._of_drives.x)
         return sweep, read_only(singular), error
+
+    @property
+    def _locked(self) -> Array:
+        """Whether outer axes of a free ball nearly coincide `(N,)`: angles have no rates."""
+        locked, bodies = np.zeros(len(self), dtype=bool), self._rows.bodies
+        for ball in bodies.mechanism.balls if bodies else ():
+            locked |= np.array([ball.apart(x) for x in self._rows.x]) * _NEARLY_SINGULAR < 1.0
+        return locked
 
     def _is_closed(self, index: int) -> bool:
         """Return whether loops are closed in a state."""
