@@ -401,6 +401,13 @@ class Trajectory(Tabled):
                 if found.sample is None or not part._is_closed(found.sample):
                     raise
                 singular[known[found.sample]], error = True, found
+                if isinstance(found, AssemblyError):
+                    error = SingularConfigurationError(
+                        f"at time {part.t[found.sample]:.6g} s the configuration is singular: the "
+                        "drives do not decide the motion of all joints there, so that wrenches "
+                        "and accelerations are not known; leave such times out with at()",
+                        sample=int(known[found.sample]),
+                    )
                 continue
             errors = part._effort_errors(sweep)
             lost = errors > _GREATEST_ERROR

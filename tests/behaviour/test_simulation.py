@@ -180,6 +180,11 @@ def test_one_flat_position_does_not_refuse_all_times(later: float) -> None:
         np.testing.assert_array_equal(np.isnan(values), found.singular)
     np.testing.assert_allclose(found["knee_0"].force[[0, 2]], others["knee_0"].force, rtol=1e-9)
     assert found.condition[1] == np.inf
+    # Alone, it is refused for what it is: its loops are closed.
+    alone = moved.at(times[1])
+    assert alone.singular.tolist() == [True] and alone.energy_residual < 1e-9
+    with pytest.raises((cd.AccuracyError, cd.SingularConfigurationError), match="singular"):
+        _ = alone.sweep
     assert found.energy_residual < 1e-9
     assert found.effort_residual < 1e-6
     assert len(found.to_dataframe()) == 3
