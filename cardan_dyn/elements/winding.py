@@ -91,6 +91,15 @@ class Winding:
         path = None if self._sums else _without_balls(edges, first[0], second[0])
         self._path = path
         self._ends = first[1].T, second[1]
+        self._turning, self._least = np.zeros(0, dtype=int), np.inf
+        if path is not None:
+            turns = [edge for edge in path if edge.part and edge.part.kind == "revolute"]
+            self._turning = np.array([edge.column for edge in turns], dtype=int)
+            zero = self._ends[0]
+            for edge in path:
+                zero = zero @ edge.before @ edge.after
+            zero = rotation_vector((zero @ self._ends[1])[None])
+            self._least = float(np.linalg.norm(zero))
 
     def turns(self, x: Array, rotation: Array) -> tuple[Array, Array]:
         """Return rotation vectors `(N, 3)` in the axes of the first frame, and where they are lost.
@@ -123,7 +132,9 @@ class Winding:
         for columns, signs, _, start in self._sums:
             angle = float(start + (x - self._zero)[columns] @ signs)
             return max(abs(start), abs(angle)) <= GREATEST_ANGLE
-        return self._path is None
+        # No rotation leads farther than the sum of its turns, from where all of them are zero.
+        turned = np.maximum(np.abs(x), np.abs(self._zero))[self._turning]
+        return self._path is None or bool(self._least + np.sum(turned) <= GREATEST_ANGLE)
 
     def _left(self, path: list[_Edge], x: Array) -> Array:
         """Return `(N,)` whether a rotation leaves half a turn on a straight line from zero.

@@ -84,10 +84,12 @@ class Continuity:
             period: after which velocities come back [s].
         """
         self._look, self._is_exact, self.tolerance = look, is_exact, tolerance
-        self._period, self._added = period, 0
+        self._period, self._added, self._least_way = period, 0, least
+        self._asked = times
         states = look(times)
         self._sizes = np.maximum(_sizes(states.x - states.x[0]), least)
-        self._rates = _sizes(states.v)
+        # Slower ones add up to less than that way.
+        self._rates = np.maximum(_sizes(states.v), least / times[-1] if times[-1] else 0.0)
         begun = [(states.x[0] - start[0]) / self._sizes, (states.v[0] - start[1]) / self._rates]
         self.worst = Misfit(_greatest(*begun), 0.0)
         self._least = float(np.max(np.diff(times), initial=0.0)) * 2.0**-_MOST_HALVINGS
@@ -129,7 +131,9 @@ class Continuity:
         off -= self._rounding(times[1:], states.at(np.arange(1, len(times))))
         if not self._is_exact:
             off -= _SHARE * np.nan_to_num(np.abs(near - far))
-        return _worst_of_rows(np.maximum(off, 0.0) / self._sizes)
+        # Of halves less is allowed, or any speed would do if they were small enough.
+        wide = np.diff(self._asked)[np.searchsorted(self._asked, times[:-1], side="right") - 1]
+        return _worst_of_rows(np.maximum(off, 0.0) / self._sizes) * (wide / steps[:, 0])
 
     def _rounding(self, times: Array, states: States) -> Array:
         """Return what rounding of positions and times `(N,)` leaves open of positions `(N, m)`."""
@@ -139,13 +143,17 @@ class Continuity:
         """Return the worst misfit of states `(N, m)` at times `(N,)`, and of the motion to them."""
         if not self.worst.size <= self.tolerance:
             return self.worst
-        turns, inside = np.zeros(len(times)), times
+        turns, inside, self._added = np.zeros(len(times)), times, 0
         if np.isfinite(self._period):
             turns, inside = np.divmod(times, self._period)
         inside = np.clip(inside, 0.0, self._known[0][-1])
         folded = states._replace(x=states.x - turns[:, None] * self._way)
-        rounding = self._rounding(times, states) / self._sizes
-        misfits = self._from_neighbours(inside, folded, np.max(rounding, axis=1, initial=0.0))
+        late = States(states.v, states.a, states.a)
+        rounding = [
+            self._rounding(times, states) / self._sizes,
+            self._rounding(times, late) / self._rates,
+        ]
+        misfits = self._from_neighbours(inside, folded, _worst_of_rows(*rounding))
         worst = int(np.argmax(misfits))
         return max(self.worst, Misfit(float(misfits[worst]), float(times[worst])))
 
@@ -189,14 +197,24 @@ class Continuity:
         ]
         return _worst_of_rows(*(np.maximum(item, 0.0) for item in off))
 
-    def _differences(self, times: Array, states: States, size: int) -> tuple[Array, Array]:
-        """Return relative differences `(N, m)` of positions and speeds from what neighbours say."""
+    def _differences(self, times: Array, states: States, size: int) -> tuple[Array, ...]:
+        """Return relative differences `(N, m)` from what neighbours say.
+
+        Of positions, of speeds, and of speeds from the slopes of positions.
+        """
         known, size = self._known, min(size, len(self._known[0]))
         if size < _NEAR:
-            return (states.x - known[1].x[0]) / self._sizes, np.zeros_like(states.v)
+            return ((states.x - known[1].x[0]) / self._sizes,)
         index = np.searchsorted(known[0], times, side="right") - size // 2
-        x, v = _hermite(*known, np.clip(index, 0, len(known[0]) - size), size, times)
-        return (states.x - x) / self._sizes, (states.v - v) / self._rates
+        nodes, (x, v, a) = known
+        first = np.clip(index, 0, len(nodes) - size)
+        x, slope = _hermite(nodes, (x, v, 0.5 * a), first, size, times)
+        v, _ = _hermite(nodes, (v, a), first, size, times)
+        # What positions may be off makes any slope where they are close together.
+        gaps = np.diff(nodes)[np.clip(index + size // 2 - 1, 0, len(nodes) - 2)]
+        may = (self.tolerance * self._least_way + self._rounding(times, states)) / gaps[:, None]
+        slope = np.maximum(np.abs(states.v - slope) - may, 0.0)
+        return (states.x - x) / self._sizes, (states.v - v) / self._rates, slope / self._rates
 
     def _is_narrowed(self, times: Array) -> bool:
         """Look at more states beside times; return whether they are on the motion, and are more."""
@@ -261,33 +279,33 @@ def _integrals(times: Array, states: States) -> Array:
 
 
 def _hermite(
-    times: Array, states: States, first: Array, size: int, wanted: Array
+    times: Array, terms: tuple[Array, ...], first: Array, size: int, wanted: Array
 ) -> tuple[Array, Array]:
-    """Return positions and speeds `(N, m)` at wanted times, by Hermite's interpolation.
+    """Return values and slopes `(N, m)` at wanted times, by Hermite's interpolation.
 
-    Newton's form, whose divided differences count each of the times three times.
+    Newton's form, whose divided differences count each of the times once for each term.
 
     Args:
         times: `(K,)` ascending.
-        states: there.
-        first: index of the first of the states that are used `(N,)`.
+        terms: of Taylor's series there, the values first, each `(K, m)`.
+        first: index of the first of the times that are used `(N,)`.
         size: their number.
         wanted: times `(N,)`.
     """
-    chosen = first[:, None] + np.arange(size)
-    nodes = np.repeat((times[chosen] - wanted[:, None]).T, 3, axis=0)[:, :, None]
-    x, v, a = (np.repeat(values[chosen].swapaxes(0, 1), 3, axis=0) for values in states)
-    table, terms = x, [x[0]]
-    for order in range(1, 3 * size):
+    chosen, each = first[:, None] + np.arange(size), len(terms)
+    nodes = np.repeat((times[chosen] - wanted[:, None]).T, each, axis=0)[:, :, None]
+    known = [np.repeat(term[chosen].swapaxes(0, 1), each, axis=0) for term in terms]
+    table, differences = known[0], [known[0][0]]
+    for order in range(1, each * size):
         gaps = nodes[order:] - nodes[:-order]
-        same = np.arange(len(gaps)) % 3 + order < 3
-        known = v if order == 1 else 0.5 * a
         with np.errstate(divide="ignore", invalid="ignore"):
             table = np.diff(table, axis=0) / gaps
-        table[same] = known[: len(gaps)][same]
-        terms.append(table[0])
-    position, speed = np.zeros_like(terms[0]), np.zeros_like(terms[0])
-    for term, node in zip(reversed(terms), nodes[::-1], strict=True):
-        speed = position - speed * node
-        position = term - position * node
-    return position, speed
+        if order < each:
+            same = np.arange(len(gaps)) % each + order < each
+            table[same] = known[order][: len(gaps)][same]
+        differences.append(table[0])
+    value, slope = np.zeros_like(differences[0]), np.zeros_like(differences[0])
+    for difference, node in zip(reversed(differences), nodes[::-1], strict=True):
+        slope = value - slope * node
+        value = difference - value * node
+    return value, slope

@@ -509,7 +509,8 @@ class Integration:
         """Go on from a point on the last step, from which on other forces act."""
         equations = self.equations
         self.segments[-1] = self.segments[-1]._replace(end=point.time)
-        equations.turns = point.turns
+        # Where other forces act, another crossing is ahead, or none.
+        equations.turns, self._ahead = point.turns, None
         y = equations.wrap(point.y)
         rate = self._derivative(point.time, y)
         self.points[-1] = Point(point.time, y, equations.turns, rate)

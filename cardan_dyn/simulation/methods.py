@@ -25,15 +25,19 @@ from .setup import Setup
 from .system import System
 from .trajectory import Course, Trajectory
 
-_EXACT, _INTEGRATED = 1e-8, 1e-6
+_EXACT, _INTEGRATED = 1e-8, 1e-5
 """Differences of positions from the integrals of speeds over time, as fractions of the way, that
 are refused: of a quadrature, and of steps at most as exact as that."""
 _OF_STEPS = 100.0
 """Such a difference of steps, in relative tolerances."""
-_OF_ABSOLUTE = 1e-2
-"""Part of the absolute tolerance of steps by which states may be off however little they move."""
+_OF_ABSOLUTE = 10.0
+"""Absolute tolerances of steps by which states may be off, however little they move."""
+_CLOSED = 1e-12
+"""Error of closed loops by which states may be off likewise [rad, or a fraction of the length]."""
 _DOUBTFUL = 1e-10
 """Doubt of positions after a period that is told [rad]."""
+_GROWS = 100.0
+"""Growth of errors from which on a motion lingers: any that swings has a few times as much."""
 _LINGERS = 1e-5
 """Doubt of positions that is told of steps [rad]."""
 _STEP_ERRORS = 50.0
@@ -120,7 +124,7 @@ def _lingering(setup: Setup, integration: Integration, named: Callable[..., Any]
         growth = np.nan_to_num((fastest / distance) * (later / distance), nan=0.0)
     worst = int(np.argmax(growth))
     off = _STEP_ERRORS * setup.rtol * float(growth[worst]) * float(fastest[worst]) / rate
-    if off < _LINGERS:
+    if off < _LINGERS or growth[worst] < _GROWS:
         return []
     size = f"be off by {off:.0e} rad" if off < 1.0 else "be any other motion"
     return [
@@ -429,7 +433,7 @@ def _trajectory(
         evaluations,
         (setup.x + 2.0 * np.pi * setup.turns, setup.v) if start is None else start,
         tolerance if setup.step is None and not setup.contacts else np.inf,
-        _OF_ABSOLUTE * setup.atol / tolerance,
+        (_CLOSED if run.is_exact else _OF_ABSOLUTE * setup.atol) / tolerance,
         tuple(touches or ()),
         setup.rtol if setup.step is None else np.inf,
     )

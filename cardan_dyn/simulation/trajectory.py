@@ -46,6 +46,9 @@ _NEARLY_SINGULAR = 1e4
 _EXACT_TIMES = 33
 """Times up to a period, at most, between which exact states are compared first."""
 
+_ROUNDED = 2e-15
+"""Error of a drive's position by which it may be off however little it moves [rad or m]."""
+
 _FAR_BEYOND = 1e3
 """Energy residual, in tolerances of a step, above which notes tell of it..."""
 _FAINT = 1e-9
@@ -130,7 +133,8 @@ class Motions:
 
         x, v = self._course.start
         columns, rates = self._driven
-        return self._continuity(look, (x[columns], v[rates]))
+        is_exact = self._run.is_exact
+        return self._continuity(look, (x[columns], v[rates]), closes_loops=not is_exact)
 
     @cached_property
     def of_all(self) -> Continuity:
@@ -140,7 +144,11 @@ class Motions:
         return self._continuity(lambda times: self.states(self._run.rows(times)), start)
 
     def _continuity(
-        self, look: Callable[[Array], States], start: tuple[Array, Array]
+        self,
+        look: Callable[[Array], States],
+        start: tuple[Array, Array],
+        *,
+        closes_loops: bool = True,
     ) -> Continuity:
         run = self._run
         times = run.times
@@ -152,7 +160,7 @@ class Motions:
             start,
             tolerance=self._course.tolerance,
             is_exact=run.is_exact,
-            least=0.0 if run.is_exact else self._course.least_way,
+            least=self._course.least_way if closes_loops else _ROUNDED / self._course.tolerance,
             period=run.period if run.period < run.times[-1] else np.inf,
         )
 
@@ -393,13 +401,20 @@ class Trajectory(Tabled):
                 if found.sample is None or not part._is_closed(found.sample):
                     raise
                 singular[known[found.sample]], error = True, found
+                if isinstance(found, AssemblyError):
+                    error = SingularConfigurationError(
+                        f"at time {part.t[found.sample]:.6g} s the configuration is singular: the "
+                        "drives do not decide the motion of all joints there, so that wrenches "
+                        "and accelerations are not known; leave such times out with at()",
+                        sample=int(known[found.sample]),
+                    )
                 continue
             errors = part._effort_errors(sweep)
             lost = errors > _GREATEST_ERROR
             if not np.any(lost):
                 break
             error = part._wrong_accelerations(sweep, errors)
-            is_near = lost & (sweep.condition > _NEARLY_SINGULAR)
+            is_near = lost & ((sweep.condition > _NEARLY_SINGULAR) | part._locked)
             if np.any(lost & ~is_near) or sweep.idle_rods:
                 raise error
             singular[known[is_near]] = True
@@ -407,6 +422,14 @@ class Trajectory(Tabled):
             scattered = Scattered(known, self._run_motion(sweep, known), self._acting())
             sweep = scattered.sweep(sweep, self._of_drives.x)
         return sweep, read_only(singular), error
+
+    @property
+    def _locked(self) -> Array:
+        """Whether outer axes of a free ball nearly coincide `(N,)`: angles have no rates."""
+        locked, bodies = np.zeros(len(self), dtype=bool), self._rows.bodies
+        for ball in bodies.mechanism.balls if bodies else ():
+            locked |= np.array([ball.apart(x) for x in self._rows.x]) * _NEARLY_SINGULAR < 1.0
+        return locked
 
     def _is_closed(self, index: int) -> bool:
         """Return whether loops are closed in a state."""

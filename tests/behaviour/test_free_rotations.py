@@ -228,3 +228,19 @@ def test_copies_read_the_same_angles() -> None:
     times = np.linspace(0.0, 3.0, 50)
     for other in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
         np.testing.assert_array_equal(other.at(times).position, found.at(times).position)
+
+
+def test_times_at_which_axes_coincide_leave_the_others_their_wrenches() -> None:
+    """A heavy body is released where first and last axis are one, and weight tips it across."""
+    text, names = described("euler", CENTRE)
+    scene = cd.Scene(cd.load(text), drive=names, gravity=GRAVITY)
+    found = scene.simulate(1.0)
+    np.testing.assert_array_equal(found.singular, found.t == 0.0)
+    assert found.effort_residual < 1e-8
+    # Newton about the support: force is mass times the acceleration of the centre, less weight.
+    times = np.linspace(0.2, 0.9, 8)[:, None] + 1e-3 * np.arange(-1, 2)
+    turns = rotation("euler", found.at(times.ravel()).position).reshape(8, 3, 3, 3)
+    centre = turns @ CENTRE
+    pull = (centre[:, 0] - 2.0 * centre[:, 1] + centre[:, 2]) / 1e-6
+    force = found.at(times[:, 1]).sweep.wrench(names[0], "world").force
+    np.testing.assert_allclose(force, MASS * (pull - GRAVITY), atol=1e-3)

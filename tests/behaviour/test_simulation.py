@@ -180,6 +180,11 @@ def test_one_flat_position_does_not_refuse_all_times(later: float) -> None:
         np.testing.assert_array_equal(np.isnan(values), found.singular)
     np.testing.assert_allclose(found["knee_0"].force[[0, 2]], others["knee_0"].force, rtol=1e-9)
     assert found.condition[1] == np.inf
+    # Alone, it is refused for what it is: its loops are closed.
+    alone = moved.at(times[1])
+    assert alone.singular.tolist() == [True] and alone.energy_residual < 1e-9
+    with pytest.raises((cd.AccuracyError, cd.SingularConfigurationError), match="singular"):
+        _ = alone.sweep
     assert found.energy_residual < 1e-9
     assert found.effort_residual < 1e-6
     assert len(found.to_dataframe()) == 3
@@ -270,3 +275,7 @@ def test_steps_that_linger_upright_are_noted(method: str) -> None:
     slowed = [cd.JointSpring("pin", 0.0, damping=3.0)]
     resting = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY, elements=slowed)
     assert resting.simulate(20.0, position=2.0, method=method).notes == ()
+    # Where errors do not grow, nothing lingers: at constant speed, or with wide tolerances.
+    level = cd.Scene(pendulum(), drive="pin", gravity=(0.0, 0.0, 0.0))
+    assert level.simulate(2.0, speed=7.0, method=method).notes == ()
+    assert scene.simulate(2.0, position=1.0, method=method, rtol=1e-5).notes == ()

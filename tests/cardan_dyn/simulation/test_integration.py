@@ -144,3 +144,13 @@ def test_failures_are_told() -> None:
     # y = 1 / (1 - t).
     assert message is not None
     assert run.time == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_step_planned_over_a_crossing_is_forgotten_where_other_forces_act() -> None:
+    y = np.array([1.0, 0.0, 0.0, 1.0])
+    integration = Integration(Circle(), y, 10.0, rtol=1e-8, atol=np.full(4, 1e-8))
+    integration.advance()
+    middle = integration.at(0.5 * integration.time)
+    integration._ahead = integration.time + 0.1, 0.2, 0.01
+    integration.restart(middle)
+    assert integration._ahead is None and integration.time == middle.time
