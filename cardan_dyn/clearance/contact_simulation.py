@@ -25,6 +25,9 @@ _SPEED, _MASS = 0.1, 1.0
 """A touch [m/s, kg] by which laws are judged."""
 _CHAOTIC = 0.9
 """Restitution from which on small differences grow from impact to impact."""
+_MISSING = 0.1
+"""Missing energy, as a fraction of what a wall stores at most, that is remarked: forces go by the
+root of what is stored."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +154,23 @@ class ContactSimulation(Mapping[str, JointContact]):
                 "hardly damped: after a few impacts no digit of a single one is left, and only "
                 "their distribution tells something"
             )
+        missing, stored = self._energies
+        if missing > _MISSING * stored > 0.0:
+            notes.append(
+                f"inaccurate: {missing:.2g} J are missing in the balance of energy, where walls "
+                f"store {stored:.2g} J at most; forces of impacts may be off: compare with a "
+                "simulation of smaller rtol"
+            )
         return tuple(notes)
+
+    @cached_property
+    def _energies(self) -> tuple[float, float]:
+        """Greatest energy that is missing in the balance, and greatest that walls store [J]."""
+        whole = self.trajectory.at(self.steps)
+        energy = whole.kinetic_energy + whole.potential_energy - whole.work
+        forces = [cast("ContactForce", whole.element_force[at]) for at in self._indices.values()]
+        stored = max(float(np.max(force.energy)) for force in forces)
+        return float(np.max(np.abs(energy - energy[0]))), stored
 
     def at(self, times: ArrayLike) -> ContactSimulation:
         """Return the same simulation at other times, see `Trajectory.at`."""

@@ -60,3 +60,26 @@ def test_copies_and_texts(found: clearance.ContactSimulation) -> None:
 
 def test_energy_is_that_of_walls(found: clearance.ContactSimulation) -> None:
     assert found.energy_residual < 1e-6
+
+
+@pytest.mark.parametrize(("share", "is_told"), [(0.03, False), (0.3, True)])
+def test_energy_that_is_missing_beside_that_of_walls_is_noted(
+    found: clearance.ContactSimulation,
+    monkeypatch: pytest.MonkeyPatch,
+    share: float,
+    is_told: bool,
+) -> None:
+    """Far less than simulations note by themselves: walls store little of what moves."""
+    peak = max(item.peak for item in found.impacts)
+    missing = share * peak**2 / (2.0 * 1e8)
+    plain = cd.Trajectory.kinetic_energy.func  # type: ignore[attr-defined]
+
+    def off(self: cd.Trajectory) -> np.ndarray:
+        lost: np.ndarray = plain(self) + missing * (self.t > found.t[-1] / 2.0)
+        return lost
+
+    assert not found.at(found.steps).notes
+    monkeypatch.setattr(cd.Trajectory, "kinetic_energy", property(off))
+    # Copies have not looked at their energy.
+    notes = found.at(found.steps).notes
+    assert any("walls store" in note for note in notes) == is_told
