@@ -120,7 +120,10 @@ class RedundancyStudy:
         # A start in which all ways on are singular is refused where it is used; one so close to a
         # singular configuration that no position around it was closed need not be locked.
         if isinstance(error, MobilityError) and (
-            error.mobility < len(problem.drives) or error.free or error.surplus
+            error.mobility is None
+            or error.mobility < len(problem.drives)
+            or error.free
+            or error.surplus
         ):
             raise error
 

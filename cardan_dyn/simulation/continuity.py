@@ -200,7 +200,7 @@ class Continuity:
     def _differences(self, times: Array, states: States, size: int) -> tuple[Array, ...]:
         """Return relative differences `(N, m)` from what neighbours say.
 
-        Of positions, of speeds, and of speeds from the slopes of positions.
+        Of positions, and of speeds: from other speeds or from the slopes of positions.
         """
         known, size = self._known, min(size, len(self._known[0]))
         if size < _NEAR:
@@ -214,7 +214,9 @@ class Continuity:
         gaps = np.diff(nodes)[np.clip(index + size // 2 - 1, 0, len(nodes) - 2)]
         may = (self.tolerance * self._least_way + self._rounding(times, states)) / gaps[:, None]
         slope = np.maximum(np.abs(states.v - slope) - may, 0.0)
-        return (states.x - x) / self._sizes, (states.v - v) / self._rates, slope / self._rates
+        # Close to singular configurations, accelerations are worth less than positions.
+        speed = np.minimum(np.abs(states.v - v), slope)
+        return (states.x - x) / self._sizes, speed / self._rates
 
     def _is_narrowed(self, times: Array) -> bool:
         """Look at more states beside times; return whether they are on the motion, and are more."""
