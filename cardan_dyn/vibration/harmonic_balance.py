@@ -20,6 +20,13 @@ CONVERGED = 1e-12
 one would be rounding."""
 ROUGHLY = 1e-6
 """The same in a rough model, whose motions are refined."""
+_BALANCED = 1e-12
+"""Effort, as a fraction of its terms, up to which it is rounding."""
+_SINGULAR_STEPS = 8
+"""Steps after which motions without effort that still move are those of a singular Jacobian: the
+singular values that count are..."""
+_RANK = 1e-12
+"""...greater than this share of the greatest."""
 _LONGEST = 0.25
 """Longest step, as a fraction of the half range."""
 _BEYOND = 1.02
@@ -100,6 +107,25 @@ def newton_steps(matrix: Array, efforts: Array) -> Array:
     return np.asarray(np.swapaxes(steps.reshape(size, free, count), 1, 2))
 
 
+def _least_step(matrix: Array, efforts: Array, half: Array) -> Array:
+    """Return the least change of positions `(N, n)` that takes away efforts, in ranges.
+
+    Args:
+        matrix: `(K, K)`, of a Jacobian that may be singular.
+        efforts: `(N, n)`.
+        half: half widths of the ranges `(n,)`.
+    """
+    count, free = efforts.shape
+    units = np.repeat(half, count)
+    rows = np.max(np.abs(matrix * units), axis=1, keepdims=True)
+    rows[rows == 0.0] = 1.0
+    if not np.all(np.isfinite(rows)) or not np.all(np.isfinite(efforts)):
+        return np.full_like(efforts, np.nan)
+    sides = -efforts.T.reshape(-1, 1) / rows
+    step = np.linalg.lstsq(matrix * units / rows, sides, rcond=_RANK)[0][:, 0] * units
+    return np.asarray(step.reshape(free, count).T)
+
+
 def solved(model: ReducedModel, speed: Array, guess: Array, converged: float = CONVERGED) -> Found:
     """Return motions near guesses.
 
@@ -129,7 +155,7 @@ def _solved(model: ReducedModel, speed: Array, guess: Array, threshold: float) -
     size = len(guess)
     q, sign = guess.copy(), np.zeros(size)
     converged, active = np.zeros(size, dtype=bool), np.ones(size, dtype=bool)
-    for _ in range(_MOST_STEPS):
+    for count in range(_MOST_STEPS):
         index = np.nonzero(active)[0]
         if not index.size:
             break
@@ -138,6 +164,12 @@ def _solved(model: ReducedModel, speed: Array, guess: Array, threshold: float) -
         matrix = jacobian(equation, speed[index], model.period)
         step = newton_steps(matrix, equation.efforts)
         length = np.max(np.abs(step / model.half), axis=(1, 2))
+        if count >= _SINGULAR_STEPS:
+            # Along what nothing holds rounding decides: there the motion stays where it is.
+            left = np.max(np.max(np.abs(equation.efforts), axis=1) / equation.scale, axis=1)
+            for item in np.nonzero((left <= _BALANCED) & ~(length <= threshold))[0]:
+                step[item] = _least_step(matrix[item], equation.efforts[item], model.half)
+                length[item] = np.max(np.abs(step[item] / model.half))
         bad = ~np.isfinite(length)
         factor = np.where(length > _LONGEST, _LONGEST / np.where(bad, 1.0, length), 1.0)
         step[bad] = 0.0
@@ -155,7 +187,7 @@ def _solved(model: ReducedModel, speed: Array, guess: Array, threshold: float) -
         equation = model.equation(Course(*(item[index] for item in course)))
         left = np.max(np.abs(equation.efforts), axis=1) / equation.scale
         way = np.max(np.abs((q[index] - model.centre) / model.half), axis=(1, 2))
-        is_there = (np.max(left, axis=1) <= 1e-12) & (way <= _BEYOND)
+        is_there = (np.max(left, axis=1) <= _BALANCED) & (way <= _BEYOND)
         converged[index[is_there]] = True
         matrix = jacobian(equation, speed[index], model.period)
         sign[index] = np.linalg.slogdet(matrix)[0]
