@@ -276,15 +276,21 @@ class Trajectory(Tabled):
     @cached_property
     def _rows(self) -> Rows:
         rows = self._run.rows(self.t, self._drives_alone)
-        self._prove(self._motions.of_all, self._motions.states(rows))
+        if self._is_proven:
+            self._prove(self._motions.of_all, self._motions.states(rows))
         return rows
 
     @cached_property
     def _drives_alone(self) -> OfDrives | None:
         drives = self._run.drives_alone(self.t)
-        if drives is not None:
+        if drives is not None and self._is_proven:
             self._prove(self._motions.of_drives, States(*drives))
         return drives
+
+    @property
+    def _is_proven(self) -> bool:
+        """Whether the method has a tolerance that states can be held to."""
+        return bool(np.isfinite(self._course.tolerance))
 
     def _prove(self, motion: Continuity, states: States) -> None:
         """Refuse states that are not on the motion from the start.
@@ -308,10 +314,11 @@ class Trajectory(Tabled):
         """Greatest difference of positions from the integrals of speeds over time, from the start.
 
         As a fraction of the way of a coordinate. Where steps have a tolerance, what rules over the
-        times between them cannot tell is not counted.
+        times between them cannot tell is not counted. It is nan for steps of a given length and for
+        pins with play, which are not held to it.
         """
         _ = self._rows
-        return float(self.__dict__["_misfit"])
+        return float(self.__dict__.get("_misfit", np.nan))
 
     @cached_property
     def _of_drives(self) -> OfDrives:
@@ -443,7 +450,9 @@ class Trajectory(Tabled):
         if drives is not None:
             drives = OfDrives(*(values[chosen] for values in drives))
         known = {"_rows": self._rows.at(chosen), "_drives_alone": drives}
-        part.__dict__.update(known, _misfit=self.__dict__.get("_misfit", 0.0))
+        part.__dict__.update(known)
+        if "_misfit" in self.__dict__:
+            part.__dict__["_misfit"] = self.__dict__["_misfit"]
         return part
 
     @cached_property
