@@ -373,7 +373,7 @@ class _Elsewhere:
         full = [item for item in found if item[:2] == (loops, coupled)]
         self._loops, self._coupled, self.rank = loops, coupled, loops + coupled
         self.least, least_coupled, self._typical = np.median([item[2:] for item in full], axis=0)
-        self._weak, self._weak_coupled = _WEAK * self.least, _WEAK * least_coupled
+        self._weak, self._weak_coupled = float(_WEAK * self.least), _WEAK * least_coupled
 
     def _measured(self, x: Array) -> tuple[int, int, float, float, float]:
         """Return ranks and least values of loops and of couplings, and of all equations."""
@@ -407,7 +407,9 @@ class _Elsewhere:
             pivots: of the decomposition of J M⁻¹ Jᵀ `(6 L,)`: those of redundant rows are the
                 regularisation.
         """
-        return bool(np.count_nonzero(np.abs(pivots) > self._weak) < self._loops)
+        # Of so few numbers NumPy's comparisons take three times as long.
+        weak = self._weak
+        return sum([abs(pivot) > weak for pivot in pivots.tolist()]) < self._loops
 
     def is_weak_coupled(self, gains: Array) -> bool:
         """Return whether a coupling is weak, as loops allow it.
