@@ -54,6 +54,7 @@ _MOST_STEPS = 4
 """Greatest number of Newton steps that close loops which have drifted open."""
 _CLOSED = 4e-16
 """Closure error at which they end, see `ConstrainedChain.closure_error`."""
+_NO_GAINS, _NO_GAPS = np.zeros((0, 0)), np.zeros(0)
 _NEAR = 1e-8
 """Error of which one Newton step, or one proximal iteration, leaves rounding."""
 
@@ -113,6 +114,7 @@ class ConstrainedChain:
             self._constraint_data.append(item.createData())
         self._rows = 6 * len(self._constraints)
         self._couplings = _Couplings(mechanism, chain)
+        self._has_couplings = len(self._couplings.rows) > 0
         state = state[chain.columns] * self._of_positions
         inertia = self._inertia(state)
         free = np.delete(np.arange(self.model.nv), self.prescribed)
@@ -153,8 +155,10 @@ class ConstrainedChain:
     def _start_data(self) -> None:
         self.data = self.model.createData()
         pair = self._constraints, self._constraint_data
-        # Going through Pinocchio's vector anew takes longer than all that is read.
+        # Going through Pinocchio's vector anew takes longer than all that is read, and so does
+        # asking for the decomposition of the dynamics each time.
         self._each_constraint = [self._constraint_data[k] for k in range(len(self._constraints))]
+        self._pivots = self.data.constraint_chol
         pinocchio.initConstraintDynamics(self.model, self.data, *pair)
         self._decomposition = pinocchio.ConstraintCholeskyDecomposition(
             self.model, self.data, *pair
@@ -173,17 +177,9 @@ class ConstrainedChain:
         return np.asarray(jacobian)
 
     def _constrained(self, x: Array, v: Array, efforts: Array) -> Array:
-        return np.asarray(
-            pinocchio.constraintDynamics(
-                self.model,
-                self.data,
-                x,
-                v,
-                efforts,
-                self._constraints,
-                self._constraint_data,
-                self._settings,
-            )
+        pair = self._constraints, self._constraint_data
+        return pinocchio.constraintDynamics(
+            self.model, self.data, x, v, efforts, *pair, self._settings
         )
 
     def accelerations(
@@ -214,8 +210,8 @@ class ConstrainedChain:
             a = self._directions.accelerations(x, v, given, told * self._of_rates[self.prescribed])
             return a / self._of_rates
         a = self._constrained(x, v, given)
-        is_weak = self._is_weak(self.data.constraint_chol)
-        if len(self._couplings) and not is_weak:
+        is_weak = self._elsewhere.is_weak(self._pivots)
+        if self._has_couplings and not is_weak:
             self._decompose()
             factors = self._coupling_factors()
             is_weak = self._elsewhere.is_weak_coupled(factors[1])
@@ -226,10 +222,6 @@ class ConstrainedChain:
             told = told * self._of_rates[self.prescribed]
             a = self._by_rank.forced(x, v, given, told)
         return np.asarray(a / self._of_rates) if self._slides else a
-
-    def _is_weak(self, decomposition: Any) -> bool:
-        """Return whether a closure equation is much weaker than elsewhere."""
-        return self._elsewhere.is_weak(decomposition.D[: self._rows])
 
     def weakness(self, x: Array) -> float:
         """Return how strong the weakest closure equation is that is not redundant.
@@ -273,6 +265,8 @@ class ConstrainedChain:
     def _coupling_factors(self) -> tuple[Array, Array]:
         """Return what efforts along each coupling move `(k, nv)`, and the couplings `(k, k)`."""
         rows = self._couplings.rows
+        if not self._has_couplings:
+            return rows, _NO_GAINS
         none = np.zeros(self._rows)
         units = np.array([self._solved(none, row) for row in rows]).reshape(rows.shape)
         return units, units @ rows.T
@@ -282,7 +276,7 @@ class ConstrainedChain:
     ) -> Array:
         """Return rates with the least change after which the couplings gain `gaps (k,)`."""
         rows = self._couplings.rows
-        if not len(rows):
+        if not self._has_couplings:
             return rates
         wanted = np.zeros(len(rows)) if gaps is None else gaps
         factors, *_ = np.linalg.lstsq(gains, wanted - rows @ rates, rcond=_ZERO)
@@ -298,7 +292,7 @@ class ConstrainedChain:
             v: velocities `(nv,)`.
             crosses: whether the state is close to a crossing, where weak equations are left to it.
         """
-        if not (self._rows or len(self._couplings)):
+        if not (self._rows or self._has_couplings):
             return x, v
         x, v = x * self._of_positions, v * self._of_rates
         if self._is_overclosed:
@@ -309,7 +303,8 @@ class ConstrainedChain:
         for _ in range(_MOST_STEPS):
             self._decompose()
             factors = self._coupling_factors()
-            if self._is_weak(self._decomposition) or self._elsewhere.is_weak_coupled(factors[1]):
+            elsewhere = self._elsewhere
+            if elsewhere.is_weak(self._decomposition) or elsewhere.is_weak_coupled(factors[1]):
                 self.was_weak = True
                 x, v = self._by_rank.closed(x, v, strong_alone=crosses)
                 if not crosses:
@@ -322,9 +317,9 @@ class ConstrainedChain:
             step = self._coupled(self._solved(gaps, rest, _rounds(error)), *factors, ratios)
             x = np.asarray(pinocchio.integrate(self.model, x, step))
             self._constrained(x, v, rest)
-            if error <= _NEAR:  # Newton's step squares the error: nothing is left to see.
-                self._decompose()
-                factors = self._coupling_factors()
+            if error <= _NEAR:
+                # Newton's step squares the error: nothing is left to see, and what speeds lack is
+                # as small, so that it may be had from the factors at hand.
                 break
         opening = self._loop_jacobian() @ v
         rounds = _rounds(_greatest(opening) / (_greatest(v) or 1.0))
@@ -373,7 +368,7 @@ class _Elsewhere:
         full = [item for item in found if item[:2] == (loops, coupled)]
         self._loops, self._coupled, self.rank = loops, coupled, loops + coupled
         self.least, least_coupled, self._typical = np.median([item[2:] for item in full], axis=0)
-        self._weak, self._weak_coupled = float(_WEAK * self.least), _WEAK * least_coupled
+        self._strong, self._weak_coupled = -float(_WEAK * self.least), _WEAK * least_coupled
 
     def _measured(self, x: Array) -> tuple[int, int, float, float, float]:
         """Return ranks and least values of loops and of couplings, and of all equations."""
@@ -400,16 +395,19 @@ class _Elsewhere:
         typical = float(values[both - 1] / values[0]) if both else 1.0
         return rank, coupled, least, least_coupled, typical
 
-    def is_weak(self, pivots: Array) -> bool:
-        """Return whether one of the loops' equations is weak.
+    def is_weak(self, decomposition: Any) -> bool:
+        """Return whether one of the loops' equations is much weaker than elsewhere.
 
         Args:
-            pivots: of the decomposition of J M⁻¹ Jᵀ `(6 L,)`: those of redundant rows are the
-                regularisation.
+            decomposition: Pinocchio's, of the closure equations and the inertia. The pivots of the
+                former are negative, those of redundant rows the regularisation; those of the
+                inertia are positive.
         """
-        # Of so few numbers NumPy's comparisons take three times as long.
-        weak = self._weak
-        return sum([abs(pivot) > weak for pivot in pivots.tolist()]) < self._loops
+        if not self._loops:
+            return False
+        # Looked at in every stage of every step: of so few numbers NumPy's comparisons take three
+        # times as long.
+        return not sorted(decomposition.D.tolist())[self._loops - 1] <= self._strong
 
     def is_weak_coupled(self, gains: Array) -> bool:
         """Return whether a coupling is weak, as loops allow it.
@@ -452,13 +450,10 @@ class _Couplings:
         self._columns = np.searchsorted(chain.columns, columns[own])
         self._rates = np.searchsorted(chain.rates, rates[own])
 
-    def __len__(self) -> int:
-        return len(self.rows)
-
     def gaps(self, x: Array) -> Array:
         """Return by how much they are off `(k,)` at coordinates, as their rows count it."""
-        if not len(self):
-            return np.zeros(0)
+        if not len(self.rows):
+            return _NO_GAPS
         moved = np.zeros(self.rows.shape[1])
         moved[self._rates] = x[self._columns]
         return -(self.rows @ moved + self._offsets)
@@ -484,7 +479,8 @@ def _rank(values: Array) -> int:
 
 def _greatest(*values: Array) -> float:
     """Return the greatest absolute value of arrays, of which some may be empty."""
-    return max(float(np.abs(item).max(initial=0.0)) for item in values)
+    # A NaN stays one: of Python's numbers it would depend on their order.
+    return max([float(np.abs(item).max()) for item in values if item.size], default=0.0)
 
 
 def _rounds(error: float) -> int:

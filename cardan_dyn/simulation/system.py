@@ -71,6 +71,8 @@ class System:
         """
         coordinates = model.mechanism.coordinates
         self.model, self._forces = model, forces
+        # Called for every stage of every step: what only passes on is left out of the way.
+        self._accelerations = (model.chains[0] if len(model.chains) == 1 else model).accelerations
         free = None
         if isinstance(model.mechanism, WithBalls):
             free, self.mechanism = model.mechanism, model.mechanism.source
@@ -97,6 +99,7 @@ class System:
             (column, rate, prescribed.index(rate), motion)
             for column, rate, motion in zip(columns, moving, motions.values(), strict=True)
         ]
+        self._acts = bool(self._motions) or not forces.is_nothing
         self._resting = np.array([rate for rate in prescribed if rate not in moving], dtype=int)
         self._resting_columns = coordinates.column_of(self._resting)
         self._resting_at = start[self._resting_columns]
@@ -119,22 +122,23 @@ class System:
     def derivative(self, time: float, y: Array) -> Array:
         """Return the time derivative of a row."""
         x, v = y[: self.size], y[self.size :]
-        result = np.empty_like(y)
         if self._is_plain:
-            result[: self.size] = v
-        else:
-            x = self.unit(x)
-            result[self._columns] = v[self._rates]
-            for column, start in self._balls:
-                # NumPy's products of such short vectors take ten times as long.
-                i, j, k, w = y[column : column + 4].tolist()
-                a, b, c = (0.5 * v[start : start + 3]).tolist()
-                result[column : column + 4] = (
-                    w * a + j * c - k * b,
-                    w * b + k * a - i * c,
-                    w * c + i * b - j * a,
-                    -i * a - j * b - k * c,
-                )
+            if self._acts:
+                return np.concatenate((v, self.accelerations(time, x, v)))
+            return np.concatenate((v, self._accelerations(x, v)))
+        result = np.empty_like(y)
+        x = self.unit(x)
+        result[self._columns] = v[self._rates]
+        for column, start in self._balls:
+            # NumPy's products of such short vectors take ten times as long.
+            i, j, k, w = y[column : column + 4].tolist()
+            a, b, c = (0.5 * v[start : start + 3]).tolist()
+            result[column : column + 4] = (
+                w * a + j * c - k * b,
+                w * b + k * a - i * c,
+                w * c + i * b - j * a,
+                -i * a - j * b - k * c,
+            )
         result[self.size :] = self.accelerations(time, x, v)
         return result
 
@@ -147,7 +151,7 @@ class System:
             prescribed = np.zeros(len(model.prescribed))
             for _, _, index, motion in self._motions:
                 prescribed[index] = motion(time)[2]
-        return model.accelerations(x, v, efforts, prescribed)
+        return self._accelerations(x, v, efforts, prescribed)
 
     def _efforts(self, time: float, x: Array, v: Array) -> Array:
         """Return what acts along all velocities `(nv,)`."""
