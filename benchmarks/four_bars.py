@@ -76,7 +76,7 @@ def _library(count: int, method: str, tolerance: float) -> Callable[[], cd.Traje
     gravity = (0.0, -GRAVITY, 0.0)
 
     def run() -> cd.Trajectory:
-        scene = cd.Scene(mechanism, drive="pivot_0", gravity=gravity, outputs=[])
+        scene = cd.Scene(mechanism, free="pivot_0", gravity=gravity, outputs=[])
         return scene.simulate(end, position=START, method=method, rtol=tolerance)
 
     return run
@@ -84,7 +84,7 @@ def _library(count: int, method: str, tolerance: float) -> Callable[[], cd.Traje
 
 def _judged(trajectory: cd.Trajectory) -> tuple[float, float]:
     """Return position at the end [rad], and the change of energy."""
-    end = trajectory.at(trajectory.t[-1])
+    end = trajectory.at(trajectory.time[-1])
     return abs(float(end.position[0])), float(trajectory.energy_residual)
 
 

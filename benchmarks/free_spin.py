@@ -48,7 +48,7 @@ def _simulated(
         spin: what is simulated.
         tolerance: relative tolerance.
     """
-    scene = cd.Scene(mechanism, drive="bearing_in", outputs=None if every else [])
+    scene = cd.Scene(mechanism, free="bearing_in", outputs=None if every else [])
     options = {"speed": SPEED, "method": method, "rtol": tolerance}
     trajectory = scene.simulate(spin.duration, **options)
     if every:

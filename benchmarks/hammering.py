@@ -69,7 +69,7 @@ def _simulations(pin: str, fast: bool) -> list[Record]:
             "rtol": rtol,
             "seconds": seconds,
             "R": unit,
-            "steps": len(simulation.t),
+            "steps": len(simulation.time),
             "impacts": len(simulation[pin].struck),
         }
         ratio = seconds / unit

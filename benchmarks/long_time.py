@@ -29,7 +29,7 @@ STEPS = (60.0, 200.0)
 def _library(task: Spin, method: str, tolerance: float) -> Record:
     mechanism = cd.load(description(task.beta))
     start = time.process_time()
-    scene = cd.Scene(mechanism, drive="bearing_in")
+    scene = cd.Scene(mechanism, free="bearing_in")
     options = {"speed": SPEED, "method": method, "rtol": tolerance}
     trajectory = scene.simulate(task.duration, **options)
     seconds = time.process_time() - start

@@ -51,7 +51,12 @@ def _scenes() -> dict[str, tuple[cd.Scene, tuple[float, float]]]:
     scenes = {}
     line = cd.load(_LINE)
     spring = cd.JointSpring("twist", 1.0, 2.0 * _RATIO)
-    given = {"drive": ["bearing_in", "twist"], "elements": [spring], "held": {"joint_angle": 0.1}}
+    given = {
+        "drive": "bearing_in",
+        "free": "twist",
+        "elements": [spring],
+        "held": {"joint_angle": 0.1},
+    }
     scenes["one elastic shaft"] = cd.Scene(line, **given), (0.2, 3.0)
     for title, name, ends in (
         ("two elastic shafts", "torsional_line_both", (60.0, 600.0)),
@@ -60,7 +65,8 @@ def _scenes() -> dict[str, tuple[cd.Scene, tuple[float, float]]]:
         rig = cd.load(name)
         scene = cd.Scene(
             rig,
-            drive=["bearing_in", *rig.joint_springs],
+            drive="bearing_in",
+            free=list(rig.joint_springs),
             elements=cd.described_elements(rig),
             held={"joint_angle": 0.1},
         )

@@ -42,7 +42,7 @@ Found = tuple[cd.Trajectory, "float | None"]
 
 def _spun(beta: float, ratio: float, speed: float, method: str | None) -> Found:
     task = spin(beta, shaft=ratio)
-    scene = cd.Scene(cd.load(description(beta, shaft=ratio)), drive="bearing_in")
+    scene = cd.Scene(cd.load(description(beta, shaft=ratio)), free="bearing_in")
     duration = task.duration * (SPEED / speed)
     trajectory = scene.simulate(duration, speed=speed, method=method, rtol=RTOL)
     return trajectory, abs(float(trajectory.at(duration).position[0]) - task.end)
@@ -50,7 +50,7 @@ def _spun(beta: float, ratio: float, speed: float, method: str | None) -> Found:
 
 def _swung(factor: float, method: str | None) -> Found:
     linkage = cd.load(with_length(mechanics("four_bar"), factor))
-    scene = cd.Scene(linkage, drive="crank_bearing", gravity=_GRAVITY)
+    scene = cd.Scene(linkage, free="crank_bearing", gravity=_GRAVITY)
     duration = _SWING * float(np.sqrt(factor))
     return scene.simulate(duration, position=0.5, method=method, rtol=RTOL), None
 

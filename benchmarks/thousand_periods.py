@@ -52,9 +52,9 @@ def _turn(scene: cd.Scene, start: dict[str, Any]) -> float:
     """Return the time of a turn of the drive [s], by the energy integral."""
     begin = float(start.get("position", 0.0))
     passed = cd.Event(
-        lambda _, position, __: position[scene.drives[0]] - begin - 2.0 * np.pi, terminal=True
+        lambda _, position, __: position[scene.free[0]] - begin - 2.0 * np.pi, terminal=True
     )
-    return float(scene.simulate(1e3, method="quadrature", events=passed, **start).t[-1])
+    return float(scene.simulate(1e3, method="quadrature", events=passed, **start).time[-1])
 
 
 def _slowest(scene: cd.Scene, _: dict[str, Any]) -> float:
@@ -62,21 +62,21 @@ def _slowest(scene: cd.Scene, _: dict[str, Any]) -> float:
 
 
 def _bennett() -> cd.Scene:
-    return cd.Scene(cd.load(bennett()), drive="hinge_1", start=bennett_angles(1.0), gravity=_FALL)
+    return cd.Scene(cd.load(bennett()), free="hinge_1", start=bennett_angles(1.0), gravity=_FALL)
 
 
 def _four_bar() -> cd.Scene:
-    return cd.Scene(cd.load("four_bar"), drive="crank_bearing", gravity=_FALL)
+    return cd.Scene(cd.load("four_bar"), free="crank_bearing", gravity=_FALL)
 
 
 def _slider_crank() -> cd.Scene:
-    return cd.Scene(cd.load(slider_crank()), drive="crank_bearing", gravity=_FALL)
+    return cd.Scene(cd.load(slider_crank()), free="crank_bearing", gravity=_FALL)
 
 
 def _platform() -> cd.Scene:
     springs = [cd.JointSpring(leg, 4e5) for leg in _LEGS]
     mechanism = cd.load("stewart_platform")
-    return cd.Scene(mechanism, drive=_LEGS, elements=springs, gravity=(0.0, 0.0, -9.81))
+    return cd.Scene(mechanism, free=_LEGS, elements=springs, gravity=(0.0, 0.0, -9.81))
 
 
 CHAINS = (

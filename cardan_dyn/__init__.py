@@ -32,7 +32,7 @@ from .results.wrench import JointWrench
 from .scene.scene import Scene
 
 if TYPE_CHECKING:
-    from . import drive_lines, figures, vibration
+    from . import clearance, drive_lines, figures, vibration
     from .elements.bushing import Bushing
     from .elements.contact_laws import (
         HuntCrossley,
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from .elements.point_spring import PointSpring
     from .mechanism.configuration import Configuration
     from .response.response import Response
+    from .scene.assembling import assemble, write
     from .scene.branches import Branches
     from .scene.describe import describe
     from .scene.mechanism_report import MechanismReport
@@ -75,9 +76,11 @@ _IMPORTED_WHEN_USED = {
     "Response": ".response.response",
     "Trajectory": ".simulation.trajectory",
     "View": ".viewer.viewing",
+    "assemble": ".scene.assembling",
     "describe": ".scene.describe",
     "described_elements": ".elements.described",
     "view": ".viewer.viewing",
+    "write": ".scene.assembling",
 }
 """What most scripts never ask for."""
 
@@ -123,7 +126,9 @@ __all__ = [
     "View",
     "Wrench",
     "__version__",
+    "assemble",
     "bundled_names",
+    "clearance",
     "describe",
     "described_elements",
     "drive_lines",
@@ -131,11 +136,12 @@ __all__ = [
     "load",
     "vibration",
     "view",
+    "write",
 ]
 
 
 def __getattr__(name: str) -> object:
-    if name in ("drive_lines", "figures", "vibration"):
+    if name in ("clearance", "drive_lines", "figures", "vibration"):
         return import_module(f".{name}", __name__)
     if name in _IMPORTED_WHEN_USED:
         return getattr(import_module(_IMPORTED_WHEN_USED[name], __name__), name)

@@ -30,15 +30,6 @@ FLOORS = (
 )
 """The rooms of `docs/architecture.md`, from the ground up: each may import from lower floors."""
 ON_FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
-UPWARDS = {
-    "cardan_dyn.mechanism.mechanism": {
-        "cardan_dyn.scene.assembled",
-        "cardan_dyn.mechanism.configuration",
-    },
-    "cardan_dyn.mechanism.presentation": {"cardan_dyn.mechanism.configuration"},
-}
-"""What is imported from above, when it is called: methods that users look for on a mechanism, and
-what they return."""
 FILES = sorted(PACKAGE.rglob("*.py"))
 TESTS = sorted((ROOT / "tests").rglob("test_*.py"))
 
@@ -67,7 +58,7 @@ def imports(path: Path) -> set[str]:
 
 MODULES = {module_of(path) for path in FILES}
 GRAPH = {
-    module_of(path): imports(path) - UPWARDS.get(module_of(path), set())
+    module_of(path): imports(path)
     for path in FILES
     if path.parent != PACKAGE or path.name != "__init__.py"
 }
@@ -75,11 +66,6 @@ GRAPH = {
 
 def room_of(module: str) -> str:
     return module.split(".")[1]
-
-
-def test_exceptions_are_needed() -> None:
-    for module, above in UPWARDS.items():
-        assert above <= imports(ROOT / f"{module.replace('.', '/')}.py")
 
 
 @pytest.mark.parametrize("module", sorted(GRAPH))

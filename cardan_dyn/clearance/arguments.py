@@ -181,13 +181,15 @@ def period_of(solver: ProblemSolver) -> float:
         CardanError: the drive does not turn through.
     """
     problem = solver.problem
-    if len(problem.drives) > 1:
+    if len(problem.independent) > 1:
         raise ArgumentError("the scene has several drives; hold all but one of them")
     if not solver.has_mass:
         raise ModelError(f"{problem.mechanism.name}: no body has mass, so that nothing can strike")
     period = solver.assembly.period()
     if period is None:
-        raise ArgumentError(f"{problem.drives[0]} does not come back to itself: there is no period")
+        raise ArgumentError(
+            f"{problem.independent[0]} does not come back to itself: there is no period"
+        )
     return float(period)
 
 
@@ -202,7 +204,7 @@ def drive_of(problem: Problem, rotor: Any) -> tuple[list[int], dict[int, float]]
         ArgumentError: a negative inertia.
     """
     coordinates = problem.mechanism.coordinates
-    drive, held = coordinates.named[problem.drives[0]].rate, coordinates.rates_of(problem.held)
+    drive, held = coordinates.named[problem.independent[0]].rate, coordinates.rates_of(problem.held)
     if rotor is None:
         return [drive, *held], {}
     return held, {drive: number("rotor", rotor, least=0.0)}

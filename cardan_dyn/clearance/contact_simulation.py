@@ -60,7 +60,7 @@ class JointContact:
 
     Attributes:
         name: of the joint, or of one of its two bearings, `joint+` or `joint-`.
-        t: times `(N,)` [s].
+        time: times `(N,)` [s].
         position: of the drive `(N,)`, all turns counted [rad].
         force: `(N,)` by which the wall presses the pin [N].
         friction: `(N,)` along the wall on the pin, in the sense of a turn about the axis [N].
@@ -73,7 +73,7 @@ class JointContact:
     """
 
     name: str
-    t: Array
+    time: Array
     position: Array
     force: Array
     friction: Array
@@ -129,9 +129,9 @@ class ContactSimulation(Mapping[str, JointContact]):
         return ContactSimulation, self._with(self.trajectory)
 
     @property
-    def t(self) -> Array:
+    def time(self) -> Array:
         """Times `(N,)` [s]: the steps of the simulation, or those that `at` was given."""
-        return self.trajectory.t
+        return self.trajectory.time
 
     @property
     def steps(self) -> Array:
@@ -190,7 +190,7 @@ class ContactSimulation(Mapping[str, JointContact]):
         force = cast("ContactForce", self.trajectory.element_force[index])
         return JointContact(
             bearing,
-            self.t,
+            self.time,
             self._drive_position,
             read_only(force.pressure),
             read_only(force.friction),
@@ -231,8 +231,8 @@ class ContactSimulation(Mapping[str, JointContact]):
 
     @property
     def _drive_position(self) -> Array:
-        positions = self.trajectory.position.reshape(len(self.t), -1)
-        return read_only(positions[:, list(self.trajectory.drives).index(self.drive)])
+        positions = self.trajectory.position.reshape(len(self.time), -1)
+        return read_only(positions[:, list(self.trajectory.coordinates).index(self.drive)])
 
     @cached_property
     def impacts(self) -> tuple[PinImpact, ...]:
@@ -278,7 +278,7 @@ class ContactSimulation(Mapping[str, JointContact]):
 
     def __str__(self) -> str:
         ended = f", ended by: {self.reason}" if self.reason else ""
-        lines = [f"play at {self.speed:g} rad/s, {self.trajectory.t[-1]:g} s{ended}"]
+        lines = [f"play at {self.speed:g} rad/s, {self.trajectory.time[-1]:g} s{ended}"]
         for name in self:
             struck = [item for item in self.impacts if item.bearing == name and item.speed > 0.0]
             peak = max((item.peak for item in struck), default=0.0)

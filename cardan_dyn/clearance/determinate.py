@@ -49,7 +49,7 @@ def what_is_open(solver: ProblemSolver, sweep: Sweep, name: str) -> str:
 def _gives_way(solver: ProblemSolver, sweep: Sweep, name: str) -> bool:
     """Return whether an open joint can move along both directions across its pin."""
     problem = solver.problem
-    fixed = problem.mechanism.coordinates.rates_of([*problem.drives, *problem.held])
+    fixed = problem.mechanism.coordinates.rates_of([*problem.independent, *problem.held])
     opened = OpenedJoint(problem.mechanism, name, fixed, {})
     chosen = np.linspace(0, len(sweep) - 1, min(len(sweep), _POSITIONS)).astype(int)
     positions = np.asarray(sweep.position)[chosen]

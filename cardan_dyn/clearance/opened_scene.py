@@ -62,8 +62,8 @@ class Opened(NamedTuple):
     """A scene with open joints.
 
     Attributes:
-        scene: whose first drive is that of the scene with tight joints, its others are free.
-        drive: name of the first drive.
+        scene: driven like the scene with tight joints; what the play frees is free.
+        drive: name of the drive.
         contacts: joint to the indices of its contacts among the elements of the scene.
     """
 
@@ -114,7 +114,8 @@ def opened(scene: Scene, plays: Sequence[Play], rotor: float = 0.0) -> Opened:
     }
     result = Scene(
         mechanism,
-        drive=[drive, *free],
+        drive=drive,
+        free=free,
         held=held,
         loads={_renamed(name, types): value for name, value in scene.loads.items()},
         gravity=scene.gravity,

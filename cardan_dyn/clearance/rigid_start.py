@@ -62,10 +62,10 @@ class RigidStart:
             ModelError: a joint has no pin.
         """
         self._scene, self._rotor, self.speed = scene_of(scene), rotor, speed_of(speed)
-        self._period = period_of(scene._solver)
+        self._period = period_of(scene.solver)
         if joints is None:
             raise ArgumentError("joints is None; name those that have play")
-        self.joints, _ = pins_of(scene._problem, joints)
+        self.joints, _ = pins_of(scene.problem, joints)
         self.reach = self._reach(bearings)
         self.position = self._steady() if position is None else number("position", position)
 
@@ -102,9 +102,9 @@ class RigidStart:
             IndeterminateError: the force is statically indeterminate.
         """
         scene = self._scene
-        fixed, rotors = drive_of(scene._problem, self._rotor)
+        fixed, rotors = drive_of(scene.problem, self._rotor)
         sweep = scene.sweep(mean_positions(self._period), self.speed)
-        if reason := what_is_open(scene._solver, sweep, name):
+        if reason := what_is_open(scene.solver, sweep, name):
             raise IndeterminateError(
                 f"damping_ratio of joint {name!r}: {reason}, or give law=LinearContact(stiffness, "
                 "damping) instead"
@@ -121,7 +121,7 @@ class RigidStart:
             is_free: whether nobody moves the drive.
         """
         begun = self._slides(opened.scene.mechanism, plays)
-        free = {name: begun[name] for name in opened.scene.drives if name != opened.drive}
+        free = {name: begun[name] for name in opened.scene.coordinates if name != opened.drive}
         positions = {opened.drive: self.position, **{name: at for name, (at, _) in free.items()}}
         speeds = {name: rate for name, (_, rate) in free.items()}
         if is_free:
@@ -182,7 +182,7 @@ class RigidStart:
         """
         none = np.zeros((len(sweep), 3))
         if reach is None:
-            return none if what_is_open(self._scene._solver, sweep, name) else across(sweep, name)
+            return none if what_is_open(self._scene.solver, sweep, name) else across(sweep, name)
         joint = sweep.mechanism.joint(name)
         beside = np.abs(joint.parts[0].axis) < 1.0 - 1e-9
         if not np.all(sweep[name].unique[3:][beside]):

@@ -77,8 +77,10 @@ def simulate(
     duration = 2.0 * np.pi * positive("turns", turns) / abs(begun.speed)
     start = begun.state(found, plays, is_free=rotor is not None)
     limits: dict[str, Any] = {"rtol": rtol, "most_touches": most_impacts, "progress": progress}
+    if rotor is not None:
+        found = found._replace(scene=found.scene.replace(free=found.scene.coordinates))
     trajectory = found.scene.simulate(duration, **start, **limits)
-    same = made_of(scene._problem, rotor)
+    same = made_of(scene.problem, rotor)
     return ContactSimulation(trajectory, found.contacts, found.drive, begun.speed, same)
 
 

@@ -103,7 +103,8 @@ def rig_scene(source: str, options: RigOptions, strict: bool = True) -> Scene:
     held = {**_positions(mechanism, preset.held_deg), **given}
     return Scene(
         mechanism,
-        drive=[drive, *free],
+        drive=drive,
+        free=free,
         held={name: value for name, value in held.items() if name not in (drive, *free)},
         loads=parsed_assignments(options.loads, "--load"),
         elements=described_elements(mechanism),
@@ -203,7 +204,7 @@ def mode_view(scene: Scene, number: int, speed: float) -> View:
     from ..viewer.mode_shapes import mode_sweep
     from ..viewer.viewing import view
 
-    found = numbered_campbell(search_of(scene, None, 1.0), np.array([speed]))[0]
+    found = numbered_campbell(search_of(scene, 1.0), np.array([speed]))[0]
     count = found.frequency.shape[1]
     if not 1 <= number <= count:
         raise ArgumentError(f"--mode {number} does not exist; modes: 1 to {count}")
@@ -260,7 +261,7 @@ def as_json(found: CriticalSpeeds) -> str:
     content = {
         "mechanism": found.scene.mechanism.name,
         "drive": found.scene.drives[0],
-        "free": list(found.scene.drives[1:]),
+        "free": list(found.scene.free),
         "low": found.low,
         "high": found.high,
         "orders": list(found.orders),

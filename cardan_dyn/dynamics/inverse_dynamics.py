@@ -237,7 +237,7 @@ class InverseDynamics:
         problem, mechanism = self._problem, self._mechanism
         known = np.zeros(mechanism.model.nv, dtype=bool)
         known[self._prescribed] = known[self._decided] = True
-        motion = Motion(problem.drives, tuple(problem.held), known)
+        motion = Motion(problem.independent, tuple(problem.held), known)
         return FreeBodies(
             mechanism.reread,
             mechanism.coordinates,

@@ -167,7 +167,7 @@ class ProblemSolver(Frozen):
         kinematics, needed = self.assembly.kinematics, self.assembly.needed
         if varied:
             # Held joints rest: nobody asks how fast others would move with them.
-            drives = list(range(len(problem.drives)))
+            drives = list(range(len(problem.independent)))
             kinematics = kinematics.part(drives, list(range(len(kinematics.solvers))))
         counted = wrenches_in_norm(mechanism)
         rule: IndeterminacyRule = LeastNorm(mechanism.characteristic_length, counted)
@@ -229,13 +229,13 @@ class ProblemSolver(Frozen):
         """Return whether what acts along a driven or held coordinate is solved."""
         needed, mechanism = self.assembly.needed, self.problem.mechanism
         if needed.efforts_alone:
-            return joint in self.problem.drives
+            return joint in self.problem.independent
         return mechanism.joints[mechanism.drivable[joint].joint].id - 1 in needed.known_bodies
 
     @cached_property
     def known_efforts(self) -> dict[str, int]:
         """Names of the driven and held coordinates whose efforts are solved, to their columns."""
-        prescribed = enumerate((*self.problem.drives, *self.problem.held))
+        prescribed = enumerate((*self.problem.independent, *self.problem.held))
         return {name: column for column, name in prescribed if self.knows_effort(name)}
 
     @cached_property

@@ -66,7 +66,7 @@ def _fine(simulation: ContactSimulation, joint: str, angle: float) -> tuple[Arra
     """Return the drive's positions over the last of them, and the forces there."""
     coarse = simulation[joint]
     kept = np.flatnonzero(np.abs(coarse.position - coarse.position[-1]) <= angle)
-    times = simulation.t[kept[0] :]
+    times = simulation.time[kept[0] :]
     parts = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
     between = (times[:-1, None] + np.diff(times)[:, None] * parts).ravel()
     # Impacts are shorter than they are far apart: their corners and peaks are points of the line.

@@ -77,7 +77,7 @@ def energy_over_time(trajectory: Trajectory, *, title: str = "") -> Figure:
             f"energies are those of a trajectory, not of a {type(trajectory).__name__}; "
             "Scene.simulate() returns one"
         )
-    time = trajectory.t
+    time = trajectory.time
     energies = {
         "kinetic energy": trajectory.kinetic_energy,
         "potential energy, from its start": trajectory.potential_energy
@@ -107,7 +107,7 @@ def _times(turn: Swept) -> Array:
         ArgumentError: a sweep has none, or several dimensions.
     """
     if isinstance(turn, Trajectory):
-        return turn.t
+        return turn.time
     refuse_grid(turn)
     if turn.time.ndim != 1:
         raise ArgumentError(

@@ -35,7 +35,7 @@ def pin_orbit(
         ModelError: no such joint has play.
         ArgumentError: unknown plane, or a single time.
     """
-    times = simulation.t
+    times = simulation.time
     if len(times) < 2:
         raise ArgumentError("an orbit is drawn over several times, not over one")
     parts = np.linspace(0.0, 1.0, _PER_STEP, endpoint=False)
@@ -75,7 +75,7 @@ def _states(course: JointContact, impacts: Array) -> dict[str, Array]:
         course: what the pin does.
         impacts: begin and end of each `(K, 2)` [s].
     """
-    middles = 0.5 * (course.t[1:] + course.t[:-1])
+    middles = 0.5 * (course.time[1:] + course.time[:-1])
     begun, ended = (np.searchsorted(np.sort(column), middles) for column in impacts.T)
     pressed = begun > ended
     states = {}

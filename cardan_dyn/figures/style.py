@@ -264,7 +264,7 @@ def drive_of(turn: Swept, drive: str | None) -> str:
         ArgumentError: the sweep has several dimensions.
     """
     refuse_grid(turn)
-    return turn.drives[0] if drive is None else drive
+    return turn.coordinates[0] if drive is None else drive
 
 
 def abscissa(name: str, values: ArrayLike) -> Array:

@@ -61,7 +61,7 @@ class _Division(NamedTuple):
     @staticmethod
     def of_open_loops(problem: Problem, system: LoopSystem) -> _Division:
         """Return the division that the equations of open loops show."""
-        groups = system.groups(problem.drives, problem.passive_columns)
+        groups = system.groups(problem.independent, problem.passive_columns)
         wanted, acting = problem.wanted_bodies, problem.element_bodies
         needed = needs(problem.mechanism, groups, wanted, acting)
         return _Division.into(groups, needed, problem, system)
@@ -70,12 +70,12 @@ class _Division(NamedTuple):
     def into(groups: list[Group], needed: Needs, problem: Problem, system: LoopSystem) -> _Division:
         """Return the division into groups of which some are needed."""
         moving = [groups[index] for index in needed.motion]
-        kinematics = system.kinematics(problem.drives, moving)
+        kinematics = system.kinematics(problem.independent, moving)
         return _Division(groups, needed, columns_of(moving), kinematics)
 
     def finer(self, problem: Problem, system: LoopSystem, state: Array) -> _Division:
         """Return the finest division that is proven around a closed state `(size,)`."""
-        drives, passives = problem.drives, problem.passive_columns
+        drives, passives = problem.independent, problem.passive_columns
         finer = system.finer(self.groups, drives, passives, self.needed.motion, state)
         if finer is self.groups:
             return self
@@ -249,7 +249,7 @@ class Assembly:
             return -np.inf, np.inf
         from .reach import reach_of  # Most scenes are swept without.
 
-        drive = self._problem.drives[0]
+        drive = self._problem.independent[0]
         branch = self._system.branch(drive, self._open_kinematics, self.start)
         start = self.start[self._problem.mechanism.coordinates.named[drive].column]
         length = self._problem.mechanism.characteristic_length
@@ -294,7 +294,7 @@ class Assembly:
 
     @property
     def _drive_slides(self) -> bool:
-        return self._problem.mechanism.drivable[self._problem.drives[0]].slides
+        return self._problem.mechanism.drivable[self._problem.independent[0]].slides
 
     def _mode_called(self, name: str) -> Array:
         """Return closed coordinates `(size,)` of an assembly mode, by its name."""

@@ -93,8 +93,8 @@ class DriveMotion:
             varied: how many of the problem's drives, the last ones, are held joints.
         """
         (self._index,) = drives
-        self._role = "held joint" if self._index >= len(problem.drives) - varied else "drive"
-        self._drive = drive = problem.drives[self._index]
+        self._role = "held joint" if self._index >= len(problem.independent) - varied else "drive"
+        self._drive = drive = problem.independent[self._index]
         self.groups = groups
         self._kinematics = kinematics.part(drives, groups)
         self.branch: Branch = system.branch(drive, self._kinematics, start)

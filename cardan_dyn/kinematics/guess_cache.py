@@ -89,7 +89,7 @@ class GuessCache:
         self._redundancy = redundancy
         self._motionless = motionless
         self._varied = varied
-        self._columns = np.array(problem.mechanism.coordinates.columns_of(problem.drives))
+        self._columns = np.array(problem.mechanism.coordinates.columns_of(problem.independent))
         self._is_scouted = False
         # What the Newton tolerances of the kinematics beside follow from.
         self._known: list[Kinematics | Array | None] = []

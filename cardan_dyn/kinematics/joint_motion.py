@@ -76,7 +76,7 @@ class JointMotion:
         self.groups = groups
         self.states = start[None, :]
         self._drives = drives
-        self._names = tuple(problem.drives[index] for index in drives)
+        self._names = tuple(problem.independent[index] for index in drives)
         # With all rows that open loops can reach.
         self._kinematics = kinematics.part(drives, groups)
         self._start = start
@@ -87,7 +87,7 @@ class JointMotion:
         self._units = 1.0 / coordinates.scale[self._drive_columns]
         self._system = system
         # By their indices among these drives.
-        first_varied = len(problem.drives) - varied
+        first_varied = len(problem.independent) - varied
         self._driven = [k for k, index in enumerate(drives) if index < first_varied]
         self._held = [k for k, index in enumerate(drives) if index >= first_varied]
         self._turning = [

@@ -90,7 +90,7 @@ class RedundancyStudy:
         check_mobility(
             problem.mechanism,
             kinematics.evaluate(states),
-            problem.drives,
+            problem.independent,
             list(problem.held),
             self._to_decide,
         )
@@ -115,13 +115,18 @@ class RedundancyStudy:
 
         problem = self._problem
         error = imbalance(
-            problem.mechanism, start, problem.drives, list(problem.held), self._to_decide, np.inf
+            problem.mechanism,
+            start,
+            problem.independent,
+            list(problem.held),
+            self._to_decide,
+            np.inf,
         )
         # A start in which all ways on are singular is refused where it is used; one so close to a
         # singular configuration that no position around it was closed need not be locked.
         if isinstance(error, MobilityError) and (
             error.mobility is None
-            or error.mobility < len(problem.drives)
+            or error.mobility < len(problem.independent)
             or error.free
             or error.surplus
         ):

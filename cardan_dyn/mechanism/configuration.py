@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Configuration(Frozen):
-    """A closed configuration of a mechanism; `Mechanism.assembled` and `Scene.configuration`.
+    """A closed configuration of a mechanism; `cardan_dyn.assemble` and `Scene.configuration`.
 
     `cd.view(configuration)` shows it, `cd.describe(configuration)` describes the mechanism there.
 

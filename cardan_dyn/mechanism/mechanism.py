@@ -10,7 +10,7 @@ no joint: its weld connects the two links directly.
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -19,11 +19,10 @@ import pinocchio
 from ..arrays import Array
 from ..description.read import read
 from ..errors import ModelError, choices
-from ..frozen import FrozenDict, read_only
+from ..frozen import Frozen, FrozenDict, read_only
 from .coordinates import Coordinates
-from .couplings import coupling_of
+from .couplings import coupling_of, shown
 from .joints import Joint, NamedCoordinate, described_joints, named_coordinates
-from .presentation import Presentation
 from .tree import TreeBuilder, artificial_inertia
 from .welds import (
     LEAST_LENGTH,
@@ -35,10 +34,7 @@ from .welds import (
 from .zero import fitted, open_loops, zero_of
 
 if TYPE_CHECKING:
-    from ..description.description import (
-        Description,
-    )
-    from .configuration import Configuration
+    from ..description.description import Description, JointDescription, LoopDescription
     from .frames import Frames
 
 
@@ -46,7 +42,7 @@ _MOST_LISTED = 4
 """Open loops that a warning names, so that it stays readable."""
 
 
-class Mechanism(Presentation):
+class Mechanism(Frozen):
     """A closed-chain mechanism; `load` makes one.
 
     It cannot be changed; copies and pickles are made anew from its description.
@@ -111,7 +107,7 @@ class Mechanism(Presentation):
         )
         self.constraint_models = constraint_models(self.model, self.loops)
         # Variants are compared by the same length, however their bodies are divided.
-        self.characteristic_length = (
+        self.characteristic_length: float = (
             characteristic_length(self.model, self.loops)
             if base is None
             else base.characteristic_length
@@ -293,30 +289,6 @@ class Mechanism(Presentation):
             placements[index - 1] = parent * self.model.jointPlacements[index]
         return placements
 
-    def assembled(
-        self, start: Configuration | Mapping[str, float | Array] | None = None
-    ) -> Configuration:
-        """Return a configuration in which all loops are closed.
-
-        It is the one nearest to the description's zero that a damped method finds while all joints
-        may move. `Scene.configuration` returns the one in which a scene starts, in any assembly
-        mode.
-
-        Args:
-            start: positions of joints [rad or m], up to all of them, or a configuration. The other
-                joints follow on their way there, so that the assembly mode stays the same unless
-                the way leads through a singular configuration. Positions at which all loops are
-                closed are taken as they are.
-
-        Raises:
-            ModelError: no such joint.
-            ArgumentError: a position is no number.
-            AssemblyError: the loops cannot be closed; `residual` is the least error found.
-        """
-        from ..scene.assembled import assembled
-
-        return assembled(self, start)
-
     @cached_property
     def zero(self) -> Array:
         """Coordinates `(size,)` of the description's zero, which need not close its loops.
@@ -332,6 +304,74 @@ class Mechanism(Presentation):
         Arguments as of `zero.fitted`.
         """
         return fitted(self.frames, self.joints, self.coordinates, x, fixed)
+
+    @cached_property
+    def joint_dynamics(self) -> FrozenDict[str, tuple[float, float]]:
+        """Coordinates to the damping [N·m·s/rad, N·s/m] and friction [N·m, N] described for them.
+
+        `<dynamics>` in URDF and SDF, `damping` and `frictionloss` in MJCF; of a joint with several
+        coordinates, those of each. Joints with a ball are left out. No wrench considers them unless
+        a scene is given `described_elements`.
+        """
+        return FrozenDict(
+            {
+                name: (item.damping, item.friction)
+                for name, item in self._described_coordinates()
+                if item.damping or item.friction
+            }
+        )
+
+    @cached_property
+    def joint_springs(self) -> FrozenDict[str, tuple[float, float]]:
+        """Coordinates to stiffness [N·m/rad, N/m] and rest of the springs described for them.
+
+        The rest is the position [rad or m] without effort. `spring_stiffness` and
+        `spring_reference` of `<dynamics>` in SDF and URDF+, `stiffness` and `springref` in MJCF;
+        otherwise as `joint_dynamics`.
+        """
+        return FrozenDict(
+            {
+                name: (item.stiffness, item.rest)
+                for name, item in self._described_coordinates()
+                if item.stiffness
+            }
+        )
+
+    def _described_coordinates(self) -> Iterator[tuple[str, JointDescription | LoopDescription]]:
+        """Iterate over coordinates of joints without a ball, and what describes their joints."""
+        described: list[JointDescription | LoopDescription] = [
+            *self.description.joints,
+            *self.description.loops,
+        ]
+        for item in described:
+            if item.name in self.joints and not self.joints[item.name].has_ball:
+                for name in self.joints[item.name].coordinates:
+                    # What is called like a coordinate of another joint is that joint.
+                    if name == item.name or name not in self.joints:
+                        yield name, item
+
+    def to_urdf(self) -> str:
+        """Return the description as URDF+ text, which `load` reads back; without visuals."""
+        from ..description.write import to_urdf
+
+        return to_urdf(self.description)
+
+    def __repr__(self) -> str:
+        loops = ", ".join(loop.joint for loop in self.loops) or "none"
+        return f"<Mechanism {self.name!r}: {len(self.joints)} joints, loops: {loops}>"
+
+    def _repr_html_(self) -> str:
+        from ..markup import table  # Only notebooks show it.
+
+        rows = [
+            ("notation", self.notation),
+            ("characteristic length", f"{self.characteristic_length:.4g} m"),
+            ("joints", "\n".join(f"{joint.name}: {joint.type}" for joint in self.joints.values())),
+            ("loops", ", ".join(loop.joint for loop in self.loops) or "none"),
+            ("couplings", "\n".join(map(shown, self.couplings)) or "none"),
+            ("warnings", "\n".join(self.warnings) or "none"),
+        ]
+        return table(("property", "value"), rows, caption=self.name)
 
 
 def _variant(base: Mechanism, cardan: Collection[str], moving: Collection[str]) -> Mechanism:

@@ -22,6 +22,7 @@ from ..checks import (
 from ..errors import ArgumentError, MobilityError, choices
 from ..forces.link_loads import LinkLoad, Wrench
 from ..frozen import frozen
+from ..mechanism.configuration import Configuration
 from ..mechanism.joints import Joint
 from ..mechanism.mechanism import Mechanism
 from .coordinate_names import check_single, coordinates_of
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..elements.element import Element
-    from ..mechanism.configuration import Configuration
 
 _MOST_TURNS = 1000.0
 """Turns from zero at which a joint may be held or start; it is followed through all of them."""
@@ -45,6 +45,7 @@ def checked(
     mechanism: Mechanism,
     *,
     drive: str | Sequence[str] | None = None,
+    free: str | Sequence[str] | None = None,
     held: Mapping[str, float] | None = None,
     loads: Mapping[str, object] | None = None,
     gravity: ArrayLike | None = None,
@@ -61,9 +62,11 @@ def checked(
             f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
         )
     held, start, loads = mapping("held", held), starting(start), mapping("loads", loads)
-    if drive is None:
+    if drive is None and free is None:
         drive = [name for name in mechanism.independent_coordinates if name not in held]
-    drive = names("drive", drive)
+    drive = names("drive", () if drive is None else drive)
+    free = names("free", () if free is None else free)
+    independent = (*drive, *free)
     efforts = [name for name, value in loads.items() if _is_effort(mechanism, name, value)]
     acting: tuple[Element, ...] = ()
     if elements is not None:
@@ -71,7 +74,8 @@ def checked(
 
         acting = listed(elements)
         efforts += [name for element in acting for name in element.joints]
-    mechanism = with_named(mechanism, (*drive, *held, *start, *efforts), (*drive, *held))
+    moving = (*independent, *held)
+    mechanism = with_named(mechanism, (*moving, *start, *efforts), moving)
     if acting:
         acting = elements_on(mechanism, acting)
     held_at = held_positions(mechanism, held, "held")
@@ -85,7 +89,8 @@ def checked(
     joint_loads, link_loads = split_loads(mechanism, loads)
     return Problem(
         mechanism=mechanism,
-        drives=_drives(mechanism, drive, held_at),
+        independent=_independent(mechanism, drive, free, held_at),
+        free=free,
         held=frozen(held_at),
         start=frozen(start_at),
         start_balls=frozen(start_balls),
@@ -116,26 +121,32 @@ def with_named(mechanism: Mechanism, named: Iterable[str], moving: Iterable[str]
     return mechanism.variant({item.joint for item in turning}, adjusted)
 
 
-def _drives(
-    mechanism: Mechanism, drives: tuple[str, ...], held: Mapping[str, float]
+def _independent(
+    mechanism: Mechanism,
+    drives: tuple[str, ...],
+    free: tuple[str, ...],
+    held: Mapping[str, float],
 ) -> tuple[str, ...]:
-    """Return the names of the driven joints and coordinates.
+    """Return the names of the driven, then of the free joints and coordinates.
 
     Raises:
         ModelError: no such joint or coordinate.
-        ArgumentError: a joint without a single coordinate, one driven twice, or held.
+        ArgumentError: a joint without a single coordinate, or one that is named twice.
         MobilityError: there is none.
     """
-    for name in drives:
-        check_single(mechanism, name, "drive")
-    if not drives:
-        listed = choices(mechanism.drivable)
-        raise MobilityError(f"a scene needs at least one drive; joints: {listed}")
-    if len(set(drives)) != len(drives) or set(drives) & set(held):
-        raise ArgumentError(
-            f"a joint is driven once or held, not both: drives {list(drives)}, held {list(held)}"
+    for role, given in (("drive", drives), ("free joint", free)):
+        for name in given:
+            check_single(mechanism, name, role)
+    independent = (*drives, *free)
+    if not independent:
+        raise MobilityError(
+            "a scene needs at least one coordinate that is driven or free; joints: "
+            f"{choices(mechanism.drivable)}"
         )
-    return drives
+    if len(set(independent)) != len(independent) or set(independent) & set(held):
+        named = f"drives {list(drives)}, free {list(free)}, held {list(held)}"
+        raise ArgumentError(f"a joint is either driven, free or held, and named once: {named}")
+    return independent
 
 
 def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, float]:
@@ -166,11 +177,8 @@ def starting(start: object) -> dict[str, Any]:
     Raises:
         ArgumentError: it is neither.
     """
-    if not (start is None or isinstance(start, Mapping)):
-        from ..mechanism.configuration import Configuration  # Few scenes start in one.
-
-        if isinstance(start, Configuration):
-            start = start.positions
+    if isinstance(start, Configuration):
+        start = start.positions
     return mapping("start", start)
 
 

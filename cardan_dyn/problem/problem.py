@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
+from ..errors import MobilityError, choices
 from ..forces.link_loads import LinkLoad
 from ..frozen import FrozenDict, frozen, read_only
 from ..mechanism.mechanism import Mechanism
@@ -19,19 +20,22 @@ if TYPE_CHECKING:
     from ..elements.element_forces import ElementForces
 
 _DECIDE_ASSEMBLY = frozenset(
-    {"mechanism", "drives", "held", "start", "start_balls", "branch", "outputs", "all_outputs"}
+    {"mechanism", "independent", "held", "start", "start_balls", "branch", "outputs", "all_outputs"}
 )
 """Attributes of a problem that decide how its loops are closed."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Problem:
-    """A mechanism whose motion is prescribed, with what acts on it; all of it was checked.
+    """A mechanism, what decides its motion, and what acts on it; all of it was checked.
 
     Attributes:
         mechanism: the mechanism, with those balls as turns of which a coordinate is named.
-        drives: names of the joints whose motion is prescribed. Of a joint with several coordinates
-            these and the following attributes name a coordinate, see `Mechanism.drivable`.
+        independent: names of the joints that decide the motion: those that are driven, then those
+            that are free. Loops are closed and wrenches solved alike for both. Of a joint with
+            several coordinates these and the following attributes name a coordinate, see
+            `Mechanism.drivable`.
+        free: those among them whose motion is to be found.
         held: joints whose position is fixed, to that position [rad or m].
         start: joints that are brought to a position before the drives take over.
         start_balls: joints whose balls start at a unit quaternion `(4,)`.
@@ -47,7 +51,8 @@ class Problem:
     """
 
     mechanism: Mechanism
-    drives: tuple[str, ...]
+    independent: tuple[str, ...]
+    free: tuple[str, ...]
     held: FrozenDict[str, float]
     start: FrozenDict[str, float]
     start_balls: FrozenDict[str, Array]
@@ -83,21 +88,41 @@ class Problem:
         return self.element_bodies == other.element_bodies
 
     def driving(self, names: tuple[str, ...]) -> Problem:
-        """Return the problem in which some held joints are drives, after the others."""
+        """Return the problem in which some held joints are independent, after the others."""
         if not names:
             return self
         held = {name: value for name, value in self.held.items() if name not in names}
-        return replace(self, drives=(*self.drives, *names), held=frozen(held))
+        return replace(self, independent=(*self.independent, *names), held=frozen(held))
+
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """Names of the joints whose motion is prescribed."""
+        return tuple(name for name in self.independent if name not in self.free)
+
+    def refuse_free(self, what: str) -> None:
+        """Refuse what needs the motion of all coordinates where some are free.
+
+        Raises:
+            MobilityError: some are.
+        """
+        if self.free:
+            verb = "is" if len(self.free) == 1 else "are"
+            raise MobilityError(
+                f"{what} needs the motion of every coordinate, and {choices(self.free)} {verb} "
+                "free; drive it or hold it, as scene.replace(drive=[*scene.drives, *scene.free]) "
+                "does, or find its motion: Scene.simulate, Scene.equilibrium, cardan_dyn.vibration",
+                mobility=len(self.free),
+            )
 
     @cached_property
     def prescribed_columns(self) -> Array:
-        """Velocity coordinates `(p,)` of the drives, then of the held joints."""
-        names = (*self.drives, *self.held)
+        """Velocity coordinates `(p,)` of the independent joints, then of those that are held."""
+        names = (*self.independent, *self.held)
         return np.array(self.mechanism.coordinates.rates_of(names), dtype=int)
 
     @cached_property
     def passive_columns(self) -> Array:
-        """Velocity coordinates, ascending, that are neither driven nor held."""
+        """Velocity coordinates, ascending, that are neither independent nor held."""
         passive = np.ones(self.mechanism.model.nv, dtype=bool)
         passive[self.prescribed_columns] = False
         return np.nonzero(passive)[0]

@@ -234,7 +234,7 @@ def targets_of(
         ArgumentError: not finite, empty, shapes that do not broadcast, or a joint that is not held.
         ModelError: no such joint.
     """
-    driven = _drive_values("position", position, len(problem.drives))
+    driven = _drive_values("position", position, len(problem.independent))
     every = _held(problem, held)
     varied = {
         name: values for name, values in every.items() if np.any(values != problem.held[name])
@@ -274,7 +274,7 @@ def acting_on(
         ArgumentError: not finite, empty, of a wrong shape, or a factor below zero.
         ModelError: no such joint or link.
     """
-    drives = len(problem.drives)
+    drives = len(problem.independent)
     efforts, wrenches = split_loads(problem.mechanism, loads)
     for name in efforts:
         if name not in problem.mechanism.coordinates.named:

@@ -157,7 +157,7 @@ def _beyond_reach(
         details["position"] = ends[0] if nearest == low else ends[1]
     return type(error)(
         f"{problem.mechanism.name}: a response from {ends[0]:.9g} to {ends[1]:.9g} goes beyond "
-        f"what drive {problem.drives[0]!r} can reach, {low:.9g} to {high:.9g}: at the end "
+        f"what drive {problem.independent[0]!r} can reach, {low:.9g} to {high:.9g}: at the end "
         f"{error.finding}; give an interval within this range",
         **details,
     )
@@ -270,8 +270,8 @@ def refuse_unsuitable(problem: Problem) -> None:
             sample to sample.
     """
     refuse_elements(problem)
-    if len(problem.drives) != 1:
-        raise ArgumentError(f"a response needs one drive, not {list(problem.drives)}")
+    if len(problem.independent) != 1:
+        raise ArgumentError(f"a response needs one drive, not {list(problem.independent)}")
     for name, load in problem.link_loads.items():
         if max(load.force.size, load.moment.size) > 3:
             raise ArgumentError(
@@ -301,6 +301,7 @@ def domain_of(solver: ProblemSolver, interval: object) -> Domain:
         CardanError: there is none, and the drive does not come back to where it was.
     """
     problem = solver.problem
+    (drive,) = problem.drives
     if interval is not None:
         low, high = _pair(interval)
         origin, length = 0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low
@@ -312,18 +313,18 @@ def domain_of(solver: ProblemSolver, interval: object) -> Domain:
     except (AssemblyError, SingularConfigurationError) as error:
         low, high = solver.assembly.motion_range()
         raise CardanError(
-            f"{problem.mechanism.name}: drive {problem.drives[0]!r} moves only between {low:.9g} "
+            f"{problem.mechanism.name}: drive {drive!r} moves only between {low:.9g} "
             f"and {high:.9g}: at the end {error.finding}; give an interval between them: "
             "response(interval=(low, high))"
         ) from error
     if period is None:
         raise CardanError(
-            f"{problem.mechanism.name}: drive {problem.drives[0]!r} does not come back to where it "
+            f"{problem.mechanism.name}: drive {drive!r} does not come back to where it "
             "was within a few turns; give the interval: response(interval=(low, high))"
         )
     # A period begins where the scene starts.
-    drive = problem.mechanism.coordinates.named[problem.drives[0]].column
-    return Domain(float(solver.assembly.start[drive]), period, True)
+    column = problem.mechanism.coordinates.named[drive].column
+    return Domain(float(solver.assembly.start[column]), period, True)
 
 
 def _pair(interval: object) -> tuple[float, float]:

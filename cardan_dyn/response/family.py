@@ -31,7 +31,7 @@ def family(
     checked = checked_tolerance(tolerance)
     refuse_unsuitable(solver.problem)
     domain = domain_of(solver, interval)
-    start = solver.problem.mechanism.coordinates.named[solver.problem.drives[0]].column
+    start = solver.problem.mechanism.coordinates.named[solver.problem.independent[0]].column
     at_start = float(solver.assembly.start[start])
     designs = targets_of(solver.problem, at_start, held)
     every = solver.of_varied(designs.varied)

@@ -65,7 +65,7 @@ class FamilyPoints:
 
     def drive_effort(self) -> Array | None:
         """Return what the drive exerts, None if the outputs leave it out."""
-        if not self.solver.knows_effort(self.solver.problem.drives[0]):
+        if not self.solver.knows_effort(self.solver.problem.independent[0]):
             return None
         return self.gathered([sweep.drive_effort for sweep in self.sweeps])
 

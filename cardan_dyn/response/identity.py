@@ -30,7 +30,7 @@ def identity(problem: Problem) -> dict[str, str]:
     arguments: dict[str, object] = {
         "version of the package": __version__,
         "description": problem.mechanism.description,
-        "drives": problem.drives,
+        "drives": problem.independent,
         "held": list(problem.held.items()),
         "start": list(problem.start.items()),
         "start of balls": {name: ball.tolist() for name, ball in problem.start_balls.items()},

@@ -94,7 +94,11 @@ class OperatingPoints:
 
     def drive_effort(self) -> Array | None:
         """Return what the drive exerts, None if the outputs leave it out."""
-        return self._effort(0) if self.solver.knows_effort(self.solver.problem.drives[0]) else None
+        return (
+            self._effort(0)
+            if self.solver.knows_effort(self.solver.problem.independent[0])
+            else None
+        )
 
     def holding_effort(self) -> Mapping[str, Array]:
         """Return what holds the held joints."""

@@ -246,7 +246,7 @@ class Response(Frozen):
         """
         positions = numbers("position", position)
         self._refuse_outside(positions)
-        if not self._solver.knows_effort(self._problem.drives[0]):
+        if not self._solver.knows_effort(self._problem.independent[0]):
             raise ModelError(
                 "the inertia at the drive is not known; add the driven joint to the outputs, which "
                 f"are: {choices(self._problem.outputs)}"

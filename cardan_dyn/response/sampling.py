@@ -29,7 +29,7 @@ def layout_of(solver: ProblemSolver) -> Layout:
     columns += [Column(Kind.LINK_LOAD, name) for name in problem.link_loads]
     if solver.has_mass and np.any(problem.gravity):
         columns += GRAVITY
-    efforts, couplings = (*problem.drives, *problem.held), tuple(solver.couplings.values())
+    efforts, couplings = (*problem.independent, *problem.held), tuple(solver.couplings.values())
     return Layout(tuple(columns), problem.outputs, efforts, couplings)
 
 

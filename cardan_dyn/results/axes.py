@@ -114,7 +114,7 @@ def _self_stress(problem: Problem) -> SelfStressProof:
         mechanism.coordinates,
         twists,
         length,
-        Prescribed(problem.drives, tuple(problem.held), known),
+        Prescribed(problem.independent, tuple(problem.held), known),
     )
     return SelfStressProof(
         twists,

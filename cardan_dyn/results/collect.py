@@ -147,8 +147,10 @@ def _source(
         return read_only(values)
 
     drive_efforts = None
-    if all(name in efforts for name in problem.drives):
-        drive_efforts = of_drives(solution.efforts[:, : len(problem.drives)].reshape(*shape, -1))
+    if all(name in efforts for name in problem.independent):
+        drive_efforts = of_drives(
+            solution.efforts[:, : len(problem.independent)].reshape(*shape, -1)
+        )
     rates = solution.velocity_ratios, solution.v, solution.a
     wrenches = solution.wrenches
     return SolvedSource(
@@ -223,7 +225,7 @@ def _motion(
         v, a = (_with_nan(values, solver.unsolved) for values in (v, a))
         ratios = ratios.without(solver.unsolved)
     arrays = x, assembled.turns, v, a
-    return Motion(problem.mechanism, problem.drives, *arrays, ratios, assembled.shape)
+    return Motion(problem.mechanism, problem.independent, *arrays, ratios, assembled.shape)
 
 
 def _with_nan(values: Array, columns: list[int]) -> Array:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Prescribed(Frozen):
-    """Something that belongs to a mechanism whose motion is prescribed."""
+    """Something that belongs to a scene."""
 
     _problem: Problem
 
@@ -25,8 +25,18 @@ class Prescribed(Frozen):
 
     @property
     def drives(self) -> tuple[str, ...]:
-        """Names of the driven joints and coordinates."""
+        """Names of the driven joints and coordinates, whose motion is prescribed."""
         return self._problem.drives
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the free joints and coordinates, whose motion is found."""
+        return self._problem.free
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the driven, then of the free ones: columns of positions, speeds and efforts."""
+        return self._problem.independent
 
     @property
     def held(self) -> Mapping[str, float]:

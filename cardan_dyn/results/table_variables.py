@@ -47,9 +47,9 @@ def variables_of(sweep: SweepData, motion: bool) -> Iterator[tuple[str, Variable
 
 def _rates(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
     """Return position, speed and acceleration of the drives."""
-    units = [_unit(sweep, name) for name in sweep.drives]
+    units = [_unit(sweep, name) for name in sweep.coordinates]
     several = len(units) > 1
-    drive = "drive" if several else f"drive {sweep.drives[0]}"
+    drive = "drive" if several else f"drive {sweep.coordinates[0]}"
     for name, per_time in _RATES.items():
         values = getattr(sweep, name)
         if several:
@@ -119,7 +119,7 @@ def _wrenches(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
 def _efforts(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
     """Return what drives, held joints and couplings exert, as far as it was solved."""
     dims = sample_dims(sweep)
-    units = tuple(_effort_unit(sweep, name) for name in sweep.drives)
+    units = tuple(_effort_unit(sweep, name) for name in sweep.coordinates)
     try:
         effort = sweep.drive_effort
     except ModelError:  # The outputs leave it out.
@@ -127,7 +127,7 @@ def _efforts(sweep: SweepData) -> Iterator[tuple[str, Variable]]:
     if effort is not None and len(units) > 1:
         yield "drive_effort", Variable((*dims, "drive"), effort, units, "effort of the drives")
     elif effort is not None:
-        yield "drive_effort", Variable(dims, effort, units[0], f"effort of {sweep.drives[0]}")
+        yield "drive_effort", Variable(dims, effort, units[0], f"effort of {sweep.coordinates[0]}")
     if sweep.holding_effort:
         values = np.stack(list(sweep.holding_effort.values()), axis=-1)
         units = tuple(_effort_unit(sweep, name) for name in sweep.holding_effort)
@@ -190,7 +190,7 @@ def labels_of(sweep: SweepData) -> dict[str, Sequence[str]]:
     return {
         "joint": sweep.outputs,
         "component": AXES,
-        "drive": sweep.drives,
+        "drive": sweep.coordinates,
         "held": tuple(sweep.holding_effort),
         "coupling": tuple(sweep.coupling_moment),
         "moving_joint": _moving_joints(sweep),
@@ -201,7 +201,7 @@ def labels_of(sweep: SweepData) -> dict[str, Sequence[str]]:
 def unit_labels(sweep: SweepData) -> list[tuple[str, str, list[str]]]:
     """Return coordinates of units: name, dimension and the units along it."""
     return [
-        ("drive_unit", "drive", [_effort_unit(sweep, name) for name in sweep.drives]),
+        ("drive_unit", "drive", [_effort_unit(sweep, name) for name in sweep.coordinates]),
         ("held_unit", "held", [_effort_unit(sweep, name) for name in sweep.holding_effort]),
         (
             "coupling_unit",

@@ -215,7 +215,7 @@ def _attributes(sweep: SweepData) -> dict[str, Any]:
     gravity = sweep.gravity.tolist() if sweep.gravity.ndim == 1 else "see coordinate gravity"
     return {
         "mechanism": sweep.mechanism.name,
-        "drives": ", ".join(sweep.drives),
+        "drives": ", ".join(sweep.coordinates),
         "held": json.dumps(
             {
                 name: f"see coordinate held_{name}" if np.ndim(value) else float(value)

@@ -1,41 +1,66 @@
-"""Scene: a mechanism with its drive, held joints, loads and gravity."""
+"""Scene: a mechanism, which of its coordinates are driven, free or held, and what acts on it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..checks import flag, whole
+import numpy as np
+
+from ..arrays import Array, is_column
+from ..checks import flag, mapping, whole
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
+from ..errors import ArgumentError, MobilityError, choices
+from ..forces.link_loads import Wrench
+from ..frozen import frozen
 from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import checked
+from ..problem.coordinate_names import check_single
+from ..problem.samples import acting_on, common_shape, targets_of
+from ..results.collect import sweep_of
+from ..results.prescribed import Prescribed
 from ..results.sweep import Sweep
-from .arguments import replaced
-from .simulating import SceneSimulations
-from .solving import Asked, assembled, swept
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ..arrays import Array
     from ..elements.element import Element
     from ..mechanism.configuration import Configuration
+    from ..problem.problem import Problem
+    from ..response.family import ResponseFamily
+    from ..response.response import Response
+    from ..simulation.equilibrium import Equilibrium
+    from ..simulation.trajectory import Trajectory
+    from .branches import Branches
+    from .plan import Plan
+
+_OVERFLOW: Any = {"over": "ignore", "invalid": "ignore"}
+"""NumPy need not warn of numbers that overflow: results that contain them are refused."""
+
+_ROLES = ("drive", "free", "held")
+"""Arguments of which a coordinate is named by one at most."""
 
 
-class Scene(SceneSimulations):
-    """A mechanism whose motion is prescribed, with what acts on it.
+class Scene(Prescribed):
+    """A mechanism, what decides its motion, and what acts on it.
 
-    A scene cannot be changed. It may be used by several threads at the same time; copies and
-    pickles are made anew from its arguments.
+    A coordinate is driven, its motion being prescribed; free, its motion being found; held; or the
+    loops decide it. A scene cannot be changed. It may be used by several threads at the same time;
+    copies and pickles are made anew from its arguments.
 
     Args:
         mechanism: from `load`.
-        drive: name of the joint whose motion is prescribed, or a list of names: as many as
-            the mechanism has mobility once the held joints are held. If not given, the joints
-            that the description calls independent, as far as they are not held. Of a joint with
-            several coordinates, here and in `held`, `loads` and `start`, the name of one of them,
-            `joint.coordinate`; `Mechanism.drivable` lists them. To name an angle of a ball makes
-            it three turns, see `Mechanism.variant`, in `Scene.mechanism` as well.
+        drive: name of the joint whose motion is prescribed, or a list of names: by the positions
+            of a sweep, or the motions of a simulation. With those that are free as many as the
+            mechanism has mobility once the held joints are held. If neither is given, the joints
+            that the description calls independent are driven, as far as they are not held. Of a
+            joint with several coordinates, here and in `free`, `held`, `loads` and `start`, the
+            name of one of them, `joint.coordinate`; `Mechanism.drivable` lists them. To name an
+            angle of a ball makes it three turns, see `Mechanism.variant`, in `Scene.mechanism` as
+            well.
+        free: name of the joint whose motion is found, or a list of names: by `simulate`,
+            `equilibrium` and `cardan_dyn.vibration`.
         held: joints whose position the scene fixes, to their coordinates [rad or m]. The moment
             or force that holds them is a result.
         loads: what acts on the mechanism. A joint's name with an effort of any shape [N·m or N],
@@ -62,8 +87,8 @@ class Scene(SceneSimulations):
     Raises:
         ModelError: unknown joint or link.
         ArgumentError: a value is not finite or has the wrong shape.
-        MobilityError: the drives do not match the mobility.
-        SingularConfigurationError: the scene starts in a dead point of its drives.
+        MobilityError: driven and free coordinates do not match the mobility.
+        SingularConfigurationError: the scene starts where these do not decide the motion.
         AssemblyError: the loops cannot be closed at the held positions, or not in this
             assembly mode.
     """
@@ -73,6 +98,7 @@ class Scene(SceneSimulations):
         mechanism: Mechanism,
         *,
         drive: str | Sequence[str] | None = None,
+        free: str | Sequence[str] | None = None,
         held: Mapping[str, float] | None = None,
         loads: Mapping[str, object] | None = None,
         gravity: ArrayLike | None = None,
@@ -86,6 +112,7 @@ class Scene(SceneSimulations):
         problem = checked(
             mechanism,
             drive=drive,
+            free=free,
             held=held,
             loads=loads,
             gravity=gravity,
@@ -109,6 +136,16 @@ class Scene(SceneSimulations):
         scene._take(solver)
         return scene
 
+    @property
+    def solver(self) -> ProblemSolver:
+        """What closes the loops and solves the reactions: for what is built on scenes."""
+        return self._solver
+
+    @property
+    def problem(self) -> Problem:
+        """The checked arguments: for what is built on scenes."""
+        return self._problem
+
     def __reduce__(self) -> tuple[object, ...]:
         return Scene._of, (self._solver,)
 
@@ -118,8 +155,9 @@ class Scene(SceneSimulations):
         A scene with other loads, gravity, compliances or strictness keeps all that was learned
         about the motion. `held` and `loads` replace the values of the joints and links that they
         name, and keep the others; None as a value takes a joint or link out, and None instead of
-        a mapping takes all of them out. Drives stay drives: to hold one of them, or to drive a
-        held joint, change `drive` and `held` together.
+        a mapping takes all of them out. `drive` and `free` replace all names. What is named by one
+        of `drive`, `free` and `held` is no longer named by the others: `replace(free="crank")`
+        frees a drive, `replace(held={"crank": 0.3})` holds it.
 
         Args:
             changes: arguments of `Scene`.
@@ -128,8 +166,38 @@ class Scene(SceneSimulations):
             TypeError: no such argument.
             CardanError: as `Scene` does.
         """
-        problem = checked(**replaced(self, changes))
+        arguments = self._arguments()
+        if unknown := set(changes) - set(arguments):
+            listed = choices(arguments, min(unknown))
+            raise TypeError(f"Scene has no argument {choices(unknown)}; arguments: {listed}")
+        for name, value in changes.items():
+            if name in ("held", "loads"):
+                value = _merged(self.mechanism, name, arguments[name], value)
+            arguments[name] = value
+        for role in _ROLES:
+            if role in changes and changes[role] is not None:
+                _take_out(arguments, changes[role], {*_ROLES} - {*changes})
+        problem = checked(**arguments)
         return Scene._of(ProblemSolver(problem, like=self._solver))
+
+    def _arguments(self) -> dict[str, Any]:
+        """Return the arguments of the scene by name, as `Scene` takes them."""
+        problem = self._problem
+        return {
+            "mechanism": problem.mechanism,
+            "drive": problem.drives,
+            "free": problem.free,
+            "held": problem.held,
+            "loads": self.loads,
+            "gravity": problem.gravity,
+            # If all joints are outputs, so are all joints of another mechanism.
+            "outputs": None if problem.all_outputs else problem.outputs,
+            "compliance": problem.compliance,
+            "strict": problem.strict,
+            "start": self.start,
+            "branch": problem.branch,
+            "elements": problem.elements,
+        }
 
     def sweep(
         self,
@@ -188,10 +256,34 @@ class Scene(SceneSimulations):
             SingularConfigurationError: a position is a dead point.
             AccuracyError: a result missed its tolerance.
             IndeterminateError: a component of an output is not unique, in a strict scene.
+            MobilityError: a coordinate of the scene is free.
         """
         along_path, workers = flag("along_path", along_path), whole("workers", workers)
-        given = position, speed, acceleration, held, loads, gravity, inertia
-        return swept(self._solver, Asked(*given, along_path, workers, time))
+        solver, problem = self._solver, self._problem
+        problem.refuse_free("a sweep")
+        acting = acting_on(problem, speed, acceleration, loads, gravity, inertia, time)
+        shapes = acting.shapes
+        with np.errstate(**_OVERFLOW):
+            if isinstance(position, AssembledPositions):
+                positions = _again(solver, position, held, along_path)
+                shape = positions.shape
+                if position.targets.was_column:
+                    # As if the positions were given here, and not to `assemble`.
+                    every = common_shape({"position": (*shape, 1), **shapes})
+                    shape = shape if is_column(every) else (*shape, 1)
+                    acting = acting.without_columns() if is_column(every) else acting
+                _refuse_larger(shape, acting.shapes)
+            else:
+                targets = targets_of(problem, position, held, shapes)
+                if targets.was_column:
+                    acting = acting.without_columns()
+                    shapes = acting.shapes
+                shape = common_shape({"position": targets.shape, **shapes})
+                solver = solver.of_varied(targets.varied)
+                positions = solver.assembled_in_turn(targets.expanded(shape), along_path)
+            solver = positions.solver
+            solution = solver.solve(positions, acting, workers)
+        return sweep_of(solver, positions, acting, solution)
 
     def assemble(
         self,
@@ -214,7 +306,396 @@ class Scene(SceneSimulations):
             ArgumentError: a value is not finite, shapes do not broadcast, or a joint is not held.
             AssemblyError: the loops cannot be closed at a position.
             SingularConfigurationError: a position is a dead point.
+            MobilityError: a coordinate of the scene is free.
         """
-        return assembled(
-            self._solver, Asked(position, held=held, along_path=flag("along_path", along_path))
+        along_path = flag("along_path", along_path)
+        self._problem.refuse_free("assembling for a sweep")
+        targets = targets_of(self._problem, position, held)
+        with np.errstate(**_OVERFLOW):
+            return self._solver.of_varied(targets.varied).assemble(targets, along_path)
+
+    @property
+    def loads(self) -> Mapping[str, Array | Wrench]:
+        """Loaded joint to its effort, of any shape [N·m or N]; link to its `Wrench`."""
+        links = {name: load.wrench for name, load in self._problem.link_loads.items()}
+        return frozen({**self._problem.joint_loads, **links})
+
+    @property
+    def gravity(self) -> Array:
+        """Acceleration of free fall `(3,)` in world axes [m/s²]."""
+        return self._problem.gravity
+
+    @property
+    def compliance(self) -> Mapping[str, Array]:
+        """Joint to its `(6, 6)` compliance, force first [m/N, rad/(N·m)]."""
+        return self._problem.compliance
+
+    @property
+    def strict(self) -> bool:
+        """Whether statically indeterminate components are refused."""
+        return self._problem.strict
+
+    @property
+    def start(self) -> Mapping[str, float | Array]:
+        """What is brought to a position before anything moves [rad or m].
+
+        Coordinates by name; joints with balls by all of theirs, with unit quaternions.
+        """
+        problem = self._problem
+        result: dict[str, float | Array] = dict(problem.start)
+        for joint, quaternion in problem.start_balls.items():
+            scalars = [
+                result.pop(name)
+                for name in problem.mechanism.joints[joint].coordinates
+                if name in result
+            ]
+            result[joint] = np.concatenate([np.array(scalars, dtype=float), quaternion])
+        return frozen(result)
+
+    @property
+    def branch(self) -> str:
+        """Name of the assembly mode."""
+        return self._problem.branch
+
+    def __repr__(self) -> str:
+        arguments = [f"drives {', '.join(self.drives)}"] if self.drives else []
+        if self.free:
+            arguments.append(f"free {', '.join(self.free)}")
+        if self.held:
+            arguments.append(
+                "held " + ", ".join(f"{name} {position:g}" for name, position in self.held.items())
+            )
+        if self.loads:
+            arguments.append(f"loads on {', '.join(self.loads)}")
+        if np.any(self.gravity):
+            arguments.append(f"gravity {self.gravity.tolist()}")
+        if self.elements:
+            arguments.append(f"{len(self.elements)} element{'s' * (len(self.elements) > 1)}")
+        return f"<Scene of {self.mechanism.name!r}: {'; '.join(arguments)}>"
+
+    def plan(self) -> Plan:
+        """Return what sweeps and simulations do, and what they leave out; `print` shows it."""
+        from ..simulation.simulate import planned
+        from .plan import plan_of
+
+        assembly = self._solver.assembly
+        return plan_of(
+            self.mechanism,
+            assembly.groups,
+            assembly.needed,
+            self.outputs,
+            has_mass=self._solver.has_mass,
+            has_weight=bool(np.any(self.gravity)),
+            elements=self.elements,
+            simulation=planned(self._solver),
+        )
+
+    def motion_range(self) -> tuple[float, float]:
+        """Return between which positions the driven or free joint can move [rad or m].
+
+        `<limit>` elements of the description are not regarded: a sweep may go beyond them.
+
+        They are dead points of the joint or positions where assembly modes meet; ±inf where it
+        turns through, or slides by more than ten lengths of the mechanism.
+
+        Raises:
+            MobilityError: the scene has several such joints.
+        """
+        independent = self._problem.independent
+        if len(independent) > 1:
+            raise MobilityError(
+                f"the range of one joint depends on the positions of the others: "
+                f"{choices(independent)}; hold all but one of them",
+                mobility=len(independent),
+            )
+        return self._solver.assembly.motion_range()
+
+    def reachable(
+        self, position: ArrayLike, *, held: Mapping[str, ArrayLike] | None = None
+    ) -> Array:
+        """Return at which positions of driven and free joints the loops close: a workspace.
+
+        A sweep refuses positions beyond a dead point, or where the loops cannot be closed on the
+        way from the start.
+
+        Args:
+            position: see `Scene.sweep`.
+            held: see `Scene.sweep`.
+
+        Returns:
+            Array of bool, in the common shape of the arguments.
+
+        Raises:
+            ArgumentError: a value is not finite, shapes do not broadcast, or a joint is not held.
+            ModelError: no such joint.
+            MobilityError: these joints do not decide the motion.
+        """
+        targets = targets_of(self._problem, position, held)
+        with np.errstate(**_OVERFLOW):
+            solver = self._solver.of_varied(targets.varied)
+            return solver.assembly.reachable(targets).reshape(targets.shape)
+
+    def configuration(self) -> Configuration:
+        """Return the closed configuration in which the scene starts, of all loops."""
+        from .assembling import configuration_of  # Most scenes show none.
+
+        return configuration_of(self._solver)
+
+    def branches(self) -> Branches:
+        """Return the assembly modes with driven and free joints where the scene starts.
+
+        `A` is that of the description, the others follow by their distance from it.
+        """
+        from .branches import Branches  # Most scenes need no other mode.
+
+        return Branches(self.mechanism, self._problem.independent, self._solver.assembly.modes())
+
+    def response(
+        self, tolerance: float = 1e-13, *, interval: tuple[float, float] | None = None
+    ) -> Response:
+        """Return wrenches and efforts as functions of the drive's position.
+
+        `responses` builds those of many designs together.
+
+        Built from a few hundred solved positions, they hold everywhere to rounding, at any speed,
+        acceleration, load and gravity, for nanoseconds per value.
+
+        Args:
+            tolerance: error of the functions relative to the greatest wrench of their joint, or a
+                tenth of the greatest of all joints; where rounding stops short of it, times the
+                condition number. `Response.error` is what was reached.
+            interval: positions between which it is to hold [rad or m]; without, the drive has to
+                come back to where it was.
+
+        Raises:
+            ArgumentError: the interval is empty, or the scene has several drives, or elements.
+            AccuracyError: the tolerance cannot be reached; the message says what can.
+            IndeterminateError: a component of an output is not unique, in a strict scene.
+            CardanError: the drive does not turn through and no interval was given.
+            MobilityError: a coordinate of the scene is free.
+        """
+        self._problem.refuse_free("a response")
+        from ..response.build import build
+        from ..response.response import Response
+
+        return Response(self._solver, build(self._solver, tolerance, interval))
+
+    def responses(
+        self,
+        held: Mapping[str, ArrayLike],
+        tolerance: float = 1e-13,
+        *,
+        interval: tuple[float, float] | None = None,
+    ) -> ResponseFamily:
+        """Return the responses of many designs, built together.
+
+        Args:
+            held: joints that the scene holds, to positions of any shape; they broadcast, and their
+                common shape is that of the family.
+            tolerance: see `response`; for every design.
+            interval: see `response`; the same for every design.
+
+        Raises:
+            ArgumentError: shapes do not broadcast, or a joint is not held.
+            ModelError: no such joint.
+            CardanError: see `response`; the message names the design where it is that of one.
+        """
+        self._problem.refuse_free("a response")
+        from ..response.family import family
+
+        return family(self._solver, held, tolerance, interval)
+
+    def load_response(self, path: str | os.PathLike[str]) -> Response:
+        """Read the response of this scene, or of one like it, that `Response.save` wrote.
+
+        Efforts at joints and the direction of gravity may have other values.
+
+        Args:
+            path: the file.
+
+        Raises:
+            ArgumentError: no path, or the scene has elements.
+            CardanError: the file cannot be read, is damaged, or is the response of another scene.
+        """
+        self._problem.refuse_free("a response")
+        from ..response.build import refuse_elements
+        from ..response.file import read
+        from ..response.response import Response
+
+        refuse_elements(self._solver.problem)
+        return Response(self._solver, read(path, self._solver))
+
+    def simulate(
+        self,
+        duration: float,
+        *,
+        position: ArrayLike | Mapping[str, float] | None = None,
+        speed: ArrayLike | Mapping[str, float] | None = None,
+        motion: Mapping[str, Any] | None = None,
+        loads: Mapping[str, Any] | None = None,
+        rtol: float = 1e-10,
+        atol: float | None = None,
+        method: str | None = None,
+        step: float | None = None,
+        settle: bool = False,
+        events: Any = (),
+        most_touches: int = 100_000,
+        progress: bool | Callable[[float], object] = False,
+    ) -> Trajectory:
+        """Simulate how the free coordinates of the scene move.
+
+        Driven ones move as `motion` says, held joints hold. All loops stay closed to rounding, in
+        positions and velocities.
+
+        Args:
+            duration: [s]; the simulation begins at time 0.
+            position: at the start [rad or m]: a number or `(f,)` for the free coordinates, `(d,)`
+                for driven and free ones, or names to numbers, of other joints as well; where the
+                scene starts if None.
+            speed: likewise [rad/s or m/s]; at rest if None.
+            motion: each driven coordinate to its motion: a constant speed; a function of time that
+                returns position, speed and acceleration; three functions; or times and positions.
+            loads: joints and links to what acts there instead of in the scene: a value, or a
+                function of `(time)` or `(time, position, speed)`, the latter two by joint names.
+                What acts for less than 1/200 of the duration may be overlooked; a `step` that is
+                shorter sees it.
+            rtol: relative tolerance of each step.
+            atol: absolute tolerance [rad, fractions of the characteristic length, and of the
+                greatest speed at the start]; like `rtol` if None.
+            method: see `cardan_dyn.simulation`; the first of them that suits if None.
+            step: length of all steps [s], instead of tolerances.
+            settle: start where the fast modes of stiff springs rest, near the given start.
+            events: `Event`, or functions like those of loads that pass through zero.
+            most_touches: touches of pins with play (`PinContact`) after which it ends.
+            progress: True for a bar, or a function of the fraction done, or of that and of what is
+                to be said, such as that steps are many and when they would end.
+
+        Raises:
+            ArgumentError: a value is not finite or out of range, start values that contradict each
+                other, or a method that does not suit.
+            ModelError: unknown joint or link, or no body has mass.
+            MobilityError: nothing is free.
+            AssemblyError: the loops cannot be closed at the start.
+            SingularConfigurationError: driven and free coordinates do not decide the motion there.
+            SimulationError: it could not go on; with the trajectory up to there.
+        """
+        from ..simulation.setup import Asked
+        from ..simulation.simulate import simulated  # Most scripts simulate nothing.
+
+        return simulated(
+            self._solver,
+            Asked(
+                duration=duration,
+                position=position,
+                speed=speed,
+                motion=motion,
+                loads=loads,
+                rtol=rtol,
+                atol=atol,
+                method=method,
+                events=events,
+                progress=progress,
+                step=step,
+                settle=settle,
+                most_touches=most_touches,
+            ),
+        )
+
+    def equilibrium(
+        self,
+        position: ArrayLike | Mapping[str, float] | None = None,
+        *,
+        loads: Mapping[str, object] | None = None,
+        gravity: ArrayLike | None = None,
+    ) -> Equilibrium:
+        """Find where the free coordinates rest, near a position.
+
+        Newton's method on the efforts that they would need at rest finds stable and unstable
+        equilibria alike; `Equilibrium.stability` tells which it is.
+
+        Args:
+            position: where to begin, see `simulate`; driven coordinates stay there.
+            loads: joints and links to what acts on them instead of in the scene.
+            gravity: `(3,)` [m/s²] instead of the scene's.
+
+        Raises:
+            ArgumentError: a value is not finite, or has a wrong shape.
+            ModelError: unknown joint or link.
+            EquilibriumError: none was found.
+            MobilityError: nothing is free.
+            CardanError: as `sweep`, at the start.
+        """
+        from ..simulation.equilibrium import equilibrium  # Most scripts ask for none.
+
+        with np.errstate(over="ignore", invalid="ignore"):  # What overflows is no equilibrium.
+            return equilibrium(self._solver, position, loads, gravity)
+
+
+def _merged(
+    mechanism: Mechanism, name: str, present: Mapping[str, Any], changes: object
+) -> dict[str, Any]:
+    """Return a mapping with changes; names whose new value is None are taken out.
+
+    None instead of changes takes all names out: it means none, as it does for `Scene`.
+
+    Raises:
+        ModelError: a name to be taken out is that of no joint, coordinate or link.
+    """
+    if changes is None:
+        return {}
+    merged = {**present, **mapping(name, changes)}
+    for key, value in merged.items():
+        if value is None and not (isinstance(key, str) and key in mechanism.links):
+            check_single(mechanism, key, f"a key of {name},")
+    return {key: value for key, value in merged.items() if value is not None}
+
+
+def _take_out(arguments: dict[str, Any], named: object, roles: set[str]) -> None:
+    """Take what one role names out of others, which keep the rest."""
+    if isinstance(named, str):
+        taken = {named}
+    elif isinstance(named, Mapping):
+        taken = {name for name, value in named.items() if value is not None}
+    else:
+        taken = {name for name in named if isinstance(name, str)} if np.iterable(named) else set()
+    for role in roles:
+        present = arguments[role]
+        if isinstance(present, Mapping):
+            arguments[role] = {key: value for key, value in present.items() if key not in taken}
+        else:
+            arguments[role] = tuple(name for name in present if name not in taken)
+
+
+def _again(
+    solver: ProblemSolver, assembled: AssembledPositions, held: object, along_path: bool
+) -> AssembledPositions:
+    """Return positions that were assembled before.
+
+    Raises:
+        ArgumentError: they are those of another scene, or were assembled in another way.
+    """
+    if along_path and not assembled.along_path:
+        raise ArgumentError(
+            "along_path: these positions were assembled along straight lines; write "
+            "assemble(..., along_path=True)"
+        )
+    if held is not None:
+        raise ArgumentError(
+            "held: these positions were assembled with held joints where they are; write "
+            "assemble(..., held=...)"
+        )
+    return solver.current(assembled)
+
+
+def _refuse_larger(shape: tuple[int, ...], shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Refuse arguments that exceed the shape in which positions were assembled.
+
+    Raises:
+        ArgumentError: one does.
+    """
+    if common_shape({"position": shape, **shapes}) != shape:
+        listed = ", ".join(f"{name} {size}" for name, size in shapes.items() if size)
+        raise ArgumentError(
+            f"the positions were assembled in shape {shape}, which these exceed: {listed}; "
+            "give the positions an axis for each of theirs"
         )

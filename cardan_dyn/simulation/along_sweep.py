@@ -21,10 +21,10 @@ class AlongSweep(Prescribed):
     All of them are solved when the first is read, and raise what `sweep` raises.
 
     Attributes:
-        t: times `(N,)` [s].
+        time: times `(N,)` [s].
     """
 
-    t: Array
+    time: Array
 
     @property
     @abstractmethod
@@ -82,7 +82,7 @@ class AlongSweep(Prescribed):
     def element_force(self) -> ElementResults:
         """What the force elements exert, see `Sweep.element_force`; this needs no wrenches."""
         forces = self._problem.element_forces
-        each = [] if forces is None else forces.each(*self._counted(), self.t)
+        each = [] if forces is None else forces.each(*self._counted(), self.time)
         return ElementResults(forces, each)
 
     @abstractmethod

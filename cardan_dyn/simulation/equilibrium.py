@@ -1,4 +1,4 @@
-"""Equilibrium: where the drives rest when nobody holds them, and whether they stay there."""
+"""Equilibrium: where free coordinates rest, and whether they stay there."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
-from ..errors import CardanError, EquilibriumError
+from ..errors import CardanError, EquilibriumError, MobilityError, choices
 from ..frozen import frozen, read_only
 from ..problem.samples import Acting, Targets, acting_on
 from ..results.collect import sweep_of
@@ -45,13 +45,13 @@ _NONE = 1e-300
 
 
 class Equilibrium(Prescribed):
-    """Positions of the drives at which they need no effort to rest.
+    """Positions at which the f free coordinates need no effort to rest.
 
     Attributes:
-        position: of the drives `(d,)` [rad or m].
-        stiffness: `(d, d)` what a drive has to exert per displacement of a drive, at rest [N·m/rad,
-            N/m and so on].
-        inertia: `(d, d)` what a drive has to exert per acceleration of a drive, from rest.
+        position: of the free coordinates `(f,)` [rad or m].
+        stiffness: `(f, f)` effort along a free coordinate per displacement of one, at rest
+            [N·m/rad, N/m and so on].
+        inertia: `(f, f)` effort along a free coordinate per acceleration of one, from rest.
         stability: `stable`, `unstable` or `indifferent`, of small motions without damping; unstable
             as well where they flutter under loads that turn with their links.
         frequencies: angular frequencies `(k,)` of small undamped motions, ascending [rad/s], of the
@@ -71,7 +71,7 @@ class Equilibrium(Prescribed):
 
     def __repr__(self) -> str:
         places = ", ".join(
-            f"{name} {value:g}" for name, value in zip(self.drives, self.position, strict=True)
+            f"{name} {value:g}" for name, value in zip(self.free, self.position, strict=True)
         )
         return f"<Equilibrium of {self.mechanism.name!r}: {self.stability} at {places}>"
 
@@ -83,7 +83,7 @@ class Equilibrium(Prescribed):
 
     @property
     def stability(self) -> str:
-        """Whether the drives come back after small displacements, without damping."""
+        """Whether the coordinates come back after small displacements, without damping."""
         return self._small.stability
 
     @property
@@ -97,8 +97,14 @@ def equilibrium(
 ) -> Equilibrium:
     """Return the equilibrium near a position; see `Scene.equilibrium`."""
     acting = acting_on(solver.problem, loads=loads, gravity=gravity)
-    statics = _Statics(solver, acting)
-    x = drive_positions(solver, position)
+    if not solver.problem.free:
+        raise MobilityError(
+            "an equilibrium is where free coordinates rest, and the scene drives all it has: "
+            f"{choices(solver.problem.drives)}; name those that are free: scene.replace(free=...)",
+            mobility=0,
+        )
+    driven, x = np.split(drive_positions(solver, position), [len(solver.problem.drives)])
+    statics = _Statics(solver, acting, driven)
     effort, stiffness = statics.linearised(x)
     for _ in range(_MOST_STEPS):
         step = _newton_step(stiffness, -effort, statics.scale)
@@ -107,7 +113,7 @@ def equilibrium(
             break
     else:
         raise EquilibriumError(
-            f"no equilibrium was found near the start; after {_MOST_STEPS} steps the drives still "
+            f"no equilibrium was found near the start; after {_MOST_STEPS} steps these still "
             f"need {effort.tolist()} at {x.tolist()}; start nearer to one",
             position=x,
             effort=effort,
@@ -152,7 +158,7 @@ def _moved(
             return x, effort, stiffness, True
         step = 0.25 * step
     raise EquilibriumError(
-        f"no equilibrium was found; from {x.tolist()} on, the effort of the drives grows in every "
+        f"no equilibrium was found; from {x.tolist()} on, the effort needed grows in every "
         "direction; start elsewhere",
         position=x,
         effort=effort,
@@ -160,30 +166,40 @@ def _moved(
 
 
 class _Statics:
-    """Efforts of the drives at rest.
+    """Efforts that free coordinates need to rest, where the driven ones stand.
 
     Attributes:
         problem: of the scene.
-        scale: `(d,)` units of the drives: 1 rad, or the characteristic length.
+        scale: `(f,)` units of the free coordinates: 1 rad, or the characteristic length.
         greatest: greatest effort seen [N·m].
         wrench: greatest moment, or force by the characteristic length, seen in a joint [N·m].
     """
 
-    def __init__(self, solver: ProblemSolver, acting: Acting) -> None:
-        self._solver, self._acting = solver, acting
+    def __init__(self, solver: ProblemSolver, acting: Acting, driven: Array) -> None:
+        self._solver, self._acting, self._driven = solver, acting, driven
         self.problem = solver.problem
-        mechanism, drives = solver.problem.mechanism, solver.problem.drives
+        mechanism = solver.problem.mechanism
         self.scale = np.array(
             [
                 mechanism.characteristic_length if mechanism.coordinates.named[name].slides else 1.0
-                for name in drives
+                for name in solver.problem.free
             ]
         )
         self.greatest = self.wrench = 0.0
 
     def sweep(self, positions: Array) -> Sweep:
-        """Return the scene at rest at positions `(N, d)`."""
-        return _swept(self._solver, positions, self._acting)
+        """Return the scene at rest at positions `(N, f)`."""
+        return self._swept(self._solver, positions, self._acting)
+
+    def _swept(self, solver: ProblemSolver, positions: Array, acting: Acting) -> Sweep:
+        driven = np.broadcast_to(self._driven, (len(positions), len(self._driven)))
+        targets = Targets.of_positions(np.concatenate([driven, positions], axis=1))
+        assembled = solver.assembled_in_turn(targets)
+        return sweep_of(solver, assembled, acting, solver.solve(assembled, acting))
+
+    def _of_free(self, sweep: Sweep, count: int) -> Array:
+        """Return the efforts `(N, f)` along the free coordinates."""
+        return sweep.drive_effort.reshape(count, -1)[:, len(self._driven) :]
 
     def _efforts(self, positions: Array) -> Array:
         sweep = self.sweep(positions)
@@ -191,10 +207,10 @@ class _Statics:
         for name in sweep:
             moment, force = np.abs(sweep[name].moment), length * np.abs(sweep[name].force)
             self.wrench = max(self.wrench, float(np.max(moment)), float(np.max(force)))
-        return sweep.drive_effort.reshape(len(positions), -1)
+        return self._of_free(sweep, len(positions))
 
     def linearised(self, x: Array) -> tuple[Array, Array]:
-        """Return efforts `(d,)` at a position, and their derivatives `(d, d)`."""
+        """Return efforts `(f,)` at a position, and their derivatives `(f, f)`."""
         steps = _STEP * self.scale
         places = [x]
         for index in range(len(x)):
@@ -207,17 +223,12 @@ class _Statics:
         return efforts[0], np.einsum("k,jki->ij", weights, groups) / steps
 
     def inertia(self, x: Array) -> Array:
-        """Return the generalised inertia `(d, d)` at a position."""
+        """Return the generalised inertia `(f, f)` at a position."""
         bare = without_elements(self._solver)
         acting = acting_on(bare.problem, gravity=np.zeros(3))._replace(
-            accelerations=np.eye(len(x)), joint_loads=frozen({}), link_loads=frozen({})
+            accelerations=np.eye(len(x), len(self._driven) + len(x), len(self._driven)),
+            joint_loads=frozen({}),
+            link_loads=frozen({}),
         )
-        sweep = _swept(bare, np.repeat(x[None, :], len(x), axis=0), acting)
-        return np.ascontiguousarray(sweep.drive_effort.reshape(len(x), -1).T)
-
-
-def _swept(solver: ProblemSolver, positions: Array, acting: Acting) -> Sweep:
-    """Return a sweep of drive positions `(N, d)`."""
-    assembled = solver.assembled_in_turn(Targets.of_positions(positions))
-    solution = solver.solve(assembled, acting)
-    return sweep_of(solver, assembled, acting, solution)
+        sweep = self._swept(bare, np.repeat(x[None, :], len(x), axis=0), acting)
+        return np.ascontiguousarray(self._of_free(sweep, len(x)).T)

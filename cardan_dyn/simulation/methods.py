@@ -59,7 +59,7 @@ def by_quadrature(setup: Setup) -> Trajectory:
     """Simulate one conservative free coordinate by its energy integral."""
     solver = setup.solver
     problem = solver.problem
-    coordinate = problem.mechanism.coordinates.named[problem.drives[0]]
+    coordinate = problem.mechanism.coordinates.named[problem.independent[0]]
     position = setup.x[coordinate.column] + 2.0 * np.pi * setup.turns[coordinate.column]
     functions = energy_functions(solver, setup.forces)
     integral = EnergyIntegral(functions, float(position), float(setup.v[coordinate.rate]))
@@ -102,7 +102,7 @@ def _lingering(setup: Setup, integration: Integration, named: Callable[..., Any]
 
     There errors grow as the motion away from it does.
     """
-    drives = setup.solver.problem.drives
+    drives = setup.solver.problem.independent
     if len(drives) > 1 or setup.motions or setup.forces.has_functions or setup.contacts:
         return []
     points = integration.points
@@ -186,7 +186,7 @@ def forces_names(setup: Setup, x: Array, v: Array) -> tuple[Named, Named]:
 def by_response(setup: Setup) -> Trajectory:
     """Simulate one free coordinate by its scalar equation."""
     solver, problem = setup.solver, setup.solver.problem
-    coordinate = problem.mechanism.coordinates.named[problem.drives[0]]
+    coordinate = problem.mechanism.coordinates.named[problem.independent[0]]
     functions = energy_functions(solver)
     equation = ScalarEquation(solver, functions, setup.forces)
     position = setup.x[coordinate.column] + 2.0 * np.pi * setup.turns[coordinate.column]

@@ -96,31 +96,39 @@ class Written:
 
 
 def prescribed_motions(
-    drives: tuple[str, ...], motion: Any, duration: float
+    drives: tuple[str, ...], free: tuple[str, ...], motion: Any, duration: float
 ) -> tuple[dict[str, Motion], dict[str, float]]:
-    """Return how prescribed drives move, and where those begin that say it.
+    """Return how driven coordinates move, and where those begin that say it.
 
     Args:
         drives: of the scene.
+        free: likewise.
         motion: see `Scene.simulate`.
         duration: of the simulation [s].
 
     Raises:
-        ArgumentError: a joint is no drive, or its motion is none.
-        MobilityError: no drive is left to simulate.
+        ArgumentError: a joint is no drive, a drive has no motion, or its motion is none.
+        MobilityError: nothing is free.
     """
+    if not free:
+        raise MobilityError(
+            f"a simulation finds the motion of free coordinates, and the scene drives all it has: "
+            f"{choices(drives)}; name those that are free: scene.replace(free=...). Scene.sweep "
+            "solves prescribed motion",
+            mobility=0,
+        )
     motions: dict[str, Motion] = {}
     for name, value in mapping("motion", motion).items():
         if name not in drives:
-            raise ArgumentError(
-                f"motion[{name!r}]: not a drive of the scene; drives: {choices(drives, name)}"
-            )
+            what = "is free" if name in free else "is no drive of the scene"
+            listed = choices(drives, name) if drives else "none; scene.replace(drive=...)"
+            raise ArgumentError(f"motion[{name!r}]: the joint {what}; drives: {listed}")
         motions[name] = prescribed_motion(name, value, duration)
-    if len(motions) == len(drives):
-        raise MobilityError(
-            "the motion of every drive is prescribed, so that nothing is left to simulate; "
-            "Scene.sweep solves prescribed motion",
-            mobility=0,
+    if missing := [name for name in drives if name not in motions]:
+        raise ArgumentError(
+            f"motion: the scene drives {choices(missing)}, of which nothing says how; give "
+            f"motion={{{missing[0]!r}: ...}}, or free it: scene.replace(free=[*scene.free, "
+            f"{missing[0]!r}])"
         )
     starts = {name: item(0.0)[0] for name, item in motions.items() if not isinstance(item, Uniform)}
     return motions, starts

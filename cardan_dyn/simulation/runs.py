@@ -148,7 +148,7 @@ class ConstrainedRun:
         """See `Run.assembled`."""
         x, turns = rows.x.copy(), rows.turns.copy()
         problem = self._solver.problem
-        columns = problem.mechanism.coordinates.columns_of(problem.drives)
+        columns = problem.mechanism.coordinates.columns_of(problem.independent)
         x[:, columns], turns[:, columns] = positions, 0.0
         return self._solver.assembled_near(Targets.of_positions(positions), x, turns)
 

@@ -147,9 +147,9 @@ def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
         raise ArgumentError(f"rtol is {rtol:g}, below rounding; the least is {_FINEST:g}")
     if rtol >= 1.0:
         raise ArgumentError(f"rtol is {rtol:g}; expected a fraction, such as 1e-10")
-    motions, starts = prescribed_motions(problem.drives, asked.motion, duration)
+    motions, starts = prescribed_motions(problem.drives, problem.free, asked.motion, duration)
     positions = drive_positions(solver, asked.position, starts)
-    motions = begun_at(motions, dict(zip(problem.drives, positions.tolist(), strict=True)))
+    motions = begun_at(motions, dict(zip(problem.independent, positions.tolist(), strict=True)))
     speeds = {name: motion(0.0)[1] for name, motion in motions.items()}
     with np.errstate(over="ignore", invalid="ignore"):  # Such speeds are refused right here.
         begun = closed_start(solver, positions, asked.speed, speeds)

@@ -63,8 +63,11 @@ def planned(solver: ProblemSolver) -> str:
     """Return by which methods a scene is simulated if nothing else is asked for, in words."""
     if not _has_mass(solver):
         return "nothing, no body has mass"
+    if not solver.problem.free:
+        return "nothing, no coordinate is free"
     try:
         forces = forces_of(solver)
     except ArgumentError as error:
         return f"nothing without other loads: {error}"
-    return in_words(traits(solver, forces), solver.problem.drives[0])
+    found = traits(solver, forces, prescribed=bool(solver.problem.drives))
+    return in_words(found, solver.problem.independent[0])

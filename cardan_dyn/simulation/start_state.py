@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import mapping, number, numbers
+from ..checks import number, numbers
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, CardanError, choices
 from ..problem.coordinate_names import check_single
@@ -27,12 +27,12 @@ _EPS = float(np.finfo(float).eps)
 def drive_positions(
     solver: ProblemSolver, position: Any, prescribed: Mapping[str, float] | None = None
 ) -> Array:
-    """Return the drive positions `(d,)` at which a simulation begins.
+    """Return the positions `(d,)` of driven and free coordinates at which a simulation begins.
 
     Args:
         solver: of the scene.
-        position: a number for one drive, `(d,)`, or names to positions [rad or m]; of joints that
-            are not drives as well. Drives that nothing is said of begin where the scene does.
+        position: see `Scene.simulate`; coordinates that nothing is said of begin where the scene
+            does.
         prescribed: drives whose motion is prescribed to where it begins.
 
     Raises:
@@ -41,14 +41,9 @@ def drive_positions(
         AssemblyError: the loops cannot be closed there.
     """
     problem = solver.problem
-    mechanism, drives = problem.mechanism, problem.drives
+    mechanism, drives = problem.mechanism, problem.independent
     start = solver.assembly.start[mechanism.coordinates.columns_of(drives)]
     prescribed = prescribed or {}
-    if position is None:
-        position = {}
-    elif not isinstance(position, Mapping):
-        values = _of_drives("position", position, drives).tolist()
-        position = dict(zip(drives, values, strict=True))
     given = _given(solver, "position", position)
     _refuse_other("position", given, prescribed)
     given.update(prescribed)
@@ -79,39 +74,37 @@ def _refuse_other(label: str, given: Mapping[str, float], prescribed: Mapping[st
             )
 
 
-def _of_drives(label: str, value: Any, drives: tuple[str, ...]) -> Array:
-    """Return a value per drive `(d,)`.
-
-    Raises:
-        ArgumentError: not finite, or of a wrong shape.
-    """
-    values = np.atleast_1d(numbers(label, value))
-    if values.shape != (len(drives),):
-        raise ArgumentError(
-            f"{label} has shape {values.shape}, expected {len(drives)} number(s), for "
-            f"{', '.join(drives)}, or a mapping of joint names"
-        )
-    return np.asarray(values, dtype=float)
-
-
 def _given(solver: ProblemSolver, label: str, value: Any) -> dict[str, float]:
-    """Return values by name.
+    """Return values by name, of numbers for the free coordinates or for driven and free ones.
 
     Raises:
         ModelError: no such joint.
-        ArgumentError: no number, or a joint that is held.
+        ArgumentError: no number, a wrong shape, or a joint that is held.
     """
-    mechanism = solver.problem.mechanism
+    problem = solver.problem
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        values = np.atleast_1d(numbers(label, value))
+        ways = list(dict.fromkeys(filter(None, (problem.free, problem.independent))))
+        for names in ways:
+            if values.shape == (len(names),):
+                return dict(zip(names, values.tolist(), strict=True))
+        expected = " or ".join(f"{len(names)} number(s), for {', '.join(names)}" for names in ways)
+        raise ArgumentError(
+            f"{label} has shape {values.shape}, expected {expected}, or a mapping of joint names"
+        )
+    mechanism = problem.mechanism
     result = {}
-    for name, item in mapping(label, value).items():
+    for name, item in value.items():
         check_single(mechanism, name, f"a key of {label},")
         if name not in mechanism.coordinates.named:
             raise ArgumentError(f"{label}[{name!r}]: the scene solves this joint as a ball")
         given = number(f"{label}[{name!r}]", item)
-        if name in solver.problem.held:
+        if name in problem.held:
             raise ArgumentError(
-                f"{label}[{name!r}]: the scene holds this joint; drives: "
-                f"{choices(solver.problem.drives)}"
+                f"{label}[{name!r}]: the scene holds this joint; driven and free: "
+                f"{choices(problem.independent)}"
             )
         result[name] = given
     return result
@@ -131,10 +124,10 @@ def _following(
         ArgumentError: these joints cannot decide the motion.
     """
     problem = solver.problem
-    kept = [name for name in problem.drives if name in given] + undecided[len(others) :]
+    kept = [name for name in problem.independent if name in given] + undecided[len(others) :]
     leading = (*kept, *list(others)[: len(undecided)])
     try:
-        other = ProblemSolver(replace(problem, drives=leading))
+        other = ProblemSolver(replace(problem, independent=leading, free=()))
         start = other.assembly.start[problem.mechanism.coordinates.columns_of(leading)]
         row = np.array(
             [[given.get(name, value) for name, value in zip(leading, start, strict=True)]]
@@ -144,7 +137,7 @@ def _following(
         raise ArgumentError(
             f"position: no start was found with {', '.join(others)} there: {error}"
         ) from error
-    return np.array([float(motion.position(name)[0]) for name in problem.drives])
+    return np.array([float(motion.position(name)[0]) for name in problem.independent])
 
 
 def _motion(solver: ProblemSolver, positions: Array, speeds: Array) -> Motion:
@@ -169,7 +162,7 @@ def _refuse_conflict(solver: ProblemSolver, positions: Array, others: Mapping[st
         if abs(gap) > _CONSISTENT * unit:
             at = ", ".join(
                 f"{drive} at {place:.12g}"
-                for drive, place in zip(solver.problem.drives, positions, strict=True)
+                for drive, place in zip(solver.problem.independent, positions, strict=True)
             )
             raise ArgumentError(
                 f"position[{name!r}] is {value:g}, which violates the loops by {abs(gap):.3g}: "
@@ -184,9 +177,8 @@ def closed_start(
 
     Args:
         solver: of the scene.
-        positions: of the drives `(d,)`.
-        speed: a number for one drive, `(d,)`, or names to speeds [rad/s or m/s], of joints that are
-            not drives as well; drives that nothing is said of rest.
+        positions: of driven and free coordinates `(d,)`.
+        speed: see `Scene.simulate`; free coordinates that nothing is said of rest.
         prescribed: drives whose motion is prescribed to their speeds.
 
     Raises:
@@ -194,21 +186,15 @@ def closed_start(
         ModelError: no such joint.
         SingularConfigurationError: the drives do not decide the motion there.
     """
-    drives = solver.problem.drives
+    drives = solver.problem.independent
     row = positions[None, :]
     rest = np.zeros_like(row)
-    if not isinstance(speed, Mapping):
-        free = tuple(name for name in drives if name not in prescribed)
-        values = np.array([prescribed.get(name, 0.0) for name in drives])
-        if speed is not None and numbers("speed", speed).shape == (len(drives),):
-            values = _of_drives("speed", speed, drives)
-            _refuse_other("speed", dict(zip(drives, values.tolist(), strict=True)), prescribed)
-        elif speed is not None:
-            values[[drives.index(name) for name in free]] = _of_drives("speed", speed, free)
-        return _motion(solver, row, values[None, :])
     given = _given(solver, "speed", speed)
     _refuse_other("speed", given, prescribed)
     given.update(prescribed)
+    if all(name in drives for name in given):
+        speeds = np.array([given.get(name, 0.0) for name in drives])
+        return _motion(solver, row, speeds[None, :])
     at_rest = _motion(solver, row, rest)
     ratios = np.array(
         [[float(at_rest.ratio(name, drive)[0]) for drive in drives] for name in given]
@@ -247,7 +233,7 @@ def rounding_of_speeds(solver: ProblemSolver, positions: Array, begun: Motion) -
     problem = solver.problem
     coordinates = problem.mechanism.coordinates
     scale = coordinates.rate_scale
-    driven = coordinates.rates_of(problem.drives)
+    driven = coordinates.rates_of(problem.independent)
     speeds, units = begun.v[0][driven], scale[driven]
     size = float(np.max(np.abs(begun.v[0]) / scale, initial=0.0))
     count = len(speeds)

@@ -41,7 +41,7 @@ def traits(
     """
     problem = solver.problem
     rods = rods_by_name(problem.mechanism, set(problem.passive_columns.tolist()))
-    is_one = len(problem.drives) == 1 and not prescribed
+    is_one = len(problem.independent) == 1 and not prescribed
     contacts = any(isinstance(element, PinContact) for element in problem.elements)
     return Traits(is_one, bool(rods), forces.is_constant, given_steps, contacts)
 
@@ -51,7 +51,7 @@ def reason_against(method: str, found: Traits) -> str:
     if method != "DOP853" and found.has_contacts:
         return "pins with play strike: every touch is located by the steps of DOP853"
     if method in ("quadrature", "response") and not found.is_one_coordinate:
-        return "it takes one drive that moves freely"
+        return "it takes one free coordinate and no drive"
     if method in ("quadrature", "response") and found.has_idle_rods:
         return "rods that spin about their lines are further free coordinates"
     if method == "quadrature" and not found.is_constant:
@@ -66,7 +66,7 @@ def in_words(found: Traits, drive: str) -> str:
 
     Args:
         found: what decides.
-        drive: name of the first drive.
+        drive: name of the first coordinate.
     """
     if found.has_contacts:
         return f"DOP853 in all coordinates ({reason_against('response', found)})"

@@ -108,7 +108,7 @@ class Motions:
         bounded = ~np.isin(rates, list(run.boundless))
         self._columns, self._rates = columns[bounded], rates[bounded]
         self._units = coordinates.scale[self._columns]
-        drives = solver.problem.drives
+        drives = solver.problem.independent
         self._driven = coordinates.columns_of(drives), coordinates.rates_of(drives)
 
     def states(self, rows: Rows) -> States:
@@ -174,7 +174,7 @@ class Trajectory(Tabled):
     drives would have to exert for this motion, proves it. Nothing in it can be changed.
 
     Attributes:
-        t: times `(N,)` [s]: the steps of the method, or those that `at` was given.
+        time: times `(N,)` [s]: the steps of the method, or those that `at` was given.
         method: how it was solved.
         reason: why it ended before its time; empty if it did not.
         events: `(name, time)` of the events that happened.
@@ -188,20 +188,20 @@ class Trajectory(Tabled):
         run: Run,
         forces: Forces,
         course: Course,
-        t: Array,
+        time: Array,
         motions: Motions | None = None,
     ) -> None:
         self._solver, self._run, self._forces, self._course = solver, run, forces, course
         self._motions = Motions(solver, run, course) if motions is None else motions
         self._problem = solver.problem
-        self.t = read_only(t)
+        self.time = read_only(time)
         self.method, self.reason = course.method, course.reason
         self.events = course.events
         self.evaluations, self.touches = course.evaluations, course.touches
         self._freeze()
 
     def __len__(self) -> int:
-        return len(self.t)
+        return len(self.time)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
@@ -228,19 +228,19 @@ class Trajectory(Tabled):
         )
 
     def __reduce__(self) -> tuple[object, ...]:
-        made_of = self._solver, self._run, self._forces, self._course, self.t
+        made_of = self._solver, self._run, self._forces, self._course, self.time
         return Trajectory, made_of
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape of the times, `(N,)`."""
-        return self.t.shape
+        return self.time.shape
 
     def __repr__(self) -> str:
         ended = f", ended by: {self.reason}" if self.reason else ""
         return (
-            f"<Trajectory of {self.mechanism.name!r}: {len(self)} times from {self.t[0]:g} to "
-            f"{self.t[-1]:g} s by {self.method}{ended}>"
+            f"<Trajectory of {self.mechanism.name!r}: {len(self)} times from {self.time[0]:g} to "
+            f"{self.time[-1]:g} s by {self.method}{ended}>"
         )
 
     def at(self, times: ArrayLike) -> Trajectory:
@@ -275,14 +275,14 @@ class Trajectory(Tabled):
 
     @cached_property
     def _rows(self) -> Rows:
-        rows = self._run.rows(self.t, self._drives_alone)
+        rows = self._run.rows(self.time, self._drives_alone)
         if self._is_proven:
             self._prove(self._motions.of_all, self._motions.states(rows))
         return rows
 
     @cached_property
     def _drives_alone(self) -> OfDrives | None:
-        drives = self._run.drives_alone(self.t)
+        drives = self._run.drives_alone(self.time)
         if drives is not None and self._is_proven:
             self._prove(self._motions.of_drives, States(*drives))
         return drives
@@ -298,7 +298,7 @@ class Trajectory(Tabled):
         Raises:
             AccuracyError: they are not.
         """
-        misfit = motion.misfit(self.t, states)
+        misfit = motion.misfit(self.time, states)
         self.__dict__["_misfit"] = max(self.__dict__.get("_misfit", 0.0), misfit.size)
         if not misfit.size <= motion.tolerance:
             raise AccuracyError(
@@ -325,18 +325,21 @@ class Trajectory(Tabled):
         if self._drives_alone is not None:
             return self._drives_alone
         coordinates, rows = self.mechanism.coordinates, self._rows
-        columns, rates = coordinates.columns_of(self.drives), coordinates.rates_of(self.drives)
+        columns, rates = (
+            coordinates.columns_of(self.coordinates),
+            coordinates.rates_of(self.coordinates),
+        )
         x = rows.x[:, columns] + 2.0 * np.pi * rows.turns[:, columns]
         return OfDrives(x, rows.v[:, rates], rows.a[:, rates])
 
     @property
     def position(self) -> Array:
-        """Drive positions `(N,)` [rad or m], `(N, d)` for d drives."""
+        """Positions of `coordinates` `(N,)` [rad or m], `(N, d)` if they are several."""
         return _squeezed(self._of_drives.x)
 
     @property
     def speed(self) -> Array:
-        """Drive speeds [rad/s or m/s], like `position`.
+        """Speeds of `coordinates` [rad/s or m/s], like `position`.
 
         NaN where a middle angle of a ball or floating base is at ±90° and the body turns so that
         the outer angles have no speed there.
@@ -344,7 +347,7 @@ class Trajectory(Tabled):
         exist = self._rows.exist if self._drives_alone is None else None
         if exist is None:
             return _squeezed(self._of_drives.v)
-        rates = self.mechanism.coordinates.rates_of(self.drives)
+        rates = self.mechanism.coordinates.rates_of(self.coordinates)
         return _squeezed(np.where(exist[:, rates], self._of_drives.v, np.nan))
 
     @property
@@ -378,10 +381,10 @@ class Trajectory(Tabled):
         if self._solved[0] is not None:
             return self._solved[0].motion
         nothing = np.full((len(self), len(self.mechanism.coordinates.rate_scale), 1), np.nan)
-        ratios = VelocityRatios.of(np.repeat(nothing, len(self.drives), axis=2))
+        ratios = VelocityRatios.of(np.repeat(nothing, len(self.coordinates), axis=2))
         rows = self._rows
         a = np.full_like(rows.a, np.nan)
-        return Motion(self.mechanism, self.drives, rows.x, rows.turns, rows.v, a, ratios)
+        return Motion(self.mechanism, self.coordinates, rows.x, rows.turns, rows.v, a, ratios)
 
     @property
     def singular(self) -> Array:
@@ -410,8 +413,8 @@ class Trajectory(Tabled):
                 singular[known[found.sample]], error = True, found
                 if isinstance(found, AssemblyError):
                     error = SingularConfigurationError(
-                        f"at time {part.t[found.sample]:.6g} s the configuration is singular: the "
-                        "drives do not decide the motion of all joints there, so that wrenches "
+                        f"at time {part.time[found.sample]:.6g} s the configuration is singular: "
+                        "the drives do not decide the motion of all joints, so that wrenches "
                         "and accelerations are not known; leave such times out with at()",
                         sample=int(known[found.sample]),
                     )
@@ -445,7 +448,7 @@ class Trajectory(Tabled):
 
     def _part(self, chosen: Array) -> Trajectory:
         """Return the same at some of its times."""
-        part = self.at(self.t[chosen])
+        part = self.at(self.time[chosen])
         drives = self._drives_alone
         if drives is not None:
             drives = OfDrives(*(values[chosen] for values in drives))
@@ -486,10 +489,10 @@ class Trajectory(Tabled):
                 residual=float(errors[worst]),
             )
         return AccuracyError(
-            f"at time {self.t[worst]:.6g} s the mechanism is so close to a singular "
+            f"at time {self.time[worst]:.6g} s the mechanism is so close to a singular "
             f"configuration (condition {sweep.condition[worst]:.1e}) that accelerations and "
             f"wrenches are wrong by {errors[worst]:.1e}; leave such times out with at()",
-            time=float(self.t[worst]),
+            time=float(self.time[worst]),
             residual=float(errors[worst]),
         )
 
@@ -508,19 +511,21 @@ class Trajectory(Tabled):
         ratios = motion._velocity_ratios
         values = np.full((len(self), ratios.values.shape[1]), np.nan)
         values[known] = ratios.values
-        return Motion(self.mechanism, self.drives, x, turns, v, a, ratios._replace(values=values))
+        return Motion(
+            self.mechanism, self.coordinates, x, turns, v, a, ratios._replace(values=values)
+        )
 
     def _acting(self) -> Acting:
         """Return rates of the drives and what acts at the times."""
         problem = self._problem
-        joints, links = self._forces.sampled(self.t, *self._counted())
+        joints, links = self._forces.sampled(self.time, *self._counted())
         efforts = {name: np.asarray(effort) for name, effort in joints.items()}
         return acting_on(problem)._replace(
             speeds=self._of_drives.v,
             accelerations=self._of_drives.a,
             joint_loads=frozen(efforts),
             link_loads=frozen(links),
-            time=self.t,
+            time=self.time,
         )
 
     def _counted(self) -> tuple[Array, Array]:
@@ -529,7 +534,7 @@ class Trajectory(Tabled):
 
     @property
     def effort_residual(self) -> float:
-        """Greatest effort of a free drive, relative to the greatest that inertia and loads need.
+        """Greatest effort of a free coordinate, as part of the greatest of inertia and loads.
 
         The equations of motion ask for none: it is what is wrong with the accelerations. Forces
         count as moments by the characteristic length.
@@ -537,8 +542,8 @@ class Trajectory(Tabled):
         return float(np.nanmax(self._effort_errors(self.sweep)))
 
     def _effort_errors(self, sweep: Sweep) -> Array:
-        """Return `(N,)` the effort of the free drives, see `effort_residual`."""
-        coordinates, drives = self.mechanism.coordinates, self.drives
+        """Return `(N,)` the effort of the free coordinates, see `effort_residual`."""
+        coordinates, drives = self.mechanism.coordinates, self.coordinates
         is_free = np.array([name not in self._course.prescribed for name in drives])
         scale = coordinates.rate_scale[coordinates.rates_of(drives)]
         efforts = np.abs(sweep.drive_effort.reshape(len(self), -1)) * scale
@@ -557,7 +562,7 @@ class Trajectory(Tabled):
         moved = (bodies or self._rows).a
         of = bodies.mechanism if bodies else mechanism
         open_tree = open_efforts(of, self._problem.gravity, *states, moved)
-        loads = self._forces.all_efforts(mechanism, self.t, *self._counted())
+        loads = self._forces.all_efforts(mechanism, self.time, *self._counted())
         efforts = np.maximum(open_tree, np.abs(loads)) * mechanism.coordinates.rate_scale
         return float(max(np.max(efforts, initial=0.0), np.max(self.kinetic_energy)))
 
@@ -576,7 +581,7 @@ class Trajectory(Tabled):
         energy = self._energy.potential(self._rows.x)
         elements = self._problem.element_forces
         if elements is not None:
-            energy = energy + elements.at(*self._counted(), self.t).potential_energy
+            energy = energy + elements.at(*self._counted(), self.time).potential_energy
         return read_only(energy)
 
     @property
@@ -589,7 +594,7 @@ class Trajectory(Tabled):
 
         That is loads, actuators and prescribed drives, less what dampers and friction took.
         """
-        steps, times, period = self._run.times, self.t, self._run.period
+        steps, times, period = self._run.times, self.time, self._run.period
         if steps[-1] > period:
             # No work is left of a whole period, and one is resolved however many there are.
             steps, times = np.linspace(0.0, period, _STEPS_PER_PERIOD + 1), times % period
@@ -616,7 +621,7 @@ class Trajectory(Tabled):
         if self._course.prescribed:
             # What is wrong with an effort shows in the balance of energy, which takes it.
             efforts = there._unproven.drive_effort.reshape(len(times), -1)
-            chosen = [self.drives.index(name) for name in self._course.prescribed]
+            chosen = [self.coordinates.index(name) for name in self._course.prescribed]
             power += np.sum(efforts[:, chosen] * there._of_drives.v[:, chosen], axis=1)
         return np.asarray(power)
 
@@ -658,7 +663,7 @@ class Trajectory(Tabled):
         if forces.is_nothing:
             return weight
         x, rest = self._counted()[0], np.zeros_like(self._rows.v)
-        efforts = np.abs(forces.all_efforts(mechanism, self.t, x, rest))
+        efforts = np.abs(forces.all_efforts(mechanism, self.time, x, rest))
         greatest = np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0)
         return max(weight, float(greatest))
 

@@ -66,7 +66,7 @@ class Tabled(AlongSweep):
     @property
     @abstractmethod
     def effort_residual(self) -> float:
-        """Greatest effort of a free drive, relative to the greatest that anything needs."""
+        """Greatest effort of a free coordinate, relative to the greatest that anything needs."""
 
     @property
     @abstractmethod

@@ -1,6 +1,6 @@
 """Vibration: periodic motions about a drive at constant speed, and what becomes of small ones.
 
-A scene names as drives the coordinate that turns at constant speed, and after it the free ones;
+A scene drives the coordinate that turns at constant speed, and names those that are free;
 springs and dampers are among its elements. `scene.simulate(motion={driven: speed})` moves the same
 scene over time.
 """

@@ -37,7 +37,7 @@ class Campbell(Result):
     A mode keeps its column from speed to speed. Speeds without a periodic motion have NaN.
 
     Attributes:
-        scene: its drive at constant speed first.
+        scene: whose drive turns at constant speed.
         speed: of the drive `(S,)` [rad/s].
         frequency: damped natural angular frequencies `(S, n)` [rad/s]; 0 where a mode creeps.
         decay: real parts of the eigenvalues `(S, n)` [1/s], negative where modes decay.
@@ -113,22 +113,19 @@ class Campbell(Result):
         return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds>"
 
 
-def campbell(
-    scene: Scene, speed: Any, *, drive: str | None = None, within: float = 1.0
-) -> Campbell:
+def campbell(scene: Scene, speed: Any, *, within: float = 1.0) -> Campbell:
     """Return natural frequencies and modes over speed.
 
     Args:
-        scene: its other drives are free.
+        scene: with one drive and free coordinates.
         speed: of the drive, a number or `(S,)` [rad/s].
-        drive: see `periodic_motion`.
         within: see `periodic_motion`.
 
     Raises:
         CardanError: see `periodic_motion`.
     """
     speeds, _ = speeds_of(speed)
-    return campbell_of(search_of(scene, drive, within), speeds)
+    return campbell_of(search_of(scene, within), speeds)
 
 
 def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:

@@ -115,7 +115,7 @@ class CriticalSpeeds(Result):
     """Critical speeds in a range, ascending; iterate over them, or print their table.
 
     Attributes:
-        scene: its drive at constant speed first.
+        scene: whose drive turns at constant speed.
         low, high: ends of the range [rad/s].
         orders: that were looked at.
         rows: the critical speeds.
@@ -218,7 +218,6 @@ def critical_speeds(
     speed: Any,
     *,
     orders: Any = None,
-    drive: str | None = None,
     instabilities: bool = True,
     within: float = 1.0,
 ) -> CriticalSpeeds:
@@ -230,7 +229,6 @@ def critical_speeds(
         orders: cycles per revolution of the drive that are looked at, one or several; all up to 8
             that force the free coordinates if None. Orders that the motion does not have, such as
             2.5, have no severity.
-        drive: see `periodic_motion`.
         instabilities: whether unstable intervals are looked for.
         within: see `periodic_motion`.
 
@@ -245,7 +243,7 @@ def critical_speeds(
         speeds = np.linspace(speeds[0], speeds[1], _SPEEDS)
     instabilities = flag("instabilities", instabilities)
     given = None if orders is None else sorted(set(positives("orders", orders).tolist()))
-    search = search_of(scene, drive, within)
+    search = search_of(scene, within)
     low, high = float(speeds[0]), float(speeds[-1])
     found, modes = numbered_campbell(search, speeds, _ASIDE)
     wanted = _exciting(search, modes) if given is None else given
@@ -418,7 +416,7 @@ def _beyond(scene: Scene, peak: Point) -> list[str]:
     """Return by which joints a motion leaves what they allow, or what shafts survive."""
     coordinates = scene.mechanism.coordinates.named
     texts = []
-    for name, q in zip(scene.drives[1:], peak.q.T, strict=True):
+    for name, q in zip(scene.free, peak.q.T, strict=True):
         swing = float(np.max(np.abs(q - np.mean(q))))
         if not coordinates[name].slides and swing > _SURVIVED:
             texts.append(
@@ -427,9 +425,9 @@ def _beyond(scene: Scene, peak: Point) -> list[str]:
             )
     for joint in scene.mechanism.description.joints:
         lower, upper = joint.limits.lower, joint.limits.upper
-        if joint.name not in scene.drives[1:]:
+        if joint.name not in scene.free:
             continue
-        q = peak.q[:, scene.drives[1:].index(joint.name)]
+        q = peak.q[:, scene.free.index(joint.name)]
         if np.max(q) > upper or np.min(q) < lower:
             unit = "m" if coordinates[joint.name].slides else "rad"
             texts.append(

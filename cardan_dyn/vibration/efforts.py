@@ -63,7 +63,7 @@ class FreeEfforts:
 
     def __init__(self, rotating: RotatingScene) -> None:
         self._free = len(rotating.free)
-        self._scene = rotating.scene.replace(outputs=[])
+        self._scene = rotating.driven.replace(outputs=[])
         self._bare = self._scene.replace(elements=None, loads=None, gravity=None)
         # Dampers of the coordinates themselves are known without a sweep.
         self._own = np.zeros((self._free, 1 + self._free))
@@ -129,7 +129,7 @@ class FreeEfforts:
         units = np.eye(1 + free)
         assembled = self._scene.assemble(positions)
         # The bare scene moves alike, and shares the assembly.
-        bare = replace(assembled, solver=self._bare._solver)
+        bare = replace(assembled, solver=self._bare.solver)
 
         def of_bodies(speed: Array, acceleration: Array) -> Array:
             return self._bare.sweep(bare, speed, acceleration).drive_effort[:, 1:]
@@ -153,7 +153,7 @@ class FreeEfforts:
                 quadratic[:, :, j, i] = quadratic[:, :, i, j]
         linear = np.tile(self._own, (count, 1, 1))
         if self._dampers is not None:
-            damped = replace(assembled, solver=self._dampers._solver)
+            damped = replace(assembled, solver=self._dampers.solver)
             linear += np.stack([of_dampers(self._dampers, unit) for unit in units], axis=2)
         static = self._scene.sweep(assembled).drive_effort[:, 1:]
         return Terms(mass, quadratic, linear, static)

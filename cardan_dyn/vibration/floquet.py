@@ -37,7 +37,7 @@ class Floquet(Result):
     Arrays have the shape `(S,)` of the speeds, or `(D, S)` for D designs.
 
     Attributes:
-        scene: its drive at constant speed first.
+        scene: whose drive turns at constant speed.
         speed: of the drive `(S,)` [rad/s].
         held: joints that differ between the designs, to their positions `(D,)` [rad or m].
         period: over which the multipliers are taken, in the drive's position [rad]: half a
@@ -161,7 +161,7 @@ class Floquet(Result):
     def __repr__(self) -> str:
         count = int(np.sum(~self.is_stable))
         return (
-            f"<Floquet of {', '.join(self.scene.drives[1:])}: {self.kind.size} points, {count} of "
+            f"<Floquet of {', '.join(self.scene.free)}: {self.kind.size} points, {count} of "
             "them not stable>"
         )
 
@@ -171,7 +171,6 @@ def floquet(
     speed: Any,
     *,
     held: Mapping[str, Any] | None = None,
-    drive: str | None = None,
     edges: bool = False,
     within: float = 1.0,
     workers: int = 1,
@@ -179,10 +178,9 @@ def floquet(
     """Return the stability of periodic motions over speed, and over designs.
 
     Args:
-        scene: its other drives are free.
+        scene: with one drive and free coordinates.
         speed: of the drive, a number or `(S,)` [rad/s].
         held: joints that the scene holds to positions `(D,)`, as many for each: a chart.
-        drive: name of the drive; the scene's first one if None.
         edges: whether unstable intervals and their edges are found, to 1e-8 of the speed; speeds
             then ascend, and narrow intervals are looked for between them.
         within: see `periodic_motion`.
@@ -196,7 +194,7 @@ def floquet(
     speeds, _ = speeds_of(speed)
     if edges and (np.any(np.diff(speeds) <= 0.0) or speeds[0] * speeds[-1] < 0.0):
         raise ArgumentError("edges: give ascending speeds of one sense")
-    first = rotating_scene(scene, drive)
+    first = rotating_scene(scene)
     designs = _designs(held)
     count = max((len(values) for values in designs.values()), default=1)
 
@@ -206,7 +204,7 @@ def floquet(
             rotating = first
             if designs:
                 places = {name: float(values[design]) for name, values in designs.items()}
-                rotating = rotating_scene(first.scene.replace(held=places), first.drive)
+                rotating = rotating_scene(scene.replace(held=places))
             found.append(_of_design(MotionSearch(rotating, within), speeds, edges))
         return found
 

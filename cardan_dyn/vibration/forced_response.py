@@ -44,7 +44,7 @@ class ForcedResponse(Result):
     q = Re Σ amplitude exp(i order φ), φ the drive's position.
 
     Attributes:
-        scene: its drive at constant speed first.
+        scene: whose drive turns at constant speed.
         speed: of the drive `(S,)` [rad/s].
         order: `(K,)` cycles per revolution of the drive.
         amplitude: complex `(S, K, n)` of the free coordinates in the non-linear periodic motion.
@@ -199,7 +199,6 @@ def forced_response(
     scene: Scene,
     speed: Any,
     *,
-    drive: str | None = None,
     joints: str | Sequence[str] | None = None,
     frame: str = "parent",
     within: float = 1.0,
@@ -207,9 +206,8 @@ def forced_response(
     """Return amplitudes and phases by orders, of every free coordinate and joint wrench.
 
     Args:
-        scene: its other drives are free.
+        scene: with one drive and free coordinates.
         speed: of the drive, a number or `(S,)` [rad/s].
-        drive: see `periodic_motion`.
         joints: whose wrenches are wanted; the scene's outputs if None, none for an empty list.
         frame: axes of the wrenches, `parent`, `joint` or `world`.
         within: see `periodic_motion`.
@@ -219,7 +217,7 @@ def forced_response(
     """
     if text("frame", frame) not in FRAMES:
         raise ArgumentError(f"frame {frame!r} is unknown; frames: {choices(FRAMES)}")
-    search = search_of(scene, drive, within)
+    search = search_of(scene, within)
     wanted = search.rotating.scene.outputs if joints is None else names("joints", joints)
     for name in wanted:
         search.rotating.scene.mechanism.joint(name)
@@ -289,7 +287,7 @@ def _wrenches(
     waves = amplitudes(motions.course.q, 1)
     found = states(orders_of(waves.shape[1], motions.model.period), waves, speed, position)
     every = found.with_drive(position, speed)
-    sweep = rotating.scene.sweep(*(item.reshape(-1, item.shape[2]) for item in every))
+    sweep = rotating.driven.sweep(*(item.reshape(-1, item.shape[2]) for item in every))
     wrenches = [sweep.wrench(name, frame) for name in joints]
     values = np.stack([np.hstack([item.force, item.moment]) for item in wrenches], axis=1)
     return amplitudes(values.reshape(len(speed), count, len(joints), 6), 1)

@@ -48,7 +48,7 @@ class Linearisation(Result):
     Arrays are at N equidistant positions of the drive over one period; n free coordinates.
 
     Attributes:
-        scene: its drive at constant speed first.
+        scene: whose drive turns at constant speed.
         speed: of the drive [rad/s].
         period: of the coefficients in the drive's position [rad].
         position: of the drive `(N,)` [rad].
@@ -149,18 +149,15 @@ class Linearisation(Result):
         )
 
 
-def linearise(
-    scene: Scene, speed: float, *, drive: str | None = None, within: float = 1.0
-) -> Linearisation:
+def linearise(scene: Scene, speed: float, *, within: float = 1.0) -> Linearisation:
     """Linearise the equation of motion about the periodic motion at a speed.
 
     Never about the drive's own uniform motion: near forced resonances that invents instabilities.
     Where several motions coexist, about the smallest.
 
     Args:
-        scene: its other drives are free.
+        scene: with one drive and free coordinates.
         speed: of the drive, a number [rad/s].
-        drive: see `periodic_motion`.
         within: see `periodic_motion`.
 
     Raises:
@@ -169,7 +166,7 @@ def linearise(
     speeds, is_single = speeds_of(speed)
     if not is_single:
         raise ArgumentError("linearise takes one speed; vibration.campbell and floquet take many")
-    search = search_of(scene, drive, within)
+    search = search_of(scene, within)
     found, _ = smallest(search, speeds)
     refuse_missed(search, speeds)
     motions, _ = corrected(search.build.efforts, found[0])

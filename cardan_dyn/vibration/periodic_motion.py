@@ -16,7 +16,7 @@ from .correction import corrected
 from .motion_search import Motions, MotionSearch
 from .periodic_grid import amplitudes, orders_of
 from .result import Result, frame_of, unit_of
-from .rotating_scene import rotating_scene, speeds_of
+from .rotating_scene import all_driven, rotating_scene, speeds_of
 
 if TYPE_CHECKING:
     import pandas
@@ -79,7 +79,7 @@ class PeriodicMotion(Result):
     `at(0.0)`, `position={drive: 0.0, free: …}`, since loops find a place for drives left out.
 
     Attributes:
-        scene: its drive at constant speed first.
+        scene: whose drive turns at constant speed.
         speed: `(R,)` of the drive [rad/s].
         branch: `(R,)` number of the motion at its speed, from 0.
         period: of the motion in the drive's position [rad].
@@ -145,7 +145,7 @@ class PeriodicMotion(Result):
             position = 2.0 * np.pi / count * np.arange(count)
         places = several("position", position)
         every = [item[row] for item in self.at(places).with_drive(places, self.speed)]
-        return (scene or self.scene).sweep(*every)
+        return all_driven(scene or self.scene).sweep(*every)
 
     def orbit(self, first: str, second: str, row: int = 0, count: int = 361) -> Array:
         """Return the path `(count, 2)` of two free coordinates over a revolution [rad or m].
@@ -233,9 +233,7 @@ class PeriodicMotion(Result):
         )
 
 
-def periodic_motion(
-    scene: Scene, speed: Any, *, drive: str | None = None, within: float = 1.0
-) -> PeriodicMotion:
+def periodic_motion(scene: Scene, speed: Any, *, within: float = 1.0) -> PeriodicMotion:
     """Find the periodic motions of a scene whose drive turns at constant speed.
 
     They are non-linear: Fourier sums whose efforts along the free coordinates vanish, found in an
@@ -244,9 +242,8 @@ def periodic_motion(
     amplitudes and phases along the modes that resonate.
 
     Args:
-        scene: its other drives are free, with springs and dampers among the elements.
+        scene: with one drive and free coordinates, springs and dampers among the elements.
         speed: of the drive, a number or `(S,)` [rad/s].
-        drive: name of the drive; the scene's first one if None.
         within: farthest that motions go from their mean [rad, or characteristic lengths].
 
     Raises:
@@ -255,7 +252,7 @@ def periodic_motion(
         AccuracyError: the efforts are not smooth, or a motion does not hold.
         CardanError: as `Scene.sweep`.
     """
-    search = search_of(scene, drive, within)
+    search = search_of(scene, within)
     speeds, _ = speeds_of(speed)
     primary = search.primary(speeds)
     refuse_missed(search, speeds)
@@ -265,14 +262,14 @@ def periodic_motion(
     return _collected(search, speeds, every)
 
 
-def search_of(scene: Scene, drive: str | None, within: float) -> MotionSearch:
+def search_of(scene: Scene, within: float) -> MotionSearch:
     """Return the search for motions of a scene, by the arguments of `periodic_motion`.
 
     Raises:
         CardanError: see `rotating_scene`.
         ArgumentError: `within` is no positive number.
     """
-    return MotionSearch(rotating_scene(scene, drive), positive("within", within))
+    return MotionSearch(rotating_scene(scene), positive("within", within))
 
 
 def refuse_missed(search: MotionSearch, speeds: Array) -> None:

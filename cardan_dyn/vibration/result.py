@@ -27,7 +27,7 @@ class Result:
     """Base of frozen dataclasses that hold results: arrays are read-only, in copies as well.
 
     Attributes:
-        scene: its drive at constant speed first.
+        scene: whose drive turns at constant speed.
     """
 
     scene: Scene
@@ -40,7 +40,7 @@ class Result:
     @property
     def free(self) -> tuple[str, ...]:
         """Names of the free coordinates."""
-        return self.scene.drives[1:]
+        return self.scene.free
 
     def __post_init__(self) -> None:
         for value in self.__dict__.values():
@@ -73,8 +73,8 @@ class Result:
                 stored |= {f"{field.name}.{key}": item for key, item in own.items()}
             elif field.name == "scene":
                 # Columns of arrays are in the order of the free coordinates.
-                drive, *free = value.drives
-                stored |= dict(zip(_NAMES, (np.asarray(drive), np.array(free)), strict=True))
+                names = np.asarray(value.drives[0]), np.array(value.free)
+                stored |= dict(zip(_NAMES, names, strict=True))
         return stored
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -108,7 +108,7 @@ class Result:
 def unit_of(scene: Scene, name: str | None = None) -> str:
     """Return the unit of a coordinate, or of all but the first drive of a scene if None."""
     named = scene.mechanism.coordinates.named
-    kinds = {named[item].slides for item in (scene.drives[1:] if name is None else [name])}
+    kinds = {named[item].slides for item in (scene.free if name is None else [name])}
     return "rad or m" if len(kinds) > 1 else "m" if True in kinds else "rad"
 
 

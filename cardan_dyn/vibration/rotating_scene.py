@@ -1,4 +1,4 @@
-"""Rotating scene: a scene with one drive at constant speed, the other drives being free."""
+"""Rotating scene: a scene with one drive at constant speed, and free coordinates."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..checks import described, several, text
+from ..checks import described, several
 from ..elements.bushing import Bushing
 from ..elements.element import Element
 from ..elements.joint_elements import Actuator, JointFriction, JointSpring
@@ -21,15 +21,18 @@ from ..scene.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class RotatingScene:
-    """A scene whose first drive turns at constant speed, and whose other drives are free.
+    """A scene whose drive turns at constant speed while its free coordinates vibrate.
 
     Attributes:
-        scene: with its drives in that order.
+        scene: with one drive.
+        driven: the same with all coordinates driven, the drive first, so that efforts can be solved
+            at any state.
         period: way of the drive after which the mechanism repeats, its free coordinates at rest
             [rad].
     """
 
     scene: Scene
+    driven: Scene
     period: float
 
     @property
@@ -40,7 +43,7 @@ class RotatingScene:
     @property
     def free(self) -> tuple[str, ...]:
         """Names of the free coordinates."""
-        return self.scene.drives[1:]
+        return self.scene.free
 
     @property
     def units(self) -> Array:
@@ -56,8 +59,8 @@ class RotatingScene:
     @property
     def start(self) -> Array:
         """Positions `(1 + n,)` of drive and free coordinates at which the scene starts."""
-        mechanism, x = self.scene.mechanism, self.scene._solver.assembly.start
-        return np.asarray(x[mechanism.coordinates.columns_of(self.scene.drives)])
+        mechanism, x = self.scene.mechanism, self.scene.solver.assembly.start
+        return np.asarray(x[mechanism.coordinates.columns_of(self.scene.coordinates)])
 
     @property
     def damping(self) -> list[Element]:
@@ -65,35 +68,42 @@ class RotatingScene:
         return [element for element in self.scene.elements if _damps(element)]
 
 
-def rotating_scene(scene: Scene, drive: str | None = None) -> RotatingScene:
+def all_driven(scene: Scene) -> Scene:
+    """Return a scene in which free coordinates are driven, after the others."""
+    return scene.replace(drive=scene.coordinates)
+
+
+def rotating_scene(scene: Scene) -> RotatingScene:
     """Return a scene as one that rotates.
 
     Args:
-        scene: with several drives.
-        drive: name of that which turns at constant speed; the first one if None.
+        scene: with one drive, which turns at constant speed, and free coordinates.
 
     Raises:
-        ArgumentError: no scene, no such drive, nothing periodic, dry friction, an actuator that
+        ArgumentError: no scene, nothing periodic, dry friction, an actuator that
             follows a function of time, or loads of several values.
-        MobilityError: nothing is free.
+        MobilityError: nothing is free, or there is not exactly one drive.
         ModelError: no body has mass.
     """
     from ..scene.scene import Scene  # Known to who has one.
 
     if not isinstance(scene, Scene):
         raise ArgumentError(
-            f"scene is {described(scene)}, expected a Scene whose drives are that which turns and "
-            "the free coordinates: Scene(mechanism, drive=[driven, free, …], elements=springs)"
+            f"scene is {described(scene)}, expected a Scene that says what turns and what is free: "
+            "Scene(mechanism, drive=…, free=[…], elements=springs)"
         )
-    drive = scene.drives[0] if drive is None else text("drive", drive)
-    if drive not in scene.drives:
-        raise ArgumentError(
-            f"drive {drive!r}: not a drive of the scene; drives: {choices(scene.drives, drive)}"
-        )
-    if len(scene.drives) == 1:
+    if not scene.free:
         raise MobilityError(
-            f"{drive!r} is the scene's only drive, so that nothing is free to vibrate; name the "
-            "free coordinates as further drives: Scene(drive=[driven, free, …])"
+            f"nothing is free to vibrate; driven: {choices(scene.drives)}. Name what is free, and "
+            "one drive that turns: Scene(mechanism, drive=…, free=[…])",
+            mobility=0,
+        )
+    if len(scene.drives) != 1:
+        driven = choices(scene.drives) if scene.drives else "none"
+        raise MobilityError(
+            f"a vibration takes one drive, which turns at constant speed; driven: {driven}; free: "
+            f"{choices(scene.free)}. Hold the others, or leave them free",
+            mobility=len(scene.drives),
         )
     for element in scene.elements:
         _refuse(element)
@@ -105,32 +115,28 @@ def rotating_scene(scene: Scene, drive: str | None = None) -> RotatingScene:
         )
         if sizes != (3, 3):
             raise ArgumentError(f"loads[{name!r}] has several values; a vibration takes one")
-    if not scene._solver.has_mass:
+    if not scene.solver.has_mass:
         raise ModelError(f"{scene.mechanism.name}: no body has mass, so that nothing vibrates")
-    order = [drive, *(name for name in scene.drives if name != drive)]
-    if list(scene.drives) != order:
-        scene = scene.replace(drive=order)
-    return RotatingScene(scene, _period(scene))
+    return RotatingScene(scene, all_driven(scene), _period(scene))
 
 
 def _period(scene: Scene) -> float:
-    """Return the way of the first drive after which the mechanism repeats [rad].
+    """Return the way of the drive after which the mechanism repeats [rad].
 
     Raises:
         ArgumentError: there is none.
     """
     drive = scene.drives[0]
     advice = "a vibration takes a drive that turns through, as a shaft does"
-    columns = scene.mechanism.coordinates.columns_of(scene.drives)
-    start = dict(zip(scene.drives, scene._solver.assembly.start[columns].tolist(), strict=True))
-    rest = {name: value for name, value in start.items() if name != drive}
+    columns = scene.mechanism.coordinates.columns_of(scene.free)
+    places = scene.solver.assembly.start[columns].tolist()
+    rest = dict(zip(scene.free, places, strict=True))
     alone = scene.replace(
-        drive=drive,
-        held={**scene.held, **rest},
+        held=rest,
         start={name: value for name, value in scene.start.items() if name not in rest},
     )
     try:
-        period = alone._solver.assembly.period()
+        period = alone.solver.assembly.period()
     except CardanError as error:
         raise ArgumentError(f"drive {drive!r} has no period ({error}); {advice}") from error
     if period is None:

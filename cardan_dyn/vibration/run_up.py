@@ -39,7 +39,7 @@ class RunUp(Result):
     the speed varies within a turn as the inertia of the drive allows.
 
     Attributes:
-        scene: its drive first.
+        scene: with one drive and free coordinates.
         time: `(N,)` [s].
         speed: of the drive `(N,)` [rad/s].
         position: of the free coordinates `(N, n)` [rad or m].
@@ -193,15 +193,13 @@ def run_up(
     duration: float,
     *,
     torque: float | Callable[[float], float] | None = None,
-    drive: str | None = None,
     rtol: float = 1e-8,
     within: float = 1.0,
 ) -> RunUp:
     """Simulate a run through a range of speed, from the periodic motion at its beginning.
 
     Args:
-        scene: its other drives are free.
-        drive: see `periodic_motion`.
+        scene: with one drive and free coordinates.
         within: see `periodic_motion`.
         start: speed of the drive at the beginning [rad/s]; with a torque, its mean over a
             revolution.
@@ -225,7 +223,7 @@ def run_up(
     first, last = number("start", start), number("end", end)
     if first * last <= 0.0 or first == last:
         raise ArgumentError(f"start {start!r} and end {end!r}: give two speeds of one sense")
-    search = MotionSearch(rotating_scene(scene, drive), positive("within", within))
+    search = MotionSearch(rotating_scene(scene), positive("within", within))
     given = None if torque is None else Characteristic(torque)
     run = SimulatedRun(search, first, last, given).over(duration, rtol)
     # A weak torque may let the drive slow down first.

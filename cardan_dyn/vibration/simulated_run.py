@@ -110,7 +110,7 @@ class SimulatedRun:
             SimulationError: see `Scene.simulate`.
         """
         run = self._simulated(duration, rtol)
-        time, speed = np.array(run.t), np.array(run.speed)[:, 0]
+        time, speed = np.array(run.time), np.array(run.speed)[:, 0]
         drive, free = np.split(np.array(run.position), [1], axis=1)
         windows = windows_of(time, drive[:, 0], speed, free)
         return Run(time, speed, free.copy(), windows, self._settled(time, windows))
@@ -121,21 +121,23 @@ class SimulatedRun:
         position = dict(zip(names, begun.position[0, 0].tolist(), strict=True))
         speed = dict(zip(names, begun.rate[0, 0].tolist(), strict=True))
         drive = self._drive
+        moved: dict[str, Any]
         if self._torque is None:
             rising = Rising(self._first, self._last, duration)
-            moved: dict[str, Any] = {"motion": {drive: rising}}
+            scene, moved = self._scene, {"motion": {drive: rising}}
         else:
             position[drive], speed[drive] = 0.0, float(begun.pace[0, 0])
+            scene = self._scene.replace(free=self._scene.coordinates)
             moved = {"loads": {drive: self._load(self._torque)}, "events": self._ends()}
-        run = self._scene.simulate(duration, position=position, speed=speed, **moved, rtol=rtol)
+        run = scene.simulate(duration, position=position, speed=speed, **moved, rtol=rtol)
         if any(item.name == _REST for item in run.events):
             raise VibrationError(
-                f"{drive} comes to rest after {float(run.t[-1]):g} s: the torque is too weak for "
-                "its losses and loads, or acts against the speed at the start",
+                f"{drive} comes to rest after {float(run.time[-1]):g} s: the torque is too weak "
+                "for its losses and loads, or acts against the speed at the start",
                 speed=self._first,
             )
         fastest = max(abs(self._first), float(np.max(np.abs(np.asarray(run.speed)[:, 0]))))
-        turns = max(1.0, fastest * float(run.t[-1]) / self._search.rotating.period)
+        turns = max(1.0, fastest * float(run.time[-1]) / self._search.rotating.period)
         return run.evenly(int(_PER_PERIOD * turns) + 1)
 
     def _load(self, given: Characteristic) -> Any:

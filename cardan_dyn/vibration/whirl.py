@@ -43,7 +43,7 @@ class WhirlSense:
         links = LinkMotions(mechanism, bodies.values())
         drive = nodes(_POSITIONS, rotating.period)
         places = np.column_stack([drive, np.repeat(q[None], len(drive), axis=0)])
-        scene = rotating.scene
+        scene = rotating.driven
         # All joints, whatever the outputs are: links are placed by their motion.
         if scene.outputs != tuple(scene.mechanism.joints):
             scene = scene.replace(outputs=None)

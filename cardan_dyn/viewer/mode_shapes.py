@@ -14,13 +14,18 @@ from ..results.sweep import Sweep
 
 
 class Drivable(Protocol):
-    """What is asked of a scene: the drive that turns first, then its free coordinates."""
+    """What is asked of a scene: a drive that turns, and free coordinates."""
 
     @property
-    def drives(self) -> tuple[str, ...]: ...  # noqa: D102
+    def coordinates(self) -> tuple[str, ...]: ...  # noqa: D102
+
+    @property
+    def free(self) -> tuple[str, ...]: ...  # noqa: D102
 
     @property
     def mechanism(self) -> Mechanism: ...  # noqa: D102
+
+    def replace(self, **changes: Any) -> Drivable: ...  # noqa: D102
 
     def sweep(self, position: ArrayLike, /) -> Sweep: ...  # noqa: D102
 
@@ -59,7 +64,7 @@ def mode_sweep(
             number is out of range.
         CardanError: as `Scene.sweep`; a smaller `size` may help where loops cannot be closed.
     """
-    free = scene.drives[1:]
+    free = scene.free
     coordinates = np.asarray(shape)
     if coordinates.shape != (len(free),) or coordinates.dtype.kind not in "fciu":
         raise ArgumentError(
@@ -75,7 +80,8 @@ def mode_sweep(
     swing = np.real(coordinates / greatest * np.exp(1j * whole("cycles", cycles) * phase))
     middle = np.broadcast_to(numbers("rest", rest), coordinates.shape)
     drive = start + _turns(turns) * phase
-    return scene.sweep(np.concatenate([drive, middle + scale * swing], axis=1))
+    every = scene.replace(drive=scene.coordinates)
+    return every.sweep(np.concatenate([drive, middle + scale * swing], axis=1))
 
 
 def _units(mechanism: Mechanism, free: tuple[str, ...]) -> Any:

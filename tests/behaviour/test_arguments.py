@@ -271,14 +271,14 @@ def test_arrays_in_place_of_words_are_refused(wrong: object) -> None:
             draw(turn, 3)  # type: ignore[arg-type]
         with pytest.raises(cd.CardanError):
             draw(turn, "crank_pin", [wrong])  # type: ignore[list-item]
-    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
+    scene = cd.Scene(cd.load("slider_crank"), free="crank_bearing")
     with pytest.raises(cd.CardanError):
         scene.simulate(0.01, position=0.1, speed=0.1, events=np.array(None))
 
 
 @pytest.mark.parametrize("great", [1e300, -1e160, 1e155, 1e20])
 def test_speeds_at_which_numbers_overflow_or_lose_their_digits_are_refused(great: float) -> None:
-    scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", gravity=(0.0, -9.81, 0.0))
+    scene = cd.Scene(cd.load("slider_crank"), free="crank_bearing", gravity=(0.0, -9.81, 0.0))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with pytest.raises(cd.ArgumentError, match="simulate a shorter time or a lower speed"):

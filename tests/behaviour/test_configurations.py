@@ -30,9 +30,9 @@ def two_linkages(mimic: str = '<mimic joint="crank_0" multiplier="1"/>') -> cd.M
 
 def test_complete_configurations_are_taken_back() -> None:
     mechanism = cd.load("stewart_platform")
-    there = mechanism.assembled(start={"leg_1": 0.05})
+    there = cd.assemble(mechanism, near={"leg_1": 0.05})
     for start in (there, there.positions):
-        np.testing.assert_allclose(mechanism.assembled(start=start).x, there.x, atol=1e-15)
+        np.testing.assert_allclose(cd.assemble(mechanism, near=start).x, there.x, atol=1e-15)
     legs = [name for name in mechanism if name.startswith("leg_")]
     scene = cd.Scene(mechanism, drive=legs, start=there)
     np.testing.assert_allclose(scene.configuration().x, there.x, atol=1e-15)
@@ -45,11 +45,11 @@ def test_complete_configurations_are_taken_back() -> None:
 def test_quaternions_and_angles_of_balls_say_the_same() -> None:
     mechanism = cd.load(FREE)
     quaternion = Rotation.from_euler("XYZ", [0.3, -0.5, 1.2]).as_quat()
-    by_quaternion = mechanism.assembled(start={"f": [1.0, 2.0, 3.0, *quaternion]})
-    by_angles = mechanism.assembled(start={"f": [1.0, 2.0, 3.0, 0.3, -0.5, 1.2]})
+    by_quaternion = cd.assemble(mechanism, near={"f": [1.0, 2.0, 3.0, *quaternion]})
+    by_angles = cd.assemble(mechanism, near={"f": [1.0, 2.0, 3.0, 0.3, -0.5, 1.2]})
     names = ("f.x", "f.y", "f.z", "f.turn_x", "f.turn_y", "f.turn_z")
-    by_name = mechanism.assembled(
-        start=dict(zip(names, (1.0, 2.0, 3.0, 0.3, -0.5, 1.2), strict=True))
+    by_name = cd.assemble(
+        mechanism, near=dict(zip(names, (1.0, 2.0, 3.0, 0.3, -0.5, 1.2), strict=True))
     )
     again = cd.Scene(mechanism, drive="f.x", held=dict.fromkeys(names[1:], 0.0))
     assert again.configuration().positions["f"].shape == (6,)
@@ -78,13 +78,13 @@ def test_quaternions_and_angles_of_balls_say_the_same() -> None:
 )
 def test_wrong_rows_are_refused(given: list[object], message: str) -> None:
     with pytest.raises(cd.ArgumentError, match=message):
-        cd.load(FREE).assembled(start={"f": given})  # type: ignore[dict-item]
+        cd.assemble(cd.load(FREE), near={"f": given})  # type: ignore[dict-item]
 
 
 def test_configurations_become_zeros(tmp_path: Path) -> None:
     mechanism = cd.load("stewart_platform")
-    there = mechanism.assembled(start={"leg_1": 0.05})
-    zero = cd.load(mechanism.write(tmp_path / "there.urdf", at=there)).assembled()
+    there = cd.assemble(mechanism, near={"leg_1": 0.05})
+    zero = cd.assemble(cd.load(cd.write(mechanism, tmp_path / "there.urdf", at=there)))
     for joint in mechanism:
         np.testing.assert_allclose(zero.origin(joint), there.origin(joint), atol=1e-14)
 
@@ -92,10 +92,10 @@ def test_configurations_become_zeros(tmp_path: Path) -> None:
 def test_mimics_hold_in_files_of_another_zero(tmp_path: Path) -> None:
     """Their offset is part of the new zero; it is not counted twice."""
     mechanism = two_linkages('<mimic joint="crank_0" multiplier="0.5" offset="0.3"/>')
-    there = mechanism.assembled(start={"crank_0": 0.4})
-    again = cd.load(mechanism.write(tmp_path / "there.urdf", at=there))
-    old = mechanism.assembled(start={"crank_0": 0.6})
-    new = again.assembled(start={"crank_0": 0.2})
+    there = cd.assemble(mechanism, near={"crank_0": 0.4})
+    again = cd.load(cd.write(mechanism, tmp_path / "there.urdf", at=there))
+    old = cd.assemble(mechanism, near={"crank_0": 0.6})
+    new = cd.assemble(again, near={"crank_0": 0.2})
     for joint in mechanism:
         np.testing.assert_allclose(new.origin(joint), old.origin(joint), atol=1e-11)
 

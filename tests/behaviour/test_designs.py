@@ -326,7 +326,7 @@ def test_a_design_costs_few_evaluations_per_sample(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(GroupSolver, "evaluate", counting)
     scene.sweep(position, held=held)
-    groups = sum(bool(group.loops) for group in scene._solver.assembly.groups)
+    groups = sum(bool(group.loops) for group in scene.solver.assembly.groups)
     assert sum(counted) < 5.0 * groups * 50 * 72
     # All designs advance together: as many calls as if they were one.
     assert len(counted) < 150 * groups
@@ -351,7 +351,7 @@ def test_figures_and_the_viewer_ask_for_one_design(joint: cd.Mechanism) -> None:
 def test_any_number_of_gravities_takes_no_more_memory(joint: cd.Mechanism) -> None:
     """Nothing is kept for a value that may never come again."""
     scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.3})
-    batch = scene._solver.assembly.kinematics.solvers[0].batch
+    batch = scene.solver.assembly.kinematics.solvers[0].batch
     for count in (3, 100):
         for number in range(5):
             gravity = (0.0, float(number), 1.0 / count)

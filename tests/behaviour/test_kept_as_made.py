@@ -126,8 +126,8 @@ def test_nothing_of_a_result_can_be_changed() -> None:
         *(scene.assemble(POSITIONS).targets.positions, scene.assemble(POSITIONS).turns),
         *(
             scene.gravity,
-            scene._problem.link_loads["shaft_out"].force,
-            scene._problem.joint_loads["bearing_out"],
+            scene.problem.link_loads["shaft_out"].force,
+            scene.problem.joint_loads["bearing_out"],
         ),
     ]
     for array in arrays:
@@ -135,8 +135,8 @@ def test_nothing_of_a_result_can_be_changed() -> None:
             array[...] = 7.0
     for mapping in (
         scene.held,
-        scene._problem.joint_loads,
-        scene._problem.link_loads,
+        scene.problem.joint_loads,
+        scene.problem.link_loads,
         turn.holding_effort,
     ):
         with pytest.raises(cd.ImmutableError, match="cannot be changed"):

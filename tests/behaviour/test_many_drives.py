@@ -88,7 +88,7 @@ def test_models_are_as_small_as_their_loops() -> None:
     """Pinocchio's data grow with the third power of a model's bodies, so no model has many."""
     for mechanism in (stacked(40), tree(31), on_arms(20)):
         scene = cd.Scene(mechanism, drive=cranks(mechanism))
-        solvers = scene._solver.assembly.kinematics.solvers
+        solvers = scene.solver.assembly.kinematics.solvers
         assert max(solver.batch.model.njoints for solver in solvers) <= 9
         bodies = sum(len(solver.batch) for solver in solvers)
         assert bodies < 1.2 * mechanism.model.njoints

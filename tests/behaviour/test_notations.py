@@ -145,7 +145,7 @@ def test_independent_joints_are_the_drives() -> None:
     assert cd.Scene(mechanism).drives == ("bearing_in", "joint_angle")
     with pytest.raises(cd.ModelError, match="independent is 'maybe', expected true or false"):
         cd.load(urdf.replace('independent="true"', 'independent="maybe"'))
-    with pytest.raises(cd.MobilityError, match="needs at least one drive"):
+    with pytest.raises(cd.MobilityError, match="needs at least one coordinate"):
         cd.Scene(cd.load(PLUS))
 
 

@@ -177,7 +177,7 @@ def test_long_lines_take_small_models() -> None:
     sizes = []
     for count in (3, 12):
         scene = cd.Scene(cd.load(drive_line(count)), drive="bearing_0")
-        solvers = scene._solver.assembly.kinematics.solvers
+        solvers = scene.solver.assembly.kinematics.solvers
         assert len(solvers) == count
         sizes.append(max(solver.batch.model.nv for solver in solvers))
     assert sizes[0] == sizes[1] <= 30

@@ -74,7 +74,7 @@ def test_a_false_number_in_any_body_of_the_model_is_refused(name: str, fault: st
 @pytest.mark.parametrize("name", SCENES)
 def test_closure_forces_that_are_lost_are_refused(name: str) -> None:
     scene = SCENES[name]()
-    scene._solver.reactions._active.clear()
+    scene.solver.reactions._active.clear()
     with pytest.raises(cd.AccuracyError, match="please report"):
         scene.sweep(positions(scene), **RATES)
 

@@ -63,11 +63,14 @@ def test_messages_name_argument_and_choices(joint: cd.Mechanism) -> None:
     cases = [
         ({**good, "drive": "bearing"}, "no joint 'bearing'; joints: bearing_in, bearing_out, j"),
         ({**good, "drive": 3}, "drive is 3, expected a name or a sequence of names"),
-        ({**good, "drive": []}, "needs at least one drive; joints: bearing_in"),
+        (
+            {**good, "drive": []},
+            "at least one coordinate that is driven or free; joints: bearing_in",
+        ),
         ({**good, "held": {"angle": 0.1}}, "no joint 'angle'; joints: bearing_in"),
         ({**good, "held": {"joint_angle": [0.1, 0.2]}}, "to move this joint, make it a drive"),
-        ({**good, "drive": "joint_angle"}, "driven once or held, not both"),
-        ({**good, "drive": ["bearing_in", "bearing_in"]}, "driven once or held"),
+        ({**good, "drive": "joint_angle"}, "driven, free or held, and named once"),
+        ({**good, "drive": ["bearing_in", "bearing_in"]}, "driven, free or held"),
         (
             {**good, "loads": {"shaft": 1.0}},
             "no joint or link has this name; joints: .*links: base",
@@ -214,7 +217,7 @@ def test_closed_positions_stay_right_when_more_of_the_motion_becomes_known() -> 
     closed = scene.assemble(np.linspace(0.0, 0.1, 5))
     before = scene.sweep(closed)["crank_bearing"].moment
     # What was closed for three rows of the planar loop is closed again for all six.
-    kinematics = scene._solver.assembly.kinematics
+    kinematics = scene.solver.assembly.kinematics
     assert kinematics.reductions[0].null[0].shape[1] == 3
     kinematics.reductions[0] = kinematics.solvers[0].equations.full()
     after = scene.sweep(closed)["crank_bearing"].moment

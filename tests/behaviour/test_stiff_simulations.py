@@ -47,10 +47,10 @@ def test_steps_are_hardly_more_than_those_of_the_better_method(
     spring = cd.JointSpring(names[-1], stiffness, damping=damping)
     scene = cd.Scene(chain(count), drive=names, elements=[spring], gravity=GRAVITY)
     given = {"position": {"j0": 1.0 if count > 1 else 0.0}, "speed": {names[-1]: speed}}
-    found = scene.simulate(0.5, rtol=rtol, **given)
-    implicit = scene.simulate(0.5, rtol=rtol, method="Radau", **given)
-    assert len(found.t) <= 3 * len(implicit.t) + 150
-    end, other = (item.position.reshape(len(item.t), -1)[-1] for item in (found, implicit))
+    found = scene.replace(free=scene.drives).simulate(0.5, rtol=rtol, **given)
+    implicit = scene.replace(free=scene.drives).simulate(0.5, rtol=rtol, method="Radau", **given)
+    assert len(found.time) <= 3 * len(implicit.time) + 150
+    end, other = (item.position.reshape(len(item.time), -1)[-1] for item in (found, implicit))
     np.testing.assert_allclose(end, other, atol=1e4 * rtol)
 
 
@@ -58,9 +58,9 @@ def test_steps_are_hardly_more_than_those_of_the_better_method(
 def test_friction_that_sets_in_at_once_brings_to_rest(method: str | None) -> None:
     """Within 1e-7 rad/s; where it has stopped, weight does not move it, and few steps are left."""
     friction = cd.JointFriction("j0", 8.0, transition=1e-7)
-    scene = cd.Scene(chain(1), drive="j0", elements=[friction], gravity=GRAVITY)
+    scene = cd.Scene(chain(1), free="j0", elements=[friction], gravity=GRAVITY)
     found = scene.simulate(2.0, position=0.5, speed=6.0, method=method, rtol=1e-8)
-    assert len(found.t) < 500 and found.t[-1] == 2.0
+    assert len(found.time) < 500 and found.time[-1] == 2.0
     assert abs(found.speed[-1]) < 1e-7
     # Energy is taken by friction: ½ I w² - m g s (cos - cos) = M (angle turned).
     inertia, weight = 0.02 + 0.09, 9.81 * 0.3
@@ -70,7 +70,7 @@ def test_friction_that_sets_in_at_once_brings_to_rest(method: str | None) -> Non
 
 
 def test_too_many_steps_are_said() -> None:
-    scene = cd.Scene(chain(1), drive="j0", gravity=GRAVITY)
+    scene = cd.Scene(chain(1), free="j0", gravity=GRAVITY)
     said: list[str] = []
 
     def interrupting(_: float, note: str) -> None:
@@ -79,7 +79,7 @@ def test_too_many_steps_are_said() -> None:
             raise KeyboardInterrupt
 
     found = scene.simulate(2.0, position=1.0, step=1e-9, progress=interrupting)
-    assert found.reason == "interrupted" and len(found.t) < 1300
+    assert found.reason == "interrupted" and len(found.time) < 1300
     assert said[0] == "" and "2.0e+09 in all, at this rate until" in said[-1]
     assert found.notes == (said[-1],)
     assert not scene.simulate(2.0, position=1.0, step=1e-2).notes
@@ -92,7 +92,7 @@ joint = "<joint name='j' type='continuous'><parent link='a'/><child link='b'/></
 inertial = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/>"
 link = f"<link name='a'/><link name='b'>{inertial}</inertial></link>"
 signal.signal(signal.SIGINT, signal.default_int_handler)
-scene = cd.Scene(cd.load(f"<robot name='r'>{link}{joint}</robot>"), drive="j")
+scene = cd.Scene(cd.load(f"<robot name='r'>{link}{joint}</robot>"), free="j")
 print("begun", flush=True)
 found = scene.simulate(1.0, step=1e-9, speed=1.0)
 print(found.reason, found.notes, flush=True)
@@ -136,7 +136,7 @@ def test_contacts_keep_energy_as_asked(
 @pytest.mark.parametrize("amplitude", [1e-5, 1e-7, 1e-9, 1e-14])
 def test_motion_that_hardly_moves_has_no_error_of_energy(amplitude: float) -> None:
     """Rounding and the absolute tolerance leave 1e-15 J of a pendulum that weighs 10 N."""
-    scene = cd.Scene(chain(2), drive=["j0", "j1"], gravity=GRAVITY)
+    scene = cd.Scene(chain(2), free=["j0", "j1"], gravity=GRAVITY)
     found = scene.simulate(1.0, position={"j0": amplitude, "j1": -0.5 * amplitude})
     assert np.max(found.kinetic_energy) < 10.0 * amplitude**2
     energy = found.kinetic_energy + found.potential_energy

@@ -48,7 +48,7 @@ def test_slips_of_racks_do_not_depend_on_the_unit_of_length(length: float) -> No
     swept = scene.sweep(POSITIONS, speed=1.0, acceleration=0.3)
     assert swept.drive_effort == pytest.approx(0.6 * length, rel=1e-14)
     assert swept.motion.position("slide") == pytest.approx(0.3 * length * POSITIONS, rel=1e-14)
-    bodies, seen = scene._solver.inverse_dynamics.bodies, []
+    bodies, seen = scene.solver.inverse_dynamics.bodies, []
     check = bodies.check
     bodies.check = lambda claim: seen.append(claim) or check(claim)
     scene.sweep(POSITIONS)
@@ -179,9 +179,9 @@ def test_rounding_is_no_length(tmp_path: Path, offset: tuple[float, float, float
         rocker.append(brentq(missed, near - 0.05, near + 0.2, args=(angle,), xtol=1e-15))
     np.testing.assert_allclose(turn.motion.position("D"), rocker, atol=1e-13)
     np.testing.assert_allclose(turn.drive_effort, turn.motion.ratio("D"), rtol=1e-12)
-    path = mechanism.write(tmp_path / "sphere.urdf")
+    path = cd.write(mechanism, tmp_path / "sphere.urdf")
     assert path.read_text(encoding="utf-8") == mechanism.to_urdf()
     moved = {name: turn.motion.position(name)[3] for name in mechanism}
-    assert cd.load(mechanism.write(tmp_path / "moved.urdf", at=moved)).assembled().zero_residual < (
-        1e-14
-    )
+    assert cd.assemble(
+        cd.load(cd.write(mechanism, tmp_path / "moved.urdf", at=moved))
+    ).zero_residual < (1e-14)

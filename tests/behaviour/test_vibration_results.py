@@ -67,7 +67,7 @@ def _read(path: Path) -> dict[str, np.ndarray]:
 
 def _parts(result: Any) -> dict[str, Any]:
     """Every array, number and name of a result by the name that it should have in a file."""
-    parts: dict[str, Any] = {"drive": result.scene.drives[0], "free": result.scene.drives[1:]}
+    parts: dict[str, Any] = {"drive": result.scene.drives[0], "free": result.scene.free}
     for field in fields(result):
         value = getattr(result, field.name)
         if field.name == "missed":

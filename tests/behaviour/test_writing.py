@@ -32,7 +32,7 @@ def test_links_stand_at_zero_where_they_stood(tmp_path: Path, name: str, suffix:
     mechanism = cd.load(name)
     motion = default_sweep(mechanism, samples=9).motion
     at = {joint: motion.position(joint)[5] for joint in mechanism if mechanism[joint].parts}
-    path = mechanism.write(tmp_path / f"{name}.{suffix}", at=at)
+    path = cd.write(mechanism, tmp_path / f"{name}.{suffix}", at=at)
     assert path == tmp_path / f"{name}.{suffix}"
     again = cd.load(path)
     expected, found = placed(mechanism, motion.q[5]), placed(again, pin.neutral(again.model))
@@ -54,7 +54,7 @@ def test_links_stand_at_zero_where_they_stood(tmp_path: Path, name: str, suffix:
 
 def test_without_a_configuration_the_zero_stays(tmp_path: Path) -> None:
     mechanism = cd.load("needle_drive")
-    path = mechanism.write(str(tmp_path / "a.urdf"))
+    path = cd.write(mechanism, str(tmp_path / "a.urdf"))
     assert path.read_text(encoding="utf-8") == mechanism.to_urdf()
 
 
@@ -64,7 +64,7 @@ def test_any_notation_becomes_any_other(tmp_path: Path) -> None:
     scene = {"drive": "a", "loads": {"d": -3.0}, "gravity": (0.0, -9.0, 0.0)}
     reference = cd.Scene(mechanism, **scene).sweep(linkages.POSITIONS, **linkages.RATES)
     for suffix in ("urdf", "mjcf", "urdf", "xml"):
-        mechanism = cd.load(mechanism.write(tmp_path / f"four_bar.{suffix}"))
+        mechanism = cd.load(cd.write(mechanism, tmp_path / f"four_bar.{suffix}"))
         found = cd.Scene(mechanism, **scene).sweep(linkages.POSITIONS, **linkages.RATES)
         np.testing.assert_allclose(
             found.drive_effort,
@@ -78,7 +78,7 @@ def test_what_is_wrong_with_a_configuration(tmp_path: Path) -> None:
     mechanism = cd.load("four_bar")
     path = tmp_path / "a.urdf"
     with pytest.raises(cd.ArgumentError, match="there is no position of crank_pin, rocker"):
-        mechanism.write(path, at={"crank_bearing": 0.1})
+        cd.write(mechanism, path, at={"crank_bearing": 0.1})
     with pytest.raises(cd.ArgumentError, match="the loop 'rocker_pin' is open by"):
-        mechanism.write(path, at=dict.fromkeys(mechanism, 0.3))
+        cd.write(mechanism, path, at=dict.fromkeys(mechanism, 0.3))
     assert not path.exists()

@@ -47,7 +47,7 @@ def test_exact_duration_is_the_integral_of_a_reaction_free_sweep(
 def test_energy_at_the_start_is_that_of_the_closed_form() -> None:
     beta = 0.6
     speeds = spin(beta).start_speeds
-    scene = cd.Scene(cd.load(description(beta)), drive="bearing_in")
+    scene = cd.Scene(cd.load(description(beta)), free="bearing_in")
     start = scene.simulate(0.1, speed=SPEED)
     energy = 0.5 * SHAFT * (speeds[0] ** 2 + speeds[2] ** 2)
     energy += 0.5 * CROSS * (speeds[0] ** 2 + speeds[1] ** 2)

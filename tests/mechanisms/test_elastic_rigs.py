@@ -19,7 +19,7 @@ STEEL_IN_SHEAR = 8e10
 
 def matrices(rig: cd.Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mass, damping and stiffness of the free coordinates at rest, from one sweep."""
-    free = len(rig.drives) - 1
+    free = len(rig.free)
     unit = np.eye(free)
     zero = np.zeros_like(unit)
     # Small, so that a twist or tilt changes nothing else.
@@ -28,7 +28,7 @@ def matrices(rig: cd.Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         np.concatenate([np.zeros((3 * free, 1)), np.concatenate(rows)], axis=1)
         for rows in ((zero, zero, small * unit), (zero, small * unit, zero), (unit, zero, zero))
     ]
-    turn = rig.sweep(parts[0], speed=parts[1], acceleration=parts[2])
+    turn = rig.replace(drive=rig.coordinates).sweep(parts[0], speed=parts[1], acceleration=parts[2])
     efforts = turn.drive_effort[:, 1:]
     mass, damping, stiffness = efforts[:free], efforts[free : 2 * free], efforts[2 * free :]
     return mass, damping / small, stiffness / small
@@ -49,7 +49,7 @@ def stated(name: str, pattern: str) -> list[float]:
 def test_tilting_shaft_has_the_numbers_of_its_header() -> None:
     name = "elastic_thoma_rig"
     rig = scene(name, 0.0)
-    assert rig.drives == ("bearing_in", "tilt_z", "tilt_y")
+    assert rig.coordinates == ("bearing_in", "tilt_z", "tilt_y")
     mass, damping, stiffness = matrices(rig)
     ((stiff, damped),) = [stated(name, r"= (\d+) N·m/rad with the damping ([\d.]+) N·m·s/rad")]
     diametral, polar = stated(name, r"A = ([\d.]+) kg·m² .* Θ = ([\d.]+) kg·m²")
@@ -100,7 +100,7 @@ def test_tilting_shaft_follows_the_rotor_with_gyroscopic_term() -> None:
     rig = scene("elastic_thoma_rig", float(beta))
     position = np.zeros((64, 3))
     position[:, 0] = 2.0 * np.pi * np.arange(64) / 64
-    turn = rig.sweep(position, speed=np.array([speed, 0.0, 0.0]))
+    turn = rig.replace(drive=rig.coordinates).sweep(position, speed=np.array([speed, 0.0, 0.0]))
     # s = -(tilt_z - i tilt_y), see `analytic.whirl`; what is missing has the other sign.
     moment = np.fft.fft(turn.drive_effort[:, 1] - 1j * turn.drive_effort[:, 2]) / 64
     shaft = Reader(text("elastic_thoma_rig")).body("shaft_out")
@@ -124,10 +124,14 @@ def bending(output_torque: str) -> tuple[cd.Sweep, np.ndarray]:
     position = np.zeros((1, 64, 3))
     position[..., 0] = 2.0 * np.pi * np.arange(64) / 64
     held = {"joint_angle": BETAS[:, None]}
-    ratio = rig.sweep(position, held=held).motion.ratio("bearing_out")
+    ratio = (
+        rig.replace(drive=rig.coordinates).sweep(position, held=held).motion.ratio("bearing_out")
+    )
     # Virtual work: what shaft 2 carries, times how much faster it turns, is what shaft 1 does.
     loads = -TORQUE / ratio if output_torque == "even input" else np.full(ratio.shape, -TORQUE)
-    turn = rig.sweep(position, held=held, loads={"bearing_out": loads})
+    turn = rig.replace(drive=rig.coordinates).sweep(
+        position, held=held, loads={"bearing_out": loads}
+    )
     moment = turn.wrench("pin_out", "world").moment
     in_plane = np.stack([np.sin(BETAS), -np.cos(BETAS), 0.0 * BETAS], axis=1)
     return turn, np.stack([np.einsum("bpi,bi->bp", moment, in_plane), -moment[..., 2]])
@@ -172,7 +176,7 @@ def growth(name: str, ratio: float) -> float:
     springs = [element for element in rig.elements if not str(element.name).startswith("damping")]
     undamped = rig.replace(elements=springs)
     run = undamped.simulate(40.0 * np.pi / speed, motion={"bearing_in": speed})
-    twist = np.abs(run.at(np.linspace(0.0, run.t[-1], 4001)).motion.position(rig.drives[1]))
+    twist = np.abs(run.at(np.linspace(0.0, run.time[-1], 4001)).motion.position(rig.free[0]))
     return float(np.max(twist[2000:]) / np.max(twist[:2000]))
 
 
@@ -207,16 +211,16 @@ def test_simulations_stay_on_the_periodic_motion(name: str, speed: float) -> Non
     start = motion.at([0.0])
     run = rig.simulate(
         4.0 * np.pi / speed,
-        position=dict(zip(rig.drives[1:], start.position[0, 0], strict=True)),
-        speed=dict(zip(rig.drives[1:], start.velocity[0, 0], strict=True)),
+        position=dict(zip(rig.free, start.position[0, 0], strict=True)),
+        speed=dict(zip(rig.free, start.velocity[0, 0], strict=True)),
         motion={"bearing_in": speed},
         rtol=1e-11,
         atol=1e-13,
     )
-    times = np.linspace(0.0, run.t[-1], 50)
+    times = np.linspace(0.0, run.time[-1], 50)
     expected = motion.at(speed * times).position[0]
     found = run.at(times).motion
-    simulated = np.stack([found.position(free) for free in rig.drives[1:]], axis=1)
+    simulated = np.stack([found.position(free) for free in rig.free], axis=1)
     assert np.max(np.abs(simulated - expected)) < 1e-8 * np.max(np.abs(expected))
 
 

@@ -158,7 +158,7 @@ def ask(seed: int) -> tuple[list[str], list[str]]:
     end, rtol = float(rng.uniform(1.0, 4.0)), float(10.0 ** rng.uniform(-11, -7))
 
     text, names = _text(bodies, kind)
-    scene = cd.Scene(cd.load(text), drive=names, gravity=gravity)
+    scene = cd.Scene(cd.load(text), free=names, gravity=gravity)
     what = f"{count} {kind}, rtol {rtol:.0e}"
     try:
         moved = scene.simulate(

@@ -93,7 +93,7 @@ def rods_error(bend: float, a: float, b: float, tilt: np.ndarray) -> tuple[float
 
     end = 10.0 * abs(bend)
     times, psi = free_time(inertia, start, 1.0 / slopes(start)[2], end)
-    moved = cd.Scene(mechanism, drive="A").simulate(end, speed=1.0, method="DOP853")
+    moved = cd.Scene(mechanism, free="A").simulate(end, speed=1.0, method="DOP853")
     found = moved.at(times).position + bend
     expected = np.array([slopes(float(item))[0] for item in psi])
     return float(np.max(np.abs(found - expected)) / abs(bend)), moved
@@ -160,7 +160,7 @@ def bars_error(
     speed = rate * (du + dw)
     end = 2.0 * along if sign > 0 else 0.3
     times, found = free_time(inertia, start, rate, end)
-    moved = cd.Scene(mechanism, drive="A").simulate(end, speed=speed, method="DOP853")
+    moved = cd.Scene(mechanism, free="A").simulate(end, speed=speed, method="DOP853")
     expected = np.array([state(float(p))[2] + state(float(p))[3] for p in found]) - (u + w)
     return float(np.max(np.abs(moved.at(times).position - expected)) / end), moved
 
@@ -169,7 +169,7 @@ def flat_error(count: int, before: float, speed: float, end: float) -> tuple[flo
     """Greatest error of parallelograms that begin a little before all bars are in line."""
     inertia, weight = parallelogram_law(count)
     start = 0.5 * math.pi - before
-    scene = cd.Scene(parallelograms(count), drive="pin_0", gravity=GRAVITY)
+    scene = cd.Scene(parallelograms(count), free="pin_0", gravity=GRAVITY)
     moved = scene.simulate(end, position=start, speed=speed)
     times = np.linspace(0.0, end, 12)
     law = integrated(lambda t, x, v: weight * np.sin(x) / inertia, start, speed, times)
@@ -210,7 +210,7 @@ def dead_point_error(
     </predecessor><successor link="slider"/><axis xyz="0 0 1"/></loop>"""
     end = 1.0 / abs(speed)
     times, angles = free_time(inertia, near, speed, end)
-    scene = cd.Scene(cd.load(tilted(text, tilt)), drive="S" if by_slider else "A")
+    scene = cd.Scene(cd.load(tilted(text, tilt)), free="S" if by_slider else "A")
     moved = scene.simulate(end, speed=slide * speed if by_slider else speed)
     at = moved.at(times)
     found = at.motion.position("A") + near
@@ -309,7 +309,7 @@ def spatial_error(
     <limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
     <loop name="C" type="spherical"><predecessor link="rod"><origin xyz="0 {-length!r} 0"/>
     </predecessor><successor link="slider"/></loop>"""
-    scene = cd.Scene(cd.load(tilted(text, tilt)), drive="A")
+    scene = cd.Scene(cd.load(tilted(text, tilt)), free="A")
     return branch.error(scene, inertia, angle, along, sign)
 
 
@@ -367,7 +367,7 @@ def geared_error(
         '<coupling name="mesh"><predecessor link="one"/><successor link="two"/>'
         '<ratio value="-1"/></coupling>'
     )
-    scene = cd.Scene(cd.load(tilted("".join(parts), tilt)), drive="one_pin")
+    scene = cd.Scene(cd.load(tilted("".join(parts), tilt)), free="one_pin")
     return branch.error(scene, inertia, angle, along, sign)
 
 
@@ -426,7 +426,7 @@ def platform_error(
     rates /= np.linalg.norm(ways, axis=1)
     base = Rotation.from_euler("xyz", tilt)
     legs = [f"L{k}" for k in range(6)]
-    scene = cd.Scene(cd.load(tilted("".join(parts), tilt)), drive=legs, gravity=base.apply(gravity))
+    scene = cd.Scene(cd.load(tilted("".join(parts), tilt)), free=legs, gravity=base.apply(gravity))
     end = 0.2
     times = np.linspace(0.0, end, 12)
     body = Body(3.0, np.zeros(3), np.diag(inertia), np.zeros(3))

@@ -285,7 +285,8 @@ def stiffening(
     mechanism = cd.load(text)
     scene = cd.Scene(
         mechanism,
-        drive=["bearing_in", "y"],
+        drive="bearing_in",
+        free="y",
         held={"z": 0.0},
         elements=[*cd.described_elements(mechanism), *springs],
     )
@@ -352,7 +353,8 @@ def _swinging(random: np.random.Generator) -> Rig:
     drag = 2.0 * ratio * mass * length**2 * unit
     scene = cd.Scene(
         cd.load(text),
-        drive=["turn", "swing"],
+        drive="turn",
+        free="swing",
         elements=[cd.JointSpring("swing", 0.0, drag)],
         gravity=[0.0, 0.0, -gravity],
     )

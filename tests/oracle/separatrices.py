@@ -176,7 +176,7 @@ def _swing(
         methods = (None, None, None, "response")
     method = methods[rng.integers(len(methods))]
     what = f"{kind} {how}, {distance:.1e} from the separatrix"
-    scene = cd.Scene(cd.load(swinging.text), drive=swinging.drive, gravity=(0.0, -G, 0.0))
+    scene = cd.Scene(cd.load(swinging.text), free=swinging.drive, gravity=(0.0, -G, 0.0))
     try:
         moved = scene.simulate(duration, position=position, speed=speed, method=method)
         found = moved.at(times)
@@ -230,7 +230,7 @@ class _SliderCrank:
             '</predecessor><successor link="slider"/><axis xyz="0 0 1"/></loop>',
         )
         springs = [cd.JointSpring("s", self.stiffness, rest=0.0)] if self.stiffness else None
-        return cd.Scene(cd.load(text), drive="a", gravity=(*self.gravity, 0.0), elements=springs)
+        return cd.Scene(cd.load(text), free="a", gravity=(*self.gravity, 0.0), elements=springs)
 
     def _rod(self, angle: mp.mpf) -> tuple[mp.mpf, ...]:
         """Return sines and cosines of crank and rod, and the slope of β by the angle."""

@@ -128,7 +128,7 @@ def test_the_package_simulates_the_same() -> None:
     reach = {"pin_in": RADIUS, "pin_out": RADIUS}
     still = scene(rig(MASS, DISC), BETA)
     loose = opened(still, [Play(pin, play, law, 0.0, 0.0, r) for pin, r in reach.items()])
-    duration, free = turns * 2.0 * np.pi / SPEED, dict.fromkeys(loose.scene.drives[1:], 0.0)
+    duration, free = turns * 2.0 * np.pi / SPEED, dict.fromkeys(loose.scene.free, 0.0)
     trajectory = loose.scene.simulate(
         duration, position={loose.drive: start, **free}, speed=free, motion={loose.drive: SPEED},
         rtol=1e-10,

@@ -61,11 +61,11 @@ def test_of_joints() -> None:
 
 def test_of_scenes() -> None:
     scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft", outputs=["needle_pin"])
-    problem = scene._solver.problem
+    problem = scene.solver.problem
     pins, left_out = pins_of(problem, None)
     assert pins == ["needle_pin"]
     assert left_out["rocker_pin"] == "it is no output of the scene"
-    assert period_of(scene._solver) == pytest.approx(6.283185307179586)
+    assert period_of(scene.solver) == pytest.approx(6.283185307179586)
     column = problem.mechanism.coordinates.named["main_shaft"].rate
     assert drive_of(problem, None) == ([column], {})
     assert drive_of(problem, 0.5) == ([], {column: 0.5})

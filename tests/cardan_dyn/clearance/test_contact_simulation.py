@@ -23,12 +23,14 @@ def found() -> clearance.ContactSimulation:
 def test_courses_fit_the_trajectory(found: clearance.ContactSimulation) -> None:
     at = found.evenly(200)
     course = at["coupler_pin"]
-    assert course.t.shape == course.force.shape == (200,) and course.offset.shape == (200, 3)
+    assert course.time.shape == course.force.shape == (200,) and course.offset.shape == (200, 3)
     slides = at.trajectory.motion.position("coupler_pin")[:, :2]
     distance = np.linalg.norm(slides, axis=1)
     np.testing.assert_allclose(np.linalg.norm(course.offset, axis=1), distance, atol=1e-15)
     np.testing.assert_allclose(course.depth, distance - 5e-5, atol=1e-15)
-    np.testing.assert_allclose(course.position, course.position[0] + 300.0 * course.t, rtol=1e-12)
+    np.testing.assert_allclose(
+        course.position, course.position[0] + 300.0 * course.time, rtol=1e-12
+    )
     # Both are as the bush sees it, in directions that a fixed turn leads to each other.
     turn, *_ = np.linalg.lstsq(slides, course.orbit, rcond=None)
     np.testing.assert_allclose(turn @ turn.T, np.eye(2), atol=1e-9)
@@ -75,7 +77,7 @@ def test_energy_that_is_missing_beside_that_of_walls_is_noted(
     plain = cd.Trajectory.kinetic_energy.func  # type: ignore[attr-defined]
 
     def off(self: cd.Trajectory) -> np.ndarray:
-        lost: np.ndarray = plain(self) + missing * (self.t > found.t[-1] / 2.0)
+        lost: np.ndarray = plain(self) + missing * (self.time > found.time[-1] / 2.0)
         return lost
 
     assert not found.at(found.steps).notes

@@ -73,7 +73,7 @@ def test_what_rigid_links_leave_open_stays_refused_whatever_the_compliance() -> 
     for given in (None, compliance):
         scene = cd.Scene(parallel_cranks(), drive="at_one", compliance=given)
         sweep = scene.sweep(np.linspace(0.3, 2.8, 5), 100.0)
-        assert "force x" in what_is_open(scene._solver, sweep, "pin_two")
+        assert "force x" in what_is_open(scene.solver, sweep, "pin_two")
         with pytest.raises(IndeterminateError, match="what holds it twice"):
             clearance.scan(scene, 100.0, joints="pin_two", **CONTACT)
 

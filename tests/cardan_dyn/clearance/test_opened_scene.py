@@ -61,9 +61,9 @@ def test_freedoms_of_the_pins_of_a_universal_joint() -> None:
     pins = ["pin_in", "pin_out"]
     scene = cd.Scene(mechanism, drive="bearing_in", held={"joint_angle": 0.35})
     one = opened(scene, [play(pins[0], 0.03)])
-    assert len(one.scene.drives) == 1 + 2
+    assert len(one.scene.coordinates) == 1 + 2
     both = opened(scene, [play(pin, 0.03) for pin in pins])
-    assert len(both.scene.drives) == 1 + 5
+    assert len(both.scene.coordinates) == 1 + 5
     assert [len(indices) for indices in both.contacts.values()] == [2, 2]
     with pytest.raises(cd.ModelError, match="hold the pin"):
         opened(scene, [play(pins[0])])
@@ -83,8 +83,9 @@ def test_arguments_of_the_scene_are_kept() -> None:
     assert found.contacts == {"crank_pin": (1,)}
     # With the pin in the middle, both move as one: efforts of the drive agree.
     at = {"crank_bearing": 0.4, "crank_pin.slide_1": 0.0, "crank_pin.slide_2": 0.0}
-    positions = [at[name] for name in found.scene.drives]
+    positions = [at[name] for name in found.scene.coordinates]
     plain = found.scene.replace(elements=[spring.__class__("crank_pin.turn", 3.0, rest=0.2)])
+    plain = plain.replace(drive=plain.coordinates)
     efforts = plain.sweep([positions], [[7.0, 0.0, 0.0]]).drive_effort[0]
     assert efforts[0] == pytest.approx(scene.sweep([0.4], 7.0).drive_effort[0], rel=1e-12)
 
@@ -93,7 +94,9 @@ def test_a_rotor_turns_with_the_drive() -> None:
     plain = loose("slider_crank", "crank_bearing", "crank_pin")
     heavy = loose("slider_crank", "crank_bearing", "crank_pin", rotor=0.7)
     a = [
-        item.scene.sweep([[0.4, 0.0, 0.0]], 0.0, [[2.0, 0.0, 0.0]]).drive_effort[0, 0]
+        item.scene.replace(drive=item.scene.coordinates)
+        .sweep([[0.4, 0.0, 0.0]], 0.0, [[2.0, 0.0, 0.0]])
+        .drive_effort[0, 0]
         for item in (plain, heavy)
     ]
     assert a[1] - a[0] == pytest.approx(1.4, rel=1e-12)

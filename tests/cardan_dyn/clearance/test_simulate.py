@@ -38,7 +38,7 @@ def test_slider_crank_moves_as_by_equations_written_by_hand(
     )  # fmt: skip
     # Bounces without damping are chaotic: the first three impacts are compared.
     struck = found["crank_pin"].struck
-    times = np.linspace(0.0, found.t[-1] if damping else struck[3].start, 400)
+    times = np.linspace(0.0, found.time[-1] if damping else struck[3].start, 400)
     begun = found.trajectory.at([0.0])
     angle = begun.motion.position("crank_bearing")[0]
     motion = begun.motion
@@ -74,9 +74,9 @@ def test_impacts_hold_the_greatest_force() -> None:
     found = clearance.simulate(scene(), 40.0, joints="crank_pin", play=1e-3, law=law, position=1.1)
     course = found.evenly(20_001)["crank_pin"]
     assert course.peak == pytest.approx(np.max(course.force), rel=1e-3)
-    assert course.peak >= np.max(course.force[course.t > course.struck[0].start])
+    assert course.peak >= np.max(course.force[course.time > course.struck[0].start])
     for impact in course.struck:
-        inside = (course.t > impact.start) & (course.t < impact.end)
+        inside = (course.time > impact.start) & (course.time < impact.end)
         assert np.all(course.force[inside] >= 0.0)
         assert np.max(course.force[inside], initial=0.0) <= impact.peak * (1.0 + 1e-9)
         assert np.linalg.norm(impact.direction) == pytest.approx(1.0)
@@ -100,19 +100,19 @@ def test_no_contact_is_missed() -> None:
     tight = cd.PinContact(
         **{name: getattr(contact, name) for name in cd.PinContact.__dataclass_fields__}
     )
-    opened = cd.Scene(few.mechanism, drive=few.drives, elements=[tight])
+    opened = cd.Scene(few.mechanism, drive=few.drives, free=few.free, elements=[tight])
     struck = [item for item in few.touches if item.start > 0.0][:2]
     start = struck[0].start - 2e-4
     begun = few.at([start])
     fine = opened.simulate(
         struck[1].end + 2e-4 - start,
-        position=dict(zip(few.drives, begun.position[0], strict=True)),
-        speed=dict(zip(few.drives[1:], begun.speed[0, 1:], strict=True)),
+        position=dict(zip(few.coordinates, begun.position[0], strict=True)),
+        speed=dict(zip(few.free, begun.speed[0, 1:], strict=True)),
         motion={"crank_bearing": 40.0},
-        step=float(np.median(np.diff(few.t))) / 100.0,
+        step=float(np.median(np.diff(few.time))) / 100.0,
     )
-    during = (few.t > start) & (few.t < struck[1].end)
-    assert len(fine.t) > 50 * np.count_nonzero(during)
+    during = (few.time > start) & (few.time < struck[1].end)
+    assert len(fine.time) > 50 * np.count_nonzero(during)
     assert len(fine.touches) == 2
     for item, other in zip(fine.touches, struck, strict=True):
         assert item.start + start == pytest.approx(other.start, abs=1e-10)
@@ -142,7 +142,7 @@ def test_free_drive_gives_way_and_a_heavy_rotor_does_not() -> None:
     held = clearance.simulate(scene(), 100.0, **arguments)
     heavy = clearance.simulate(scene(), 100.0, rotor=1e6, **arguments)
     light = clearance.simulate(scene(), 100.0, rotor=0.0, **arguments)
-    times = np.linspace(0.0, held.t[-1], 50)
+    times = np.linspace(0.0, held.time[-1], 50)
     speeds = [item.at(times).trajectory.speed[:, 0] for item in (held, heavy, light)]
     np.testing.assert_allclose(speeds[0], 100.0, rtol=1e-12)
     np.testing.assert_allclose(speeds[1], 100.0, rtol=1e-6)

@@ -11,7 +11,7 @@ import cardan_dyn as cd
 from cardan_dyn.command_line.showing import export, serve
 from cardan_dyn.viewer.viewing import View
 
-PAGE = cd.view(cd.load("four_bar").assembled())
+PAGE = cd.view(cd.assemble(cd.load("four_bar")))
 
 
 def test_export_says_where(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -83,11 +83,11 @@ def test_nothing_critical_is_said(rig: Path) -> None:
 def test_scene_of_a_bundled_rig() -> None:
     """Presets hold the bend angle; springs make the free coordinates."""
     scene = rig_scene("elastic_thoma_rig", RigOptions())
-    assert scene.drives == ("bearing_in", "tilt_z", "tilt_y")
+    assert (scene.drives, scene.free) == (("bearing_in",), ("tilt_z", "tilt_y"))
     assert scene.held == {"joint_angle": pytest.approx(np.radians(8.5))}
     assert len(scene.elements) == 4
     other = rig_scene("torsional_line_both", RigOptions(held=("joint_angle=3", "twist_out=1")))
-    assert other.drives == ("bearing_in", "twist_in")
+    assert other.coordinates == ("bearing_in", "twist_in")
     assert other.held == {
         "joint_angle": pytest.approx(np.radians(3.0)),
         "twist_out": pytest.approx(np.radians(1.0)),
@@ -165,13 +165,14 @@ def test_what_turns_has_to_be_known(rig: Path) -> None:
 def test_what_turns_is_known_where_one_joint_is_left(tmp_path: Path) -> None:
     file = tmp_path / "rotor.urdf"
     file.write_text(elastic_rigs.rotor(), encoding="utf-8")
-    assert rig_scene(str(file), RigOptions()).drives == ("bearing_in", "y", "z")
+    assert rig_scene(str(file), RigOptions()).coordinates == ("bearing_in", "y", "z")
     held = rig_scene(str(file), RigOptions(held=("z=0.001",)))
-    assert (held.drives, held.held) == (("bearing_in", "y"), {"z": 0.001})
+    assert (held.coordinates, held.held) == (("bearing_in", "y"), {"z": 0.001})
     with pytest.raises(cd.ArgumentError, match="a spring, unless it is driven or held"):
         rig_scene(str(file), RigOptions(held=("y=0", "z=0")))
     # What is driven is not free besides.
-    assert rig_scene(str(file), RigOptions("y", held=("bearing_in=0",))).drives == ("y", "z")
+    other = rig_scene(str(file), RigOptions("y", held=("bearing_in=0",)))
+    assert (other.drives, other.free) == (("y",), ("z",))
 
 
 def test_charts_of_slides_have_metres(tmp_path: Path) -> None:

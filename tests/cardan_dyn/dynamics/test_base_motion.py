@@ -19,7 +19,7 @@ GRAVITY = np.array([[1.0, -2.0, -9.81]])
 def closed(mechanism: cd.Mechanism) -> tuple[ClosedState, dict[int, int], list[int]]:
     """Return a state, the group of every body, and the bases of all groups."""
     scene = cd.Scene(mechanism, drive=cranks(mechanism))
-    kinematics = scene._solver.assembly.kinematics
+    kinematics = scene.solver.assembly.kinematics
     state = kinematics.evaluate(rows(mechanism, COUNT))
     groups = [solver.group for solver in kinematics.solvers]
     owners = {body: k for k, group in enumerate(groups) for body in group.inertial_bodies}

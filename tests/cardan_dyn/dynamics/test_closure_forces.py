@@ -31,7 +31,7 @@ def groups(scene: cd.Scene, closed: bool = False) -> Iterator[tuple[np.ndarray, 
     if closed:
         (state,) = scene.assemble(positions(scene)[:COUNT]).blocks
     else:
-        state = scene._solver.assembly.kinematics.evaluate(rows(scene.mechanism, COUNT))
+        state = scene.solver.assembly.kinematics.evaluate(rows(scene.mechanism, COUNT))
     for group_state in state.groups:
         if group_state.group.loops or group_state.group.couplings:
             yield state.x, group_state
@@ -113,8 +113,8 @@ def test_multipliers_work_along_the_coordinates_as_their_rows_say(scene: cd.Scen
     """Of virtual work: the efforts of the forces are the transposed closure matrix times them."""
     mechanism = scene.mechanism
     closure, loops = ClosureForces(mechanism), len(mechanism.loops)
-    subspace = scene._solver.reactions.subspace
-    owners = scene._solver.reactions._owners
+    subspace = scene.solver.reactions.subspace
+    owners = scene.solver.reactions._owners
     for _, group in groups(scene):
         multipliers = np.random.default_rng(5).normal(
             size=(COUNT, group.passive_rows.shape[2], SIZE)
@@ -143,7 +143,7 @@ def test_self_stresses_act_along_no_passive_coordinate(name: str, count: int) ->
     scene = SCENES[name]()
     mechanism = scene.mechanism
     closure = ClosureForces(mechanism)
-    reactions = scene._solver.reactions
+    reactions = scene.solver.reactions
     total = 0
     for x, group in groups(scene, closed=True):
         for item in closure.self_stresses(group):

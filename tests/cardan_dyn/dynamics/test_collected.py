@@ -22,7 +22,7 @@ COUNT = 30
 @pytest.fixture(scope="module")
 def solution() -> Solution:
     scene = four_bar()
-    solver, where = ProblemSolver(scene._problem), positions(scene)
+    solver, where = ProblemSolver(scene.problem), positions(scene)
     rates = np.full_like(where, 3.0), np.full_like(where, -1.0)
     return solver.solve(solver.assemble(Targets.of_positions(where)), acting(solver, *rates))
 

@@ -30,7 +30,7 @@ def scene(request: pytest.FixtureRequest) -> cd.Scene:
 
 
 def dynamics(scene: cd.Scene) -> InverseDynamics:
-    return scene._solver.inverse_dynamics
+    return scene.solver.inverse_dynamics
 
 
 def closed(scene: cd.Scene, where: np.ndarray | None = None) -> ClosedState:
@@ -42,7 +42,7 @@ def inputs(scene: cd.Scene, state: ClosedState, speed: float, acceleration: floa
     where = positions(scene)[: len(state.x)]
     rates = np.full_like(where, speed), np.full_like(where, acceleration)
     targets = Targets.of_positions(where)
-    return Inputs.of(scene._problem, targets, acting(scene._solver, *rates), np.zeros_like(state.x))
+    return Inputs.of(scene.problem, targets, acting(scene.solver, *rates), np.zeros_like(state.x))
 
 
 def solution(scene: cd.Scene, speed: float = SPEED, acceleration: float = ACCELERATION) -> Solution:
@@ -54,7 +54,7 @@ def solution(scene: cd.Scene, speed: float = SPEED, acceleration: float = ACCELE
 def test_loads_at_joints_are_efforts_of_their_coordinates(shape: tuple[int, ...]) -> None:
     """Of all samples together, or of each of them where one load differs."""
     scene = SCENES["universal"]()
-    problem, where = scene._problem, positions(scene)[:COUNT]
+    problem, where = scene.problem, positions(scene)[:COUNT]
     varying = np.linspace(1.0, 2.0, COUNT).reshape(-1)[: max(1, *shape, 0)].reshape(shape)
     loads = {"bearing_out": -5.0, "pin_in": varying}
     acts = acting_on(problem, loads=loads).flat((COUNT,))
@@ -75,7 +75,7 @@ def test_loads_at_joints_are_efforts_of_their_coordinates(shape: tuple[int, ...]
 
 def test_held_positions_are_those_of_the_scene_unless_they_vary() -> None:
     scene = SCENES["spatial"]()
-    problem, turns = scene._problem, np.zeros((COUNT, 1))
+    problem, turns = scene.problem, np.zeros((COUNT, 1))
     acts, where = acting_on(problem).flat((COUNT,)), np.linspace(0.0, 1.0, COUNT)
     angles = np.array([0.3, 0.2, 0.1, 0.0])
     plain = Inputs.of(problem, targets_of(problem, where), acts, turns)
@@ -91,7 +91,7 @@ def test_held_positions_are_those_of_the_scene_unless_they_vary() -> None:
 def test_inputs_of_some_samples() -> None:
     """What is the same for all samples is so for some of them."""
     scene = SCENES["universal"]()
-    problem, rng = scene._problem, np.random.default_rng(0)
+    problem, rng = scene.problem, np.random.default_rng(0)
     effort, gravity, factor = rng.normal(size=6), rng.normal(size=(6, 3)), rng.uniform(size=6)
     force, speed = rng.normal(size=(6, 3)), rng.normal(size=6)
     angles, turns = rng.uniform(size=6), rng.normal(size=(6, 5))
@@ -184,7 +184,7 @@ def test_efforts_of_drives_alone_are_those_with_all_wrenches(rates: tuple[float,
         whole = solution(SCENES[name](), *rates)
         scene = SCENES[name](outputs=[])
         alone = solution(scene, *rates)
-        drives = scene._solver.assembly.kinematics.drives
+        drives = scene.solver.assembly.kinematics.drives
         np.testing.assert_allclose(alone.efforts[:, drives], whole.efforts[:, drives], rtol=1e-9)
         others = np.delete(np.arange(alone.efforts.shape[1]), drives)
         assert not np.any(alone.efforts[:, others])
@@ -192,7 +192,7 @@ def test_efforts_of_drives_alone_are_those_with_all_wrenches(rates: tuple[float,
 
 def test_efforts_are_zero_but_at_drives_and_held_joints(scene: cd.Scene) -> None:
     item = solution(scene)
-    prescribed = scene._problem.prescribed_columns
+    prescribed = scene.problem.prescribed_columns
     others = np.delete(np.arange(item.efforts.shape[1]), prescribed)
     assert not np.any(item.efforts[:, others])
     assert np.all(np.any(item.efforts[:, prescribed], axis=0))
@@ -283,7 +283,7 @@ def test_rates_and_reactions_given_from_elsewhere_are_checked() -> None:
     assert exact.residuals.rate < 1e-12
     links = list(given.link_loads.values())
     case = LoadCase((rates.v, rates.a), given.loads, links, given.gravity)
-    (reactions,) = scene._solver.reactions.solve(state, [case])
+    (reactions,) = scene.solver.reactions.solve(state, [case])
     checked = item.with_residuals(state, given, spoiled, reactions)
     np.testing.assert_array_equal(checked.v, spoiled.v)
     assert checked.residuals.rate > 1e-4
@@ -304,7 +304,7 @@ def test_false_flags_of_a_solution_are_refused() -> None:
 def test_open_flags_are_proven_at_any_speed(joint: cd.Mechanism, speed: float) -> None:
     """At speed the condition of the wrenches grows, but not that of the closure equations."""
     scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
-    solver = scene._solver
+    solver = scene.solver
     assembled = solver.assemble(Targets.of_positions(np.linspace(0.0, 3.0, 9)[:, None]))
     speeds = np.full((9, 1), speed)
     solution = solver.solve(assembled, acting(solver, speeds, np.zeros((9, 1))))

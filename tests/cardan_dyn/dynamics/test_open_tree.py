@@ -24,7 +24,7 @@ def scene(request: pytest.FixtureRequest) -> cd.Scene:
 
 
 def open_tree(scene: cd.Scene, active: set[int] | None = None) -> OpenTree:
-    kinematics = scene._solver.assembly.kinematics
+    kinematics = scene.solver.assembly.kinematics
     groups = set(range(len(kinematics.solvers))) if active is None else active
     return OpenTree(scene.mechanism, kinematics, groups)
 
@@ -87,7 +87,7 @@ def assert_same(actual: np.ndarray, expected: np.ndarray) -> None:
 def test_wrenches_of_inertia_and_weight(scene: cd.Scene) -> None:
     mechanism, tree = scene.mechanism, open_tree(scene)
     x, item = rows(mechanism, COUNT), case(mechanism)
-    state = scene._solver.assembly.kinematics.evaluate(x)
+    state = scene.solver.assembly.kinematics.evaluate(x)
     size = tree.bodies + 2
     wrenches = tree.wrenches(state, [item], size)
     assert wrenches.shape == (COUNT, size, 6, 1)
@@ -100,7 +100,7 @@ def test_wrenches_of_inertia_and_weight(scene: cd.Scene) -> None:
 @pytest.mark.parametrize("count", [1, COUNT])
 def test_wrenches_of_loads_on_every_link(scene: cd.Scene, in_world: bool, count: int) -> None:
     mechanism, tree, x = scene.mechanism, open_tree(scene), rows(scene.mechanism, COUNT)
-    state = scene._solver.assembly.kinematics.evaluate(x)
+    state = scene.solver.assembly.kinematics.evaluate(x)
     for link, (joint, _) in mechanism.links.items():
         if not joint:
             continue
@@ -111,7 +111,7 @@ def test_wrenches_of_loads_on_every_link(scene: cd.Scene, in_world: bool, count:
 
 def test_load_cases_are_computed_together(scene: cd.Scene) -> None:
     mechanism, tree, x = scene.mechanism, open_tree(scene), rows(scene.mechanism, COUNT)
-    state = scene._solver.assembly.kinematics.evaluate(x)
+    state = scene.solver.assembly.kinematics.evaluate(x)
     link = next(name for name, (joint, _) in mechanism.links.items() if joint)
     load = link_load(mechanism, link, in_world=True)
     cases = [case(mechanism), case(mechanism, load, load), case(mechanism, load, moving=False)]
@@ -124,7 +124,7 @@ def test_load_cases_are_computed_together(scene: cd.Scene) -> None:
 
 def test_gravity_may_differ_from_sample_to_sample(scene: cd.Scene) -> None:
     mechanism, tree, x = scene.mechanism, open_tree(scene), rows(scene.mechanism, COUNT)
-    kinematics, item = scene._solver.assembly.kinematics, case(scene.mechanism)
+    kinematics, item = scene.solver.assembly.kinematics, case(scene.mechanism)
     assert item.dynamics is not None
     gravity = np.random.default_rng(6).uniform(-9.0, 9.0, (COUNT, 3))
     together = tree.wrenches(kinematics.evaluate(x), [item._replace(gravity=gravity)], tree.bodies)[
@@ -141,7 +141,7 @@ def test_gravity_may_differ_from_sample_to_sample(scene: cd.Scene) -> None:
 def test_factors_on_inertia_add_what_moves_the_links(scene: cd.Scene, count: int) -> None:
     """Of links that no loop cuts: what is cut carries half of its mass on either side."""
     mechanism, tree, x = scene.mechanism, open_tree(scene), rows(scene.mechanism, COUNT)
-    state = scene._solver.assembly.kinematics.evaluate(x)
+    state = scene.solver.assembly.kinematics.evaluate(x)
     cut = {body for loop in mechanism.loops for body in (loop.predecessor, loop.successor)}
     links = [link for link in moving(mechanism) if mechanism.link(link)[0] not in cut]
     factors = np.random.default_rng(7).uniform(0.1, 3.0, (len(links), count))
@@ -159,7 +159,7 @@ def test_only_solved_groups_have_inertia_unless_none_is_solved() -> None:
     """Where none is solved, virtual work gives the drive efforts, which all inertia adds to."""
     scene = cd.Scene(cd.load(two_lines(2)), drive="bearing_0")
     mechanism, x = scene.mechanism, rows(scene.mechanism, COUNT)
-    kinematics = scene._solver.assembly.kinematics
+    kinematics = scene.solver.assembly.kinematics
     state, item, size = kinematics.evaluate(x), case(mechanism), mechanism.model.njoints - 1
     massive = [index for index, solver in enumerate(kinematics.solvers) if solver.batch.has_mass]
     assert len(massive) > 1
@@ -176,6 +176,6 @@ def test_loads_on_bodies_of_no_solved_group_are_left_out() -> None:
     scene = SCENES["universal"](outputs=["bearing_in"])
     tree, x = open_tree(scene), rows(mechanism, COUNT)
     outside = LinkLoad(99, np.eye(3), np.zeros(3), np.ones((1, 3)), np.ones((1, 3)), True)
-    state = scene._solver.assembly.kinematics.evaluate(x)
+    state = scene.solver.assembly.kinematics.evaluate(x)
     item = case(mechanism, outside, moving=False)
     assert not np.any(tree.wrenches(state, [item], tree.bodies))

@@ -23,7 +23,7 @@ from cardan_dyn.problem.samples import Targets
 
 def solver(scene: cd.Scene) -> ProblemSolver:
     """Return a solver of the scene's problem that shares nothing with it."""
-    return ProblemSolver(scene._problem)
+    return ProblemSolver(scene.problem)
 
 
 def rates(where: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -138,9 +138,9 @@ def test_positions_remain_usable_after_the_motion_is_known_better() -> None:
     scene = cd.Scene(three_cranks(), drive="A", loads={"D": -1.0})
     assembled = scene.assemble([0.05, 0.1])
     expected = scene.sweep(assembled).drive_effort
-    known = scene._solver.assembly.kinematics.reductions
+    known = scene.solver.assembly.kinematics.reductions
     scene.sweep(np.linspace(-0.5, 0.9, 40))
-    assert scene._solver.assembly.kinematics.reductions is not known
+    assert scene.solver.assembly.kinematics.reductions is not known
     np.testing.assert_allclose(scene.sweep(assembled).drive_effort, expected, rtol=1e-9)
     np.testing.assert_allclose(expected, 1.0, rtol=1e-9)
 
@@ -149,10 +149,10 @@ def test_similar_problems_share_the_assembly() -> None:
     scene = four_bar()
     first = solver(scene)
     same_motion = scene.replace(gravity=(0.0, 0.0, 0.0), loads={"rocker_bearing": 7.0})
-    assert ProblemSolver(same_motion._problem, like=first).assembly is first.assembly
-    assert ProblemSolver(same_motion._problem).assembly is not first.assembly
+    assert ProblemSolver(same_motion.problem, like=first).assembly is first.assembly
+    assert ProblemSolver(same_motion.problem).assembly is not first.assembly
     fewer_outputs = scene.replace(outputs=["crank_bearing"])
-    assert ProblemSolver(fewer_outputs._problem, like=first).assembly is not first.assembly
+    assert ProblemSolver(fewer_outputs.problem, like=first).assembly is not first.assembly
 
 
 def test_compliances_choose_the_rule() -> None:

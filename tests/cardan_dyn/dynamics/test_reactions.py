@@ -51,7 +51,7 @@ def closed(scene: cd.Scene) -> ClosedState:
 
 
 def rates(scene: cd.Scene, state: ClosedState) -> tuple[np.ndarray, np.ndarray]:
-    kinematics = scene._solver.assembly.kinematics
+    kinematics = scene.solver.assembly.kinematics
     shape = (COUNT, len(scene.drives))
     v = kinematics.rates(state, np.full(shape, SPEED))
     return v, kinematics.accelerations(state, v, np.full(shape, ACCELERATION))
@@ -63,7 +63,7 @@ def load_case(scene: cd.Scene, state: ClosedState, gravity: np.ndarray = GRAVITY
 
 
 def solver(scene: cd.Scene) -> ReactionSolver:
-    kinematics = scene._solver.assembly.kinematics
+    kinematics = scene.solver.assembly.kinematics
     return ReactionSolver(scene.mechanism, kinematics, set(range(len(kinematics.solvers))))
 
 
@@ -111,7 +111,7 @@ def test_closure_forces_leave_the_loads_to_the_passive_joints(scene: cd.Scene) -
     assert reactions.wrenches.shape == (COUNT, item.size, 6)
     assert np.max(np.abs(reactions.wrenches[:, :bodies] - wrenches)) < 1e-11 * scale
     assert np.max(np.abs(item.efforts(reactions) - efforts)) < 1e-11 * scale
-    passives = scene._problem.passive_columns
+    passives = scene.problem.passive_columns
     assert np.max(np.abs((efforts - case.loads)[:, passives])) < 1e-11 * scale
 
 
@@ -229,13 +229,13 @@ def test_each_joint_counts_once_in_the_norm(joint: cd.Mechanism) -> None:
 def test_solved_joints_are_those_of_known_bodies_and_solved_fixed_loops() -> None:
     scene = SCENES["gears"]()
     mechanism, item = scene.mechanism, solver(scene)
-    names, indices = item.solved(scene._solver.assembly.needed)
+    names, indices = item.solved(scene.solver.assembly.needed)
     assert sorted(names) == sorted(mechanism.joints)
     for name, index in zip(names, indices.tolist(), strict=True):
-        assert index == scene._problem.wrench_index(name)
-    kinematics = scene._solver.assembly.kinematics
+        assert index == scene.problem.wrench_index(name)
+    kinematics = scene.solver.assembly.kinematics
     none = ReactionSolver(mechanism, kinematics, set())
-    needed = scene._solver.assembly.needed._replace(known_bodies={mechanism["in"].id - 1})
+    needed = scene.solver.assembly.needed._replace(known_bodies={mechanism["in"].id - 1})
     assert none.solved(needed)[0] == ["in"]
 
 

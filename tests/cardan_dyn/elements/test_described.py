@@ -123,7 +123,7 @@ def test_springs_of_mjcf_rest_where_the_file_counts() -> None:
 
 def test_they_are_written_as_mjcf_and_read_back(tmp_path: Path) -> None:
     mechanism = cd.load(MJCF.format(unit="degree", ref="0", springref="40", ball=""))
-    again = cd.load(mechanism.write(tmp_path / "again.xml"))
+    again = cd.load(cd.write(mechanism, tmp_path / "again.xml"))
     # Its bodies stand in another order.
     assert dict(again.joint_springs) == dict(mechanism.joint_springs)
     assert dict(again.joint_dynamics) == dict(mechanism.joint_dynamics)
@@ -161,7 +161,7 @@ def test_what_no_element_says_is_refused(attribute: str, noted: str) -> None:
 
 def test_a_new_zero_moves_the_rest_of_a_spring(tmp_path: Path) -> None:
     mechanism = rubbing('spring_stiffness="3" spring_reference="0.5"')
-    closed = mechanism.assembled(start={"a": 0.3})
-    moved = cd.load(mechanism.write(tmp_path / "moved.urdf", at=closed))
+    closed = cd.assemble(mechanism, near={"a": 0.3})
+    moved = cd.load(cd.write(mechanism, tmp_path / "moved.urdf", at=closed))
     stiffness, rest = moved.joint_springs["a"]
     assert (stiffness, rest) == (3.0, pytest.approx(0.2, abs=1e-12))

@@ -123,7 +123,7 @@ def test_lines_differ_without_colours(joint_turn: cd.Sweep, shaft_turn: cd.Sweep
 @pytest.fixture(scope="module")
 def spin(joint: cd.Mechanism) -> cd.Trajectory:
     """Free spin of the universal joint, over two turns of its input and somewhat more."""
-    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.6})
+    scene = cd.Scene(joint, free="bearing_in", held={"joint_angle": 0.6})
     return scene.simulate(1.4, speed=10.0)
 
 

@@ -21,7 +21,7 @@ def swing() -> cd.Trajectory:
     spring = cd.JointSpring("rocker_bearing", 50.0, 0.1, 0.2)
     scene = cd.Scene(
         cd.load("four_bar"),
-        drive="crank_bearing",
+        free="crank_bearing",
         gravity=(0.0, -9.81, 0.0),
         elements=[spring],
     )
@@ -33,7 +33,7 @@ def test_wrenches_are_drawn_over_time(swing: cd.Trajectory, tmp_path: Path) -> N
     check_units_and_files(figure, tmp_path)
     for quantity, axes in zip(("shear", "bending"), figure.axes, strict=True):
         for name, line in zip(("crank_pin", "rocker_pin"), axes.get_lines(), strict=True):
-            np.testing.assert_array_equal(line.get_xdata(), swing.t)
+            np.testing.assert_array_equal(line.get_xdata(), swing.time)
             np.testing.assert_array_equal(line.get_ydata(), getattr(swing[name], quantity))
     assert figure.axes[-1].get_xlabel() == "time [s]"
     assert figure.axes[-1].get_xlim() == (0.0, 0.5)
@@ -63,7 +63,7 @@ def test_energies_and_the_residual_of_their_balance(swing: cd.Trajectory, tmp_pa
     np.testing.assert_allclose(line.get_ydata(), np.maximum(expected, 1e-16), rtol=1e-12)
     assert np.max(line.get_ydata()) == pytest.approx(swing.energy_residual, rel=1e-6)
     assert below.get_yscale() == "log"
-    later = figures.energy_over_time(swing.at(swing.t[20:]))
+    later = figures.energy_over_time(swing.at(swing.time[20:]))
     assert np.max(later.axes[1].get_lines()[0].get_ydata()) < 10.0 * swing.energy_residual
 
 

@@ -178,7 +178,7 @@ def test_wrong_names_are_refused(joint_turn: cd.Sweep) -> None:
 
 
 def test_a_trajectory_has_polar_diagrams(joint: cd.Mechanism) -> None:
-    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.6})
+    scene = cd.Scene(joint, free="bearing_in", held={"joint_angle": 0.6})
     spin = scene.simulate(0.8, speed=10.0).evenly(200)
     (axes,) = figures.moment_polar(spin, "bearing_out").axes
     moment = spin.wrench("bearing_out", "parent").moment

@@ -25,7 +25,7 @@ def scene_at(frame: float) -> cd.Scene:
 
 
 def search(scene: cd.Scene) -> TurnSearch:
-    part = scene._solver.of_varied(("frame",)).assembly._cache._parts[0]
+    part = scene.solver.of_varied(("frame",)).assembly._cache._parts[0]
     kinematics, columns = part._kinematics, part._drive_columns
     return TurnSearch(kinematics, part._start, part._held, part._driven[0], columns, TURN)
 

@@ -55,7 +55,7 @@ def line_scene(count: int, **arguments: object) -> cd.Scene:
 
 
 def sizes(scene: cd.Scene) -> list[tuple[tuple[int, ...], int]]:
-    groups = scene._solver.assembly.groups
+    groups = scene.solver.assembly.groups
     return [(group.loops, len(group.passives)) for group in groups if group.loops]
 
 
@@ -96,7 +96,7 @@ def test_a_line_with_slips_is_solved_joint_by_joint(count: int) -> None:
     scene = line_scene(count)
     expected = [((0,), 3), *(((k,), 4) for k in range(1, count))]
     assert sizes(scene) == expected
-    x = scene._solver.assembly.start
+    x = scene.solver.assembly.start
     division = divided(scene.mechanism, "bearing_0", x=x, held=tuple(nominal(count)))
     assert [group.loops for group in division.coarse] == [tuple(range(count))]
     assert division.ranks == [3] + [4] * (count - 1)
@@ -150,7 +150,7 @@ def test_start_and_branches_are_those_of_the_undivided_line(
     fine = line_scene(2)
     undivided(monkeypatch)
     coarse = line_scene(2)
-    starts = [scene._solver.assembly.start for scene in (fine, coarse)]
+    starts = [scene.solver.assembly.start for scene in (fine, coarse)]
     np.testing.assert_allclose(*starts, rtol=0.0, atol=1e-12)
     assert list(fine.branches()) == list(coarse.branches())
 

@@ -104,7 +104,7 @@ def test_a_motion_that_repeats_is_followed_over_one_period_only() -> None:
 def test_known_periods_are_used_for_any_positions(joint: cd.Mechanism) -> None:
     scene = universal(joint, 0.7)
     scene.response()
-    branch = branch_of(scene._solver.assembly._cache)
+    branch = branch_of(scene.solver.assembly._cache)
     known = branch.span
     scene.sweep([6.2, -6.2])
     assert branch.span == known

@@ -79,7 +79,7 @@ def test_one_sample_beyond_reach_is_named() -> None:
 def test_few_samples_take_few_closings(monkeypatch: pytest.MonkeyPatch) -> None:
     """Counts, not times: samples that are dense share their way."""
     scene = cd.Scene(cd.load("universal_joint"), drive=["bearing_in", "joint_angle"])
-    (part,) = scene._solver.assembly._cache._parts
+    (part,) = scene.solver.assembly._cache._parts
     closed: list[int] = []
     close = Kinematics.close
 
@@ -90,6 +90,6 @@ def test_few_samples_take_few_closings(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Kinematics, "close", counted)
     at = positions(10_000)
     at[:, 1] *= 0.8
-    part.followed(Targets.of_positions(at), scene._solver.assembly.kinematics)
+    part.followed(Targets.of_positions(at), scene.solver.assembly.kinematics)
     assert closed
     assert sum(closed) < 3000

@@ -66,7 +66,7 @@ def test_guesses_of_branches_are_safe(state: ClosedState) -> None:
 
 def test_an_open_loop_is_refused_even_by_little() -> None:
     scene = universal(cd.load("universal_joint"), 0.7)
-    assembly = scene._solver.assembly
+    assembly = scene.solver.assembly
     positions = np.array([[0.4]])
     guess = assembly.guesses(Targets.of_positions(positions))
     moved = guess.x.copy()

@@ -77,14 +77,15 @@ def test_held_joints_become_drives_after_the_others() -> None:
     item = checked(shaft, drive="bearing_in", held=angles, start={"bearing_in": 1.0})
     assert item.driving(()) is item
     driven = item.driving(("joint_angle_1",))
-    assert driven.drives == ("bearing_in", "joint_angle_1")
+    assert driven.independent == ("bearing_in", "joint_angle_1")
     assert driven.held == {"joint_angle_2": 0.2}
-    assert driven.differs_from(item) == {"drives", "held"}
+    assert driven.differs_from(item) == {"independent", "held"}
     assert item.held == angles
 
 
 CHANGES = {
-    "drives": {"drive": "bearing_out", "loads": {}},
+    "independent": {"drive": "bearing_out", "loads": {}},
+    "free": {"drive": None, "free": "bearing_in"},
     "held": {"held": {"joint_angle": 0.6}},
     "start": {"start": {"bearing_in": 1.0}},
     "branch": {"branch": "B"},
@@ -101,7 +102,7 @@ def test_problems_differ_in_what_was_changed(mechanism: cd.Mechanism, name: str)
     first = problem(mechanism)
     second = problem(mechanism, **CHANGES[name])
     # Loads on links are equal only where they are the same objects; these are made anew.
-    implied = {"drives": {"joint_loads"}, "outputs": {"all_outputs"}}.get(name, set())
+    implied = {"independent": {"joint_loads"}, "outputs": {"all_outputs"}}.get(name, set())
     assert first.differs_from(second) == {name, "link_loads", *implied}
     assert second.differs_from(first) == {name, "link_loads", *implied}
 

@@ -159,7 +159,7 @@ def test_designs_of_several_drives() -> None:
     shaft = cd.load("double_shaft_z")
     scene = cd.Scene(shaft, drive=["bearing_in", "joint_angle_1"], held={"joint_angle_2": 0.4})
     positions = np.random.default_rng(0).uniform(size=(4, 2))
-    targets = targets_of(scene._problem, positions, {"joint_angle_2": np.arange(3.0)[:, None]})
+    targets = targets_of(scene.problem, positions, {"joint_angle_2": np.arange(3.0)[:, None]})
     assert targets.shape == (3, 4)
     np.testing.assert_array_equal(targets.positions, np.tile(positions, (3, 1)))
     np.testing.assert_array_equal(targets.designs, [[0.0], [1.0], [2.0]])
@@ -220,7 +220,7 @@ def test_columns_of_several_drives_stay_as_they_are(two: Problem) -> None:
 def test_what_acts_has_rows_instead_of_columns_as_well(joint: cd.Mechanism) -> None:
     scene = universal(joint, 0.5)
     acting = acting_on(
-        scene._problem,
+        scene.problem,
         np.zeros((4, 1)),
         np.zeros(4),
         {"pin_in": np.ones((4, 1)), "shaft_out": np.ones((4, 1, 6)), "cross": np.ones(6)},
@@ -342,7 +342,7 @@ def test_held_positions_that_are_none(
 def test_held_slides_too_far_away() -> None:
     crank = cd.load("slider_crank")
     scene = cd.Scene(crank, drive="crank_bearing")
-    held = replace(scene._problem, held=frozen({"piston_guide": 0.0}))
+    held = replace(scene.problem, held=frozen({"piston_guide": 0.0}))
     with pytest.raises(
         cd.ArgumentError, match=r"^held\['piston_guide'\] is -100000 m; joints slide"
     ):
@@ -364,7 +364,7 @@ def test_mappings_that_cannot_be_read(one: Problem) -> None:
 
 def test_what_acts_is_that_of_the_scene_unless_given(joint: cd.Mechanism) -> None:
     scene = universal(joint, 0.5, gravity=(0.0, 1.0, 2.0)).replace(loads={"cross": [1.0] * 6})
-    acting = acting_on(scene._problem)
+    acting = acting_on(scene.problem)
     assert acting.speeds.tolist() == acting.accelerations.tolist() == [0.0]
     assert acting.gravity.tolist() == [0.0, 1.0, 2.0]
     assert list(acting.joint_loads) == ["bearing_out"]
@@ -372,7 +372,7 @@ def test_what_acts_is_that_of_the_scene_unless_given(joint: cd.Mechanism) -> Non
     assert list(acting.link_loads) == ["cross"]
     assert acting.inertia == {}
     loads = {"pin_in": [1.0, 2.0], "cross": cd.Wrench(np.ones((2, 3)), frame="world")}
-    acting = acting_on(scene._problem, 0.0, 0.0, loads, [[3.0, 0.0, 0.0]], {"shaft_in": 2})
+    acting = acting_on(scene.problem, 0.0, 0.0, loads, [[3.0, 0.0, 0.0]], {"shaft_in": 2})
     assert acting.gravity.tolist() == [[3.0, 0.0, 0.0]]
     assert acting.joint_loads["bearing_out"] == -1.0
     assert acting.joint_loads["pin_in"].tolist() == [1.0, 2.0]
@@ -451,7 +451,7 @@ def test_coordinates_of_a_ball_are_loaded_in_the_scene() -> None:
         cd.ArgumentError,
         match=r"^loads\['s.x'\]: the scene solves this joint as a ball; give the scene itself a",
     ):
-        acting_on(scene._problem, loads={"s.x": 1.0})
+        acting_on(scene.problem, loads={"s.x": 1.0})
     named = scene.replace(loads={"s.x": 0.0})
     assert acting_on(named._problem, loads={"s.y": 1.0}).joint_loads["s.y"] == 1.0
 

@@ -69,7 +69,7 @@ def test_false_motion_efforts_and_loads_are_refused(name: str) -> None:
         for field in ("positions", "speeds", "accelerations"):
             false = bent(getattr(claim, field), (4, drive), 1e-6)
             assert refused(bodies, claim._replace(**{field: false}), where)
-    for load in scene._problem.joint_loads:
+    for load in scene.problem.joint_loads:
         loaded = scene.mechanism.coordinates.velocity_columns[load].start
         assert refused(bodies, claim._replace(loads=bent(claim.loads, (0, loaded), 1e-4)), where)
     for coupling in range(claim.couplings.shape[1]):
@@ -165,8 +165,8 @@ def test_velocity_ratios_of_every_drive_are_proven() -> None:
     scene = cd.Scene(robot, drive=legs, gravity=GRAVITY)
     bodies, claim, where = claimed(scene, 0.01 * np.sin(np.arange(18.0)).reshape(3, 6))
     false = np.array(claim.velocity_ratios)
-    false[:, scene._problem.passive_columns, 0] += 0.5
-    false[:, scene._problem.passive_columns, 1] -= 0.5
+    false[:, scene.problem.passive_columns, 0] += 0.5
+    false[:, scene.problem.passive_columns, 1] -= 0.5
     assert not refused(bodies, claim, where)
     assert refused(bodies, claim._replace(velocity_ratios=false), where)
 

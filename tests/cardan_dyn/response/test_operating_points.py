@@ -139,7 +139,7 @@ def test_efforts_that_the_outputs_leave_out_are_not_known(data: ResponseData) ->
     mechanism = cd.load("drive_line")
     held = {name: 0.2 for name in mechanism.joints if name.startswith("joint_angle")}
     scene = cd.Scene(mechanism, drive="bearing_in", held=held, outputs=["bearing_out"])
-    operating = points(scene._solver, data, X, FACTORS, (2, 4))
+    operating = points(scene.solver, data, X, FACTORS, (2, 4))
     assert operating.drive_effort() is None
     assert "joint_angle_1" not in operating.holding_effort()
 
@@ -209,7 +209,7 @@ def test_joints_that_no_output_needs_are_no_overflow() -> None:
     """Of the two wheels that the first one drives, only the second one is an output."""
     train = gears(coupling("ab", "a", "b", -2.0), coupling("ac", "a", "c", -3.0), third=True)
     scene = cd.Scene(cd.load(train), drive="a", outputs=["b"])
-    motion = solved_motion(scene._solver, X, np.ones(4), np.ones(4))
+    motion = solved_motion(scene.solver, X, np.ones(4), np.ones(4))
     np.testing.assert_array_equal(motion.velocity("b"), -2.0 * np.ones(4))
     for values in (motion.velocity("c"), motion.acceleration("c")):
         assert np.all(np.isnan(values))

@@ -7,20 +7,12 @@ import pytest
 from testkit.scenes import universal
 
 import cardan_dyn as cd
-from cardan_dyn.problem.arguments import checked
-from cardan_dyn.scene.arguments import SceneArguments, replaced
 
 WRENCH = cd.Wrench(force=(1.0, 2.0, 3.0), frame="world")
 
 
-class Arguments(SceneArguments):
-    def __init__(self, mechanism: cd.Mechanism, **options: object) -> None:
-        self._problem = checked(mechanism, **options)
-        self._freeze()
-
-
-def full(joint: cd.Mechanism) -> Arguments:
-    return Arguments(
+def full(joint: cd.Mechanism) -> cd.Scene:
+    return cd.Scene(
         joint,
         drive="bearing_in",
         held={"joint_angle": 0.5},
@@ -28,7 +20,6 @@ def full(joint: cd.Mechanism) -> Arguments:
         gravity=(0.0, 0.0, -9.81),
         outputs=["pin_in"],
         compliance={"pin_in": np.ones(6)},
-        strict=True,
         start={"bearing_in": 1.0},
         branch="A",
     )
@@ -40,7 +31,7 @@ def test_arguments_are_properties(joint: cd.Mechanism) -> None:
     assert item.drives == ("bearing_in",)
     assert item.held == {"joint_angle": 0.5}
     assert item.outputs == ("pin_in",)
-    assert item.strict is True
+    assert item.strict is False
     assert item.start == {"bearing_in": 1.0}
     assert item.branch == "A"
     np.testing.assert_array_equal(item.gravity, [0.0, 0.0, -9.81])
@@ -51,12 +42,12 @@ def test_arguments_are_properties(joint: cd.Mechanism) -> None:
     np.testing.assert_array_equal(item.loads["shaft_out"].force, [1.0, 2.0, 3.0])
     with pytest.raises(cd.ImmutableError):
         item.loads["bearing_out"] = 0.0
-    with pytest.raises(cd.ImmutableError, match="strict of a Arguments cannot be changed"):
+    with pytest.raises(cd.ImmutableError, match="strict of a Scene cannot be changed"):
         item.strict = False
 
 
 def test_arguments_that_were_not_given(joint: cd.Mechanism) -> None:
-    item = Arguments(joint, drive=["bearing_in", "joint_angle"])
+    item = cd.Scene(joint, drive=["bearing_in", "joint_angle"])
     assert item.held == item.loads == item.compliance == item.start == {}
     assert item.outputs == tuple(joint.joint_names)
     assert item.strict is False
@@ -68,7 +59,7 @@ def test_texts_tell_what_was_given(joint: cd.Mechanism) -> None:
         "<Scene of 'universal_joint': drives bearing_in; held joint_angle 0.5; "
         "loads on bearing_out, shaft_out; gravity [0.0, 0.0, -9.81]>"
     )
-    bare = Arguments(joint, drive=["bearing_in", "joint_angle"])
+    bare = cd.Scene(joint, drive=["bearing_in", "joint_angle"])
     assert repr(bare) == "<Scene of 'universal_joint': drives bearing_in, joint_angle>"
     assert repr(universal(joint, 1.0 / 3.0)) == (
         "<Scene of 'universal_joint': drives bearing_in; held joint_angle 0.333333; "
@@ -76,66 +67,118 @@ def test_texts_tell_what_was_given(joint: cd.Mechanism) -> None:
     )
 
 
-def test_changes_of_nothing_give_the_same_problem(joint: cd.Mechanism) -> None:
+def test_changes_of_nothing_give_the_same_scene(joint: cd.Mechanism) -> None:
     item = full(joint)
-    again = checked(**replaced(item, {}))
-    # Loads on links are compared by identity.
-    assert again.differs_from(item._problem) == {"link_loads"}
-    assert again.link_loads["shaft_out"].in_world
-    np.testing.assert_array_equal(again.link_loads["shaft_out"].force, [1.0, 2.0, 3.0])
+    again = item.replace()
+    for name in ("mechanism", "drives", "free", "held", "outputs", "strict", "start", "branch"):
+        assert getattr(again, name) == getattr(item, name)
+    assert again.loads["bearing_out"] == -2.0
+    assert again.loads["shaft_out"].frame == "world"
+    np.testing.assert_array_equal(again.loads["shaft_out"].force, [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(again.gravity, item.gravity)
 
 
 @pytest.mark.parametrize(
     ("changes", "held"),
     [
         ({"joint_angle": 0.7}, {"joint_angle": 0.7}),
-        ({"pin_in": 0.1}, {"joint_angle": 0.5, "pin_in": 0.1}),
-        ({"joint_angle": None, "pin_in": 0.1}, {"pin_in": 0.1}),
         ({}, {"joint_angle": 0.5}),
         ({"pin_in": None}, {"joint_angle": 0.5}),
-        (None, {}),
+        ({"joint_angle": None, "bearing_in": 0.1}, {"bearing_in": 0.1}),
     ],
 )
 def test_held_joints_are_merged_by_name(
-    joint: cd.Mechanism, changes: dict[str, float | None] | None, held: dict[str, float]
+    joint: cd.Mechanism, changes: dict[str, float | None], held: dict[str, float]
 ) -> None:
-    assert replaced(full(joint), {"held": changes})["held"] == held
+    drive = "bearing_in" if "joint_angle" in held else "joint_angle"
+    scene = full(joint).replace(start=None)
+    assert scene.replace(held=changes, drive=drive).held == held
+
+
+def test_none_instead_of_a_mapping_takes_all_out(joint: cd.Mechanism) -> None:
+    item = full(joint)
+    assert item.replace(held=None, drive=["bearing_in", "joint_angle"]).held == {}
+    assert item.replace(loads=None).loads == {}
 
 
 def test_loads_are_merged_by_name(joint: cd.Mechanism) -> None:
     item = full(joint)
-    loads = replaced(item, {"loads": {"bearing_out": None, "pin_in": 4.0}})["loads"]
-    assert list(loads) == ["shaft_out", "pin_in"]
+    loads = item.replace(loads={"bearing_out": None, "pin_in": 4.0}).loads
+    assert set(loads) == {"shaft_out", "pin_in"}
     assert loads["pin_in"] == 4.0
-    assert replaced(item, {"loads": None})["loads"] == {}
     assert list(item.loads) == ["bearing_out", "shaft_out"]
 
 
-@pytest.mark.parametrize("name", ["compliance", "start", "outputs", "gravity", "branch", "strict"])
-def test_other_arguments_are_replaced_whole(joint: cd.Mechanism, name: str) -> None:
-    value = object()
-    arguments = replaced(full(joint), {name: value})
-    assert arguments.pop(name) is value
-    unchanged = replaced(full(joint), {})
-    assert set(unchanged) - set(arguments) == {name}
+def test_a_coordinate_has_one_role(joint: cd.Mechanism) -> None:
+    """What one of drive, free and held names anew, the others name no longer."""
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
+    free = scene.replace(free="bearing_in")
+    assert (free.drives, free.free, free.held) == ((), ("bearing_in",), {"joint_angle": 0.5})
+    back = free.replace(drive="bearing_in")
+    assert (back.drives, back.free) == (("bearing_in",), ())
+    both = scene.replace(free=["joint_angle"])
+    assert (both.drives, both.free, both.held) == (("bearing_in",), ("joint_angle",), {})
+    assert both.coordinates == ("bearing_in", "joint_angle")
+    held = both.replace(held={"joint_angle": 0.5})
+    assert (held.drives, held.free, held.held) == (("bearing_in",), (), {"joint_angle": 0.5})
+    turned = scene.replace(held={"bearing_in": 0.2, "joint_angle": None}, free="joint_angle")
+    assert (turned.drives, turned.free, turned.held) == (
+        (),
+        ("joint_angle",),
+        {"bearing_in": 0.2},
+    )
+    with pytest.raises(cd.ArgumentError, match="either driven, free or held, and named once"):
+        cd.Scene(joint, drive="bearing_in", free="bearing_in", held={"joint_angle": 0.5})
+    with pytest.raises(cd.ArgumentError, match="either driven, free or held, and named once"):
+        cd.Scene(joint, free=["bearing_in", "joint_angle"], held={"joint_angle": 0.5})
+    with pytest.raises(cd.ModelError, match="lever"):
+        cd.Scene(joint, free="lever", held={"joint_angle": 0.5})
+
+
+def test_freeing_a_drive_keeps_what_was_learned(joint: cd.Mechanism) -> None:
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
+    assert scene.replace(free="bearing_in").solver.assembly is scene.solver.assembly
+
+
+def test_free_coordinates_are_not_swept(joint: cd.Mechanism) -> None:
+    free = cd.Scene(joint, free="bearing_in", held={"joint_angle": 0.5})
+    assert repr(free) == "<Scene of 'universal_joint': free bearing_in; held joint_angle 0.5>"
+    for refused in (
+        lambda: free.sweep(0.0),
+        lambda: free.assemble(0.0),
+        free.response,
+        lambda: free.responses({"joint_angle": [0.1, 0.2]}),
+    ):
+        with pytest.raises(cd.MobilityError, match=r"bearing_in is free; drive it or hold it"):
+            refused()
+    # Questions of geometry do not ask who moves a coordinate.
+    assert free.motion_range() == (-np.inf, np.inf)
+    assert free.reachable([0.0, 1.0]).all()
+    assert next(iter(free.branches())) == "A"
+    assert free.configuration().positions["bearing_in"] == 0.0
+    scene = free.replace(drive="bearing_in")
+    for refused in (lambda: scene.simulate(1.0), scene.equilibrium):
+        with pytest.raises(cd.MobilityError, match=r"scene\.replace\(free="):
+            refused()
 
 
 def test_all_joints_stay_all_joints_of_another_mechanism(joint: cd.Mechanism) -> None:
-    some, every = full(joint), Arguments(joint, drive="bearing_in", held={"joint_angle": 0.5})
-    assert replaced(some, {"mechanism": None})["outputs"] == ("pin_in",)
-    assert replaced(every, {"mechanism": None})["outputs"] is None
+    every = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
+    other = cd.load("four_bar")
+    changed = every.replace(mechanism=other, drive="crank_bearing", held=None)
+    assert changed.outputs == tuple(other.joint_names)
 
 
 def test_unknown_arguments_are_refused(joint: cd.Mechanism) -> None:
     with pytest.raises(TypeError, match=r"Scene has no argument drives, load; arguments: branch"):
-        replaced(full(joint), {"load": 1.0, "drives": "a", "held": {}})
+        full(joint).replace(load=1.0, drives="a", held={})
 
 
 @pytest.mark.parametrize("value", [3, "joint_angle", [("joint_angle", 0.1)]])
 @pytest.mark.parametrize("name", ["held", "loads"])
 def test_changes_by_name_need_names(joint: cd.Mechanism, name: str, value: object) -> None:
     with pytest.raises(cd.ArgumentError, match=f"^{name} is "):
-        replaced(full(joint), {name: value})
+        full(joint).replace(**{name: value})
 
 
 @pytest.mark.parametrize("name", ["loads", "held"])

@@ -126,19 +126,21 @@ def test_notebooks_show_escaped_texts() -> None:
 
 def test_plans_say_how_a_scene_is_simulated(joint: cd.Mechanism) -> None:
     """The first method that is named is the one that is taken."""
-    free = universal(joint, 0.5, 0.0)
+    free = universal(joint, 0.5, 0.0).replace(free="bearing_in")
     loaded = free.replace(loads={"bearing_out": [1.0, 2.0]})
     damped = cd.Scene(
         cd.load("four_bar"),
-        drive="crank_bearing",
+        free="crank_bearing",
         elements=[cd.JointSpring("rocker_bearing", 3.0, damping=1.0)],
     )
-    two = cd.Scene(joint, drive=["bearing_in", "joint_angle"], start={"joint_angle": 0.3})
+    two = cd.Scene(joint, free=["bearing_in", "joint_angle"], start={"joint_angle": 0.3})
     for scene, speed in ((free, 1.0), (damped, 1.0), (two, [1.0, 0.0])):
         said = scene.plan().simulation
         assert said.startswith(scene.simulate(1e-3, speed=speed).method)
     assert "damping" in damped.plan().simulation
-    assert two.plan().simulation.endswith("it takes one drive that moves freely)")
+    assert two.plan().simulation.endswith("it takes one free coordinate and no drive)")
+    assert free.replace(drive="bearing_in").plan().simulation == "nothing, no coordinate is free"
+    assert two.replace(drive="joint_angle").plan().simulation == two.plan().simulation
     assert "has shape (2,)" in loaded.plan().simulation
     assert universal(massless("universal_joint"), 0.5).plan().simulation == (
         "nothing, no body has mass"

@@ -21,7 +21,6 @@ from testkit.scenes import double
 
 import cardan_dyn as cd
 from cardan_dyn.results.sweep_data import SweepData
-from cardan_dyn.scene.solving import Asked, assembled, reachable, swept
 
 P = np.linspace(-1.0, 2.5, 6)
 RATES = {"speed": 3.0, "acceleration": -2.0}
@@ -507,11 +506,11 @@ def test_positions_that_were_assembled_otherwise_are_refused() -> None:
     ],
 )
 def test_all_ways_to_ask_check_positions(given: dict[str, Any], message: str) -> None:
-    solver = universal()._solver
-    asked = Asked(**{"position": [0.0, 0.1], **given})
-    for solve in (assembled, swept, reachable):
+    scene = universal()
+    asked = {"position": [0.0, 0.1], **given}
+    for solve in (scene.assemble, scene.sweep, scene.reachable):
         with pytest.raises(cd.ArgumentError, match=message):
-            solve(solver, asked)
+            solve(**asked)
 
 
 # Reach

@@ -12,7 +12,7 @@ import cardan_dyn as cd
 def turn(joint: cd.Mechanism) -> cd.Trajectory:
     scene = cd.Scene(
         joint,
-        drive="bearing_in",
+        free="bearing_in",
         held={"joint_angle": 0.7},
         loads={"bearing_out": -2.0},
         gravity=(0.0, 0.0, -9.81),

@@ -24,7 +24,7 @@ DRIVES = ["p.slide_1", "p.slide_2", "p.turn"]
 def ball(law: ContactLaw, gravity: float = 0.0, **changes: float) -> cd.Scene:
     contact = cd.PinContact("world", ORIGIN, Z, "pin", ORIGIN, 2e-3, law, **changes)  # type: ignore[arg-type]
     down = (0.0, -gravity, 0.0)
-    return cd.Scene(cd.load(BALL), drive=DRIVES, elements=[contact], gravity=down)
+    return cd.Scene(cd.load(BALL), free=DRIVES, elements=[contact], gravity=down)
 
 
 def test_a_fall_through_the_play_ends_when_and_as_fast_as_gravity_says() -> None:
@@ -77,7 +77,7 @@ def test_grazing_touches_are_not_missed() -> None:
     beyond = 1e-9
     contact = cd.PinContact("world", ORIGIN, Z, "pin", ORIGIN, 2e-3, cd.LinearContact(1e7))
     spring = cd.JointSpring("p.slide_1", stiffness=200.0, rest=0.0)
-    scene = cd.Scene(cd.load(BALL), drive=DRIVES, elements=[contact, spring])
+    scene = cd.Scene(cd.load(BALL), free=DRIVES, elements=[contact, spring])
     omega = math.sqrt(200.0 / MASS)
     found = scene.simulate(5.0, speed={"p.slide_1": omega * (1e-3 + beyond)}, rtol=1e-12)
     assert len(found.touches) == round(5.0 * omega / math.pi)
@@ -97,7 +97,7 @@ def test_friction_turns_the_pin_and_takes_energy() -> None:
 def test_it_ends_after_as_many_touches_as_it_may() -> None:
     found = ball(cd.LinearContact(1e6)).simulate(9.0, speed={"p.slide_1": 0.3}, most_touches=4)
     assert found.reason == "4 touches of pins" and len(found.touches) == 4
-    assert found.t[-1] == found.touches[-1].end
+    assert found.time[-1] == found.touches[-1].end
 
 
 def test_a_start_in_the_wall_presses_at_once() -> None:

@@ -69,7 +69,7 @@ def slow(states: Callable[[np.ndarray], Any], times: np.ndarray) -> Any:
 
 @cache
 def simulated(method: str, start: str) -> Trajectory:
-    scene = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY)
+    scene = cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
     return scene.simulate(2.0, method=method, rtol=1e-8, **STARTS[start])
 
 
@@ -100,13 +100,13 @@ def test_wrong_states_are_refused(method: str, start: str, change: Callable[...,
 def test_another_assembly_mode_is_refused(method: str, speed: float) -> None:
     """The drive moves as it should: it is the other joints that are where they cannot have gone."""
     mechanism = cd.load(four_bar(loop("continuous")))
-    scene = cd.Scene(mechanism, drive="a", gravity=GRAVITY)
+    scene = cd.Scene(mechanism, free="a", gravity=GRAVITY)
     moved = scene.simulate(1.5, method=method, speed=speed, rtol=1e-8)
     times = np.linspace(0.0, 1.5, 31)
     assert again(moved, moved._run, times).time_residual < 1e-5
     other = scene.branches()["B"]
     mirrored = cd.Scene(mechanism, drive="a", gravity=GRAVITY, start=other)
-    columns = scene._solver.problem.mechanism.coordinates.columns_of(["a", "b", "c"])
+    columns = scene.solver.problem.mechanism.coordinates.columns_of(["a", "b", "c"])
     there = mirrored.sweep(moved.at(times).position).motion
     assert np.min(np.abs(there.position("b") - moved.at(times).motion.position("b"))) > 0.1
     if method in ("quadrature", "response"):
@@ -132,7 +132,7 @@ def test_another_assembly_mode_is_refused(method: str, speed: float) -> None:
 
 def test_an_inversion_that_fails_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Positions that belong to other times, with the speeds that belong to these positions."""
-    scene = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY)
+    scene = cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
     moved = scene.simulate(4.0, position=np.pi - 1e-3)
     inverted = _Elapsed.inverted
 
@@ -203,7 +203,7 @@ def test_many_jumps_are_looked_at_one_after_the_other(monkeypatch: pytest.Monkey
 
 def needle_drive() -> cd.Scene:
     mechanism = cd.load("needle_drive")
-    return cd.Scene(mechanism, drive="main_shaft", gravity=(0.0, -9.81, 0.0))
+    return cd.Scene(mechanism, free="main_shaft", gravity=(0.0, -9.81, 0.0))
 
 
 @pytest.mark.parametrize("duration", [1e-6, 1e-5, 1e-4])
@@ -218,7 +218,7 @@ def test_motions_as_small_as_rounding_of_closed_loops_are_not_refused(
     assert moved.at(0.5 * duration).motion.position("needle_pin").shape == (1,)
     # As long as it has hardly moved, its acceleration is that of the start.
     fallen = scene.simulate(duration, speed=speed, method="response").acceleration[0]
-    way = speed * moved.t + 0.5 * fallen * moved.t**2
+    way = speed * moved.time + 0.5 * fallen * moved.time**2
     np.testing.assert_allclose(moved.position, way, rtol=1e-2, atol=1e-14)
 
 
@@ -246,13 +246,13 @@ def test_springs_that_let_a_body_move_by_little_are_not_refused() -> None:
     )
     rubber = cd.Bushing("world", "body", (0, 0, 0), np.full(6, 1e6), np.full(6, 1e4))
     scene = cd.Scene(
-        mechanism, drive=list(mechanism.drivable), elements=[rubber], gravity=(0.0, 0.0, -9.81)
+        mechanism, free=list(mechanism.drivable), elements=[rubber], gravity=(0.0, 0.0, -9.81)
     )
     moved = scene.simulate(0.05, speed={"j.turn_y": 1.0})
     assert moved.energy_residual < 1e-8
     even = moved.evenly(13)
     sunk = even.motion.position("j.z")
     rate = 0.5 * (1e4 - np.sqrt(1e8 - 4.0 * 1.5e6)) / 1.5
-    late = even.t > 0.01
-    expected = 1.5 * 9.81 / 1e6 * (1.0 - np.exp(-rate * even.t) * 1.0157)
+    late = even.time > 0.01
+    expected = 1.5 * 9.81 / 1e6 * (1.0 - np.exp(-rate * even.time) * 1.0157)
     np.testing.assert_allclose(sunk[late], -expected[late], rtol=1e-2)

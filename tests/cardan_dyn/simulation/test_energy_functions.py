@@ -16,7 +16,7 @@ POINTS = np.linspace(-5.0, 9.0, 60)
 
 
 def forces_of(scene: cd.Scene) -> Forces:
-    problem = scene._problem
+    problem = scene.problem
     return Forces(
         scene.mechanism, problem.joint_loads, problem.link_loads, {}, elements=problem.elements
     )
@@ -34,20 +34,20 @@ def test_inertia_of_the_universal_joint(joint: cd.Mechanism, beta: float) -> Non
 
 def test_loads_turn_with_the_velocity_ratio(joint: cd.Mechanism) -> None:
     scene = universal(joint, 0.7, load=-3.0)
-    loaded = energy_functions(scene._solver, forces_of(scene))
+    loaded = energy_functions(scene.solver, forces_of(scene))
     np.testing.assert_allclose(
         loaded.force(POINTS)[0], -3.0 * SpinningJoint(0.7).ratio(POINTS), rtol=1e-12
     )
-    assert not np.any(energy_functions(scene._solver).force(POINTS))
+    assert not np.any(energy_functions(scene.solver).force(POINTS))
 
 
 def test_weight_and_springs_of_a_pendulum() -> None:
     spring = cd.PointSpring("base", (1.0, 0.0, 0.0), "bob", (0.0, -0.5, 0.0), 40.0)
     scene = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY, elements=[spring])
-    weight = energy_functions(scene._solver)
+    weight = energy_functions(scene.solver)
     np.testing.assert_allclose(weight.force(POINTS)[0], -WEIGHT * np.sin(POINTS), atol=1e-12)
     # |span|² / 2 = 1.25 / 2 - 0.5 sin φ.
-    both = energy_functions(scene._solver, forces_of(scene))
+    both = energy_functions(scene.solver, forces_of(scene))
     expected = -WEIGHT * np.sin(POINTS) + 40.0 * 0.5 * np.cos(POINTS)
     np.testing.assert_allclose(both.force(POINTS)[0], expected, atol=1e-12)
 
@@ -56,13 +56,13 @@ def test_weight_and_springs_of_a_pendulum() -> None:
 def test_drives_that_do_not_turn_through_are_refused(rocker: str) -> None:
     scene = cd.Scene(cd.load(four_bar(loop("continuous"))), drive=rocker)
     if rocker == "a":
-        assert energy_functions(scene._solver).inertia.frequency == pytest.approx(1.0)
+        assert energy_functions(scene.solver).inertia.frequency == pytest.approx(1.0)
     else:
         with pytest.raises(NotSuitableError):
-            energy_functions(scene._solver)
+            energy_functions(scene.solver)
 
 
 def test_springs_that_wind_up_are_refused() -> None:
     scene = cd.Scene(pendulum(), drive="pin", elements=[cd.JointSpring("pin", 3.0)])
     with pytest.raises(NotSuitableError, match="wind up"):
-        energy_functions(scene._solver, forces_of(scene))
+        energy_functions(scene.solver, forces_of(scene))

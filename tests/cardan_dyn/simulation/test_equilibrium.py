@@ -24,7 +24,7 @@ import cardan_dyn as cd
 
 @pytest.fixture(scope="module")
 def hanging() -> cd.Scene:
-    return cd.Scene(pendulum(), drive="pin", gravity=GRAVITY)
+    return cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
 
 
 def test_a_pendulum_hangs_and_stands(hanging: cd.Scene) -> None:
@@ -69,7 +69,7 @@ def test_a_four_bar_rests_where_its_potential_is_least() -> None:
     turn = scene.sweep(places)
     # The work of the drive is the potential; its zeros with rising effort are stable.
     crossing = np.nonzero((turn.drive_effort[:-1] < 0.0) & (turn.drive_effort[1:] >= 0.0))[0]
-    found = scene.equilibrium(places[crossing[0]] + 0.2)
+    found = scene.replace(free=scene.drives).equilibrium(places[crossing[0]] + 0.2)
     assert found.stability == "stable"
     assert places[crossing[0]] <= found.position[0] % (2.0 * np.pi) <= places[crossing[0] + 1]
 
@@ -77,7 +77,7 @@ def test_a_four_bar_rests_where_its_potential_is_least() -> None:
 def test_frequencies_are_those_of_small_swings() -> None:
     inertia, weight = parallelogram_law(1)
     spring = cd.JointSpring("pin_0", 60.0)
-    scene = cd.Scene(parallelograms(1), drive="pin_0", gravity=GRAVITY, elements=[spring])
+    scene = cd.Scene(parallelograms(1), free="pin_0", gravity=GRAVITY, elements=[spring])
     found = scene.equilibrium(0.2)
     assert found.position[0] == pytest.approx(0.0, abs=1e-13)
     np.testing.assert_allclose(found.frequencies, [np.sqrt((60.0 - weight) / inertia)], rtol=1e-10)
@@ -101,7 +101,7 @@ def test_two_drives_have_two_frequencies() -> None:
         'iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>'
     )
     mechanism = cd.load(text.format(body.format("a"), body.format("b")))
-    found = cd.Scene(mechanism, drive=["p", "q"], gravity=GRAVITY).equilibrium([0.1, -0.2])
+    found = cd.Scene(mechanism, free=["p", "q"], gravity=GRAVITY).equilibrium([0.1, -0.2])
     # q is relative: M of the double pendulum in relative angles.
     mass = np.array([[1.0 + 4.0, 2.0], [2.0, 1.0]]) + 0.001 * np.array([[2.0, 1.0], [1.0, 1.0]])
     mass[0, 0] = 1.0 + (1.0 + 1.0 + 2.0) + 0.002
@@ -115,7 +115,7 @@ def test_two_drives_have_two_frequencies() -> None:
 
 def test_none_is_told_apart_from_one(joint: cd.Mechanism) -> None:
     loaded = cd.Scene(
-        joint, drive="bearing_in", held={"joint_angle": 0.4}, loads={"bearing_out": 2.0}
+        joint, free="bearing_in", held={"joint_angle": 0.4}, loads={"bearing_out": 2.0}
     )
     with pytest.raises(cd.EquilibriumError, match="no equilibrium was found"):
         loaded.equilibrium(0.3)
@@ -130,7 +130,7 @@ def test_balanced_shafts_under_their_weight_are_indifferent(
     joint: cd.Mechanism, angle: float
 ) -> None:
     held = {"joint_angle": angle}
-    found = cd.Scene(joint, drive="bearing_in", held=held, gravity=GRAVITY).equilibrium(0.7)
+    found = cd.Scene(joint, free="bearing_in", held=held, gravity=GRAVITY).equilibrium(0.7)
     assert found.stability == "indifferent"
     assert found.frequencies.size == 0
 
@@ -143,7 +143,7 @@ def test_a_force_that_turns_with_its_link(push: float, stability: str) -> None:
     column = cd.load(f'<robot name="column"><link name="base"/>{bodies}{joints}</robot>')
     springs = [cd.JointSpring("p", 1.0), cd.JointSpring("q", 1.0)]
     load = {"b": cd.Wrench(force=(-push, 0.0, 0.0))}
-    scene = cd.Scene(column, drive=["p", "q"], elements=springs, loads=load)
+    scene = cd.Scene(column, free=["p", "q"], elements=springs, loads=load)
     found = scene.equilibrium()
     assert found.stability == stability
     # Absolute angles: M = [[2, 1], [1, 1]], K = [[2 - P, P - 1], [-1, 1]].

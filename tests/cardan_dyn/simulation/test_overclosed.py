@@ -86,7 +86,7 @@ def test_what_is_prescribed_moves_as_it_is_told() -> None:
 
 def test_a_motion_of_bennett_s_linkage_is_that_of_its_energy() -> None:
     mechanism = cd.load(robot(description(bennett())))
-    scene = cd.Scene(mechanism, drive="h0", gravity=GRAVITY)
+    scene = cd.Scene(mechanism, free="h0", gravity=GRAVITY)
     exact = scene.simulate(1.0, speed=9.0, method="quadrature")
     found = scene.simulate(1.0, speed=9.0, method="DOP853", rtol=1e-12)
     assert found.position[-1] == pytest.approx(exact.position[-1], abs=2e-11)

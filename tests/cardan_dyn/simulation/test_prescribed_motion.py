@@ -34,7 +34,7 @@ def test_forms_of_one_motion() -> None:
 
 
 def test_a_speed_begins_where_the_drive_is() -> None:
-    motions, starts = prescribed_motions(("a", "b", "c"), {"b": 3.0, "c": sine}, 1.0)
+    motions, starts = prescribed_motions(("b", "c"), ("a",), {"b": 3.0, "c": sine}, 1.0)
     assert starts == {"c": 0.0}
     motions = begun_at(motions, {"a": 9.0, "b": 0.5, "c": 7.0})
     assert motions["b"](2.0) == (6.5, 3.0, 0.0)
@@ -92,10 +92,14 @@ def test_fast_motion_is_none_that_jumps() -> None:
     assert prescribed_motion("a", fast, 1.0)(0.1) == fast(0.1)
 
 
-def test_drives_alone_are_moved_and_one_is_left() -> None:
-    with pytest.raises(cd.ArgumentError, match=r"motion\['c'\]: not a drive.*drives: a, b"):
-        prescribed_motions(("a", "b"), {"c": 1.0}, 1.0)
-    with pytest.raises(cd.MobilityError, match=r"every drive is prescribed.*Scene\.sweep"):
-        prescribed_motions(("a",), {"a": 1.0}, 1.0)
+def test_drives_alone_are_moved_and_all_of_them() -> None:
+    with pytest.raises(cd.ArgumentError, match=r"motion\['c'\]: .* no drive.*drives: a, b"):
+        prescribed_motions(("a", "b"), ("d",), {"c": 1.0}, 1.0)
+    with pytest.raises(cd.ArgumentError, match=r"motion\['d'\]: the joint is free; drives: a, b"):
+        prescribed_motions(("a", "b"), ("d",), {"d": 1.0}, 1.0)
+    with pytest.raises(cd.ArgumentError, match=r"drives b, of which nothing says how"):
+        prescribed_motions(("a", "b"), ("d",), {"a": 1.0}, 1.0)
+    with pytest.raises(cd.MobilityError, match=r"scene drives all it has: a.*Scene\.sweep"):
+        prescribed_motions(("a",), (), {"a": 1.0}, 1.0)
     with pytest.raises(cd.ArgumentError, match="motion is 3"):
-        prescribed_motions(("a",), 3, 1.0)
+        prescribed_motions(("a",), ("d",), 3, 1.0)

@@ -45,7 +45,7 @@ def test_every_method_shows_the_end_and_takes_the_bar_off(
     closed: list[Progress] = []
     monkeypatch.setattr(Progress, "close", lambda progress: closed.append(progress))
     seen: list[float] = []
-    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.4})
+    scene = cd.Scene(joint, free="bearing_in", held={"joint_angle": 0.4})
     scene.simulate(0.1, speed=3.0, method=method, progress=seen.append)
     assert closed
     assert seen[-1] == 1.0

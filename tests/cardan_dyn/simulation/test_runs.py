@@ -17,7 +17,7 @@ TIMES = np.linspace(0.0, 2.0, 21)
 
 @pytest.mark.parametrize("method", ["quadrature", "response", "DOP853"])
 def test_rows_are_positions_rates_and_accelerations(method: str) -> None:
-    scene = cd.Scene(pendulum(), drive="pin", gravity=GRAVITY)
+    scene = cd.Scene(pendulum(), free="pin", gravity=GRAVITY)
     run = scene.simulate(2.0, speed=8.0, rtol=1e-12, method=method)._run
     assert isinstance(run, ConstrainedRun if method == "DOP853" else OneCoordinateRun)
     rows = run.rows(TIMES)
@@ -40,7 +40,7 @@ def test_rows_are_positions_rates_and_accelerations(method: str) -> None:
 
 def test_positions_are_assembled_where_the_run_is() -> None:
     """Beyond a flat position no drive leads, but the run knows where the mechanism is."""
-    scene = cd.Scene(parallelograms(1), drive="pin_0", gravity=GRAVITY)
+    scene = cd.Scene(parallelograms(1), free="pin_0", gravity=GRAVITY)
     inertia, weight = parallelogram_law(1)
     trajectory = scene.simulate(2.0, position=0.3, speed=12.0, rtol=1e-12)
     expected = integrated(lambda t, x, v: weight * np.sin(x) / inertia, 0.3, 12.0, TIMES)
@@ -53,7 +53,7 @@ def test_positions_are_assembled_where_the_run_is() -> None:
 
 def test_threads_may_read_one_trajectory(joint: cd.Mechanism) -> None:
     """They share the memory in which states are closed, and the turns that these lack."""
-    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.9})
+    scene = cd.Scene(joint, free="bearing_in", held={"joint_angle": 0.9})
     turned = scene.simulate(4.0, speed=20.0, method="DOP853", rtol=1e-9)
     random = np.random.default_rng(0)
     times = [random.uniform(0.0, 4.0, 200) for _ in range(8)]

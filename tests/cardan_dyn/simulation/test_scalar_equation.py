@@ -13,9 +13,9 @@ from cardan_dyn.simulation.scalar_equation import ScalarEquation
 
 
 def equation_of(scene: cd.Scene, functions: dict[str, object]) -> ScalarEquation:
-    mechanism, solver = scene.mechanism, scene._solver
+    mechanism, solver = scene.mechanism, scene.solver
     prepared = {name: state_function(name, value) for name, value in functions.items()}
-    forces = Forces(mechanism, {}, {}, prepared, scene._problem.elements)
+    forces = Forces(mechanism, {}, {}, prepared, scene.problem.elements)
     return ScalarEquation(solver, energy_functions(solver), forces)
 
 

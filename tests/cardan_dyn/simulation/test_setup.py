@@ -12,12 +12,12 @@ from cardan_dyn.simulation.setup import Asked, setup_of, with_all_loops
 
 @pytest.fixture
 def scene(joint: cd.Mechanism) -> cd.Scene:
-    return universal(joint, 0.6)
+    return universal(joint, 0.6).replace(free="bearing_in")
 
 
 def test_a_start_is_closed_and_tolerances_are_those_asked_for(scene: cd.Scene) -> None:
-    setup = setup_of(scene._solver, Asked(2.0, 0.4, 3.0, rtol=1e-9))
-    turn = scene.sweep([0.4], [3.0])
+    setup = setup_of(scene.solver, Asked(2.0, 0.4, 3.0, rtol=1e-9))
+    turn = scene.replace(drive="bearing_in").sweep([0.4], [3.0])
     np.testing.assert_allclose(setup.x, turn.motion._x[0], atol=1e-15)
     np.testing.assert_allclose(setup.v, turn.motion.v[0], atol=1e-14)
     assert (setup.duration, setup.rtol, setup.atol) == (2.0, 1e-9, 1e-9)
@@ -42,7 +42,7 @@ def test_a_start_is_closed_and_tolerances_are_those_asked_for(scene: cd.Scene) -
 )
 def test_what_cannot_be_is_refused(scene: cd.Scene, asked: Asked, message: str) -> None:
     with pytest.raises(cd.CardanError, match=message):
-        setup_of(scene._solver, asked)
+        setup_of(scene.solver, asked)
 
 
 def test_loops_that_outputs_leave_out_are_closed_all_the_same(joint: cd.Mechanism) -> None:

@@ -16,7 +16,7 @@ GRAVITY = (0.0, -9.81, 0.0)
 
 @pytest.fixture(scope="module")
 def bars() -> cd.Scene:
-    return cd.Scene(cd.load(four_bar(loop("continuous"))), drive="a", gravity=GRAVITY)
+    return cd.Scene(cd.load(four_bar(loop("continuous"))), free="a", gravity=GRAVITY)
 
 
 @pytest.fixture(scope="module")
@@ -39,9 +39,12 @@ def test_the_first_method_that_suits(bars: cd.Scene, options: Any, method: str) 
 
 
 def test_what_is_no_scalar_is_simulated_in_all_coordinates(two: cd.Scene) -> None:
-    assert two.simulate(0.1, speed=[4.0, 0.0]).method == "DOP853"
-    assert two.simulate(0.1, speed=4.0, motion={"joint_angle": 0.0}).method == "DOP853"
-    sliding = cd.Scene(cd.load(slider_crank(None)), drive="d", start={"d": -0.05})
+    assert two.replace(free=two.drives).simulate(0.1, speed=[4.0, 0.0]).method == "DOP853"
+    assert (
+        two.replace(free="bearing_in").simulate(0.1, speed=4.0, motion={"joint_angle": 0.0}).method
+        == "DOP853"
+    )
+    sliding = cd.Scene(cd.load(slider_crank(None)), free="d", start={"d": -0.05})
     assert sliding.simulate(0.01).method == "DOP853"
 
 
@@ -76,9 +79,22 @@ def test_methods_that_would_leave_something_out(
 
 @pytest.mark.parametrize("method", ["quadrature", "response"])
 def test_two_drives_are_no_scalar(two: cd.Scene, method: str) -> None:
-    for options in ({}, {"motion": {"joint_angle": 0.1}}):
-        with pytest.raises(cd.ArgumentError, match="it takes one drive that moves freely"):
-            two.simulate(0.2, method=method, **options)
+    moved = two.replace(free="bearing_in"), {"motion": {"joint_angle": 0.1}}
+    for scene, options in ((two.replace(free=two.drives), {}), moved):
+        with pytest.raises(cd.ArgumentError, match="it takes one free coordinate and no drive"):
+            scene.simulate(0.2, method=method, **options)
+
+
+def test_every_drive_has_a_motion(two: cd.Scene) -> None:
+    scene = two.replace(free="bearing_in")
+    with pytest.raises(cd.ArgumentError, match=r"drives joint_angle, of which nothing says how"):
+        scene.simulate(0.2, speed=1.0)
+    with pytest.raises(
+        cd.ArgumentError, match=r"motion\['bearing_in'\]: the joint is free; drives"
+    ):
+        scene.simulate(0.2, motion={"joint_angle": 0.1, "bearing_in": 1.0})
+    with pytest.raises(cd.MobilityError, match="scene drives all it has: bearing_in, joint_angle"):
+        two.simulate(0.2)
 
 
 @pytest.mark.parametrize(
@@ -101,7 +117,10 @@ def test_two_drives_are_no_scalar(two: cd.Scene, method: str) -> None:
         ({"loads": {"crank": np.zeros((2, 6))}}, r"loads\['crank'\]: a simulation takes one wre"),
         ({"loads": {"d": lambda t, x: 0.0}}, r"loads\['d'\]: a function of 2 arguments"),
         ({"loads": {"d": lambda t: math.nan}}, r"loads\['d'\] returned nan at time 0 s"),
-        ({"motion": {"d": 1.0}}, r"motion\['d'\]: not a drive of the scene"),
+        (
+            {"motion": {"d": 1.0}},
+            r"motion\['d'\]: the joint is no drive of the scene; drives: none",
+        ),
         ({"events": 3}, "events is 3"),
         ({"progress": 3}, "progress is 3"),
     ],
@@ -138,7 +157,7 @@ def test_loads_that_fail_later(bars: cd.Scene, method: str, value: object, messa
     with pytest.raises(cd.SimulationError, match=message) as caught:
         bars.simulate(1.0, speed=4.0, loads={"d": late(value)}, method=method, rtol=1e-8)
     error = caught.value
-    assert error.time == error.trajectory.t[-1]
+    assert error.time == error.trajectory.time[-1]
     assert 0.0 < error.time <= 0.5
     assert message in error.trajectory.reason
     expected = bars.simulate(0.5, speed=4.0, loads={"d": 0.3}).at(error.time).position[0]
@@ -154,7 +173,7 @@ def test_loads_that_fail_in_the_first_step(bars: cd.Scene, method: str) -> None:
     with pytest.raises(cd.SimulationError, match="ended at 0 s of 1 s") as caught:
         bars.simulate(1.0, position=0.3, speed=4.0, loads={"d": load}, method=method)
     trajectory = caught.value.trajectory
-    assert trajectory.t.tolist() == [0.0]
+    assert trajectory.time.tolist() == [0.0]
     assert trajectory.at(0.0).position[0] == pytest.approx(0.3, abs=1e-15)
 
 
@@ -169,7 +188,7 @@ def test_an_interruption_keeps_what_was_computed(bars: cd.Scene, method: str, wh
     load = late(KeyboardInterrupt()) if where == "loads" else lambda t: 0.3
     kept = bars.simulate(1.0, speed=4.0, loads={"d": load}, method=method, rtol=1e-8, **options)
     assert kept.reason == "interrupted"
-    assert 0.0 < kept.t[-1] < 1.0
+    assert 0.0 < kept.time[-1] < 1.0
     expected = bars.simulate(1.0, speed=4.0, loads={"d": 0.3}).at(0.2).position[0]
     assert kept.at(0.2).position[0] == pytest.approx(expected, abs=1e-5)
 
@@ -184,5 +203,5 @@ def test_events_end_every_method(bars: cd.Scene, method: str) -> None:
     assert ended.reason == "event 'quarter'"
     assert [event.name for event in ended.events] == ["early", "quarter"]
     assert ended.events[0].time == pytest.approx(0.01, abs=1e-15)
-    assert ended.t[-1] == ended.events[1].time
+    assert ended.time[-1] == ended.events[1].time
     assert ended.position[-1] == pytest.approx(0.5 * math.pi, abs=1e-12)

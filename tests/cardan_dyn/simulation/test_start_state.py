@@ -17,15 +17,16 @@ def bars() -> cd.Scene:
 
 @pytest.fixture(scope="module")
 def two(joint: cd.Mechanism) -> cd.Scene:
-    return cd.Scene(joint, drive=["bearing_in", "joint_angle"], start={"joint_angle": 0.3})
+    return cd.Scene(joint, drive="joint_angle", free="bearing_in", start={"joint_angle": 0.3})
 
 
 def test_positions_of_drives(bars: cd.Scene, two: cd.Scene) -> None:
     np.testing.assert_array_equal(drive_positions(bars._solver, 0.4), [0.4])
     np.testing.assert_array_equal(drive_positions(bars._solver, None), [0.0])
-    np.testing.assert_array_equal(drive_positions(two._solver, None), [0.0, 0.3])
-    np.testing.assert_array_equal(drive_positions(two._solver, {"bearing_in": 2.0}), [2.0, 0.3])
-    np.testing.assert_array_equal(drive_positions(two._solver, [2.0, 0.1]), [2.0, 0.1])
+    np.testing.assert_array_equal(drive_positions(two._solver, None), [0.3, 0.0])
+    np.testing.assert_array_equal(drive_positions(two._solver, {"bearing_in": 2.0}), [0.3, 2.0])
+    np.testing.assert_array_equal(drive_positions(two._solver, [0.1, 2.0]), [0.1, 2.0])
+    np.testing.assert_array_equal(drive_positions(two._solver, 2.0), [0.3, 2.0])
 
 
 def test_a_passive_joint_decides_the_drive(bars: cd.Scene) -> None:
@@ -35,10 +36,10 @@ def test_a_passive_joint_decides_the_drive(bars: cd.Scene) -> None:
 
 
 def test_a_passive_joint_moves_the_drive_that_is_not_prescribed(two: cd.Scene) -> None:
-    there = two.sweep([[0.7, 0.5]]).motion
+    there = two.replace(drive=two.coordinates).sweep([[0.5, 0.7]]).motion
     given = {"bearing_out": float(there.position("bearing_out")[0])}
     found = drive_positions(two._solver, given, {"joint_angle": 0.5})
-    np.testing.assert_allclose(found, [0.7, 0.5], atol=1e-12)
+    np.testing.assert_allclose(found, [0.5, 0.7], atol=1e-12)
 
 
 def test_messages_say_by_how_much_and_what_is_right(bars: cd.Scene) -> None:
@@ -63,7 +64,7 @@ def test_speeds(bars: cd.Scene, two: cd.Scene) -> None:
     motion = closed_start(bars._solver, start, {"d": 1.5}, {})
     assert motion.velocity("a")[0] == pytest.approx(1.5 / ratio, rel=1e-13)
     assert closed_start(bars._solver, start, None, {}).velocity("d")[0] == 0.0
-    both = np.array([0.2, 0.3])
+    both = np.array([0.3, 0.2])
     moved = closed_start(two._solver, both, 4.0, {"joint_angle": 0.5})
     assert (moved.velocity("bearing_in")[0], moved.velocity("joint_angle")[0]) == (4.0, 0.5)
     named = closed_start(two._solver, both, {"bearing_out": 2.0}, {"joint_angle": 0.5})
@@ -71,7 +72,7 @@ def test_speeds(bars: cd.Scene, two: cd.Scene) -> None:
     assert named.velocity("joint_angle")[0] == pytest.approx(0.5, rel=1e-13)
 
 
-@pytest.mark.parametrize("given", [{"joint_angle": 0.9}, [4.0, 0.9]])
+@pytest.mark.parametrize("given", [{"joint_angle": 0.9}, [0.9, 4.0]])
 def test_prescribed_motion_is_not_contradicted(two: cd.Scene, given: object) -> None:
     prescribed = {"joint_angle": 0.5}
     with pytest.raises(
@@ -81,7 +82,7 @@ def test_prescribed_motion_is_not_contradicted(two: cd.Scene, given: object) -> 
     with pytest.raises(
         cd.ArgumentError, match=r"is 0\.9, 0\.4 from 0\.5, with which its prescribed"
     ):
-        closed_start(two._solver, np.array([0.2, 0.5]), given, prescribed)
+        closed_start(two._solver, np.array([0.5, 0.2]), given, prescribed)
 
 
 @pytest.mark.parametrize(
@@ -107,4 +108,4 @@ def test_names_are_those_of_joints_that_move(bars: cd.Scene, joint: cd.Mechanism
         drive_positions(bars._solver, {"x": 1.0})
     scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.4})
     with pytest.raises(cd.ArgumentError, match="the scene holds this joint"):
-        drive_positions(scene._solver, {"joint_angle": 0.4})
+        drive_positions(scene.solver, {"joint_angle": 0.4})

@@ -20,20 +20,20 @@ def brake(time: float) -> float:
 
 @pytest.fixture(scope="module")
 def swing() -> cd.Trajectory:
-    return cd.Scene(pendulum(), drive="pin", gravity=GRAVITY).simulate(3.0, position=1.0)
+    return cd.Scene(pendulum(), free="pin", gravity=GRAVITY).simulate(3.0, position=1.0)
 
 
 @pytest.fixture(scope="module")
 def bars() -> cd.Scene:
-    return cd.Scene(cd.load(four_bar(loop("continuous"))), drive="a", gravity=GRAVITY)
+    return cd.Scene(cd.load(four_bar(loop("continuous"))), free="a", gravity=GRAVITY)
 
 
 def test_times(swing: cd.Trajectory) -> None:
-    assert swing.t[0] == 0.0
-    assert swing.t[-1] == 3.0
+    assert swing.time[0] == 0.0
+    assert swing.time[-1] == 3.0
     assert len(swing) == swing.shape[0] == len(swing.position)
-    assert swing.at(1.5).t.tolist() == [1.5]
-    np.testing.assert_allclose(swing.evenly(4).t, [0.0, 1.0, 2.0, 3.0])
+    assert swing.at(1.5).time.tolist() == [1.5]
+    np.testing.assert_allclose(swing.evenly(4).time, [0.0, 1.0, 2.0, 3.0])
     for count in (-3, 0, 2.5, "4", True):
         with pytest.raises(cd.ArgumentError, match="count is"):
             swing.evenly(count)
@@ -49,8 +49,8 @@ def test_other_times_are_refused(swing: cd.Trajectory, times: object) -> None:
 
 def test_nothing_can_be_changed(swing: cd.Trajectory) -> None:
     with pytest.raises(cd.ImmutableError):
-        swing.t = np.zeros(3)  # type: ignore[misc]
-    for values in (swing.t, swing.position, swing.speed, swing.kinetic_energy, swing.work):
+        swing.time = np.zeros(3)  # type: ignore[misc]
+    for values in (swing.time, swing.position, swing.speed, swing.kinetic_energy, swing.work):
         with pytest.raises(ValueError, match="read-only"):
             values[0] = 1.0
 
@@ -91,18 +91,18 @@ def test_copies(bars: cd.Scene, method: str) -> None:
 
 def test_tables_have_times(swing: cd.Trajectory) -> None:
     dataset = swing.to_xarray()
-    np.testing.assert_array_equal(dataset["time"], swing.t)
+    np.testing.assert_array_equal(dataset["time"], swing.time)
     np.testing.assert_allclose(dataset["drive_effort"], swing.drive_effort)
     frame = swing.to_dataframe(motion=False)
     assert frame.columns[0] == "time"
     assert frame.attrs["units"]["time"] == "s"
-    np.testing.assert_array_equal(frame["time"], swing.t)
+    np.testing.assert_array_equal(frame["time"], swing.time)
 
 
 def test_what_is_wrong_with_accelerations_is_found(bars: cd.Scene) -> None:
     trajectory = bars.simulate(0.5, speed=4.0, method="DOP853")
     rows = trajectory._rows
-    spoiled = trajectory.at(trajectory.t)
+    spoiled = trajectory.at(trajectory.time)
     spoiled.__dict__["_rows"] = rows._replace(a=rows.a * 1.001)
     with pytest.raises(cd.AccuracyError, match="leave such times out with at"):
         _ = spoiled.sweep
@@ -110,7 +110,7 @@ def test_what_is_wrong_with_accelerations_is_found(bars: cd.Scene) -> None:
 
 def test_the_law_of_a_drive_is_asked_once(joint: cd.Mechanism) -> None:
     """Positions, wrenches and energies of one trajectory are of one evaluation."""
-    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5})
+    scene = cd.Scene(joint, free="bearing_in", held={"joint_angle": 0.5})
     turned = scene.simulate(1.0, speed=5.0).at(np.linspace(0.0, 1.0, 9))
     run, asked = turned._run, []
     law = run._law  # type: ignore[attr-defined]

@@ -16,7 +16,7 @@ import cardan_dyn as cd
 def swing() -> cd.Trajectory:
     scene = cd.Scene(
         cd.load("four_bar"),
-        drive="crank_bearing",
+        free="crank_bearing",
         gravity=(0.0, -9.81, 0.0),
         elements=[
             cd.JointSpring("rocker_bearing", 50.0, 0.1, 0.2, name="spring"),
@@ -34,7 +34,7 @@ def test_a_dataset_has_time_as_its_dimension(swing: cd.Trajectory) -> None:
     data = swing.to_xarray()
     assert "sample" not in data.dims
     assert data.bending.dims == ("time", "joint")
-    np.testing.assert_array_equal(data.time, swing.t)
+    np.testing.assert_array_equal(data.time, swing.time)
     middle = data.sel(time=0.5, method="nearest")
     assert float(middle.position) == pytest.approx(float(swing.at(0.5).position[0]), rel=1e-12)
     for name in ("kinetic_energy", "potential_energy", "work", "elastic_energy"):
@@ -48,7 +48,7 @@ def test_energies_and_work_balance(swing: cd.Trajectory) -> None:
     assert float(np.ptp(energy.values)) < 1e-8 * float(data.kinetic_energy.max())
     # The motor's work by hand, less the damper's heat by the trapezoidal rule.
     heat = data.element_dissipation.sel(element="spring").values
-    lost = np.concatenate([[0.0], np.cumsum(0.5 * (heat[1:] + heat[:-1]) * np.diff(swing.t))])
+    lost = np.concatenate([[0.0], np.cumsum(0.5 * (heat[1:] + heat[:-1]) * np.diff(swing.time))])
     gained = 0.4 * (data.position - data.position[0])
     np.testing.assert_allclose(data.work, gained - lost, atol=2e-3 * float(np.ptp(lost)))
 
@@ -59,7 +59,7 @@ def test_a_data_frame_has_times_and_energies_first(swing: cd.Trajectory) -> None
         *("time", "position", "speed", "acceleration"),
         *("kinetic_energy", "potential_energy", "work"),
     ]
-    np.testing.assert_array_equal(frame["time"], swing.t)
+    np.testing.assert_array_equal(frame["time"], swing.time)
     np.testing.assert_array_equal(frame["kinetic_energy"], swing.kinetic_energy)
     assert {frame.attrs["units"][name] for name in ("kinetic_energy", "work")} == {"J"}
     assert frame.attrs["units"]["motor.element_effort"] == "N·m"
@@ -85,7 +85,7 @@ def test_they_go_through_files(swing: cd.Trajectory) -> None:
 
 
 def test_several_drives_and_a_single_time_have_tables_too() -> None:
-    scene = cd.Scene(cd.load("stewart_platform"), drive=[f"leg_{k}" for k in range(1, 7)])
+    scene = cd.Scene(cd.load("stewart_platform"), free=[f"leg_{k}" for k in range(1, 7)])
     trajectory = scene.simulate(0.01)
     assert trajectory.to_xarray().position.dims == ("time", "drive")
     frame = trajectory.at(0.005).to_dataframe()

@@ -123,7 +123,8 @@ def test_a_rotor_on_slides() -> None:
     rig = cd.load(elastic_rigs.sliding_rotor(mass, stiffness=stiffness.tolist()))
     scene = cd.Scene(
         rig,
-        drive=["turn", "y", "z"],
+        drive="turn",
+        free=["y", "z"],
         held={"x": 0.0, "yaw": 0.0},
         elements=cd.described_elements(rig),
     )

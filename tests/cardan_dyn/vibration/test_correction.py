@@ -48,7 +48,7 @@ def test_residual_is_that_of_the_scene(search: MotionSearch, motions: Motions) -
     course = found.course
     position = np.column_stack([found.model.positions, course.q[1, :, 0]])
     speed, acceleration = course.velocities[1], course.accelerations[1]
-    sweep = search.rotating.scene.sweep(
+    sweep = search.rotating.driven.sweep(
         position, speed, np.column_stack([0.0 * acceleration, acceleration])
     )
     scale = found.model.equation(course).scale[1, 0]

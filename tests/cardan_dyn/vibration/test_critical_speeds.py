@@ -245,7 +245,8 @@ def front() -> cd.Scene:
     mechanism = cd.load("torsional_line_front")
     return cd.Scene(
         mechanism,
-        drive=["bearing_in", "twist_in"],
+        drive="bearing_in",
+        free="twist_in",
         held={"joint_angle": np.radians(20.0)},
         elements=cd.described_elements(mechanism),
     )
@@ -336,7 +337,8 @@ def test_figure_of_orders_has_the_peak_and_jumps_of_the_table() -> None:
     mechanism = cd.load("torsional_line_front")
     scene = cd.Scene(
         mechanism,
-        drive=["bearing_in", "twist_in"],
+        drive="bearing_in",
+        free="twist_in",
         held={"joint_angle": np.radians(20.0)},
         elements=cd.described_elements(mechanism),
     )

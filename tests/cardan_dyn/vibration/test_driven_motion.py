@@ -66,13 +66,13 @@ def test_a_weight_on_the_input_shaft_asks_once_a_turn() -> None:
     found, motions = near(scene, [0.55], Characteristic(0.0))
     assert motions.model.divisor == 2
     assert found.pace.shape[1] > 2 * motions.model.count
-    run = scene.simulate(
+    run = scene.replace(free=scene.coordinates).simulate(
         2.0 * np.pi / 0.55,
         position=np.r_[0.0, found.position[0, 0]],
         speed=np.r_[found.pace[0, 0], found.rate[0, 0]],
         loads={"bearing_in": float(found.torque[0])},
     )
-    end = run.at([run.t[-1]])
+    end = run.at([run.time[-1]])
     np.testing.assert_allclose(end.position[0, 1:], found.position[0, 0], atol=1e-8)
     np.testing.assert_allclose(end.position[0, 0], 2.0 * np.pi, atol=1e-8)
     np.testing.assert_allclose(end.speed[0], np.r_[found.pace[0, 0], found.rate[0, 0]], atol=1e-8)

@@ -35,7 +35,11 @@ def test_terms_are_all_there_is(rig: cd.Scene) -> None:
     positions = np.column_stack([random.uniform(-9.0, 9.0, 6), 0.3 * random.normal(size=(6, 2))])
     speeds, accelerations = random.normal(size=(2, 6, 3))
     accelerations[:, 0] = 0.0
-    expected = loaded.sweep(positions, speeds, accelerations).drive_effort[:, 1:]
+    expected = (
+        loaded.replace(drive=loaded.coordinates)
+        .sweep(positions, speeds, accelerations)
+        .drive_effort[:, 1:]
+    )
     found = assembled(efforts.terms(positions), speeds, accelerations[:, 1:])
     np.testing.assert_allclose(found, expected, atol=1e-13)
     np.testing.assert_allclose(efforts(positions, speeds, accelerations), expected, atol=1e-14)

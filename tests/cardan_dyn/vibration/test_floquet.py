@@ -199,7 +199,7 @@ def test_a_chart_over_a_slide_has_metres() -> None:
     )
     rig, held = cd.load(urdf), {"joint_angle": 0.3, "way": 0.0}
     elements = cd.described_elements(rig)
-    scene = cd.Scene(rig, drive=["bearing_in", "twist_in"], held=held, elements=elements)
+    scene = cd.Scene(rig, drive="bearing_in", free="twist_in", held=held, elements=elements)
     (axes,) = vibration.floquet(scene, [0.7, 0.8], held={"way": [0.0, 0.5]}).plot().axes
     assert axes.get_ylabel() == "way [m]"
     assert axes.get_ylim() == pytest.approx((0.0, 0.5))

@@ -101,7 +101,7 @@ def test_motions_that_were_not_found_are_said_to_exist() -> None:
 def test_rows_of_a_speed_are_sorted_by_size() -> None:
     """However they were found."""
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), np.radians(15.0))
-    search, speeds = search_of(scene, None, 1.0), np.array([0.4975])
+    search, speeds = search_of(scene, 1.0), np.array([0.4975])
     (first,) = search.primary(speeds)
     every = [*reversed(coexisting(search, first)), first]
     found = _collected(search, speeds, every)

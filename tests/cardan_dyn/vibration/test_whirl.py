@@ -28,7 +28,8 @@ def test_ellipses_of_centre_and_rotation_are_weighed() -> None:
     """By the radii of the circles in either sense of which each consists, u ± i v in y and z."""
     scene = cd.Scene(
         cd.load(elastic_rigs.sliding_rotor(1.7, 0.3, 0.4, 0.7)),
-        drive=["turn", "x", "y", "z", "yaw"],
+        drive="turn",
+        free=["x", "y", "z", "yaw"],
     )
     shapes = np.random.default_rng(5).normal(size=(4, 8, 2)) @ np.array([1.0, 1.0j])
     found = WhirlSense(rotating_scene(scene), np.zeros(4), 1.0).of(shapes)

@@ -16,7 +16,7 @@ def test_forward_whirl_goes_round() -> None:
     """A shape (1, i) in tilts about z and y: a circle, whose greatest swing is the size."""
     turn = mode_sweep(RIG, [1.0, 1.0j], size=0.05, position=0.3, samples=37)
     assert turn.shape == (37,)
-    tilts = np.stack([turn.motion.position(name) for name in RIG.drives[1:]])
+    tilts = np.stack([turn.motion.position(name) for name in RIG.free])
     assert np.hypot(*tilts) == pytest.approx(0.05, rel=1e-12)
     assert tilts[:, 0] == pytest.approx([0.05, 0.0], abs=1e-15)
     assert tilts[:, -1] == pytest.approx(tilts[:, 0], abs=1e-15)
@@ -45,7 +45,7 @@ def test_slides_swing_by_parts_of_the_length() -> None:
         '<parent link="rotor"/><child link="mass"/><origin xyz="3 0 0"/><axis xyz="0 1 0"/>'
         '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
     )
-    turn = mode_sweep(cd.Scene(rig, drive=["turn", "slide"]), [-5.0], samples=3)
+    turn = mode_sweep(cd.Scene(rig, drive="turn", free="slide"), [-5.0], samples=3)
     expected = -0.1 * rig.characteristic_length
     assert turn.motion.position("slide") == pytest.approx([expected, -expected, expected])
 

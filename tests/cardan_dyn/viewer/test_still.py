@@ -10,7 +10,7 @@ from cardan_dyn.viewer.still import Still
 
 
 def test_a_still_has_one_sample_without_wrenches() -> None:
-    configuration = cd.load("four_bar").assembled(start={"crank_bearing": 0.7})
+    configuration = cd.assemble(cd.load("four_bar"), near={"crank_bearing": 0.7})
     still = Still(configuration)
     assert len(still) == 1
     assert still.outputs == tuple(configuration.mechanism)
@@ -25,7 +25,7 @@ def test_a_still_has_one_sample_without_wrenches() -> None:
 
 
 def test_a_configuration_can_be_viewed() -> None:
-    configuration = cd.load("stewart_platform").assembled()
+    configuration = cd.assemble(cd.load("stewart_platform"))
     page = cd.view(configuration, title="still").html
     assert "still" in page
     with pytest.raises(cd.ArgumentError, match="a sweep or a configuration, not Mechanism"):
@@ -33,7 +33,7 @@ def test_a_configuration_can_be_viewed() -> None:
 
 
 def test_a_still_shows_the_elements_that_are_listed() -> None:
-    configuration = cd.load("four_bar").assembled(start={"crank_bearing": 0.7})
+    configuration = cd.assemble(cd.load("four_bar"), near={"crank_bearing": 0.7})
     elements = [cd.JointSpring("rocker_bearing", 5.0), cd.Actuator("crank_bearing", np.cos)]
     assert Still(configuration, elements).elements == tuple(elements)
     page = cd.view(configuration, elements=elements).html
@@ -45,7 +45,7 @@ def test_a_still_shows_the_elements_that_are_listed() -> None:
 
 
 def test_angles_of_a_ball_that_is_solved_as_a_whole_are_refused() -> None:
-    configuration = cd.load("stewart_platform").assembled()
+    configuration = cd.assemble(cd.load("stewart_platform"))
     ball = next(
         name
         for name in configuration.mechanism.drivable
@@ -58,7 +58,7 @@ def test_angles_of_a_ball_that_is_solved_as_a_whole_are_refused() -> None:
 def test_an_equilibrium_can_be_viewed() -> None:
     scene = cd.Scene(
         cd.load("four_bar"),
-        drive="crank_bearing",
+        free="crank_bearing",
         gravity=(0.0, -9.81, 0.0),
         elements=[cd.JointSpring("rocker_bearing", 50.0, rest=0.2)],
     )

@@ -93,7 +93,7 @@ def claimed(
 ) -> tuple[FreeBodies, Claim, np.ndarray]:
     """Return the proof, the claim that a sweep hands to it, and the sweep's drive positions."""
     claims: list[Claim] = []
-    bodies = scene._solver.inverse_dynamics.bodies
+    bodies = scene.solver.inverse_dynamics.bodies
     check = bodies.check
 
     def watched(claim: Claim) -> Residuals:

@@ -228,7 +228,8 @@ def unbalanced_scene(mass: float = 1.0, length: float = 1.0) -> cd.Scene:
     ]
     return cd.Scene(
         cd.load(unbalanced_rotor(mass, length)),
-        drive=["turn", "slide_y", "tilt"],
+        drive="turn",
+        free=["slide_y", "tilt"],
         elements=springs,
         gravity=[0.0, -0.2 * length, 0.0],
     )
@@ -280,7 +281,8 @@ def scene(urdf: str, beta: float, free: Sequence[str] | None = None, **options: 
     angles = [name for name in mechanism.joints if name.startswith("joint_angle")]
     return cd.Scene(
         mechanism,
-        drive=["bearing_in", *(mechanism.joint_springs if free is None else free)],
+        drive="bearing_in",
+        free=list(mechanism.joint_springs if free is None else free),
         held=dict.fromkeys(angles, beta),
         elements=elements,
         **options,

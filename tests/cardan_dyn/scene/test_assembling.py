@@ -14,7 +14,7 @@ import cardan_dyn as cd
 def test_a_closed_zero_stays_as_it_is() -> None:
     for name in ("four_bar", "stewart_platform", "universal_joint"):
         mechanism = cd.load(name)
-        configuration = mechanism.assembled()
+        configuration = cd.assemble(mechanism)
         np.testing.assert_array_equal(configuration.x, mechanism.coordinates.neutral())
         assert configuration.loop_residual == configuration.zero_residual < 1e-14
         assert configuration.branch is None
@@ -30,7 +30,7 @@ def unclosed(coupler: float) -> cd.Mechanism:
 
 def test_an_unclosed_zero_is_closed_nearby() -> None:
     mechanism = unclosed(0.36)
-    configuration = mechanism.assembled()
+    configuration = cd.assemble(mechanism)
     assert configuration.zero_residual > 1e-3
     assert configuration.loop_residual < 1e-12
     ends = [configuration.origin(name) for name in ("end_0", "rocker_0", "middle_0")]
@@ -43,7 +43,7 @@ def test_an_unclosed_zero_is_closed_nearby() -> None:
 def test_joints_of_start_are_where_they_are_wanted() -> None:
     mechanism = cd.load("four_bar")
     for angle in (0.3, 3.0, -9.0):
-        configuration = mechanism.assembled(start={"crank_bearing": angle})
+        configuration = cd.assemble(mechanism, near={"crank_bearing": angle})
         assert configuration.positions["crank_bearing"] == angle
         assert configuration.loop_residual < 1e-12
         # The way there keeps the assembly mode, as a scene that starts there does.
@@ -58,7 +58,7 @@ def test_positions_that_close_are_taken_as_they_are() -> None:
     mechanism = cd.load("four_bar")
     crossed = cd.Scene(mechanism, drive="crank_bearing", branch="B").configuration()
     assert crossed.branch == "B"
-    again = mechanism.assembled(start=crossed.positions)
+    again = cd.assemble(mechanism, near=crossed.positions)
     np.testing.assert_array_equal(again.x, crossed.x)
 
 
@@ -82,12 +82,12 @@ def test_scenes_with_outputs_close_all_loops() -> None:
 def test_describe_looks_around_a_configuration() -> None:
     """In a parallelogram the zero is a change point, other configurations are not."""
     mechanism = four_bar(crank=1.0, rocker=1.0, base=BAR)
-    moved = mechanism.assembled(start={"A": 0.4})
+    moved = cd.assemble(mechanism, near={"A": 0.4})
     report, there = cd.describe(mechanism), cd.describe(moved)
     assert report.mobility == there.mobility == 1
     assert not there.components[0].is_singular_at_zero
     quarter = 0.5 * np.pi
-    flat = mechanism.assembled(start={"A": quarter, "B": -quarter, "C": quarter, "D": quarter})
+    flat = cd.assemble(mechanism, near={"A": quarter, "B": -quarter, "C": quarter, "D": quarter})
     text = str(cd.describe(flat))
     assert "this configuration is a singular configuration of C" in text
 
@@ -99,15 +99,15 @@ def test_what_cannot_be_closed_is_refused() -> None:
         match=r"four_bar: the loops cannot be closed with the joints of start at their positions "
         r"\(crank_bearing: 2, rocker_bearing: 3\); the least closure error found .* is 5.7e-01",
     ) as caught:
-        mechanism.assembled(start={"crank_bearing": 2.0, "rocker_bearing": 3.0})
+        cd.assemble(mechanism, near={"crank_bearing": 2.0, "rocker_bearing": 3.0})
     assert caught.value.details["residual"] == pytest.approx(0.57, abs=0.01)
     with pytest.raises(cd.AssemblyError, match="check the origins of joints and loops"):
-        unclosed(9.0).assembled()
+        cd.assemble(unclosed(9.0))
 
 
 def test_wrong_arguments_are_refused() -> None:
     mechanism = cd.load("four_bar")
     with pytest.raises(cd.ModelError, match="no joint 'lever'"):
-        mechanism.assembled(start={"lever": 1.0})
+        cd.assemble(mechanism, near={"lever": 1.0})
     with pytest.raises(cd.ArgumentError, match="start"):
-        mechanism.assembled(start={"crank_bearing": np.nan})
+        cd.assemble(mechanism, near={"crank_bearing": np.nan})

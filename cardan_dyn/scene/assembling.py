@@ -1,14 +1,17 @@
-"""Assembled: a closed configuration of a mechanism before there is any scene."""
+"""Assembling: closed configurations of a mechanism, and files in which one of them is zero."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
 from ..arrays import Array
+from ..description.files import write as write_description
 from ..dynamics.problem_solver import ProblemSolver
-from ..errors import AssemblyError, MobilityError
+from ..errors import ArgumentError, AssemblyError, MobilityError
 from ..kinematics.assembly_modes import without_turns
 from ..kinematics.first_assembly import assembled_near, unclosed
 from ..kinematics.group_solver import GroupSolver
@@ -17,22 +20,43 @@ from ..kinematics.structure import Structure
 from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..mechanism.configuration import Configuration
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.rezero import is_closed, rezeroed
 from ..problem.arguments import start_positions, starting, with_named
 
 _STEP = 0.1
-"""Greatest part of a turn [rad], or of the characteristic length, by which the joints of `start`
+"""Greatest part of a turn [rad], or of the characteristic length, by which the joints of `near`
 move at once: so that the rest can follow without a jump to another assembly mode."""
 
 
-def assembled(
-    mechanism: Mechanism, start: Configuration | Mapping[str, float | Array] | None = None
+def assemble(
+    mechanism: Mechanism, near: Configuration | Mapping[str, float | Array] | None = None
 ) -> Configuration:
-    """Return a closed configuration of a mechanism; see `Mechanism.assembled`."""
-    mechanism = with_named(mechanism, starting(start))
+    """Return a configuration in which all loops of a mechanism are closed.
+
+    It is the one nearest to the description's zero that a damped method finds while all joints may
+    move. `Scene.configuration` returns the one in which a scene starts, in any assembly mode.
+
+    Args:
+        mechanism: from `load`.
+        near: positions of joints [rad or m], up to all of them, or a configuration. The other
+            joints follow on their way there, so that the assembly mode stays the same unless the
+            way leads through a singular configuration. Positions at which all loops are closed are
+            taken as they are.
+
+    Raises:
+        ModelError: no such joint.
+        ArgumentError: no mechanism, or a position is no number.
+        AssemblyError: the loops cannot be closed; `residual` is the least error found.
+    """
+    if not isinstance(mechanism, Mechanism):
+        raise ArgumentError(
+            f"assemble needs a mechanism from load(), not {type(mechanism).__name__}"
+        )
+    mechanism = with_named(mechanism, starting(near))
     structure = Structure(mechanism)
     zero = mechanism.zero
     zero_residual = _residual(structure, zero)
-    wanted, balls = start_positions(mechanism, start)
+    wanted, balls = start_positions(mechanism, near)
     given = zero.copy()
     for name, value in wanted.items():
         given[mechanism.coordinates.named[name].column] = value
@@ -56,6 +80,46 @@ def assembled(
     return Configuration(mechanism, x, _residual(structure, x), zero_residual)
 
 
+def write(
+    mechanism: Mechanism,
+    path: str | os.PathLike[str],
+    *,
+    at: Configuration | Mapping[str, object] | None = None,
+) -> Path:
+    """Write the description of a mechanism to a file, which `load` reads back; without visuals.
+
+    A file that exists is replaced.
+
+    Args:
+        mechanism: from `load`.
+        path: file whose suffix says in which notation: `.urdf` for URDF+, as `Mechanism.to_urdf`
+            returns it; `.xml` or `.mjcf` for MJCF, see `description.mjcf.writer` for what it
+            becomes there. `load` reads MJCF back whose bodies are nested up to 300 deep.
+        at: closed configuration that becomes the zero of the written coordinates, or its
+            `positions`: name of every moving joint, loops included, to its position. Limits are
+            counted from there as well. Without it the zero stays if its loops are closed, otherwise
+            `assemble` finds a configuration near it.
+
+    Returns:
+        The path.
+
+    Raises:
+        ArgumentError: unknown suffix, no such directory, or `at` is incomplete, malformed or not
+            closed.
+        ModelError: the notation cannot say something of the description.
+        AssemblyError: the loops are open at zero and cannot be closed near it; `to_urdf` returns
+            the description as it is.
+    """
+    if not isinstance(mechanism, Mechanism):
+        raise ArgumentError(f"write needs a mechanism from load(), not {type(mechanism).__name__}")
+    if at is None and not is_closed(mechanism.description):
+        at = assemble(mechanism)
+    if isinstance(at, Configuration):
+        at = at.positions
+    description = mechanism.description
+    return write_description(description if at is None else rezeroed(description, at), path)
+
+
 def configuration_of(solver: ProblemSolver) -> Configuration:
     """Return the configuration in which a scene starts, of its solver.
 
@@ -72,7 +136,7 @@ def configuration_of(solver: ProblemSolver) -> Configuration:
             x = assembly.with_all_loops(problem.branch).start
         except MobilityError:  # What nothing decides may be closed anywhere near.
             x, _ = assembled_near(structure, x, left_out, left_out)
-    x = without_turns(mechanism, (*problem.drives, *problem.held, *problem.start), x)
+    x = without_turns(mechanism, (*problem.independent, *problem.held, *problem.start), x)
     residual = _residual(structure, x)
     if not residual < CLOSURE_TOLERANCE:
         raise unclosed(mechanism, residual)
