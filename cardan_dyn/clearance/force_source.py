@@ -59,7 +59,7 @@ class ForceSource:
         if not isinstance(given, (Scene, Response)):
             raise ArgumentError(f"scene is {described(given)}; expected a scene or its response")
         self._given = given
-        self.solver = given._solver
+        self.solver = given.solver
         self.problem = self.solver.problem
         if isinstance(given, Response) and np.isfinite(given.interval[0]):
             raise ArgumentError(

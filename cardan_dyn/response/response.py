@@ -59,6 +59,11 @@ class Response(Frozen):
         self.proof = data.proof
         self._freeze()
 
+    @property
+    def solver(self) -> ProblemSolver:
+        """The solver of its scene: for what is built on responses."""
+        return self._solver
+
     def __reduce__(self) -> tuple[object, ...]:
         return Response, (self._solver, self._data)
 

@@ -66,7 +66,7 @@ def captured(scene: cd.Scene) -> vibration.RunUp:
 
 def late_speed(found: OptimizeResult) -> float:
     """Mean speed of the drive over the last fifth, in whole half turns."""
-    ends = np.linspace(0.8 * found.time[-1], found.time[-1], 20001)
+    ends = np.linspace(0.8 * found.t[-1], found.t[-1], 20001)
     turned = found.sol(ends)[0]
     marks = np.pi * np.arange(np.ceil(turned[0] / np.pi), turned[-1] / np.pi)
     return float(np.pi * (len(marks) - 1) / np.ptp(np.interp(marks[[0, -1]], turned, ends)))
@@ -107,7 +107,7 @@ def test_the_barrier_parts_torques_of_equations_by_hand(
     assert by is not None
     shaft = DrivenShaft(BETA, lambda speed: factor * by.torque)
     found = shaft.run(by_hand.y[:, -1], 5000.0, until=0.53, rtol=1e-8)
-    assert bool(found.time[-1] < 5000.0) is passes
+    assert bool(found.t[-1] < 5000.0) is passes
     if not passes:
         assert late_speed(found) < by.speed
 
