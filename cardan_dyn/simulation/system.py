@@ -233,10 +233,11 @@ class System:
         # However great the inertia that holds it, what rests drifts in a thousand turns.
         x[self._resting_columns], v[self._resting] = self._resting_at, 0.0
         closed, rates = self.model.closed(x, v, crosses=crosses)
-        moved = float(np.max(np.abs(closed - x) * self._scale, initial=0.0))
-        if not moved <= _FARTHEST:
+        moved = ((closed - x) * self._scale).tolist()
+        if not all([-_FARTHEST <= part <= _FARTHEST for part in moved]):
+            farthest = float(np.max(np.abs(moved)))
             raise SingularConfigurationError(
-                f"at time {time:.6g} s the loops opened by {moved:.1e} within one step, so that "
+                f"at time {time:.6g} s the loops opened by {farthest:.1e} within one step, so that "
                 "closing them could lead to another assembly mode; the mechanism is close to a "
                 "singular configuration, or the tolerance is too wide: give a smaller rtol"
             )
@@ -244,12 +245,14 @@ class System:
 
     def wrap(self, y: Array) -> Array:
         """Return a row without whole turns, which `turns` then counts."""
-        turns = np.round(y[self._wrapped] / (2.0 * np.pi))
-        if np.any(turns):
-            y = y.copy()
-            y[self._wrapped] -= 2.0 * np.pi * turns
-            self.turns = self.turns.copy()
-            self.turns[self._wrapped] += turns
+        angles = y[self._wrapped]
+        if all([-np.pi <= angle <= np.pi for angle in angles.tolist()]):
+            return y
+        turns = np.round(angles / (2.0 * np.pi))
+        y = y.copy()
+        y[self._wrapped] -= 2.0 * np.pi * turns
+        self.turns = self.turns.copy()
+        self.turns[self._wrapped] += turns
         return y
 
     def begin(self, x: Array, turns: Array, v: Array) -> Array:
