@@ -132,6 +132,8 @@ class ConstrainedChain:
         self._elsewhere = _Elsewhere(ClosedDirections(*made_of, rank=self.model.nv), state)
         self._by_rank = ClosedDirections(*made_of, rank=self._elsewhere.rank, gaps=gaps)
         self._mu = _REGULARISATION * self._elsewhere.least
+        loops, least = self._elsewhere.loops, float(self._elsewhere.least)
+        self._last_loop, self._strong = (loops - 1, -_WEAK * least) if loops else (0, np.inf)
         self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
         self._is_overclosed = False
         overclosed = overclosed_or_none(*made_of, state, self._closed_positions, gaps)
@@ -174,10 +176,23 @@ class ConstrainedChain:
         return np.asarray(jacobian)
 
     def _constrained(self, x: Array, v: Array, efforts: Array) -> Array:
-        pair = self._constraints, self._constraint_data
-        return pinocchio.constraintDynamics(
-            self.model, self.data, x, v, efforts, *pair, self._settings
+        """Prepare a state: return its accelerations and see whether a loop's equation is weak."""
+        a: Array = pinocchio.constraintDynamics(
+            self.model,
+            self.data,
+            x,
+            v,
+            efforts,
+            self._constraints,
+            self._constraint_data,
+            self._settings,
         )
+        # Pivots of J M⁻¹ Jᵀ are negative, those of redundant rows the regularisation; those of the
+        # inertia are positive. This is every stage of every step: of so few numbers NumPy's
+        # comparisons take three times as long.
+        pivots = sorted(self._decomposition.D.tolist())
+        self._is_weak = not pivots[self._last_loop] <= self._strong
+        return a
 
     def accelerations(
         self, x: Array, v: Array, efforts: Array | None = None, prescribed: Array | None = None
@@ -207,7 +222,7 @@ class ConstrainedChain:
             a = self._directions.accelerations(x, v, given, told * self._of_rates[self.prescribed])
             return a / self._of_rates
         a = self._constrained(x, v, given)
-        is_weak = self._elsewhere.is_weak(self._decomposition)
+        is_weak = self._is_weak
         if self._has_couplings and not is_weak:
             factors = self._coupling_factors()
             is_weak = self._elsewhere.is_weak_coupled(factors[1])
@@ -298,8 +313,7 @@ class ConstrainedChain:
         self._constrained(x, v, rest)
         for _ in range(_MOST_STEPS):
             factors = self._coupling_factors()
-            elsewhere = self._elsewhere
-            if elsewhere.is_weak(self._decomposition) or elsewhere.is_weak_coupled(factors[1]):
+            if self._is_weak or self._elsewhere.is_weak_coupled(factors[1]):
                 self.was_weak = True
                 x, v = self._by_rank.closed(x, v, strong_alone=crosses)
                 if not crosses:
@@ -341,7 +355,8 @@ class _Elsewhere:
     is left to `overclosed_or_none`.
 
     Attributes:
-        rank: of all equations along free coordinates.
+        loops: rank of the loops' equations along free coordinates.
+        rank: of all equations.
         least: least eigenvalue of J M⁻¹ Jᵀ of the loops that is not zero.
     """
 
@@ -360,9 +375,9 @@ class _Elsewhere:
             found.append(self._measured(pinocchio.integrate(every.model, state, way)))
         loops, coupled = max(item[:2] for item in found)
         full = [item for item in found if item[:2] == (loops, coupled)]
-        self._loops, self._coupled, self.rank = loops, coupled, loops + coupled
+        self.loops, self._coupled, self.rank = loops, coupled, loops + coupled
         self.least, least_coupled, self._typical = np.median([item[2:] for item in full], axis=0)
-        self._strong, self._weak_coupled = -float(_WEAK * self.least), _WEAK * least_coupled
+        self._weak_coupled = _WEAK * least_coupled
 
     def _measured(self, x: Array) -> tuple[int, int, float, float, float]:
         """Return ranks and least values of loops and of couplings, and of all equations."""
@@ -388,20 +403,6 @@ class _Elsewhere:
         both = rank + coupled
         typical = float(values[both - 1] / values[0]) if both else 1.0
         return rank, coupled, least, least_coupled, typical
-
-    def is_weak(self, decomposition: Any) -> bool:
-        """Return whether one of the loops' equations is much weaker than elsewhere.
-
-        Args:
-            decomposition: Pinocchio's, of the closure equations and the inertia. The pivots of the
-                former are negative, those of redundant rows the regularisation; those of the
-                inertia are positive.
-        """
-        if not self._loops:
-            return False
-        # Looked at in every stage of every step: of so few numbers NumPy's comparisons take three
-        # times as long.
-        return not sorted(decomposition.D.tolist())[self._loops - 1] <= self._strong
 
     def is_weak_coupled(self, gains: Array) -> bool:
         """Return whether a coupling is weak, as loops allow it.
