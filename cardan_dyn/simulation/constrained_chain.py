@@ -11,8 +11,7 @@ for redundant. There the equations keep the rank that they have elsewhere, by si
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pinocchio
@@ -132,8 +131,8 @@ class ConstrainedChain:
         self._elsewhere = _Elsewhere(ClosedDirections(*made_of, rank=self.model.nv), state)
         self._by_rank = ClosedDirections(*made_of, rank=self._elsewhere.rank, gaps=gaps)
         self._mu = _REGULARISATION * self._elsewhere.least
-        loops, least = self._elsewhere.loops, float(self._elsewhere.least)
-        self._last_loop, self._strong = (loops - 1, -_WEAK * least) if loops else (0, np.inf)
+        rank, strong = self._elsewhere.loops, -_WEAK * float(self._elsewhere.least)
+        self._last_loop, self._strong = (rank - 1, strong) if rank else (0, np.inf)
         self._settings = pinocchio.ProximalSettings(0.0, self._mu, _ROUNDS)
         self._is_overclosed = False
         overclosed = overclosed_or_none(*made_of, state, self._closed_positions, gaps)
@@ -162,6 +161,11 @@ class ConstrainedChain:
         self._each_constraint = [self._constraint_data[k] for k in range(len(self._constraints))]
         self._decomposition = self.data.constraint_chol
         pinocchio.initConstraintDynamics(self.model, self.data, *pair)
+        pivots = self._decomposition.D
+        # They change with the dynamics, unless who uses eigenpy has it copy its memory.
+        self._pivots: Callable[[], list[float]] = pivots.tolist
+        if pivots.flags.owndata:
+            self._pivots = lambda: self._decomposition.D.tolist()
 
     def _inertia(self, x: Array) -> Array:
         """Return the inertia matrix `(nv, nv)` at coordinates."""
@@ -190,7 +194,7 @@ class ConstrainedChain:
         # Pivots of J M⁻¹ Jᵀ are negative, those of redundant rows the regularisation; those of the
         # inertia are positive. This is every stage of every step: of so few numbers NumPy's
         # comparisons take three times as long.
-        pivots = sorted(self._decomposition.D.tolist())
+        pivots = sorted(self._pivots())
         self._is_weak = not pivots[self._last_loop] <= self._strong
         return a
 

@@ -53,6 +53,8 @@ class Equations(Protocol):
 
     turns: Array
     """What has to be added to a row, in turns of its entries; `wrap` changes it."""
+    evaluations: int
+    """How often derivatives were computed."""
 
     def derivative(self, time: float, y: Array) -> Array:
         """Return the time derivative of a row."""
@@ -171,7 +173,6 @@ class Integration:
         equations: the differential equations.
         points: at the start and after every step.
         segments: the accepted steps.
-        evaluations: how often derivatives were computed.
         method: `DOP853` or `Radau`, the one in use.
         stiff_from: time from which on the equations were found to be stiff, None if they are not.
         crossings: finds those of the constraints; None if there is none.
@@ -212,7 +213,6 @@ class Integration:
         the shortest that may."""
         self.equations, self.method = equations, method
         self.segments: list[Segment] = []
-        self.evaluations = 0
         self.stiff_from: float | None = None
         self.strictness = 1.0
         self._stiff_steps = 0
@@ -225,7 +225,7 @@ class Integration:
         # Equations work in one set of memory; of threads that share a trajectory, one reads it.
         self._lock = threading.RLock()
         y = equations.wrap(y)
-        self.points = [Point(0.0, y, equations.turns, self._derivative(0.0, y))]
+        self.points = [Point(0.0, y, equations.turns, self.equations.derivative(0.0, y))]
 
     def __getstate__(self) -> dict[str, Any]:
         # What was integrated can be copied; solvers, which could go on, hold functions.
@@ -257,11 +257,7 @@ class Integration:
         if self.method == "Radau":
             options["jac"] = self._jacobian
         kind = {"DOP853": DOP853, "Radau": Radau}[self.method]
-        return kind(self._derivative, time, y, self._duration, **options)
-
-    def _derivative(self, time: float, y: Array) -> Array:
-        self.evaluations += 1
-        return self.equations.derivative(time, y)
+        return kind(self.equations.derivative, time, y, self._duration, **options)
 
     def _jacobian(self, time: float, y: Array) -> Array:
         """Return the derivatives `(n, n)` of the rates, by differences.
@@ -269,13 +265,13 @@ class Integration:
         Friction that sets in within a small part of the speeds has slopes that great differences
         do not see: they are made finer until two of them agree.
         """
-        rate = self._derivative(time, y)
+        rate = self.equations.derivative(time, y)
         jacobian = np.empty((y.size, y.size))
 
         def column(index: int, difference: float) -> Array:
             moved = y.copy()
             moved[index] += difference
-            return (self._derivative(time, moved) - rate) / (moved[index] - y[index])
+            return (self.equations.derivative(time, moved) - rate) / (moved[index] - y[index])
 
         for index in range(y.size):
             size = abs(float(y[index]))
@@ -327,7 +323,7 @@ class Integration:
             is_stiff = is_explicit and self._step is None and self._is_stiff()
             before, time, turns = self.points[-1], float(solver.t), equations.turns
             y = equations.restored(time, solver.y)
-            rate = self._derivative(time, y)
+            rate = self.equations.derivative(time, y)
             # The interpolant ends where the next step begins.
             solver.y = y
             if is_explicit:
@@ -458,7 +454,7 @@ class Integration:
             y = self._restored(segment, time)
             turns = self._followed(segment, time, y)
             self.equations.turns = turns
-            return Point(time, y, turns, self._derivative(time, y))
+            return Point(time, y, turns, self.equations.derivative(time, y))
 
     def row_on(self, segment: Segment, time: float) -> tuple[Array, Array]:
         """Return the row at a time on one step, and its turns."""
@@ -510,7 +506,7 @@ class Integration:
         # Where other forces act, another crossing is ahead, or none.
         equations.turns, self._ahead = point.turns, None
         y = equations.wrap(point.y)
-        rate = self._derivative(point.time, y)
+        rate = self.equations.derivative(point.time, y)
         self.points[-1] = Point(point.time, y, equations.turns, rate)
         if point.time < self._duration:
             self._start_solver(point.time, y)

@@ -401,7 +401,8 @@ def _integrated(
     if following:
         following.close(integration.time)
         touches = following.touches
-    course = method, failure or reason, search.happened, notes, integration.evaluations, touches
+    evaluations = integration.equations.evaluations
+    course = method, failure or reason, search.happened, notes, evaluations, touches
     trajectory = _trajectory(setup, run(), *course, begun)
     if failure is not None:
         raise SimulationError(

@@ -42,7 +42,7 @@ class ScalarEquation:
         self._data = self._model.createData()
         self._names = StateNames(solver.problem.mechanism.coordinates)
         self._period = 2.0 * np.pi / functions.inertia.frequency
-        self.turns = np.zeros(2)
+        self.turns, self.evaluations = np.zeros(2), 0
         self._size = solver.problem.mechanism.coordinates.size
         self._table = _table(solver, functions)
         self._energy = Fourier(self._table.coefficients[:3], self._table.frequency)
@@ -61,6 +61,7 @@ class ScalarEquation:
 
     def derivative(self, time: float, y: Array) -> Array:
         """Return the derivative of position and speed `(2,)`."""
+        self.evaluations += 1
         position, speed = y.tolist()
         if self._forces.is_nothing:
             inertia, slope, force = self._energy.at(position)

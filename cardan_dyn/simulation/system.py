@@ -52,6 +52,7 @@ class System:
         size: length of a row's coordinates: the mechanism's, but for quaternions of free balls.
         turns: whole turns `(size,)` that have been taken off the angles so far; of a free ball, the
             three angles near which it is, in turns.
+        evaluations: see `Equations`.
     """
 
     def __init__(
@@ -88,7 +89,7 @@ class System:
         named = self.mechanism.coordinates.named
         self._names = StateNames(self.mechanism.coordinates)
         self.size = coordinates.size
-        self.turns = np.zeros(self.size)
+        self.turns, self.evaluations = np.zeros(self.size), 0
         self._columns, self._rates = coordinates.scalars
         self._balls = list(zip(*map(np.ndarray.tolist, coordinates.balls), strict=True))
         self._is_plain = not self._balls
@@ -121,6 +122,7 @@ class System:
 
     def derivative(self, time: float, y: Array) -> Array:
         """Return the time derivative of a row."""
+        self.evaluations += 1
         x, v = y[: self.size], y[self.size :]
         if self._is_plain:
             if self._acts:
@@ -234,7 +236,7 @@ class System:
         x[self._resting_columns], v[self._resting] = self._resting_at, 0.0
         closed, rates = self.model.closed(x, v, crosses=crosses)
         moved = ((closed - x) * self._scale).tolist()
-        if not all([-_FARTHEST <= part <= _FARTHEST for part in moved]):
+        if not all(-_FARTHEST <= part <= _FARTHEST for part in moved):
             farthest = float(np.max(np.abs(moved)))
             raise SingularConfigurationError(
                 f"at time {time:.6g} s the loops opened by {farthest:.1e} within one step, so that "
@@ -246,7 +248,7 @@ class System:
     def wrap(self, y: Array) -> Array:
         """Return a row without whole turns, which `turns` then counts."""
         angles = y[self._wrapped]
-        if all([-np.pi <= angle <= np.pi for angle in angles.tolist()]):
+        if all(-np.pi <= angle <= np.pi for angle in angles.tolist()):
             return y
         turns = np.round(angles / (2.0 * np.pi))
         y = y.copy()

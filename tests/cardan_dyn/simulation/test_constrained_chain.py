@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 
+import eigenpy
 import numpy as np
 import pytest
 from testkit.linkages import four_bar, loop
@@ -13,6 +14,21 @@ import cardan_dyn as cd
 from cardan_dyn.simulation.chains import chains_of
 from cardan_dyn.simulation.constrained_chain import ConstrainedChain
 
+LINKS = "".join(
+    f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" '
+    'ixz="0" iyz="0"/></inertial></link>'
+    for name in "abc"
+)
+PARALLELOGRAM = f"""<robot name="parallelogram"><link name="ground"/>{LINKS}
+<joint name="A" type="continuous"><parent link="ground"/><child link="a"/>
+  <axis xyz="0 0 1"/></joint>
+<joint name="B" type="continuous"><parent link="a"/><child link="b"/><origin xyz="1 0 0"/>
+  <axis xyz="0 0 1"/></joint>
+<joint name="D" type="continuous"><parent link="ground"/><child link="c"/><origin xyz="2 0 0"/>
+  <axis xyz="0 0 1"/></joint>
+<loop name="C" type="continuous"><predecessor link="b"><origin xyz="2 0 0"/></predecessor>
+  <successor link="c"><origin xyz="1 0 0"/></successor><axis xyz="0 0 1"/></loop></robot>"""
+"""All bars are in line at zero, where assembly modes meet."""
 GRAVITY = np.array([0.3, -9.81, 0.2])
 
 
@@ -50,3 +66,26 @@ def test_copies_answer_alike(second: ConstrainedChain) -> None:
     x, v = second.closed(np.zeros(4), np.array([1.0, 0.0, 0.0, 0.0]))
     other = copy.deepcopy(second)
     np.testing.assert_array_equal(other.accelerations(x, v), second.accelerations(x, v))
+
+
+@pytest.mark.parametrize("shares", [True, False])
+def test_weak_closures_are_noticed_at_the_state_that_is_asked_for(shares: bool) -> None:
+    # Whether NumPy sees memory of Pinocchio's or copies of it is up to who uses eigenpy.
+    kept = eigenpy.sharedMemory()
+    eigenpy.sharedMemory(shares)
+    try:
+        mechanism = cd.load(PARALLELOGRAM)
+        (only,) = chains_of(mechanism)
+        turned = np.zeros(4)
+        for name, way in {"A": 1.0, "B": -1.0, "C": 1.0, "D": 1.0}.items():
+            turned[mechanism.coordinates.named[name].column] = way
+        chain = ConstrainedChain(mechanism, only, [], GRAVITY, turned)
+        noticed = []
+        for angle in (1.0, 1e-3, 1.0):
+            chain.was_weak = False
+            assert chain.closure_error(angle * turned) < 1e-15
+            chain.accelerations(angle * turned, turned)
+            noticed.append(chain.was_weak)
+    finally:
+        eigenpy.sharedMemory(kept)
+    assert noticed == [False, True, False]
