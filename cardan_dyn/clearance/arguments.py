@@ -181,6 +181,7 @@ def period_of(solver: ProblemSolver) -> float:
         CardanError: the drive does not turn through.
     """
     problem = solver.problem
+    problem.refuse_free("play in joints")
     if len(problem.independent) > 1:
         raise ArgumentError("the scene has several drives; hold all but one of them")
     if not solver.has_mass:

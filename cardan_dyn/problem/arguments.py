@@ -62,7 +62,7 @@ def checked(
             f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
         )
     held, start, loads = mapping("held", held), starting(start), mapping("loads", loads)
-    if drive is None and free is None:
+    if drive is None and not free:
         drive = [name for name in mechanism.independent_coordinates if name not in held]
     drive = names("drive", () if drive is None else drive)
     free = names("free", () if free is None else free)

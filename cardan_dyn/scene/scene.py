@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array, is_column
-from ..checks import flag, mapping, whole
+from ..checks import flag, mapping, names, whole
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..errors import ArgumentError, MobilityError, choices
 from ..forces.link_loads import Wrench
@@ -174,9 +174,15 @@ class Scene(Prescribed):
             if name in ("held", "loads"):
                 value = _merged(self.mechanism, name, arguments[name], value)
             arguments[name] = value
+        asked = {role: _names(role, changes.get(role)) for role in _ROLES}
         for role in _ROLES:
-            if role in changes and changes[role] is not None:
-                _take_out(arguments, changes[role], {*_ROLES} - {*changes})
+            # What is asked for stays, so that contradictions are refused.
+            taken = set().union(*(asked[other] for other in _ROLES)) - asked[role]
+            present = arguments[role]
+            if role == "held":
+                arguments[role] = {name: present[name] for name in present if name not in taken}
+            elif role not in changes:
+                arguments[role] = tuple(name for name in present if name not in taken)
         problem = checked(**arguments)
         return Scene._of(ProblemSolver(problem, like=self._solver))
 
@@ -650,20 +656,15 @@ def _merged(
     return {key: value for key, value in merged.items() if value is not None}
 
 
-def _take_out(arguments: dict[str, Any], named: object, roles: set[str]) -> None:
-    """Take what one role names out of others, which keep the rest."""
-    if isinstance(named, str):
-        taken = {named}
-    elif isinstance(named, Mapping):
-        taken = {name for name, value in named.items() if value is not None}
-    else:
-        taken = {name for name in named if isinstance(name, str)} if np.iterable(named) else set()
-    for role in roles:
-        present = arguments[role]
-        if isinstance(present, Mapping):
-            arguments[role] = {key: value for key, value in present.items() if key not in taken}
-        else:
-            arguments[role] = tuple(name for name in present if name not in taken)
+def _names(role: str, value: object) -> set[str]:
+    """Return what an argument of a role names: coordinates that are driven, free or held.
+
+    Raises:
+        ArgumentError: it is no such argument.
+    """
+    if role == "held":
+        return {name for name, place in mapping(role, value).items() if place is not None}
+    return set() if value is None else set(names(role, value))
 
 
 def _again(

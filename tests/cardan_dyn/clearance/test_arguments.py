@@ -79,3 +79,16 @@ def test_names_of_no_joint_are_refused() -> None:
     refuse_unknown(["a", "b"], play={"a": 1.0}, stiffness=3.0, law=None)
     with pytest.raises(ArgumentError, match="play names 'c', which is no joint; a, b"):
         refuse_unknown(["a", "b"], stiffness=1.0, play={"a": 1.0, "c": 2.0})
+
+
+def test_free_coordinates_are_refused_in_words() -> None:
+    """Whether or not a position is given, of which a sweep would ask."""
+    scene = cd.Scene(cd.load("slider_crank"), free="crank_bearing")
+    given = {"joints": "crank_pin", "play": 1e-4, "stiffness": 1e7}
+    for call in (cd.clearance.scan, cd.clearance.simulate):
+        with pytest.raises(
+            cd.MobilityError, match=r"play in joints needs .* crank_bearing is free"
+        ):
+            call(scene, 50.0, **given)
+    with pytest.raises(cd.MobilityError, match="crank_bearing is free"):
+        cd.clearance.simulate(scene, 50.0, position=1.0, **given)

@@ -127,6 +127,15 @@ def test_a_coordinate_has_one_role(joint: cd.Mechanism) -> None:
         ("joint_angle",),
         {"bearing_in": 0.2},
     )
+    swapped = scene.replace(drive="joint_angle", held={"bearing_in": 0.1})
+    assert (swapped.drives, swapped.free, swapped.held) == (
+        ("joint_angle",),
+        (),
+        {"bearing_in": 0.1},
+    )
+    for asked in ({"drive": "joint_angle", "held": {"joint_angle": 0.1}}, {"free": [], "drive": 3}):
+        with pytest.raises(cd.ArgumentError, match=r"named once|drive is 3"):
+            scene.replace(**asked)
     with pytest.raises(cd.ArgumentError, match="either driven, free or held, and named once"):
         cd.Scene(joint, drive="bearing_in", free="bearing_in", held={"joint_angle": 0.5})
     with pytest.raises(cd.ArgumentError, match="either driven, free or held, and named once"):
