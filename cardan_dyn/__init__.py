@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from ._version import __version__
 from .description.read import bundled_names
 from .dynamics.problem_solver import AssembledPositions
+from .elements.link_loads import Wrench
 from .errors import (
     AccuracyError,
     ArgumentError,
@@ -23,7 +24,6 @@ from .errors import (
     SingularConfigurationError,
     VibrationError,
 )
-from .forces.link_loads import Wrench
 from .mechanism.joints import Joint
 from .mechanism.mechanism import Mechanism, load
 from .results.motion import Motion

@@ -60,6 +60,8 @@ def described(value: object) -> str:
             return f"of type {type(value).__name__}"
     if isinstance(value, np.ndarray):
         return f"an array of type {value.dtype}"
+    if isinstance(value, type):
+        return f"the class {value.__name__} itself"
     return f"of type {type(value).__name__}"
 
 

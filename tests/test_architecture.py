@@ -9,7 +9,7 @@ PACKAGE = ROOT / "cardan_dyn"
 FLOORS = (
     ("_version", "arrays", "errors"),
     ("checks", "frozen", "markup"),
-    ("description", "forces"),
+    ("description",),
     ("mechanism",),
     ("elements",),
     ("problem", "proof"),

@@ -7,70 +7,13 @@ whatever notation they were read from: `==` compares contents, arrays included, 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..frozen import read_only
-
-
-class Record:
-    """A frozen dataclass that `==` compares by its contents, and whose arrays are read-only.
-
-    Fields declared with `compare=False` do not take part. Records hold arrays and lists of other
-    records, of which no hash is computed: they cannot be keys of a dictionary.
-    """
-
-    def __post_init__(self) -> None:
-        for value in vars(self).values():
-            if isinstance(value, np.ndarray):
-                read_only(value)
-
-    def __reduce__(self) -> tuple[object, ...]:
-        # Through the constructor, which closes the arrays of a copy to writing as well.
-        return type(self), tuple(getattr(self, item.name) for item in fields(self))  # type: ignore[arg-type]
-
-    def __eq__(self, other: object) -> bool:
-        return self.agrees(other) if isinstance(other, Record) else NotImplemented
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def agrees(self, other: object, tolerance: float = 0.0) -> bool:
-        """Return whether another record says the same up to rounding.
-
-        Args:
-            other: a record; anything else never agrees.
-            tolerance: greatest difference of two numbers relative to the greatest number of their
-                array; of a number that stands alone, relative to itself. 0 is what `==` demands.
-        """
-        return type(self) is type(other) and all(
-            _agree(getattr(self, item.name), getattr(other, item.name), tolerance)
-            for item in fields(self)  # type: ignore[arg-type]
-            if item.compare
-        )
-
-
-def _agree(first: object, second: object, tolerance: float) -> bool:
-    """Return whether two values of a record's field are the same up to a relative tolerance."""
-    if isinstance(first, Record):
-        return first.agrees(second, tolerance)
-    if isinstance(first, tuple):
-        return (
-            isinstance(second, tuple)
-            and len(first) == len(second)
-            and all(_agree(a, b, tolerance) for a, b in zip(first, second, strict=True))
-        )
-    if isinstance(first, (float, np.ndarray)) and second is not None:
-        a, b = np.asarray(first), np.asarray(second)
-        if np.array_equal(a, b):
-            return True
-        # An infinite limit agrees with nothing but itself; the difference would be nan.
-        if a.shape != b.shape or not (np.all(np.isfinite(a)) and np.all(np.isfinite(b))):
-            return False
-        return bool(np.max(np.abs(a - b)) <= tolerance * np.max(np.abs(a)))
-    return first == second
+from ..frozen import Record
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..forces.link_loads import LinkLoad
+from ..elements.link_loads import LinkLoad
 from ..kinematics.all_groups import ClosedState, Kinematics
 from ..kinematics.needs import Needs
 from ..problem.problem import Problem

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array, cross
-from ..forces.link_loads import LinkLoad
+from ..elements.link_loads import LinkLoad
 from ..kinematics.all_groups import ClosedState, Kinematics
 from ..kinematics.batch_model import BaseMotion, placement
 from ..kinematics.group_state import GroupState

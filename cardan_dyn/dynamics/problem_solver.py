@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
+from ..elements.link_loads import WRENCH_COMPONENTS
 from ..errors import ArgumentError, IndeterminateError
-from ..forces.link_loads import WRENCH_COMPONENTS
 from ..frozen import Frozen, frozen, read_only
 from ..kinematics.all_groups import ClosedState, Kinematics
 from ..kinematics.assembly import Assembly, AssemblyAtDesign

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, inverse
 from ..checks import numbers, semidefinite
 from ..errors import ArgumentError
-from .element import Element
+from .element import Exerted, LinkElement, LinkWrench, Quantity
+from .link_loads import WRENCH_COMPONENTS
+from .link_motions import LinkMotion, LinkMotions
 from .rotation_vectors import greatest_angle, left_jacobian_inverse_transposed
-from .winding import GREATEST_ANGLE
+from .winding import GREATEST_ANGLE, Winding
+
+if TYPE_CHECKING:
+    from ..mechanism.mechanism import Mechanism
 
 _ALONG = 1e-9
 """Part of a moment across an axis that counts as rounding of one along it."""
@@ -41,7 +47,7 @@ class BushingForce(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Bushing(Element):
+class Bushing(LinkElement):
     """An elastic connection of two links in all six directions, such as a rubber bushing.
 
     A frame is fixed to each link. The deformation d is the position of the second in the axes of
@@ -75,6 +81,25 @@ class Bushing(Element):
             negative, a placement is not rigid, or both links are the same.
     """
 
+    group = "bushing"
+    quantities = (
+        Quantity(
+            "wrench",
+            "element_wrench",
+            "wrench of the bushing on its link_b, in the axes of its frame in link_a",
+            ("N",) * 3 + ("N·m",) * 3,
+            "wrench_component",
+            WRENCH_COMPONENTS,
+        ),
+        Quantity(
+            "deformation",
+            "element_deformation",
+            "position and rotation vector of the bushing's frame in link_b, in that of link_a",
+            ("m",) * 3 + ("rad",) * 3,
+            "deformation_component",
+            ("x", "y", "z", "turn_x", "turn_y", "turn_z"),
+        ),
+    )
     link_a: str
     link_b: str
     origin: Array
@@ -100,9 +125,18 @@ class Bushing(Element):
         super().__post_init__()
 
     @property
-    def links(self) -> tuple[str, ...]:
-        """Names of both links."""
-        return self.link_a, self.link_b
+    def conserves(self) -> bool:
+        """Whether it has no damping."""
+        return not self.damps
+
+    @property
+    def damps(self) -> bool:
+        """Whether it has damping."""
+        return bool(np.any(self.damping))
+
+    def on(self, mechanism: Mechanism, label: str) -> PlacedBushing:
+        """See `Element.on`."""
+        return PlacedBushing(self, mechanism, label)
 
     def force(self, turn: Array, span: Array, rate: Array, label: str) -> BushingForce:
         """Return what it exerts.
@@ -144,6 +178,89 @@ class Bushing(Element):
             energy=0.5 * np.einsum("ni,ni->n", gradient, deformation),
             dissipation=np.einsum("ni,ni->n", drag, rate),
         )
+
+
+class PlacedBushing:
+    """A bushing on a mechanism.
+
+    Attributes:
+        end: `(4, 4)` placement of its frame in `link_b`.
+        label: how messages call it.
+    """
+
+    def __init__(self, element: Bushing, mechanism: Mechanism, label: str) -> None:
+        self._element, self.label = element, label
+        given = element.origin_b
+        self.end = _without_deformation(mechanism, element) if given is None else given
+        first, second = (
+            (mechanism.links[link][0], mechanism.links[link][1].rotation @ placement[:3, :3])
+            for link, placement in zip(element.links, (element.origin, self.end), strict=True)
+        )
+        self._winding = Winding(mechanism, first, second)
+
+    def is_short(self, x: Array) -> bool:
+        """Return whether it has made no whole turns at a row `x (size,)` of coordinates."""
+        return self._winding.is_short(x)
+
+    def turns(self, x: Array, rotation: Array) -> Array:
+        """Return its rotation vectors `(N, 3)`, whole turns counted.
+
+        Args:
+            x: `(N, size)` coordinates; angles count whole turns.
+            rotation: `(N, 3, 3)` of its second frame relative to the first.
+
+        Raises:
+            ArgumentError: it is turned too far.
+        """
+        turn, lost = self._winding.turns(x, rotation)
+        if np.any(lost):
+            raise too_far(self.label, greatest_angle(turn[lost]))
+        return turn
+
+    def at(self, x: Array, v: Array, time: Array, links: Mapping[str, LinkMotion]) -> Exerted:
+        """See `Acting.at`."""
+        element, count = self._element, len(x)
+        at_a, at_b = links[element.link_a], links[element.link_b]
+        first, second = at_a.placed(element.origin), at_b.placed(self.end)
+        back = first.rotation.transpose(0, 2, 1)
+        span = second.position - first.position
+        # The velocity that is seen from the first frame, which turns.
+        seen = second.velocity - first.velocity - np.cross(first.spin, span)
+        rate = np.concatenate(
+            [
+                np.broadcast_to(np.einsum("nij,nj->ni", back, vector), (count, 3))
+                for vector in np.broadcast_arrays(seen, second.spin - first.spin)
+            ],
+            axis=1,
+        )
+        span_seen = np.broadcast_to(np.einsum("nij,nj->ni", back, span), (count, 3))
+        turn = self.turns(x, np.broadcast_to(back @ second.rotation, (count, 3, 3)))
+        done = element.force(turn, span_seen, rate, self.label)
+        force, moment = (
+            np.einsum("nij,nj->ni", first.rotation, half)
+            for half in (done.wrench[:, :3], done.wrench[:, 3:])
+        )
+        arm_a, arm_b = second.position - at_a.position, second.position - at_b.position
+        wrenches = (
+            LinkWrench(element.link_a, -force, -moment - np.cross(arm_a, force)),
+            LinkWrench(element.link_b, force, moment + np.cross(arm_b, force)),
+        )
+        return Exerted(done, np.einsum("ni,ni->n", done.wrench, rate), wrenches=wrenches)
+
+
+def _without_deformation(mechanism: Mechanism, element: Bushing) -> Array:
+    """Return the `(4, 4)` placement in `link_b` of the frame in `link_a` at the zero."""
+    row, rest = mechanism.zero[None], np.zeros((1, mechanism.model.nv))
+    at_zero = LinkMotions(mechanism, element.links).at(row, rest)
+    first, second = (_matrix(at_zero[link]) for link in element.links)
+    return inverse(second) @ first @ element.origin
+
+
+def _matrix(motion: LinkMotion) -> Array:
+    """Return the placement of a frame at the first sample as `(4, 4)`."""
+    result = np.eye(4)
+    result[:3, :3], result[:3, 3] = motion.rotation[0], motion.position[0]
+    return result
 
 
 def too_far(label: str, angle: float) -> ArgumentError:

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..checks import number, positive
-from ..description.description import Record
 from ..errors import ArgumentError
+from ..frozen import Record
 
 if TYPE_CHECKING:
     from typing import TypeAlias

@@ -5,16 +5,22 @@ An effort is positive in the sense of its coordinate [N·m, or N at a slide], li
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from ..checks import described, numbers
 from ..errors import ArgumentError, choices
-from .element import Element
+from .element import Element, Exerted, Quantity
+
+if TYPE_CHECKING:
+    from ..mechanism.coordinates import Scalar
+    from ..mechanism.mechanism import Mechanism
+    from .link_motions import LinkMotion
 
 _OF = ("time", "position")
 """What functions of actuators take."""
@@ -41,6 +47,10 @@ class JointElement(Element):
         joint: name of the joint, or of one of its coordinates, see `Mechanism.drivable`.
     """
 
+    group = "joint_element"
+    quantities = (
+        Quantity("effort", "element_effort", "effort of the element along its coordinate"),
+    )
     joint: str
 
     @property
@@ -48,6 +58,11 @@ class JointElement(Element):
         """The coordinate's name alone."""
         return (self.joint,)
 
+    def on(self, mechanism: Mechanism, label: str) -> _AlongCoordinate:
+        """See `Element.on`."""
+        return _AlongCoordinate(self, mechanism.coordinates.named[self.joint], label)
+
+    @abstractmethod
     def force(self, x: Array, v: Array, time: Array, label: str) -> JointForce:
         """Return what it exerts.
 
@@ -60,7 +75,20 @@ class JointElement(Element):
         Raises:
             ArgumentError: the effort cannot be computed.
         """
-        raise NotImplementedError
+
+
+class _AlongCoordinate(NamedTuple):
+    """An element along a coordinate of a mechanism."""
+
+    element: JointElement
+    coordinate: Scalar
+    label: str
+
+    def at(self, x: Array, v: Array, time: Array, links: Mapping[str, LinkMotion]) -> Exerted:
+        """See `Acting.at`."""
+        rates = v[:, self.coordinate.rate]
+        force = self.element.force(x[:, self.coordinate.column], rates, time, self.label)
+        return Exerted(force, force.effort * rates, {self.coordinate.rate: force.effort})
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +120,16 @@ class JointSpring(JointElement):
             rest=self._number("rest"),
             name=self._text("name"),
         )
+
+    @property
+    def conserves(self) -> bool:
+        """Whether it has no damping."""
+        return self.damping == 0.0
+
+    @property
+    def damps(self) -> bool:
+        """Whether it has damping."""
+        return self.damping != 0.0
 
     def force(self, x: Array, v: Array, time: Array, label: str) -> JointForce:
         """Return what it exerts, see `JointElement.force`."""
@@ -135,6 +173,16 @@ class JointFriction(JointElement):
                 f"JointFriction: transition is {self.transition:g}; it is a positive speed"
             )
 
+    @property
+    def jump(self) -> str:
+        """See `Element.jump`."""
+        if not self.effort:
+            return ""
+        return (
+            f"dry friction at {self.joint!r}: its jump is not smooth, so that it has no linear "
+            "vibration; use Scene.simulate, or damping of a JointSpring instead"
+        )
+
     def force(self, x: Array, v: Array, time: Array, label: str) -> JointForce:
         """Return what it exerts, see `JointElement.force`."""
         effort = -self.effort * v / np.hypot(v, self.transition)
@@ -169,6 +217,11 @@ class Actuator(JointElement):
         self._set(joint=self._text("joint"), effort=effort, name=self._text("name"))
         if not isinstance(self.of, str) or self.of not in _OF:
             raise ArgumentError(f"Actuator: of is {described(self.of)}; it is {choices(_OF)}")
+
+    @property
+    def gives_power(self) -> bool:
+        """See `Element.gives_power`."""
+        return True
 
     @property
     def follows_time(self) -> bool:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,7 +12,11 @@ from ..arrays import Array
 from ..checks import described, vector
 from ..errors import ArgumentError
 from .contact_laws import ContactLaw
-from .element import Element
+from .element import Exerted, LinkElement, LinkWrench, Quantity
+
+if TYPE_CHECKING:
+    from ..mechanism.mechanism import Mechanism
+    from .link_motions import LinkMotion
 
 
 class ContactMotion(NamedTuple):
@@ -53,7 +58,7 @@ class ContactForce(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PinContact(Element):
+class PinContact(LinkElement):
     """A pin on one link in a bush on another one, with play: contact across the bush's axis.
 
     The point of the pin moves freely within the play; farther out, the wall presses it back by its
@@ -79,6 +84,19 @@ class PinContact(Element):
             links are the same.
     """
 
+    group = "pin_contact"
+    quantities = (
+        Quantity("pressure", "contact_pressure", "force that presses pin and wall apart", "N"),
+        Quantity("friction", "contact_friction", "force along the wall on the pin", "N"),
+        Quantity(
+            *("depth", "contact_depth"),
+            *("depth by which the pin has entered the wall, negative in the play", "m"),
+        ),
+        Quantity(
+            *("offset", "contact_offset"),
+            *("place of the pin beside the axis of its bush, in world axes", "m", "component"),
+        ),
+    )
     link_a: str
     point_a: Array
     axis_a: Array
@@ -115,9 +133,16 @@ class PinContact(Element):
         super().__post_init__()
 
     @property
-    def links(self) -> tuple[str, ...]:
-        """Names of both links."""
-        return self.link_a, self.link_b
+    def jump(self) -> str:
+        """See `Element.jump`."""
+        return (
+            f"the pin of {self.link_b!r} has play in its bush: it strikes, which no linear "
+            "vibration knows; use Scene.simulate"
+        )
+
+    def on(self, mechanism: Mechanism, label: str) -> _PinInBush:
+        """See `Element.on`."""
+        return _PinInBush(self)
 
     def pressure(self, depth: Array, rate: Array, time: Array) -> Array:
         """Return the force `(N,)` that presses pin and wall apart [N].
@@ -187,3 +212,35 @@ class PinContact(Element):
         """Return the vectors `(N, 3)` from the pin's point to where it touches the wall [m]."""
         distance = np.sqrt(np.einsum("ni,ni->n", motion.offset, motion.offset))
         return self.radius * motion.offset / np.where(distance > 0.0, distance, 1.0)[:, None]
+
+
+class _PinInBush(NamedTuple):
+    """A pin contact on a mechanism."""
+
+    element: PinContact
+
+    def at(self, x: Array, v: Array, time: Array, links: Mapping[str, LinkMotion]) -> Exerted:
+        """See `Acting.at`."""
+        element, shape = self.element, (len(x), 3)
+        bush, pin = links[element.link_a], links[element.link_b]
+        axis = np.broadcast_to(bush.rotation @ element.axis_a, shape)
+        arm = np.broadcast_to(pin.rotation @ element.point_b, shape)
+        beside = pin.position + arm - bush.position
+        span = np.broadcast_to(beside - bush.rotation @ element.point_a, shape)
+        # The velocity of the pin's point as the bush sees it, which turns.
+        seen = np.broadcast_to(pin.velocity + np.cross(pin.spin, arm) - bush.velocity, shape)
+        seen = seen - np.cross(bush.spin, beside)
+        motion = ContactMotion(
+            axis,
+            span - axis * np.einsum("ni,ni->n", axis, span)[:, None],
+            seen - axis * np.einsum("ni,ni->n", axis, seen)[:, None],
+            np.einsum("ni,ni->n", axis, np.broadcast_to(pin.spin - bush.spin, shape)),
+        )
+        done = element.force(motion, time)
+        lever = element.arm(motion)
+        wrenches = (
+            LinkWrench(element.link_a, -done.force, -np.cross(beside + lever, done.force)),
+            LinkWrench(element.link_b, done.force, np.cross(arm + lever, done.force)),
+        )
+        moved = seen + np.cross(motion.axis * motion.spin[:, None], lever)
+        return Exerted(done, np.einsum("ni,ni->n", done.force, moved), wrenches=wrenches)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from ..checks import vector
 from ..errors import ArgumentError
-from .element import Element
+from .element import Exerted, LinkElement, LinkWrench, Quantity
+
+if TYPE_CHECKING:
+    from ..mechanism.mechanism import Mechanism
+    from .link_motions import LinkMotion
 
 COINCIDENT = 1e-12
 """Distance of two points, relative to the greatest length of a spring or its mechanism, by which
@@ -36,7 +41,7 @@ class PointForce(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PointSpring(Element):
+class PointSpring(LinkElement):
     """A spring and a damper along the line between points of two links.
 
     It pulls the points together by the tension stiffness (distance - length) + damping d(distance)/
@@ -57,6 +62,15 @@ class PointSpring(Element):
             the same.
     """
 
+    group = "point_spring"
+    quantities = (
+        Quantity("tension", "element_tension", "tension that pulls the points together", "N"),
+        Quantity("length", "element_length", "distance of the points of the spring", "m"),
+        Quantity(
+            *("force", "element_force", "force of the spring on its link_a, in world axes"),
+            *("N", "component"),
+        ),
+    )
     link_a: str
     point_a: Array
     link_b: str
@@ -81,9 +95,18 @@ class PointSpring(Element):
         super().__post_init__()
 
     @property
-    def links(self) -> tuple[str, ...]:
-        """Names of both links."""
-        return self.link_a, self.link_b
+    def conserves(self) -> bool:
+        """Whether it has no damping."""
+        return self.damping == 0.0
+
+    @property
+    def damps(self) -> bool:
+        """Whether it has damping."""
+        return self.damping != 0.0
+
+    def on(self, mechanism: Mechanism, label: str) -> _BetweenPoints:
+        """See `Element.on`."""
+        return _BetweenPoints(self, label, mechanism.characteristic_length)
 
     def force(self, span: Array, rate: Array, label: str, size: float = 0.0) -> PointForce:
         """Return what it exerts.
@@ -123,3 +146,26 @@ class PointSpring(Element):
             energy=0.5 * pull * stretch,
             dissipation=self.damping * speed**2,
         )
+
+
+class _BetweenPoints(NamedTuple):
+    """A point spring on a mechanism, of a characteristic length `size` [m]."""
+
+    element: PointSpring
+    label: str
+    size: float
+
+    def at(self, x: Array, v: Array, time: Array, links: Mapping[str, LinkMotion]) -> Exerted:
+        """See `Acting.at`."""
+        element, shape = self.element, (len(x), 3)
+        at_a, at_b = links[element.link_a], links[element.link_b]
+        arm_a, arm_b = at_a.rotation @ element.point_a, at_b.rotation @ element.point_b
+        span = np.broadcast_to(at_b.position + arm_b - at_a.position - arm_a, shape)
+        rate = at_b.velocity + np.cross(at_b.spin, arm_b)
+        rate = np.broadcast_to(rate - at_a.velocity - np.cross(at_a.spin, arm_a), shape)
+        done = element.force(span, rate, self.label, self.size)
+        wrenches = (
+            LinkWrench(element.link_a, done.force, np.cross(arm_a, done.force)),
+            LinkWrench(element.link_b, -done.force, -np.cross(arm_b, done.force)),
+        )
+        return Exerted(done, -np.einsum("ni,ni->n", done.force, rate), wrenches=wrenches)

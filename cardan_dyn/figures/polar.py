@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ArgumentError, choices
-from ..results.sweep_data import FRAMES
+from ..results.sweep import FRAMES
 from .style import (
     TITLE_SIZE,
     Axes,

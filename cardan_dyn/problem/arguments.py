@@ -19,8 +19,8 @@ from ..checks import (
     text,
     vector,
 )
+from ..elements.link_loads import LinkLoad, Wrench
 from ..errors import ArgumentError, MobilityError, choices
-from ..forces.link_loads import LinkLoad, Wrench
 from ..frozen import frozen
 from ..mechanism.configuration import Configuration
 from ..mechanism.joints import Joint

@@ -5,18 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..checks import described
-from ..elements.bushing import Bushing
 from ..elements.element import Element
 from ..elements.element_forces import labels
-from ..elements.joint_elements import Actuator, JointFriction, JointSpring
-from ..elements.pin_contact import PinContact
-from ..elements.point_spring import PointSpring
 from ..errors import ArgumentError, CardanError, choices
 from ..mechanism.mechanism import Mechanism
 from .coordinate_names import check_single
 
-_CLASSES = (JointSpring, JointFriction, PointSpring, Bushing, PinContact, Actuator)
-_KINDS = tuple(kind.__name__ for kind in _CLASSES)
+_KINDS = "JointSpring, JointFriction, PointSpring, Bushing, PinContact, Actuator"
 
 
 def listed(given: object) -> tuple[Element, ...]:
@@ -28,14 +23,12 @@ def listed(given: object) -> tuple[Element, ...]:
     if isinstance(given, Element):
         raise ArgumentError(f"elements is a {type(given).__name__}; give a list of elements")
     if not isinstance(given, Sequence) or isinstance(given, (str, bytes)):
-        raise ArgumentError(
-            f"elements is {described(given)}, expected a list of: {', '.join(_KINDS)}"
-        )
+        raise ArgumentError(f"elements is {described(given)}, expected a list of: {_KINDS}")
     elements = tuple(given)
     for index, element in enumerate(elements):
-        if not isinstance(element, _CLASSES):
+        if not isinstance(element, Element):
             raise ArgumentError(
-                f"elements[{index}] is {described(element)}, expected one of: {', '.join(_KINDS)}"
+                f"elements[{index}] is {described(element)}, expected one of: {_KINDS}"
             )
     named = [element.name for element in elements if element.name]
     for index, element in enumerate(elements):

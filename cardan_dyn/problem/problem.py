@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
+from ..elements.link_loads import LinkLoad
 from ..errors import MobilityError, choices
-from ..forces.link_loads import LinkLoad
 from ..frozen import FrozenDict, frozen, read_only
 from ..mechanism.mechanism import Mechanism
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from ..arrays import Array, flat, is_column, part, without_column
 from ..checks import mapping, numbers, shortened
+from ..elements.link_loads import LinkLoad
 from ..errors import ArgumentError, choices
-from ..forces.link_loads import LinkLoad
 from ..frozen import FrozenDict, frozen, read_only
 from ..mechanism.mechanism import Mechanism
 from .arguments import check_distance, split_loads

@@ -18,6 +18,7 @@ from ..elements.element import Element
 from ..elements.joint_elements import Actuator, JointElement, JointFriction, JointSpring
 from ..elements.pin_contact import PinContact
 from ..elements.point_spring import COINCIDENT, PointSpring
+from ..errors import ArgumentError
 from ..mechanism.frames import ElementaryMotion, Frames
 from .named_motions import named_motions
 from .twists import State, cross
@@ -78,10 +79,11 @@ class ProvenElements:
         self._named: dict[str, ElementaryMotion] = {}
         if any(element.joints for element in elements):
             self._named = named_motions(frames)
-        self._ends: dict[int, Array] = {}
-        for index, element in enumerate(elements):
-            if isinstance(element, Bushing):
-                self._ends[index] = self._end(element, zero)
+        self._ends = {
+            index: self._ends_of(element, zero)
+            for index, element in enumerate(elements)
+            if element.links
+        }
 
     def on(
         self, state: State, velocities: Array | None, x: Array, v: Array, time: Array
@@ -104,26 +106,18 @@ class ProvenElements:
                 efforts[motion.rate] += effort
                 terms += term * (self._length if motion.kind == "slide" else 1.0)
                 continue
-            if isinstance(element, PointSpring):
-                placements = [np.eye(4), np.eye(4)]
-                placements[0][:3, 3], placements[1][:3, 3] = element.point_a, element.point_b
-            elif isinstance(element, Bushing):
-                placements = [element.origin, self._ends[index]]
-            elif isinstance(element, PinContact):
-                placements = [np.eye(4), np.eye(4)]
-                placements[0][:3, 3], placements[1][:3, 3] = element.point_a, element.point_b
-            else:
-                continue
             first, second = (
                 self._placed(state, velocities, link, placement)
-                for link, placement in zip(element.links, placements, strict=True)
+                for link, placement in zip(element.links, self._ends[index], strict=True)
             )
             if isinstance(element, PointSpring):
                 on_second, term = self._of_spring(element, first, second)
             elif isinstance(element, PinContact):
                 on_second, term = self._of_contact(element, first, second, time)
-            else:
+            elif isinstance(element, Bushing):
                 on_second, term = self._of_bushing(element, first, second, state, x)
+            else:
+                raise _unknown_law(element)
             terms += term
             wrenches += [
                 (frame.body, sign * on_second)
@@ -131,6 +125,16 @@ class ProvenElements:
                 if frame.body >= 0
             ]
         return ElementLoads(efforts, wrenches, terms)
+
+    def _ends_of(self, element: Element, zero: Array) -> tuple[Array, Array]:
+        """Return the `(4, 4)` placements of both ends of an element in their links."""
+        if isinstance(element, Bushing):
+            return element.origin, self._end(element, zero)
+        if not isinstance(element, (PointSpring, PinContact)):
+            raise _unknown_law(element)
+        first, second = np.eye(4), np.eye(4)
+        first[:3, 3], second[:3, 3] = element.point_a, element.point_b
+        return first, second
 
     def _placed(
         self, state: State, velocities: Array | None, link: str, placement: Array
@@ -326,11 +330,18 @@ def _effort(element: JointElement, x: Array, v: Array, time: Array) -> tuple[Arr
     if isinstance(element, JointFriction):
         slip = v / element.transition
         return -element.effort * slip / np.sqrt(1.0 + slip * slip), np.full(len(x), element.effort)
-    times = np.broadcast_to(time, x.shape)
+    if not isinstance(element, Actuator):
+        raise _unknown_law(element)
     # What a function of time returns is given, not solved.
-    given = isinstance(element, Actuator)
-    effort = element.force(x, v, times, "an actuator").effort if given else np.zeros_like(x)
+    effort = element.force(x, v, np.broadcast_to(time, x.shape), "an actuator").effort
     return effort, np.abs(effort)
+
+
+def _unknown_law(element: Element) -> ArgumentError:
+    return ArgumentError(
+        f"the proof does not know the law of {type(element).__name__}, so that its forces could "
+        "not be checked; write it once more in proof/element_loads.py"
+    )
 
 
 def _norm(vectors: Array) -> Array:

@@ -30,7 +30,7 @@ from .wrenches import JointWrenches, greatest_size, placed_in_world
 if TYPE_CHECKING:
     from ..description.description import Description
     from ..elements.element import Element
-    from ..forces.link_loads import LinkLoad
+    from ..elements.link_loads import LinkLoad
     from .element_loads import ElementLoads, ProvenElements
 
 

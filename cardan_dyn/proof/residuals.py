@@ -11,7 +11,7 @@ from ..arrays import Array
 from ..errors import AccuracyError, as_position, as_text
 
 if TYPE_CHECKING:
-    from ..forces.link_loads import LinkLoad
+    from ..elements.link_loads import LinkLoad
 
 BALANCE_TOLERANCE = 1e-8
 """Greatest relative residual of a result: of bodies, of power, of loops and of rates.

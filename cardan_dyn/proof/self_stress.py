@@ -13,8 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..arrays import Array
+from ..elements.link_loads import WRENCH_COMPONENTS
 from ..errors import AccuracyError
-from ..forces.link_loads import WRENCH_COMPONENTS
 from .twists import State, Twists
 
 _UNIQUE = 1e-7

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
-from ..forces.link_loads import LinkLoad
+from ..elements.link_loads import LinkLoad
 from ..frozen import frozen, read_only
 from ..results.motion import Motion
 from ..results.sweep import Sweep

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..dynamics.problem_solver import ProblemSolver
+from ..elements.link_loads import LinkLoad
 from ..errors import ArgumentError
-from ..forces.link_loads import LinkLoad
 from ..frozen import frozen, read_only
 from ..problem.samples import Targets, targets_of
 from ..results.collect import motion_at

@@ -12,7 +12,7 @@ from ..dynamics.inverse_dynamics import Inputs, JointRates, Solution
 from ..dynamics.open_tree import LoadCase
 from ..dynamics.problem_solver import ProblemSolver
 from ..dynamics.reactions import UNIQUE_TOLERANCE, Reactions, superposed
-from ..forces.link_loads import LinkLoad
+from ..elements.link_loads import LinkLoad
 from ..frozen import frozen
 from ..kinematics.all_groups import ClosedState
 from ..kinematics.straight_lines import BLOCK_SIZE

@@ -12,7 +12,8 @@ from ..errors import ModelError, choices
 from ..frozen import Frozen, read_only
 
 if TYPE_CHECKING:
-    from ..elements.element_forces import ElementForce, ElementForces
+    from ..elements.element import ElementForce
+    from ..elements.element_forces import ElementForces
     from .motion import Motion
 
 

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from ..arrays import Array
-from ..forces.link_loads import LinkLoad
+from ..elements.link_loads import LinkLoad
 from ..frozen import read_only
 from .motion import Motion
 from .wrench import Components, StoredComponents

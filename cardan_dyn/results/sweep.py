@@ -1,17 +1,100 @@
-"""Sweep: the result of a scene over drive positions, with the residuals that prove it."""
+"""Sweep: the result of a scene over drive positions, with the residuals that prove it.
+
+As a table (`Sweep.to_xarray`, `Sweep.to_dataframe`) it has the dimensions
+- `sample`, or `sample_0`, `sample_1` … where a response was evaluated on a grid,
+- `joint`: the outputs, with wrenches in the joints' own axes,
+- `component`: x, y, z, and `wrench_component`: the six flags of `unique`,
+- `drive`, where there are several, `held` and `coupling`,
+- `moving_joint`: joints with one coordinate, and the coordinates of others that turn or slide
+  (`joint.turn_1`),
+- `element`: force elements by name, `elements[0]` where one has none; those along coordinates
+  (`joint_element`, with `element_effort`), between points (`point_spring`, with `element_tension`,
+  `element_length`, `element_force`) and `bushing` (`element_wrench` by `wrench_component`,
+  `element_deformation` by `deformation_component`) once more by themselves.
+
+`position`, `speed`, `acceleration`, and times, loads and gravity that vary, are coordinates. What
+the outputs of a scene leave out is missing, or NaN for the motion of single joints. Every variable
+has the attributes `units` and `long_name`. Where rotations and slides stand side by side, `units`
+names both, and the coordinates `drive_unit`, `held_unit`, `coupling_unit` (of the efforts),
+`effort_unit` (of joint elements) and `unit` (of the coordinates of moving joints; velocities are
+per s, accelerations per s²) tell them apart.
+
+A DataFrame has a row per sample (of a grid: in C order, with an index per dimension), and a flat
+column per value. Flat names select by `frame.filter(like=".bending")`, plot by
+`frame.plot("position", "bearing_out.bending")`, and go through any file format:
+
+- `position`, `speed`, `acceleration`, `drive_effort`, `condition`; with several drives
+  `leg_1.drive_position`, `leg_1.drive_effort` and so on,
+- `bearing_out.force_x` … `bearing_out.moment_z`, `.torsion`, `.bending`, `.axial`, `.shear`,
+- `joint_angle.holding_effort`, `mesh.coupling_moment`, `load_bearing_out` where a load varies,
+- `spring.element_tension`, `motor.element_effort`, `rubber.element_wrench_force_x`,
+  `spring.element_energy`, `spring.element_dissipation`, and `elastic_energy` of all,
+- `pin_in.position`, `pin_in.velocity`, `pin_in.acceleration`.
+
+Those of a trajectory have its times, and its energies, besides: see `simulation.trajectory_tables`.
+
+Its `attrs` hold `units` (column to unit), `unique` and `coupling_unique`, and the attributes of a
+Dataset.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
-from .sweep_data import SweepData
+import numpy as np
+
+from .._version import __version__
+from ..arrays import Array
+from ..checks import described
+from ..elements.link_loads import WRENCH_COMPONENTS, Wrench
+from ..errors import ArgumentError, ModelError, choices
+from ..frozen import frozen, read_only
+from ..kinematics.idle_rods import rods_by_name
+from ..problem.problem import Problem
+from .motion import Motion
+from .prescribed import Prescribed
+from .result import Result
+from .source import Source
+from .table import Table, Variable
+from .wrench import WITHOUT_AXIS, JointWrench, named_components
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from .element_results import ElementResults
 
-class Sweep(SweepData):
+FRAMES = ("joint", "parent", "world")
+_STORED = (
+    *("unique", "coupling_moment", "coupling_unique", "condition", "loop_residual"),
+    *("balance_residual", "power_residual", "rate_residual", "unproven"),
+)
+"""Attributes that a copy takes over as they are."""
+_RESIDUALS = ("loop_residual", "balance_residual", "power_residual", "rate_residual")
+_FLAG_ATTRIBUTES = {
+    "units": "1",
+    "long_name": "whether it follows from the laws of motion alone",
+}
+_AXES = ("x", "y", "z")
+_VECTORS = {"force": ("N", "force"), "moment": ("N·m", "moment")}
+_SCALARS = {
+    "torsion": ("N·m", "moment along the joint axis; nan where a joint has none"),
+    "bending": ("N·m", "size of the moment across the joint axis; nan where a joint has none"),
+    "axial": ("N", "force along the joint axis; nan where a joint has none"),
+    "shear": ("N", "size of the force across the joint axis; nan where a joint has none"),
+}
+_RATES = {"position": "", "speed": "/s", "acceleration": "/s²"}
+_MOTIONS = {"position": "", "velocity": "/s", "acceleration": "/s²"}
+_MOST_EVALUATED = 100_000
+"""Operating points above which a notebook shows no wrenches: a response evaluates them when they
+are read, and a grid of millions would take seconds for a cell that only names it."""
+
+
+class Sweep(Result, Prescribed):
     """Joint wrenches, drive efforts and motion of a scene over N samples.
 
     `sweep["bearing_out"]` is the `JointWrench` of a joint in its own frame; `wrench(name, frame)`
@@ -43,13 +126,288 @@ class Sweep(SweepData):
             among the outputs.
     """
 
-    def _repr_html_(self) -> str:
-        from .sweep_markup import sweep_markup  # Imported here: only notebooks show it.
+    _source: Source
+    unique: Array
+    coupling_moment: Mapping[str, Array]
+    coupling_unique: Mapping[str, bool]
+    condition: Array
+    loop_residual: float
+    balance_residual: float
+    power_residual: float
+    rate_residual: float
+    unproven: tuple[str, ...]
 
-        return sweep_markup(self)
+    def __init__(
+        self,
+        *,
+        problem: Problem,
+        source: Source,
+        unique: Array,
+        coupling_moment: Mapping[str, Array],
+        coupling_unique: Mapping[str, bool],
+        condition: Array,
+        loop_residual: float,
+        balance_residual: float,
+        power_residual: float,
+        rate_residual: float,
+        unproven: tuple[str, ...],
+    ) -> None:
+        # `problem` is what was solved, `source` where arrays come from when they are first read;
+        # the others are the attributes.
+        self._freeze(
+            _problem=problem,
+            _source=source,
+            unique=read_only(unique),
+            coupling_moment=coupling_moment,
+            coupling_unique=coupling_unique,
+            condition=read_only(condition),
+            loop_residual=loop_residual,
+            balance_residual=balance_residual,
+            power_residual=power_residual,
+            rate_residual=rate_residual,
+            unproven=unproven,
+        )
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Through the constructor, which closes the arrays of a copy to writing as well.
+        stored = {name: getattr(self, name) for name in _STORED}
+        values = {"problem": self._problem, "source": self._source, **stored}
+        return _restored, (type(self), values)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the samples: of all arguments together, `(N,)` if they have one dimension."""
+        return self._source.shape
+
+    @property
+    def position(self) -> Array:
+        """Drive positions `(N,)` [rad or m], `(N, d)` for d drives."""
+        return self._source.position
+
+    @property
+    def speed(self) -> Array:
+        """Drive speeds [rad/s or m/s], like `position`."""
+        return self._source.speed
+
+    @property
+    def acceleration(self) -> Array:
+        """Drive accelerations [rad/s² or m/s²], like `position`."""
+        return self._source.acceleration
+
+    @property
+    def held(self) -> Mapping[str, float | Array]:  # type: ignore[override]
+        """Held joints and coordinates, and their positions [rad or m]; arrays where they vary."""
+        return self._source.held
+
+    @property
+    def inertia(self) -> Mapping[str, Array]:
+        """Links to the factors on their mass and inertia, of any shape."""
+        return self._source.inertia
+
+    @cached_property
+    def loads(self) -> Mapping[str, Array | Wrench]:
+        """Loaded joint to its effort, of any shape [N·m or N]; link to its `Wrench`."""
+        links = {name: load.wrench for name, load in self._source.link_loads.items()}
+        return frozen({**self._source.joint_loads, **links})
+
+    @cached_property
+    def idle_rods(self) -> list[tuple[str, ...]]:
+        """Joints at the ends of every rod that may spin about its line.
+
+        Nothing decides these spins; they are felt elsewhere only as far as a rod is not symmetric
+        about its line. By rule, as seen from the nearest body from which both neighbours of a rod
+        hang, it is turned about its line as the least rotation from its direction at the
+        description's zero has it, and its rates have no part along the line; its acceleration is
+        the one that inertia, weight and loads cause, since no moment acts about the line.
+        Positions, rates and accelerations about the line are therefore not derivatives of each
+        other.
+        """
+        return rods_by_name(self.mechanism, set(self._problem.passive_columns.tolist()))
+
+    @property
+    def gravity(self) -> Array:
+        """Acceleration of free fall in world axes, `(3,)` or `(..., 3)` [m/s²]."""
+        return self._source.gravity
+
+    @cached_property
+    def drive_effort(self) -> Array:
+        """What the drive exerts `(N,)` [N·m or N], `(N, d)` for d drives.
+
+        With the load there, it is the component of the joint's wrench along the driven coordinate's
+        axis where that then is: see `Mechanism.drivable`.
+
+        Raises:
+            ModelError: the outputs of the scene leave it out.
+        """
+        effort = self._source.drive_effort()
+        if effort is None:
+            raise ModelError(
+                "the drive effort was not asked for; add the driven joint to the outputs, which "
+                f"are: {choices(self.outputs)}"
+            )
+        return effort
+
+    @cached_property
+    def holding_effort(self) -> Mapping[str, Array]:
+        """Held joint or coordinate to what holds it, `(N,)` [N·m or N], like `drive_effort`."""
+        return self._source.holding_effort()
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Positions, speeds and accelerations of all joints."""
+        return self._source.motion()
+
+    @property
+    def time(self) -> Array:
+        """Times at which actuators act, of any shape [s]."""
+        return self._source.time
+
+    @cached_property
+    def element_force(self) -> ElementResults:
+        """Elements to what they exert: by index or name.
+
+        `JointSpring`, `JointFriction`, `Actuator`: `.effort`; `PointSpring`: `.tension`, `.length`,
+        `.force`; `Bushing`: `.wrench`, `.deformation`; and all of them `.energy`, `.dissipation`.
+        """
+        from .element_results import element_results  # Imported here: most scenes have no elements.
+
+        return element_results(self._problem.element_forces, self.motion, self.time)
+
+    @cached_property
+    def elastic_energy(self) -> Array:
+        """Energy that springs and bushings store `(N,)` [J]."""
+        return read_only(sum((f.energy for f in self.element_force.values()), np.zeros(self.shape)))
+
+    def __len__(self) -> int:
+        return len(self._source)
+
+    def __getitem__(self, joint: str) -> JointWrench:
+        return self.wrench(joint)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the joints whose wrenches are kept, as a mapping does."""
+        return iter(self.outputs)
+
+    def __contains__(self, joint: object) -> bool:
+        return isinstance(joint, str) and joint in self.outputs
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the names of the joints whose wrenches are kept."""
+        return self.outputs
+
+    def items(self) -> Iterator[tuple[str, JointWrench]]:
+        """Iterate over joints and their wrenches."""
+        return ((name, self.wrench(name)) for name in self.outputs)
+
+    def values(self) -> Iterator[JointWrench]:
+        """Iterate over the wrenches."""
+        return (self.wrench(name) for name in self.outputs)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Sweep of {self.mechanism.name!r}: {' × '.join(map(str, self.shape))} samples, "
+            f"residuals: loop {self.loop_residual:.1e}, balance {self.balance_residual:.1e}, "
+            f"power {self.power_residual:.1e}{self._chosen()}>"
+        )
+
+    @property
+    def rule(self) -> str:
+        """By which rule wrenches are chosen that statics leaves open."""
+        return "least elastic energy" if self._problem.compliance else "least norm"
+
+    def _chosen(self) -> str:
+        """Return which wrenches statics leaves open and a rule has chosen, for `repr`."""
+        opened = [
+            name for name, row in zip(self.outputs, self.unique, strict=True) if not np.all(row)
+        ]
+        opened += [name for name, unique in self.coupling_unique.items() if not unique]
+        if not opened:
+            return ""
+        more = f" and {len(opened) - 3} more" if len(opened) > 3 else ""
+        return f"; not determined by statics, chosen by {self.rule}: {', '.join(opened[:3])}{more}"
+
+    def wrench(self, joint: str, frame: str = "joint") -> JointWrench:
+        """Return the wrench exerted by a joint's parent on its child, at the joint origin.
+
+        Args:
+            joint: one of `outputs`.
+            frame: axes of the components: `joint` turns with the child; `parent` stays with the
+                parent link, which for an end bearing means fixed axes; `world`.
+
+        Raises:
+            ModelError: the joint is unknown or none of the outputs.
+            ArgumentError: unknown frame.
+        """
+        if not isinstance(joint, str) or joint not in self.outputs:
+            self.mechanism.joint(joint)
+            raise ModelError(
+                f"the wrench of {joint!r} was not asked for; add it to the outputs of the scene, "
+                f"which are: {choices(self.outputs)}"
+            )
+        if not isinstance(frame, str) or frame not in FRAMES:
+            raise ArgumentError(
+                f"frame {described(frame)} is unknown; frames: {choices(FRAMES, frame)}"
+            )
+        index = self.outputs.index(joint)
+        components, axis = self._source.wrench(index), self.mechanism.joints[joint].axis
+        if frame != "joint":
+            from .axes import turned  # Imported here: most scripts use the joints' own axes.
+
+            components, axis = turned(self.mechanism, joint, frame, components, self.rotation)
+        has_axis = self.mechanism.joints[joint].type not in WITHOUT_AXIS
+        flags = partial(self._unique_in, index, frame)
+        return JointWrench(joint, frame, components, axis if has_axis else None, flags)
+
+    def _unique_in(self, output: int, frame: str) -> Array:
+        """Return which components `(6,)` of the wrench of an output are unique in some axes."""
+        unique, joint = self.unique[output], self.outputs[output]
+        if frame == "joint" or np.all(unique):
+            return unique
+        from .axes import rotation_to, unique_in
+
+        rotation = rotation_to(self.mechanism, joint, frame, self.rotation)
+        return unique_in(self._problem, joint, unique, rotation, self.motion.rows)
+
+    def rotation(self, joint: str) -> Array:
+        """Return rotations `(N, 3, 3)` that take components in a joint's frame to world axes.
+
+        Raises:
+            ModelError: unknown joint, or one whose motion the outputs leave out.
+        """
+        return self._placement(joint)[0]
+
+    def origin(self, joint: str) -> Array:
+        """Return the origin of a joint's frame in the world `(N, 3)` [m].
+
+        Raises:
+            ModelError: unknown joint, or one whose motion the outputs leave out.
+        """
+        return self._placement(joint)[1]
+
+    def _placement(self, joint: str) -> tuple[Array, Array]:
+        """Return rotations and origins of a joint's frame, which are computed once."""
+        name = self.mechanism.joint(joint).name
+        if name not in self._placements:
+            from .axes import solved_placement  # Imported here: most scripts need no placements.
+
+            self._placements[name] = solved_placement(self.motion, name)
+        return self._placements[name]
+
+    @cached_property
+    def _placements(self) -> dict[str, tuple[Array, Array]]:
+        """Joints to the placements computed so far."""
+        return {}
+
+    def table(self, *, motion: bool = True) -> Table:
+        """Return all results as a table, see the top of this module.
+
+        Args:
+            motion: whether to include the motion of the joints.
+        """
+        return _table_of(self, motion)
 
     def to_xarray(self, *, motion: bool = True) -> xarray.Dataset:
-        """Return all results as a dataset with units; `results.tables` lists what it holds.
+        """Return all results as a dataset with units; `results.sweep` lists what it holds.
 
         Args:
             motion: whether to include the motion of the joints. A `Response` solves it directly,
@@ -58,12 +416,10 @@ class Sweep(SweepData):
         Raises:
             MissingExtraError: xarray is not installed.
         """
-        from .tables import dataset  # Imported here: few scripts need tables.
-
-        return dataset(self, motion=motion)
+        return self.table(motion=motion).to_xarray()
 
     def to_dataframe(self, *, motion: bool = True) -> pandas.DataFrame:
-        """Return all results, a row per sample and a column per value; see `results.tables`.
+        """Return all results, a row per sample and a column per value; see `results.sweep`.
 
         Columns are called `drive_effort`, `bearing_out.bending`, `bearing_out.force_x` and so on.
         `frame.attrs["units"]` maps them to their units.
@@ -74,6 +430,379 @@ class Sweep(SweepData):
         Raises:
             MissingExtraError: pandas is not installed.
         """
-        from .tables import dataframe  # Imported here: few scripts need tables.
+        return self.table(motion=motion).to_dataframe()
 
-        return dataframe(self, motion=motion)
+    def _repr_html_(self) -> str:
+        """Return the greatest wrenches, then the residuals."""
+        from ..markup import element, table  # Imported here: only notebooks show it.
+
+        shape = " × ".join(str(size) for size in self.shape)
+        title = element("p", f"Sweep of {self.mechanism.name}: {shape} samples")
+        if math.prod(self.shape) > _MOST_EVALUATED:
+            wrenches = element("p", "Wrenches are not evaluated for a table of so many samples.")
+        else:
+            header = ("joint", "force [N]", "torsion [N·m]", "bending [N·m]", "unique")
+            wrenches = table(header, (_greatest(wrench) for wrench in self.values()))
+        residuals = (
+            (name, f"{getattr(self, f'{name}_residual'):.1e}")
+            for name in ("loop", "balance", "power", "rate")
+        )
+        return f"<div>{title}{wrenches}{table(('residual', 'value'), residuals)}</div>"
+
+
+def _greatest(wrench: JointWrench) -> tuple[str, ...]:
+    """Return the greatest force, torsion and bending of a joint, and whether they are unique."""
+    shown = [np.linalg.norm(wrench.force, axis=-1)]
+    has_axis = wrench._axis is not None
+    if has_axis:
+        shown += [wrench.torsion, wrench.bending]
+    greatest = [f"{float(np.max(np.abs(values), initial=0.0)):.4g}" for values in shown]
+    parts = greatest if has_axis else [*greatest, "no axis", "no axis"]
+    unique = "yes" if np.all(wrench.unique) else f"not {named_components(~wrench.unique)}"
+    return (wrench.joint, *parts, unique)
+
+
+def _restored(kind: type[Sweep], values: dict[str, object]) -> Sweep:
+    """Return a copy; `__reduce__` needs a function without keyword arguments."""
+    return kind(**values)  # type: ignore[arg-type]
+
+
+def _table_of(sweep: Sweep, motion: bool) -> Table:
+    """Return the table of a sweep; see `Sweep.to_xarray`."""
+    unique = np.array(sweep.unique)
+    coupling_unique = np.array(list(sweep.coupling_unique.values()), dtype=bool)
+    flags: dict[str, Any] = {}
+    if sweep.outputs:
+        flags["unique"] = (("joint", "wrench_component"), unique, _FLAG_ATTRIBUTES)
+    if coupling_unique.size:
+        flags["coupling_unique"] = (("coupling",), coupling_unique, _FLAG_ATTRIBUTES)
+    return Table(
+        variables=list(_variables(sweep, motion)),
+        samples=dict(zip(_sample_dims(sweep), sweep.shape, strict=True)),
+        labels=_labels(sweep),
+        units=_units(sweep),
+        attributes=_attributes(sweep),
+        flags=flags,
+        frame_attributes={
+            "unique": dict(zip(sweep.outputs, unique.tolist(), strict=True)),
+            "coupling_unique": dict(sweep.coupling_unique),
+        },
+    )
+
+
+def _variables(sweep: Sweep, motion: bool) -> Iterator[tuple[str, Variable]]:
+    """Return all variables of a sweep with their names, coordinates first."""
+    yield from _rates(sweep)
+    yield from _loads(sweep)
+    yield from _wrenches(sweep)
+    yield from _efforts(sweep)
+    yield from _of_elements(sweep)
+    if motion:
+        yield from _motion(sweep)
+    over_samples = sweep.condition.shape == sweep.shape
+    dims = _sample_dims(sweep) if over_samples else ()
+    condition = sweep.condition if over_samples else sweep.condition[0]
+    yield "condition", Variable(dims, condition, "1", "condition number of the wrenches")
+
+
+def _rates(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+    """Return position, speed and acceleration of the drives."""
+    units = [_unit(sweep, name) for name in sweep.coordinates]
+    several = len(units) > 1
+    drive = "drive" if several else f"drive {sweep.coordinates[0]}"
+    for name, per_time in _RATES.items():
+        values = getattr(sweep, name)
+        if several:
+            dims: tuple[str, ...] = (*_sample_dims(sweep), "drive")
+            unit: str | tuple[str, ...] = tuple(unit + per_time for unit in units)
+        else:
+            dims, values = _varying_dims(values, sweep)
+            unit = units[0] + per_time
+        yield name, Variable(dims, values, unit, f"{name} of the {drive}", True)
+
+
+def _loads(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+    """Return times, loads, held positions, factors on inertia and gravity that vary."""
+    if sweep.time.ndim:
+        dims, values = _varying_dims(sweep.time, sweep)
+        yield "time", Variable(dims, values, "s", "time", True)
+    for name, load in sweep.loads.items():
+        if isinstance(load, Wrench):
+            for quantity, (unit, _) in _VECTORS.items():
+                vectors = np.asarray(getattr(load, quantity))
+                if vectors.ndim > 1:
+                    dims, vectors = _varying_dims(vectors, sweep, trailing=1)
+                    dims = (*dims, "component")
+                    label = f"{quantity} on link {name}, in {load.frame} axes"
+                    yield f"load_{name}_{quantity}", Variable(dims, vectors, unit, label, True)
+        elif load.ndim:
+            dims, values = _varying_dims(load, sweep)
+            unit = _effort_unit(sweep, name)
+            yield f"load_{name}", Variable(dims, values, unit, f"load on joint {name}", True)
+    for name, position in sweep.held.items():
+        if np.ndim(position):
+            dims, values = _varying_dims(np.asarray(position), sweep)
+            label = f"position at which {name} is held"
+            yield f"held_{name}", Variable(dims, values, _unit(sweep, name), label, True)
+    for name, factor in sweep.inertia.items():
+        dims, values = _varying_dims(factor, sweep)
+        label = f"factor on mass and inertia of link {name}"
+        yield f"inertia_{name}", Variable(dims, values, "1", label, True)
+    if sweep.gravity.ndim > 1:
+        dims, values = _varying_dims(sweep.gravity, sweep, trailing=1)
+        label = "acceleration of free fall, in world axes"
+        yield "gravity", Variable((*dims, "component"), values, "m/s²", label, True)
+
+
+def _wrenches(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+    """Return the wrenches of the outputs in their joints' axes."""
+    if not sweep.outputs:
+        return
+    dims, wrenches = _sample_dims(sweep), [wrench for _, wrench in sweep.items()]
+    for name, (unit, label) in _VECTORS.items():
+        vectors = np.stack([getattr(wrench, name) for wrench in wrenches], axis=-2)
+        long_name = f"{label} of the parent on the child, in the joint's axes"
+        yield name, Variable((*dims, "joint", "component"), vectors, unit, long_name)
+    for name, (unit, label) in _SCALARS.items():
+        values = np.stack(
+            [
+                np.full(sweep.shape, np.nan)
+                if sweep.mechanism.joints[wrench.joint].type in WITHOUT_AXIS
+                else getattr(wrench, name)
+                for wrench in wrenches
+            ],
+            axis=-1,
+        )
+        yield name, Variable((*dims, "joint"), values, unit, label)
+
+
+def _efforts(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+    """Return what drives, held joints and couplings exert, as far as it was solved."""
+    dims = _sample_dims(sweep)
+    units = tuple(_effort_unit(sweep, name) for name in sweep.coordinates)
+    try:
+        effort = sweep.drive_effort
+    except ModelError:  # The outputs leave it out.
+        effort = None
+    if effort is not None and len(units) > 1:
+        yield "drive_effort", Variable((*dims, "drive"), effort, units, "effort of the drives")
+    elif effort is not None:
+        yield "drive_effort", Variable(dims, effort, units[0], f"effort of {sweep.coordinates[0]}")
+    if sweep.holding_effort:
+        values = np.stack(list(sweep.holding_effort.values()), axis=-1)
+        units = tuple(_effort_unit(sweep, name) for name in sweep.holding_effort)
+        yield "holding_effort", Variable((*dims, "held"), values, units, "effort that holds it")
+    if len(sweep.coupling_moment):
+        values = np.stack(list(sweep.coupling_moment.values()), axis=-1)
+        units = tuple(_coupling_unit(sweep, name) for name in sweep.coupling_moment)
+        label = "effort on the joint of the coupling's successor"
+        yield "coupling_moment", Variable((*dims, "coupling"), values, units, label)
+
+
+def _motion(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+    """Return the motion of all coordinates that turn or slide."""
+    joints = _moving_joints(sweep)
+    for name, per_time in _MOTIONS.items():
+        values = [getattr(sweep.motion, name)(joint) for joint in joints]
+        units = tuple(_unit(sweep, joint) + per_time for joint in joints)
+        dims = (*_sample_dims(sweep), "moving_joint")
+        long_name = f"{name} of the joint's coordinate"
+        yield f"joint_{name}", Variable(dims, np.stack(values, axis=-1), units, long_name)
+
+
+def _sample_dims(sweep: Sweep) -> tuple[str, ...]:
+    """Return the names of the dimensions of the operating points."""
+    count = len(sweep.shape)
+    return ("sample",) if count == 1 else tuple(f"sample_{index}" for index in range(count))
+
+
+def _varying_dims(values: Array, sweep: Sweep, trailing: int = 0) -> tuple[tuple[str, ...], Array]:
+    """Return the dimensions along which something was given, and the values along these.
+
+    In a sweep over one dimension all coordinates have it. On a grid each has only the dimensions
+    along which it varies, since otherwise it would be as large as the grid.
+
+    Args:
+        values: `(..., trailing)`, to be broadcast with the operating points.
+        sweep: of the operating points.
+        trailing: number of dimensions that are not those of the operating points.
+    """
+    names, rest = _sample_dims(sweep), values.shape[values.ndim - trailing :]
+    if len(names) == 1:
+        return names, np.broadcast_to(values, (*sweep.shape, *rest))
+    missing = len(names) + trailing - values.ndim
+    padded = values.reshape((1,) * missing + values.shape)
+    # Along an axis without stride, all values are the same one.
+    once: Any = tuple(
+        slice(None) if size > 1 and stride else slice(0, 1)
+        for size, stride in zip(padded.shape, padded.strides, strict=True)
+    )
+    padded = padded[(*once[: len(names)], ...)]
+    kept = [axis for axis, size in enumerate(padded.shape[: len(names)]) if size > 1]
+    dims = tuple(names[axis] for axis in kept)
+    return dims, padded.reshape([*(padded.shape[axis] for axis in kept), *rest])
+
+
+def _labels(sweep: Sweep) -> dict[str, Sequence[str]]:
+    """Return the names along each dimension that is not one of the operating points."""
+    found: dict[str, Sequence[str]] = {
+        "joint": sweep.outputs,
+        "component": _AXES,
+        "wrench_component": WRENCH_COMPONENTS,
+        "drive": sweep.coordinates,
+        "held": tuple(sweep.holding_effort),
+        "coupling": tuple(sweep.coupling_moment),
+        "moving_joint": _moving_joints(sweep),
+        "element": _element_names(sweep),
+    }
+    for group, members in _groups(sweep).items():
+        found[group] = tuple(found["element"][index] for index in members)
+        for quantity in sweep.elements[members[0]].quantities:
+            if quantity.components:
+                found.setdefault(quantity.components, quantity.component_names)
+    return found
+
+
+def _units(sweep: Sweep) -> dict[str, tuple[str, list[str]]]:
+    """Return coordinates of units: name, dimension and the units along it."""
+    return {
+        "drive_unit": ("drive", [_effort_unit(sweep, name) for name in sweep.coordinates]),
+        "held_unit": ("held", [_effort_unit(sweep, name) for name in sweep.holding_effort]),
+        "coupling_unit": (
+            "coupling",
+            [_coupling_unit(sweep, name) for name in sweep.coupling_moment],
+        ),
+        "effort_unit": (
+            "joint_element",
+            [_effort_unit(sweep, name) for item in sweep.elements for name in item.joints],
+        ),
+        "unit": ("moving_joint", [_unit(sweep, name) for name in _moving_joints(sweep)]),
+    }
+
+
+def _of_elements(sweep: Sweep) -> Iterator[tuple[str, Variable]]:
+    """Return what elements exert and store, a variable per quantity; none without elements."""
+    if not sweep.elements:
+        return
+    dims, forces = _sample_dims(sweep), list(sweep.element_force.values())
+    for group, members in _groups(sweep).items():
+        for quantity in sweep.elements[members[0]].quantities:
+            values = [getattr(forces[index], quantity.field) for index in members]
+            units: str | tuple[str, ...] = quantity.units or tuple(
+                _effort_unit(sweep, sweep.elements[index].joints[0]) for index in members
+            )
+            if quantity.components:
+                along = (*dims, group, quantity.components)
+                yield quantity.name, Variable(along, np.stack(values, -2), units, quantity.label)
+            else:
+                along = (*dims, group)
+                yield quantity.name, Variable(along, np.stack(values, -1), units, quantity.label)
+    each = (*dims, "element")
+    energy = np.stack([force.energy for force in forces], axis=-1)
+    yield "element_energy", Variable(each, energy, "J", "energy that the element stores")
+    heat = np.stack([force.dissipation for force in forces], axis=-1)
+    label = "power that the element turns into heat"
+    yield "element_dissipation", Variable(each, heat, "W", label)
+    label = "energy that all springs and bushings store"
+    yield "elastic_energy", Variable(dims, sweep.elastic_energy, "J", label)
+
+
+def _groups(sweep: Sweep) -> dict[str, list[int]]:
+    """Return dimensions of tables, and the indices of the elements that stand along each."""
+    groups: dict[str, list[int]] = {}
+    for index, element in enumerate(sweep.elements):
+        groups.setdefault(element.group, []).append(index)
+    return groups
+
+
+def _element_names(sweep: Sweep) -> tuple[str, ...]:
+    """Return names of elements, `elements[0]` where one has none.
+
+    Raises:
+        ModelError: an element has the name that another one gets.
+    """
+    names = [element.name or f"elements[{index}]" for index, element in enumerate(sweep.elements)]
+    for name in names:
+        if names.count(name) > 1:
+            raise ModelError(
+                f"an element is called {name!r}, by which tables show the one that has no name; "
+                "give it another name"
+            )
+    return tuple(names)
+
+
+def _moving_joints(sweep: Sweep) -> tuple[str, ...]:
+    """Return the names of the coordinates that turn or slide: of all joints but balls."""
+    return tuple(sweep.mechanism.coordinates.named)
+
+
+def _unit(sweep: Sweep, joint: str) -> str:
+    """Return the unit of a coordinate."""
+    return "m" if sweep.mechanism.drivable[joint].slides else "rad"
+
+
+def _effort_unit(sweep: Sweep, joint: str) -> str:
+    """Return the unit of an effort along a coordinate."""
+    return "N" if _unit(sweep, joint) == "m" else "N·m"
+
+
+def _coupling_unit(sweep: Sweep, name: str) -> str:
+    """Return the unit of what a coupling exerts on its successor's joint, a slide or a rotation."""
+    mechanism = sweep.mechanism
+    (coupling,) = (item for item in mechanism.couplings if item.name == name)
+    # No joint moves a successor that carries the predecessor: the ratio is taken as a plain number.
+    column = (coupling.successor_columns or coupling.predecessor_columns)[0]
+    named = mechanism.coordinates.named
+    (joint,) = (name for name, coordinate in named.items() if coordinate.rate == column)
+    return _effort_unit(sweep, joint)
+
+
+def _not_unique(sweep: Sweep) -> str:
+    """Return what statics leaves open and by which rule it was chosen; empty if nothing is."""
+    opened = [
+        f"{name} ({named_components(~row)})"
+        for name, row in zip(sweep.outputs, sweep.unique, strict=True)
+        if not np.all(row)
+    ]
+    opened += [name for name, unique in sweep.coupling_unique.items() if not unique]
+    return f"chosen by {sweep.rule}: {', '.join(opened)}" if opened else ""
+
+
+def _attributes(sweep: Sweep) -> dict[str, Any]:
+    """Return attributes of a whole table: numbers and texts, so that any file format takes them."""
+    residuals = {name: float(getattr(sweep, name)) for name in _RESIDUALS}
+    gravity = sweep.gravity.tolist() if sweep.gravity.ndim == 1 else "see coordinate gravity"
+    return {
+        "mechanism": sweep.mechanism.name,
+        "drives": ", ".join(sweep.coordinates),
+        "held": json.dumps(
+            {
+                name: f"see coordinate held_{name}" if np.ndim(value) else float(value)
+                for name, value in sweep.held.items()
+            },
+            ensure_ascii=False,
+        ),
+        "loads": json.dumps(
+            {name: _constant(name, load) for name, load in sweep.loads.items()},
+            ensure_ascii=False,
+        ),
+        "gravity": gravity,
+        "not_unique": _not_unique(sweep),
+        **residuals,
+        "unproven": ", ".join(sweep.unproven),
+        "cardan_dyn_version": __version__,
+    }
+
+
+def _constant(name: str, load: Array | Wrench) -> Any:
+    """Return a load as JSON holds it; the name of its coordinate if it varies."""
+    if isinstance(load, Wrench):
+        vectors = {"force": np.asarray(load.force), "moment": np.asarray(load.moment)}
+        values = {
+            quantity: samples.tolist()
+            if samples.ndim == 1
+            else f"see coordinate load_{name}_{quantity}"
+            for quantity, samples in vectors.items()
+        }
+        return {**values, "frame": load.frame}
+    return f"see coordinate load_{name}" if load.ndim else float(load)

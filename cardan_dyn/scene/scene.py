@@ -11,8 +11,8 @@ import numpy as np
 from ..arrays import Array, is_column
 from ..checks import flag, mapping, names, whole
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
+from ..elements.link_loads import Wrench
 from ..errors import ArgumentError, MobilityError, choices
-from ..forces.link_loads import Wrench
 from ..frozen import frozen
 from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import checked

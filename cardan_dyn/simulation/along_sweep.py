@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 
 from ..arrays import Array
-from ..forces.link_loads import Wrench
+from ..elements.link_loads import Wrench
 from ..results.element_results import ElementResults
 from ..results.motion import Motion
 from ..results.prescribed import Prescribed

@@ -13,9 +13,9 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array
-from ..elements.bushing import Bushing, too_far
+from ..elements.bushing import Bushing, PlacedBushing, too_far
 from ..elements.element import Element
-from ..elements.element_forces import ElementForces
+from ..elements.element_forces import ElementForces, labels
 from ..elements.joint_elements import Actuator, JointElement, JointSpring
 from ..elements.pin_contact import PinContact
 from ..elements.point_spring import PointSpring
@@ -44,15 +44,13 @@ class _Joined(NamedTuple):
         element: the bushing.
         joints: indices of the joints in the model that move its ends, 0 for the world.
         placements: `pin.SE3` of its frames in those joints' frames.
-        place: index of the element.
-        label: how messages call it.
+        acting: the bushing on the mechanism.
     """
 
     element: Bushing
     joints: tuple[int, int]
     placements: tuple[pinocchio.SE3, pinocchio.SE3]
-    place: int
-    label: str
+    acting: PlacedBushing
 
 
 class ElementEfforts:
@@ -73,8 +71,8 @@ class ElementEfforts:
         self._mechanism = mechanism
         named = mechanism.coordinates.named
         self._nv = mechanism.model.nv
-        self._every = every = ElementForces(mechanism, elements)
-        pairs = list(zip(elements, every.labels, strict=True))
+        every = ElementForces(mechanism, elements)
+        pairs = list(zip(elements, labels(elements), strict=True))
         joint_springs = [item for item in elements if isinstance(item, JointSpring)]
         self._columns = np.array([named[item.joint].column for item in joint_springs], dtype=int)
         self._rates = np.array([named[item.joint].rate for item in joint_springs], dtype=int)
@@ -97,9 +95,9 @@ class ElementEfforts:
             if isinstance(item, PointSpring)
         ]
         self._bushings = [
-            self._joined(item, every.end_of(index), index, every.labels[index])
-            for index, item in enumerate(elements)
-            if isinstance(item, Bushing)
+            self._joined(item, acting)
+            for item, acting in zip(elements, every.acting, strict=True)
+            if isinstance(item, Bushing) and isinstance(acting, PlacedBushing)
         ]
         self._contacts = [
             PinMotion(mechanism, item) for item in elements if isinstance(item, PinContact)
@@ -107,18 +105,18 @@ class ElementEfforts:
         self.has_functions = any(
             isinstance(item, Actuator) and callable(item.effort) for item in elements
         )
-        self.is_conservative = all(_is_spring(item) for item in elements)
+        self.is_conservative = all(item.conserves for item in elements)
 
     def _end(self, link: str, point: Array) -> _End:
         joint, frame = self._mechanism.links[link]
         return _End(joint, np.asarray(frame.act(point)))
 
-    def _joined(self, element: Bushing, end: Array, index: int, label: str) -> _Joined:
+    def _joined(self, element: Bushing, acting: PlacedBushing) -> _Joined:
         (first, frame_a), (second, frame_b) = (
-            self._mechanism.links[link] for link in (element.link_a, element.link_b)
+            self._mechanism.links[link] for link in element.links
         )
-        placements = frame_a * se3(np.asarray(element.origin)), frame_b * se3(end)
-        return _Joined(element, (first, second), placements, index, label)
+        placements = frame_a * se3(np.asarray(element.origin)), frame_b * se3(acting.end)
+        return _Joined(element, (first, second), placements, acting)
 
     @property
     def act_on_links(self) -> bool:
@@ -171,10 +169,10 @@ class ElementEfforts:
             for joint, placement in zip(bushing.joints, bushing.placements, strict=True)
         )
         seen = a.actInv(b)
-        if self._every.is_short(bushing.place, x):
+        if bushing.acting.is_short(x):
             turned = pinocchio.log3(seen.rotation)
             if turned @ turned > GREATEST_ANGLE**2:
-                raise too_far(bushing.label, float(np.linalg.norm(turned)))
+                raise too_far(bushing.acting.label, float(np.linalg.norm(turned)))
             gradient = element.stiffness @ np.concatenate([seen.translation, turned])
             # The right Jacobian's inverse is the transposed inverse of the left one.
             gradient[3:] = pinocchio.Jlog3(seen.rotation) @ gradient[3:]
@@ -194,19 +192,12 @@ class ElementEfforts:
     ) -> Array:
         """Return the wrench `(6,)` of a bushing that may have made whole turns."""
         element = bushing.element
-        turn = self._every.turns_of(bushing.place, x[None], seen.rotation[None])
+        turn = bushing.acting.turns(x[None], seen.rotation[None])
         rate = np.zeros(6)
         if np.any(element.damping):
             rate = _relative_velocity(data, bushing, *frames)
-        force = element.force(turn, seen.translation[None], rate[None], bushing.label)
+        force = element.force(turn, seen.translation[None], rate[None], bushing.acting.label)
         return np.asarray(force.wrench[0])
-
-
-def _is_spring(element: Element) -> bool:
-    """Return whether an element stores energy and does nothing else."""
-    if isinstance(element, Bushing):
-        return not np.any(element.damping)
-    return isinstance(element, (JointSpring, PointSpring)) and element.damping == 0.0
 
 
 def _add_spring(

@@ -9,7 +9,6 @@ import pinocchio
 
 from ..arrays import Array
 from ..elements.element_forces import ElementForces
-from ..elements.joint_elements import Actuator
 from ..mechanism.mechanism import Mechanism
 from .free_balls import WithBalls
 from .turning_model import turning_model
@@ -101,23 +100,18 @@ def gained(power: Callable[[Array], Array], steps: Array, times: Array, is_nothi
     return np.asarray(whole[indices] + pieces[len(steps) - 1 :])
 
 
-def element_power(
-    elements: ElementForces, mechanism: Mechanism, x: Array, v: Array, times: Array
-) -> Array:
+def element_power(elements: ElementForces, x: Array, v: Array, times: Array) -> Array:
     """Return the power `(N,)` of actuators, less what dampers and friction take [W].
 
     Args:
         elements: of the scene.
-        mechanism: the mechanism.
         x: coordinates `(N, size)`, all turns counted.
         v: velocities `(N, nv)`.
         times: `(N,)` [s].
     """
     power = np.zeros(len(x))
-    pairs = zip(elements.elements, elements.each(x, v, times), strict=True)
-    for element, force in pairs:
-        power -= force.dissipation
-        if isinstance(element, Actuator):
-            rate = mechanism.coordinates.named[element.joint].rate
-            power += force.effort * v[:, rate]  # type: ignore[union-attr]
+    for element, done in zip(elements.elements, elements.exerted(x, v, times), strict=True):
+        power -= done.force.dissipation
+        if element.gives_power:
+            power += done.power
     return power

@@ -13,9 +13,9 @@ import pinocchio
 from ..arrays import Array
 from ..checks import described
 from ..elements.element import Element
+from ..elements.link_loads import LinkLoad
 from ..elements.pin_contact import PinContact
 from ..errors import ArgumentError
-from ..forces.link_loads import LinkLoad
 from ..mechanism.coordinates import Coordinates
 from ..mechanism.mechanism import Mechanism
 from .element_efforts import ElementEfforts

@@ -617,7 +617,7 @@ class Trajectory(Tabled):
         power = np.einsum("nk,nk->n", loads, v)
         elements = self._problem.element_forces
         if elements is not None:
-            power = power + element_power(elements, self.mechanism, x, v, times)
+            power = power + element_power(elements, x, v, times)
         if self._course.prescribed:
             # What is wrong with an effort shows in the balance of energy, which takes it.
             efforts = there._unproven.drive_effort.reshape(len(times), -1)

@@ -1,6 +1,6 @@
 """Trajectory tables: all results of a trajectory as a Dataset over time or as a DataFrame.
 
-They hold what tables of sweeps do, see `results.tables`, at the times of the trajectory, and
+They hold what tables of sweeps do, see `results.sweep`, at the times of the trajectory, and
 
 - `kinetic_energy` of all bodies [J],
 - `potential_energy` of the weight and of springs together [J]; `elastic_energy` is the part of

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import names, number, numbers, text
 from ..errors import ArgumentError, choices
-from ..results.sweep_data import FRAMES
+from ..results.sweep import FRAMES
 from .coexisting import smallest
 from .correction import corrected
 from .linear_motions import linear_motions

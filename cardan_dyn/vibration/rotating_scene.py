@@ -9,13 +9,9 @@ import numpy as np
 
 from ..arrays import Array
 from ..checks import described, several
-from ..elements.bushing import Bushing
 from ..elements.element import Element
-from ..elements.joint_elements import Actuator, JointFriction, JointSpring
-from ..elements.pin_contact import PinContact
-from ..elements.point_spring import PointSpring
+from ..elements.link_loads import Wrench
 from ..errors import ArgumentError, CardanError, MobilityError, ModelError, choices
-from ..forces.link_loads import Wrench
 from ..scene.scene import Scene
 
 
@@ -65,7 +61,7 @@ class RotatingScene:
     @property
     def damping(self) -> list[Element]:
         """Elements that exert what depends on speeds."""
-        return [element for element in self.scene.elements if _damps(element)]
+        return [element for element in self.scene.elements if element.damps]
 
 
 def all_driven(scene: Scene) -> Scene:
@@ -164,31 +160,17 @@ def speeds_of(value: Any) -> tuple[Array, bool]:
     return speeds, not np.ndim(value)
 
 
-def _damps(element: Element) -> bool:
-    if isinstance(element, Bushing):
-        return bool(np.any(element.damping))
-    return isinstance(element, (JointSpring, PointSpring)) and element.damping != 0.0
-
-
 def _refuse(element: Element) -> None:
     """Refuse elements whose efforts are not smooth, or depend on time.
 
     Raises:
         ArgumentError: it is one of these.
     """
-    if isinstance(element, JointFriction) and element.effort:
+    if element.jump:
+        raise ArgumentError(element.jump)
+    if element.follows_time:
         raise ArgumentError(
-            f"dry friction at {element.joint!r}: its jump is not smooth, so that it has no linear "
-            "vibration; use Scene.simulate, or damping of a JointSpring instead"
-        )
-    if isinstance(element, PinContact):
-        raise ArgumentError(
-            f"the pin of {element.link_b!r} has play in its bush: it strikes, which no linear "
-            "vibration knows; use Scene.simulate"
-        )
-    if isinstance(element, Actuator) and element.follows_time:
-        raise ArgumentError(
-            f"the effort of the actuator at {element.joint!r} is a function of time; a vibration "
-            "takes a constant one, or one that follows the position of its joint (of='position'). "
-            "Use Scene.simulate for functions of time"
+            f"the effort of the actuator at {element.joints[0]!r} is a function of time; a "
+            "vibration takes a constant one, or one that follows the position of its joint "
+            "(of='position'). Use Scene.simulate for functions of time"
         )

@@ -50,7 +50,7 @@ class Raising:
         (np.array(["ab"]), "an array of type <U2"),
         ([], "of type list"),
         (Exploding(), "of type Exploding"),
-        (int, "of type type"),
+        (int, "the class int itself"),
     ],
     ids=lambda item: type(item).__name__,
 )

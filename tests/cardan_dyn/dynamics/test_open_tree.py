@@ -12,7 +12,7 @@ from testkit.scaling import moving, scaled
 
 import cardan_dyn as cd
 from cardan_dyn.dynamics.open_tree import LoadCase, OpenTree
-from cardan_dyn.forces.link_loads import LinkLoad
+from cardan_dyn.elements.link_loads import LinkLoad
 
 COUNT = 3
 GRAVITY = np.array([[1.0, -2.0, -9.81]])

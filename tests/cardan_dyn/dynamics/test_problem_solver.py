@@ -17,7 +17,7 @@ from cardan_dyn.dynamics import problem_solver
 from cardan_dyn.dynamics.indeterminate import LeastEnergy, LeastNorm
 from cardan_dyn.dynamics.inverse_dynamics import InverseDynamics, Solution
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
-from cardan_dyn.forces.link_loads import WRENCH_COMPONENTS
+from cardan_dyn.elements.link_loads import WRENCH_COMPONENTS
 from cardan_dyn.problem.samples import Targets
 
 

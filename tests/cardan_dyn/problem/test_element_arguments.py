@@ -9,7 +9,7 @@ import pytest
 from testkit.mixed_chain import MIXED
 
 import cardan_dyn as cd
-from cardan_dyn.elements.element import Element
+from cardan_dyn.elements.joint_elements import JointElement, JointForce
 from cardan_dyn.problem.element_arguments import elements_on, listed
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -24,8 +24,11 @@ def scene(*elements: object) -> cd.Scene:
     ("elements", "error", "message"),
     [
         ([GOOD, 3.0], cd.ArgumentError, "elements[1] is 3.0, expected one of: JointSpring, Joint"),
-        ([Element()], cd.ArgumentError, "elements[0] is of type Element, expected one of"),
-        ([cd.JointSpring], cd.ArgumentError, "elements[0] is of type type, expected one of"),
+        (
+            [cd.JointSpring],
+            cd.ArgumentError,
+            "elements[0] is the class JointSpring itself, expected one of",
+        ),
         (
             [GOOD, cd.JointSpring("crank_bearings", 1.0)],
             cd.ModelError,
@@ -102,3 +105,17 @@ def test_both_ends_in_the_world_are_refused() -> None:
 def test_no_elements_are_none() -> None:
     assert scene().elements == ()
     assert scene()._problem.element_forces is None
+
+
+class Untold(JointElement):
+    """An element of whose law the proof knows nothing."""
+
+    joint, name = "crank_bearing", "untold"
+
+    def force(self, x: np.ndarray, v: np.ndarray, time: np.ndarray, label: str) -> JointForce:
+        return JointForce(-x, 0.5 * x * x, 0.0 * x)
+
+
+def test_elements_that_cannot_be_proven_are_refused() -> None:
+    with pytest.raises(cd.ArgumentError, match="the proof does not know the law of Untold"):
+        scene(Untold()).sweep([0.0])

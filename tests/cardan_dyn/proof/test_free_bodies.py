@@ -21,7 +21,7 @@ from testkit.claims import (
 from testkit.scenes import text
 
 import cardan_dyn as cd
-from cardan_dyn.forces.link_loads import LinkLoad
+from cardan_dyn.elements.link_loads import LinkLoad
 from cardan_dyn.proof.constraints import Motion
 from cardan_dyn.proof.free_bodies import FreeBodies, Setup
 from cardan_dyn.proof.residuals import Claim

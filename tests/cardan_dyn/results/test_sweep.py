@@ -11,9 +11,6 @@ import pytest
 from testkit.scenes import universal
 
 import cardan_dyn as cd
-from cardan_dyn.results.sweep_data import SweepData
-from cardan_dyn.results.sweep_markup import sweep_markup
-from cardan_dyn.results.tables import dataframe, dataset
 
 ROOT = Path(__file__).parents[3]
 
@@ -23,14 +20,6 @@ def turn(joint: cd.Mechanism) -> cd.Sweep:
     return universal(joint, 0.5).sweep(np.linspace(0.0, 1.0, 5), speed=2.0)
 
 
-@pytest.mark.parametrize("motion", [True, False])
-def test_tables_are_those_of_the_sweep(turn: cd.Sweep, motion: bool) -> None:
-    assert turn.to_xarray(motion=motion).identical(dataset(turn, motion=motion))
-    frame = turn.to_dataframe(motion=motion)
-    assert frame.equals(dataframe(turn, motion=motion))
-    assert ("pin_in.velocity" in frame) == motion
-
-
 def test_tables_hold_the_motion_unless_told_otherwise(turn: cd.Sweep) -> None:
     assert turn.to_xarray().identical(turn.to_xarray(motion=True))
     assert turn.to_dataframe().equals(turn.to_dataframe(motion=True))
@@ -38,24 +27,19 @@ def test_tables_hold_the_motion_unless_told_otherwise(turn: cd.Sweep) -> None:
         turn.to_xarray(False)  # type: ignore[misc]
 
 
-def test_notebooks_show_its_markup(turn: cd.Sweep) -> None:
-    assert turn._repr_html_() == sweep_markup(turn)
-
-
 def test_scenes_and_responses_return_the_same_kind(joint: cd.Mechanism, turn: cd.Sweep) -> None:
     evaluated = universal(joint, 0.5).response().sweep(turn.position, speed=2.0)
     assert type(turn) is type(evaluated) is cd.Sweep
-    assert isinstance(turn, SweepData)
     columns = turn.to_dataframe().columns
     assert list(evaluated.to_dataframe().columns) == list(columns)
 
 
-def test_a_sweep_imports_tables_and_markup_only_when_asked() -> None:
+def test_a_sweep_imports_tables_and_axes_only_when_asked() -> None:
     code = (
         "import sys, cardan_dyn as cd; "
         "turn = cd.Scene(cd.load('four_bar'), drive='crank_bearing').sweep([0.0]); "
         "print(*sorted(name for name in sys.modules if name.startswith(('xarray', 'pandas')) or "
-        "name.startswith('cardan_dyn.results.') and name.endswith(('tables', 'markup', 'axes'))))"
+        "name.startswith('cardan_dyn.results.') and name.endswith('axes')))"
         "; turn._repr_html_(); turn.wrench('crank_pin', 'world'); "
         "print('cardan_dyn.results.axes' in sys.modules)"
     )

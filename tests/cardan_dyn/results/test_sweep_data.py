@@ -12,10 +12,9 @@ from testkit.drive_lines import two_lines
 from testkit.scenes import text, universal
 
 import cardan_dyn as cd
-from cardan_dyn.results.sweep_data import SweepData
 
 POSITIONS = np.linspace(0.1, 6.0, 40)
-COPIES: dict[str, Callable[[SweepData], SweepData]] = {
+COPIES: dict[str, Callable[[cd.Sweep], cd.Sweep]] = {
     "copy": copy.copy,
     "deepcopy": copy.deepcopy,
     "pickle": lambda item: pickle.loads(pickle.dumps(item)),

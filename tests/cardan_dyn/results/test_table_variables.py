@@ -10,13 +10,7 @@ from testkit.planar_linkages import five_bar
 from testkit.scenes import universal
 
 import cardan_dyn as cd
-from cardan_dyn.results.table_variables import (
-    labels_of,
-    sample_dims,
-    unit_labels,
-    variables_of,
-)
-from cardan_dyn.results.variable import Variable
+from cardan_dyn.results.table import Variable
 
 POSITIONS = np.linspace(0.0, 1.0, 4)
 RACK = """<robot name="rack"><link name="base"/><link name="pinion"/><link name="rack"/>
@@ -34,7 +28,7 @@ def rack(predecessor: str, successor: str, ratio: float) -> cd.Mechanism:
 
 
 def variables(sweep: cd.Sweep, motion: bool = True) -> dict[str, Variable]:
-    named = list(variables_of(sweep, motion))
+    named = sweep.table(motion=motion).variables
     assert len(dict(named)) == len(named)
     return dict(named)
 
@@ -52,7 +46,7 @@ def test_values_are_those_of_the_sweep(joint: cd.Mechanism) -> None:
             np.testing.assert_array_equal(
                 item[quantity].values[:, index], getattr(turn[name], quantity)
             )
-    moving = labels_of(turn)["moving_joint"]
+    moving = turn.table().labels["moving_joint"]
     assert set(moving) == set(joint.joint_names)
     for index, name in enumerate(moving):
         for quantity in ("position", "velocity", "acceleration"):
@@ -94,12 +88,12 @@ def test_units_of_a_sliding_drive() -> None:
     assert rates == ["m", "m/s", "m/s²"]
     assert item["drive_effort"].unit == "N"
     assert item["load_a"].unit == "N·m"
-    joints = labels_of(turn)["moving_joint"]
+    joints = turn.table().labels["moving_joint"]
     expected = tuple("m" if name == "d" else "rad" for name in joints)
     assert item["joint_position"].units == expected
     assert item["joint_acceleration"].units == tuple(f"{unit}/s²" for unit in expected)
     assert item["joint_position"].unit == "rad or m"
-    assert {name: units for name, _, units in unit_labels(turn)}["unit"] == list(expected)
+    assert turn.table().units["unit"][1] == list(expected)
 
 
 def test_several_drives_have_a_dimension() -> None:
@@ -111,7 +105,7 @@ def test_several_drives_have_a_dimension() -> None:
         assert item[name].dims == ("sample", "drive")
     np.testing.assert_array_equal(item["position"].values, positions)
     np.testing.assert_array_equal(item["speed"].values, np.tile([1.0, 2.0], (3, 1)))
-    assert labels_of(turn)["drive"] == ("D", "A")
+    assert turn.table().labels["drive"] == ("D", "A")
     assert item["position"].long_name == "position of the drive"
 
 
@@ -123,7 +117,7 @@ def test_drives_of_both_kinds_have_a_unit_each() -> None:
     assert item["speed"].units == ("m/s", "rad/s")
     assert item["drive_effort"].units == ("N", "N·m")
     assert item["drive_effort"].unit == "N or N·m"
-    assert ("drive_unit", "drive", ["N", "N·m"]) in unit_labels(turn)
+    assert turn.table().units["drive_unit"] == ("drive", ["N", "N·m"])
 
 
 @pytest.mark.parametrize(
@@ -141,7 +135,7 @@ def test_a_coupling_has_the_unit_of_its_successor(
     assert item.unit == unit
     # It holds the load on its successor: 2 N on the rack, or 0.6 N·m on the pinion.
     np.testing.assert_allclose(item.values, [[-load[1]]] * 2, rtol=1e-13)
-    assert ("coupling_unit", "coupling", [unit]) in unit_labels(turn)
+    assert turn.table().units["coupling_unit"] == ("coupling", [unit])
 
 
 def test_a_coupling_whose_successor_carries_its_predecessor() -> None:
@@ -185,7 +179,7 @@ def test_grids_give_each_coordinate_the_dimensions_along_which_it_varies(
     grid = response.sweep(POSITIONS, speed, loads={"bearing_out": load}, gravity=pull)
     item = variables(grid)
     dims = {name: item[name].dims for name in item}
-    assert sample_dims(grid) == ("sample_0", "sample_1", "sample_2")
+    assert tuple(grid.table().samples) == ("sample_0", "sample_1", "sample_2")
     assert dims["position"] == ("sample_2",)
     assert dims["speed"] == ("sample_1",)
     assert dims["acceleration"] == dims["condition"] == ()
@@ -196,7 +190,7 @@ def test_grids_give_each_coordinate_the_dimensions_along_which_it_varies(
     np.testing.assert_array_equal(item["speed"].values, [4.0, 5.0])
     assert item["torsion"].values.shape == item["joint_velocity"].values.shape == (3, 2, 4, 5)
     # The motion is that of the positions and speeds of its samples.
-    crank = labels_of(grid)["moving_joint"].index("bearing_in")
+    crank = grid.table().labels["moving_joint"].index("bearing_in")
     expected = np.broadcast_to(speed, (3, 2, 4))
     np.testing.assert_allclose(item["joint_velocity"].values[..., crank], expected, rtol=1e-14)
 
@@ -231,7 +225,7 @@ def test_what_is_given_to_a_grid_has_the_dimensions_along_which_it_varies(
     samples = ("sample_0", "sample_1")
     assert item["force"].dims == (*samples, "joint", "component")
     assert item["condition"].dims == item["drive_effort"].dims == samples
-    for index, name in enumerate(labels_of(sweep)["moving_joint"]):
+    for index, name in enumerate(sweep.table().labels["moving_joint"]):
         values = item["joint_position"].values[..., index]
         np.testing.assert_array_equal(values, sweep.motion.position(name))
 
@@ -255,12 +249,12 @@ def test_what_outputs_leave_out_is_missing_or_nan() -> None:
     item = variables(turn)
     assert "drive_effort" not in item
     assert "holding_effort" not in item
-    joints = labels_of(turn)["moving_joint"]
+    joints = turn.table().labels["moving_joint"]
     for quantity in ("position", "velocity", "acceleration"):
         is_nan = np.all(np.isnan(item[f"joint_{quantity}"].values), axis=0)
         left_out = [name.startswith("right_") for name in joints]
         np.testing.assert_array_equal(is_nan, left_out)
-    assert labels_of(turn)["joint"] == ("left_2",)
+    assert turn.table().labels["joint"] == ("left_2",)
 
 
 def test_efforts_alone_have_no_wrenches(joint: cd.Mechanism) -> None:
@@ -272,6 +266,6 @@ def test_joints_with_several_coordinates_have_no_column_of_motion() -> None:
     mechanism = cd.load("stewart_platform")
     legs = [f"leg_{index}" for index in range(1, 7)]
     turn = cd.Scene(mechanism, drive=legs, outputs=[]).sweep(np.zeros((1, 6)))
-    moving = labels_of(turn)["moving_joint"]
+    moving = turn.table().labels["moving_joint"]
     assert moving == tuple(name for name, item in mechanism.joints.items() if item.nv == 1)
     assert set(moving) < set(mechanism.joint_names)

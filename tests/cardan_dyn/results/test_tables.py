@@ -374,3 +374,20 @@ def test_loads_of_the_same_name_are_refused() -> None:
     turn = cd.Scene(mechanism, drive=["A", "a_force"], loads=loads).sweep([[0.0, 0.0], [0.1, 0.1]])
     with pytest.raises(cd.ModelError, match="two variables of the name load_a_force"):
         turn.to_xarray()
+
+
+def test_files_give_back_what_was_saved(turn: cd.Sweep, tmp_path: Path) -> None:
+    frame = turn.to_dataframe()
+    read = pandas.read_csv(turn.save(tmp_path / "turn.csv"), index_col=0)
+    assert "bearing_out.bending [N·m]" in read
+    assert len(read.columns) == len(frame.columns)
+    np.testing.assert_array_equal(read.to_numpy(), frame.to_numpy())
+    told = json.loads(turn.save(tmp_path / "turn.json").read_text(encoding="utf-8"))
+    assert told["columns"]["bearing_out.bending"] == frame["bearing_out.bending"].tolist()
+    assert told["units"]["drive_effort"] == "N·m"
+    with xarray.open_dataset(turn.save(str(tmp_path / "turn.nc")), engine="scipy") as data:
+        np.testing.assert_array_equal(data.moment, turn.to_xarray().moment)
+        assert data.moment.attrs["units"] == "N·m"
+        assert data.attrs["balance_residual"] == turn.balance_residual
+    with pytest.raises(cd.ArgumentError, match=r"its suffix says what is written: .*\.csv"):
+        turn.save(tmp_path / "turn.xlsx")

@@ -20,7 +20,6 @@ from testkit.scaling import moving, scaled
 from testkit.scenes import double
 
 import cardan_dyn as cd
-from cardan_dyn.results.sweep_data import SweepData
 
 P = np.linspace(-1.0, 2.5, 6)
 RATES = {"speed": 3.0, "acceleration": -2.0}
@@ -34,7 +33,7 @@ DESIGNS: dict[str, tuple[Callable[[], cd.Scene], dict[str, np.ndarray]]] = {
 }
 
 
-def assert_same(found: SweepData, index: Any, expected: SweepData) -> None:
+def assert_same(found: cd.Sweep, index: Any, expected: cd.Sweep) -> None:
     """Compare some samples of a grid with those of a sweep, to rounding times the condition."""
     allowed = 1e3 * np.finfo(float).eps * float(np.max(expected.condition))
     wrenches = [
@@ -60,7 +59,7 @@ def assert_same(found: SweepData, index: Any, expected: SweepData) -> None:
         np.testing.assert_array_equal(getattr(found, quantity)[index], getattr(expected, quantity))
 
 
-def assert_shaped(sweep: SweepData, shape: tuple[int, ...]) -> None:
+def assert_shaped(sweep: cd.Sweep, shape: tuple[int, ...]) -> None:
     """Check the shapes of all results."""
     model = sweep.mechanism.model
     assert sweep.shape == sweep.motion.shape == sweep.condition.shape == shape

@@ -64,6 +64,6 @@ def test_power_of_elements() -> None:
         cd.Actuator("pin", lambda time: 4.0 * time),
     ]
     times = np.array([0.5, 1.0])
-    power = element_power(ElementForces(mechanism, elements), mechanism, X, V, times)
+    power = element_power(ElementForces(mechanism, elements), X, V, times)
     # Springs keep energy: they are no part of it.
     np.testing.assert_allclose(power, 4.0 * times * V[:, 0] - 2.0 * V[:, 0] ** 2)

@@ -1,1 +1,0 @@
-"""Forces: what acts on a mechanism from outside."""

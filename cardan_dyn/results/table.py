@@ -1,0 +1,193 @@
+"""Table: values with names for dimensions and units, as Dataset, DataFrame or file.
+
+A Dataset has the dimensions of the variables. A DataFrame has a row per sample (of a grid: in C
+order, with an index per dimension), and a flat column per value: `name.quantity` for what belongs
+to something with a name, `name.quantity_x` for components.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..checks import described
+from ..errors import ArgumentError, MissingExtraError, ModelError, choices
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+SUFFIXES = (".csv", ".json", ".nc")
+
+
+class Variable(NamedTuple):
+    """Values with names for their dimensions.
+
+    Attributes:
+        dims: names of the dimensions.
+        values: an array of these.
+        units: one for all values, or one per entry of the last dimension.
+        long_name: what they are.
+        is_coordinate: whether they were given, as drive positions and loads are, and not solved.
+    """
+
+    dims: tuple[str, ...]
+    values: Array
+    units: str | tuple[str, ...]
+    long_name: str
+    is_coordinate: bool = False
+
+    @property
+    def unit(self) -> str:
+        """All units that occur, in one text."""
+        units = (self.units,) if isinstance(self.units, str) else self.units
+        return " or ".join(dict.fromkeys(units))
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """What a result holds, before it is a Dataset or a DataFrame.
+
+    Attributes:
+        variables: names and values, in the order of columns.
+        samples: dimensions that become rows of a DataFrame, and their sizes.
+        labels: dimension to the names along it; dimensions of a Dataset that have none are counted.
+        units: coordinate to the dimension along which it tells units, and these.
+        attributes: of the whole table: numbers and texts, so that any file format takes them.
+        flags: variables of a Dataset over no samples: name to dimensions, values and attributes.
+        frame_attributes: what a DataFrame has in their place.
+    """
+
+    variables: Sequence[tuple[str, Variable]]
+    samples: Mapping[str, int]
+    labels: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    units: Mapping[str, tuple[str, Sequence[str]]] = field(default_factory=dict)
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+    flags: Mapping[str, tuple[tuple[str, ...], Array, Mapping[str, str]]] = field(
+        default_factory=dict
+    )
+    frame_attributes: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return a Dataset; see `Result.to_xarray`."""
+        try:
+            import xarray
+        except ImportError as error:
+            raise _missing("xarray") from error
+        names = [name for name, _ in self.variables]
+        repeated = {name for name in names if names.count(name) > 1}
+        if repeated:
+            # A link `a` and a joint `a_force` both have loads that vary.
+            raise ModelError(
+                f"a table cannot hold two variables of the name {choices(repeated)}: rename the "
+                "joint or the link in the description"
+            )
+        data: dict[str, Any] = {}
+        coordinates: dict[str, Any] = {}
+        for name, variable in self.variables:
+            told = {"units": variable.unit, "long_name": variable.long_name}
+            where = coordinates if variable.is_coordinate else data
+            where[name] = (variable.dims, np.array(variable.values), told)
+        used = {dim for _, variable in self.variables for dim in variable.dims}
+        used |= {dim for dims, *_ in self.flags.values() for dim in dims}
+        coordinates |= {
+            dim: (dim, list(names)) for dim, names in self.labels.items() if dim in used
+        }
+        coordinates |= {
+            name: (dim, list(units), {"long_name": f"unit along {dim}"})
+            for name, (dim, units) in self.units.items()
+            if dim in used
+        }
+        return xarray.Dataset(data | dict(self.flags), coordinates, dict(self.attributes))
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a DataFrame; see `Result.to_dataframe`."""
+        try:
+            import pandas
+        except ImportError as error:
+            raise _missing("pandas") from error
+        columns: dict[str, Array] = {}
+        units: dict[str, str] = {}
+        for name, variable in self.variables:
+            values = self._over_samples(variable)
+            for suffix, index in self._entries(variable):
+                column = _column_name(name, *suffix)
+                selected: Any = (..., *index)
+                columns[column] = values[selected].ravel()
+                units[column] = (
+                    variable.units if isinstance(variable.units, str) else variable.units[index[-1]]
+                )
+        sizes = list(self.samples.values())
+        index = pandas.RangeIndex(int(np.prod(sizes)), name=next(iter(self.samples), None))
+        if len(sizes) > 1:
+            index = pandas.MultiIndex.from_product(map(range, sizes), names=list(self.samples))
+        frame = pandas.DataFrame(columns, index=index)
+        frame.attrs = {"units": units, **self.frame_attributes, **self.attributes}
+        return frame
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write a file; see `Result.save`."""
+        target = Path(path)
+        if target.suffix not in SUFFIXES:
+            raise ArgumentError(
+                f"path is {described(str(path))}; its suffix says what is written: "
+                f"{choices(SUFFIXES)}"
+            )
+        if target.suffix == ".nc":
+            self.to_xarray().to_netcdf(target, engine="scipy")
+            return target
+        frame = self.to_dataframe()
+        if target.suffix == ".csv":
+            units = frame.attrs["units"]
+            shown = {name: f"{name} [{units[name]}]" if units[name] else name for name in frame}
+            frame.rename(columns=shown).to_csv(target)
+        else:
+            columns = {name: frame[name].tolist() for name in frame}
+            text = json.dumps({"columns": columns, **frame.attrs}, ensure_ascii=False, indent=1)
+            target.write_text(text, encoding="utf-8")
+        return target
+
+    def _over_samples(self, variable: Variable) -> Array:
+        """Return values over all samples of a variable that may vary along some of them only."""
+        shape = tuple(self.samples.values())
+        varying = [dim for dim in variable.dims if dim in self.samples]
+        rest = variable.values.shape[len(varying) :]
+        sizes = dict(zip(varying, variable.values.shape, strict=False))
+        padded = np.reshape(variable.values, (*(sizes.get(dim, 1) for dim in self.samples), *rest))
+        return np.broadcast_to(padded, (*shape, *rest))
+
+    def _entries(
+        self, variable: Variable
+    ) -> Iterator[tuple[tuple[tuple[str, str], ...], tuple[int, ...]]]:
+        """Return names, each with its dimension, and indices of all entries beyond the samples."""
+        rest = [dim for dim in variable.dims if dim not in self.samples]
+        for index in np.ndindex(*(len(self.labels[dim]) for dim in rest)):
+            pairs = zip(rest, index, strict=True)
+            yield tuple((dim, self.labels[dim][position]) for dim, position in pairs), index
+
+
+def _missing(package: str) -> MissingExtraError:
+    return MissingExtraError(f'this table needs {package}: pip install "cardan-dyn[study]"')
+
+
+def _column_name(variable: str, *names: tuple[str, str]) -> str:
+    """Return the name of a column, `name.quantity` if it belongs to something with a name."""
+    quantity = variable
+    owner = ""
+    for dim, name in names:
+        if dim.endswith("component"):
+            quantity = f"{quantity}_{name.replace(' ', '_')}"
+        else:
+            owner = name
+            if dim == "drive" and not quantity.startswith("drive_"):
+                quantity = f"drive_{quantity}"
+            if dim == "moving_joint":
+                quantity = quantity.removeprefix("joint_")
+    return f"{owner}.{quantity}" if owner else quantity
