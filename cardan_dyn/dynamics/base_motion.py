@@ -12,9 +12,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..arrays import Array, cross
-from ..kinematics.all_groups import ClosedState
-from ..kinematics.batch_model import BaseMotion, placement
-from ..kinematics.group_state import GroupState
+from ..kinematics.closing.all_groups import ClosedState
+from ..kinematics.closing.batch_model import BaseMotion, placement
+from ..kinematics.closing.group_solver import GroupState
 
 
 def base_motions(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array, consecutive
-from ..kinematics.group_state import GroupState
+from ..kinematics.closing.group_solver import GroupState
 from ..mechanism.mechanism import Mechanism
 from .indeterminate import SelfStress
 

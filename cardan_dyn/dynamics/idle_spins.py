@@ -13,8 +13,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import MobilityError, choices
-from ..kinematics.all_groups import ClosedState
-from ..kinematics.group_state import GroupState
+from ..kinematics.closing.all_groups import ClosedState
+from ..kinematics.closing.group_solver import GroupState
 from .open_tree import LoadCase, OpenTree, efforts_along
 
 _MASSLESS = 1e-14

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..elements.link_loads import LinkLoad
-from ..kinematics.all_groups import ClosedState, Kinematics
-from ..kinematics.needs import Needs
+from ..kinematics.closing.all_groups import ClosedState, Kinematics
+from ..kinematics.loops.needs import Needs
 from ..problem.problem import Problem
 from ..problem.samples import Acting, Targets
 from ..proof.residuals import Claim, Residuals, overflow

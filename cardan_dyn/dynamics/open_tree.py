@@ -10,9 +10,9 @@ import numpy as np
 
 from ..arrays import Array, cross
 from ..elements.link_loads import LinkLoad
-from ..kinematics.all_groups import ClosedState, Kinematics
-from ..kinematics.batch_model import BaseMotion, placement
-from ..kinematics.group_state import GroupState
+from ..kinematics.closing.all_groups import ClosedState, Kinematics
+from ..kinematics.closing.batch_model import BaseMotion, placement
+from ..kinematics.closing.group_solver import GroupState
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.tree import link_inertia
 

@@ -15,10 +15,10 @@ from ..arrays import Array
 from ..elements.link_loads import WRENCH_COMPONENTS
 from ..errors import ArgumentError, IndeterminateError
 from ..frozen import Frozen, frozen, read_only
-from ..kinematics.all_groups import ClosedState, Kinematics
 from ..kinematics.assembly import Assembly, AssemblyAtDesign
-from ..kinematics.guess_cache import Guess
-from ..kinematics.needs import solved_couplings
+from ..kinematics.closing.all_groups import ClosedState, Kinematics
+from ..kinematics.following.guess_cache import Guess
+from ..kinematics.loops.needs import solved_couplings
 from ..problem.problem import Problem
 from ..problem.samples import Acting, Targets
 from .indeterminate import IndeterminacyRule, LeastEnergy, LeastNorm

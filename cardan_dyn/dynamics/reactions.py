@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..kinematics.all_groups import ClosedState, Kinematics
-from ..kinematics.batch_model import placement
-from ..kinematics.needs import Needs
+from ..kinematics.closing.all_groups import ClosedState, Kinematics
+from ..kinematics.closing.batch_model import placement
+from ..kinematics.loops.needs import Needs
 from ..mechanism.mechanism import Mechanism
 from .closure_forces import ClosureForces
 from .indeterminate import IndeterminacyRule, LeastNorm, SelfStress, influence

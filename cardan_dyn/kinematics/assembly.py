@@ -26,18 +26,19 @@ from ..errors import (
 )
 from ..problem.problem import Problem
 from ..problem.samples import Targets
-from .all_groups import ClosedState, Kinematics
-from .guess_cache import Guess, GuessCache
-from .idle_rods import rods_by_name
-from .loop_groups import Group
+from .closing.all_groups import ClosedState, Kinematics
+from .diagnosis.mobility import RedundancyStudy
+from .following.guess_cache import Guess, GuessCache
 from .loop_system import LoopSystem
-from .needs import Needs, columns_of, needs, needs_of_finer
-from .redundancy import RedundancyStudy
+from .loops.groups import Group
+from .loops.idle_rods import rods_by_name
+from .loops.needs import Needs, columns_of, needs, needs_of_finer
 from .start_search import StartSearch
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION, SINGULAR_CONDITION
 
 if TYPE_CHECKING:
     from .assembly_modes import AssemblyModes
+
 
 _FIRST_MODE = "A"
 """Name of the assembly mode that the description's zero leads to, see `mode_name`."""
@@ -190,8 +191,10 @@ class Assembly:
             )
         worst = int(state.condition.argmax())
         if state.condition[worst] > SINGULAR_CONDITION:
-            from .gimbal_lock import gimbal_note  # Imported here: only errors need it.
-            from .singularities import singularity_at
+            from .diagnosis.singularities import (
+                gimbal_note,  # Imported here: only errors need it.
+                singularity_at,
+            )
 
             singularity = singularity_at(guess.kinematics, state.x[worst], self.start)
             note = gimbal_note(guess.kinematics.coordinates, state.x[worst], self.decided.tolist())
@@ -214,7 +217,7 @@ class Assembly:
         Raises:
             MobilityError: the drives do not decide the motion.
         """
-        from .straight_lines import BLOCK_SIZE  # Most scenes are asked for no such thing.
+        from .following.lines import BLOCK_SIZE  # Most scenes are asked for no such thing.
 
         guess = self._cache.guesses(targets, strict=False)
         is_there = np.ones(targets.size, dtype=bool)
@@ -247,7 +250,7 @@ class Assembly:
         """Return the limits of the only drive [rad or m], ±inf where it has none."""
         if not self.decided.size:
             return -np.inf, np.inf
-        from .reach import reach_of  # Most scenes are swept without.
+        from .following.reach import reach_of  # Most scenes are swept without.
 
         drive = self._problem.independent[0]
         branch = self._system.branch(drive, self._open_kinematics, self.start)

@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import AssemblyError, SingularConfigurationError
 from ..problem.problem import Problem
-from .all_groups import Kinematics
+from .closing.all_groups import Kinematics
 from .loop_system import LoopSystem
 from .tolerances import CLOSURE_TOLERANCE, SAFE_CORRECTION
 
@@ -118,7 +118,7 @@ class StartSearch:
 
     def _not_closed(self, positions: Mapping[str, float], error: AssemblyError) -> AssemblyError:
         """Return the error for joints that cannot be at their positions all together."""
-        from .reach import degrees_hint  # Imported here: only errors need it.
+        from .following.reach import degrees_hint  # Imported here: only errors need it.
 
         listed = ", ".join(f"{name}: {value:g}" for name, value in positions.items())
         mechanism = self._problem.mechanism
@@ -203,7 +203,7 @@ class StartSearch:
         Raises:
             AssemblyError: none were found.
         """
-        from .first_assembly import (  # Most descriptions are closed at zero.
+        from .closing.far import (  # Most descriptions are closed at zero.
             assembled_near,
             unclosed,
         )
@@ -265,7 +265,7 @@ class StartSearch:
         try:
             return self._system.moved(state, joint, value, passives, self._left_out, together)
         except (AssemblyError, SingularConfigurationError) as error:
-            from .reach import Aim, out_of_reach  # Imported here: only errors need it.
+            from .following.reach import Aim, out_of_reach  # Imported here: only errors need it.
 
             role = "held" if joint in self._problem.held else "start"
             slides = self._problem.mechanism.drivable[joint].slides

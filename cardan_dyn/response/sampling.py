@@ -14,8 +14,8 @@ from ..dynamics.problem_solver import ProblemSolver
 from ..dynamics.reactions import UNIQUE_TOLERANCE, Reactions, superposed
 from ..elements.link_loads import LinkLoad
 from ..frozen import frozen
-from ..kinematics.all_groups import ClosedState
-from ..kinematics.straight_lines import BLOCK_SIZE
+from ..kinematics.closing.all_groups import ClosedState
+from ..kinematics.following.lines import BLOCK_SIZE
 from ..problem.samples import Targets, acting_on
 from ..proof.residuals import Residuals
 from .columns import ACCELERATION, AXES, GRAVITY, SPEED_SQUARED, Column, Kind, Layout

@@ -53,7 +53,7 @@ from ..checks import described
 from ..elements.link_loads import WRENCH_COMPONENTS, Wrench
 from ..errors import ArgumentError, ModelError, choices
 from ..frozen import frozen, read_only
-from ..kinematics.idle_rods import rods_by_name
+from ..kinematics.loops.idle_rods import rods_by_name
 from ..problem.problem import Problem
 from .motion import Motion
 from .prescribed import Prescribed

@@ -13,10 +13,10 @@ from ..description.files import write as write_description
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, AssemblyError, MobilityError
 from ..kinematics.assembly_modes import without_turns
-from ..kinematics.first_assembly import assembled_near, unclosed
-from ..kinematics.group_solver import GroupSolver
-from ..kinematics.loop_groups import independent_groups
-from ..kinematics.structure import Structure
+from ..kinematics.closing.far import assembled_near, unclosed
+from ..kinematics.closing.group_solver import GroupSolver
+from ..kinematics.loops.groups import independent_groups
+from ..kinematics.loops.structure import Structure
 from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..mechanism.configuration import Configuration
 from ..mechanism.mechanism import Mechanism

@@ -9,11 +9,11 @@ from ..dynamics.closure_forces import ClosureForces
 from ..dynamics.indeterminate import SelfStress
 from ..dynamics.reactions import UNIQUE_TOLERANCE
 from ..errors import ArgumentError
-from ..kinematics.generic_states import GenericStates, generic_states
-from ..kinematics.idle_rods import rods_by_name
-from ..kinematics.loop_groups import Group
-from ..kinematics.stacked import ranks
-from ..kinematics.structure import Structure
+from ..kinematics.closing.far import GenericStates, generic_states
+from ..kinematics.closing.stacked import ranks
+from ..kinematics.loops.groups import Group
+from ..kinematics.loops.idle_rods import rods_by_name
+from ..kinematics.loops.structure import Structure
 from ..kinematics.tolerances import RANK_TOLERANCE
 from ..mechanism.configuration import Configuration
 from ..mechanism.mechanism import Mechanism

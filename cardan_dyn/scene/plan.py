@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..kinematics.loop_groups import Group
-from ..kinematics.needs import Needs
+from ..kinematics.loops.groups import Group
+from ..kinematics.loops.needs import Needs
 from ..mechanism.mechanism import Mechanism
 
 if TYPE_CHECKING:

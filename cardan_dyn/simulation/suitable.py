@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ..dynamics.problem_solver import ProblemSolver
 from ..elements.pin_contact import PinContact
-from ..kinematics.idle_rods import rods_by_name
+from ..kinematics.loops.idle_rods import rods_by_name
 from .forces import Forces
 
 

@@ -10,7 +10,7 @@ from testkit.mixed_chain import rows
 
 import cardan_dyn as cd
 from cardan_dyn.dynamics.base_motion import base_motions, base_rotations
-from cardan_dyn.kinematics.all_groups import ClosedState
+from cardan_dyn.kinematics.closing.all_groups import ClosedState
 
 COUNT = 3
 GRAVITY = np.array([[1.0, -2.0, -9.81]])

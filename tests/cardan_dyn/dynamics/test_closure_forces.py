@@ -13,9 +13,9 @@ from testkit.planar_linkages import three_cranks
 
 import cardan_dyn as cd
 from cardan_dyn.dynamics.closure_forces import ClosureForces
-from cardan_dyn.kinematics.all_groups import ClosedState
-from cardan_dyn.kinematics.batch_model import BatchModel
-from cardan_dyn.kinematics.group_state import GroupState
+from cardan_dyn.kinematics.closing.all_groups import ClosedState
+from cardan_dyn.kinematics.closing.batch_model import BatchModel
+from cardan_dyn.kinematics.closing.group_solver import GroupState
 
 COUNT, SIZE = 3, 2
 

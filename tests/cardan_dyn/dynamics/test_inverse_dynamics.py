@@ -12,7 +12,7 @@ import cardan_dyn as cd
 from cardan_dyn.dynamics.inverse_dynamics import Inputs, InverseDynamics, Solution
 from cardan_dyn.dynamics.open_tree import LoadCase
 from cardan_dyn.frozen import frozen
-from cardan_dyn.kinematics.all_groups import ClosedState
+from cardan_dyn.kinematics.closing.all_groups import ClosedState
 from cardan_dyn.problem.samples import Targets, acting_on, targets_of
 
 COUNT = 4

@@ -19,7 +19,7 @@ from cardan_dyn.dynamics.reactions import (
     superposed,
     wrenches_in_norm,
 )
-from cardan_dyn.kinematics.all_groups import ClosedState
+from cardan_dyn.kinematics.closing.all_groups import ClosedState
 
 COUNT = 4
 GRAVITY = np.array([1.0, -2.0, -9.81])

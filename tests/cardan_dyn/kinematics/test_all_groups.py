@@ -9,8 +9,8 @@ from testkit.many_drives import cranks, stacked
 from testkit.planar_linkages import five_bar, four_bar, solver, values
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.all_groups import ClosedState, Kinematics
 from cardan_dyn.kinematics.assembly import Assembly
+from cardan_dyn.kinematics.closing.all_groups import ClosedState, Kinematics
 from cardan_dyn.problem.arguments import checked
 from cardan_dyn.problem.samples import Targets
 

@@ -8,8 +8,7 @@ import pytest
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.batch_model import BatchModel, UnitTwists, placement
-from cardan_dyn.kinematics.long_chain import LongChain
+from cardan_dyn.kinematics.closing.batch_model import BatchModel, LongChain, UnitTwists, placement
 
 ORIGIN = np.array([0.3, -0.7, 1.1])
 COUNT = 4

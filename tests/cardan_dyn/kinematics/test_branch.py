@@ -15,7 +15,7 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.branch import Branch
+from cardan_dyn.kinematics.following.branch import Branch
 
 TURN = 2.0 * np.pi
 
@@ -190,7 +190,8 @@ def test_what_the_quick_way_cannot_prove_is_followed_with_care(
     quick.cover(-7.0, 7.0)
     attempts: list[object] = []
     monkeypatch.setattr(
-        "cardan_dyn.kinematics.branch.proven", lambda *arguments: attempts.append(arguments)
+        "cardan_dyn.kinematics.following.branch.proven",
+        lambda *arguments: attempts.append(arguments),
     )
     careful = branch_of(mechanism, "A")
     careful.cover(-7.0, 7.0)

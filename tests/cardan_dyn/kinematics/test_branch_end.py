@@ -7,8 +7,15 @@ import pytest
 from testkit.planar_linkages import four_bar, rocker_range, solver
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.branch_end import LOWER, UPPER, Attempt, limit, refused
-from cardan_dyn.kinematics.branch_table import BranchTable, nodes_of
+from cardan_dyn.kinematics.following.branch import (
+    LOWER,
+    UPPER,
+    Attempt,
+    BranchTable,
+    limit,
+    nodes_of,
+    refused,
+)
 
 
 def near_dead_point(distance: float, before: float = 1e-3) -> BranchTable:

@@ -14,10 +14,17 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.branch_end import LOWER, UPPER
-from cardan_dyn.kinematics.branch_follower import BranchFollower, Followed
-from cardan_dyn.kinematics.branch_table import BranchTable, table_of
-from cardan_dyn.kinematics.correctors import FullClosure, OneNewtonStep, proven
+from cardan_dyn.kinematics.following.branch import (
+    LOWER,
+    UPPER,
+    BranchFollower,
+    BranchTable,
+    Followed,
+    FullClosure,
+    OneNewtonStep,
+    proven,
+    table_of,
+)
 
 CORRECTORS = (OneNewtonStep(), FullClosure())
 

@@ -7,8 +7,7 @@ import pytest
 from testkit.planar_linkages import four_bar, solver
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.branch_refinement import halved
-from cardan_dyn.kinematics.branch_table import BranchTable, nodes_of
+from cardan_dyn.kinematics.following.branch import BranchTable, halved, nodes_of
 
 MECHANISM = four_bar()
 KINEMATICS, START = solver(MECHANISM, "A")

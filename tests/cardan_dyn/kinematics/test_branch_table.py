@@ -8,7 +8,7 @@ from numpy.polynomial import Polynomial
 from testkit.planar_linkages import described, four_bar, joint, link, solver
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.branch_table import BranchTable, nodes_of, table_of, taylor
+from cardan_dyn.kinematics.following.branch import BranchTable, nodes_of, table_of, taylor
 
 DRIVE = 1
 

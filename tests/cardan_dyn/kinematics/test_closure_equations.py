@@ -10,9 +10,9 @@ from testkit.mixed_chain import MIXED, moved, rows
 from testkit.planar_linkages import four_bar, solver
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.batch_model import BatchModel
-from cardan_dyn.kinematics.closure_equations import ClosureEquations
-from cardan_dyn.kinematics.loop_groups import Group
+from cardan_dyn.kinematics.closing.batch_model import BatchModel
+from cardan_dyn.kinematics.closing.equations import ClosureEquations
+from cardan_dyn.kinematics.loops.groups import Group
 
 ORIGIN = np.array([0.3, -0.7, 1.1])
 COUNT = 4

@@ -6,9 +6,15 @@ import numpy as np
 import pytest
 from testkit.planar_linkages import COUPLER, four_bar, pin_distance, solver
 
-from cardan_dyn.kinematics.branch_follower import BranchFollower
-from cardan_dyn.kinematics.branch_table import BranchTable, nodes_of, table_of
-from cardan_dyn.kinematics.correctors import FullClosure, OneNewtonStep, proven
+from cardan_dyn.kinematics.following.branch import (
+    BranchFollower,
+    BranchTable,
+    FullClosure,
+    OneNewtonStep,
+    nodes_of,
+    proven,
+    table_of,
+)
 
 MECHANISM = four_bar()
 KINEMATICS, START = solver(MECHANISM, "A")

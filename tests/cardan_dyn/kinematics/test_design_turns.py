@@ -7,7 +7,7 @@ import pytest
 from testkit.bars_of_lengths import four_bar_of_lengths
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.design_turns import TurnSearch
+from cardan_dyn.kinematics.following.joint_motion import TurnSearch
 
 TURN = 2.0 * np.pi
 CRANK_ROCKER, DRAG_LINK, ROCKER = 0.0, -0.37, 0.2

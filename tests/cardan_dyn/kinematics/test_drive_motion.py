@@ -7,11 +7,11 @@ import pytest
 from testkit.planar_linkages import COUPLER, five_bar, four_bar, pin_distance, values
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.all_groups import Kinematics
 from cardan_dyn.kinematics.assembly import Assembly
-from cardan_dyn.kinematics.drive_motion import DriveMotion
-from cardan_dyn.kinematics.joint_motion import JointMotion
-from cardan_dyn.kinematics.redundancy import STATES_STUDIED
+from cardan_dyn.kinematics.closing.all_groups import Kinematics
+from cardan_dyn.kinematics.diagnosis.mobility import STATES_STUDIED
+from cardan_dyn.kinematics.following.drive_motion import DriveMotion
+from cardan_dyn.kinematics.following.joint_motion import JointMotion
 from cardan_dyn.problem.arguments import checked
 from cardan_dyn.problem.samples import Targets
 

@@ -20,8 +20,7 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.batch_model import BatchModel
-from cardan_dyn.kinematics.long_chain import LongChain
+from cardan_dyn.kinematics.closing.batch_model import BatchModel, LongChain
 
 ANGLES = np.linspace(-0.6, 0.6, 7)
 

@@ -11,7 +11,7 @@ from testkit.planar_linkages import (
     values,
 )
 
-from cardan_dyn.kinematics.branch import Branch
+from cardan_dyn.kinematics.following.branch import Branch
 
 ANGLES = np.linspace(-0.6, 0.6, 7)
 

@@ -23,9 +23,9 @@ from testkit.scenes import universal
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.assembly import Assembly
-from cardan_dyn.kinematics.branch import Branch
-from cardan_dyn.kinematics.drive_motion import DriveMotion
-from cardan_dyn.kinematics.guess_cache import Guess, GuessCache
+from cardan_dyn.kinematics.following.branch import Branch
+from cardan_dyn.kinematics.following.drive_motion import DriveMotion
+from cardan_dyn.kinematics.following.guess_cache import Guess, GuessCache
 from cardan_dyn.problem.arguments import checked
 from cardan_dyn.problem.samples import Targets
 

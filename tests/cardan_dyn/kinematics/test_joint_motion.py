@@ -7,7 +7,7 @@ import pytest
 from testkit.planar_linkages import five_bar
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.all_groups import ClosedState, Kinematics
+from cardan_dyn.kinematics.closing.all_groups import ClosedState, Kinematics
 from cardan_dyn.problem.samples import Targets
 
 

@@ -7,9 +7,9 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.assembly import Assembly
-from cardan_dyn.kinematics.joint_motion import JointMotion
-from cardan_dyn.kinematics.lattice import near_lattice, spacing_for
-from cardan_dyn.kinematics.straight_lines import along_lines
+from cardan_dyn.kinematics.following.joint_motion import JointMotion
+from cardan_dyn.kinematics.following.lattice import near_lattice, spacing_for
+from cardan_dyn.kinematics.following.lines import along_lines
 from cardan_dyn.problem.arguments import checked
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.kinematics import lattice_lines
-from cardan_dyn.kinematics.lattice_lines import count_of, lines_to
+from cardan_dyn.kinematics.following import lattice as lattice_lines
+from cardan_dyn.kinematics.following.lattice import count_of, lines_to
 
 
 @pytest.fixture(params=[[[0, 1, 2]], [[2], [0, 1]]], ids=["at once", "in two legs"])

@@ -7,8 +7,7 @@ from testkit.drive_lines import drive_line
 from testkit.mixed_chain import rows
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.batch_model import BatchModel
-from cardan_dyn.kinematics.long_chain import LongChain
+from cardan_dyn.kinematics.closing.batch_model import BatchModel, LongChain
 
 
 def test_a_long_chain_is_the_batch_of_the_same_bodies() -> None:

@@ -8,8 +8,8 @@ import pytest
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.batch_model import BatchModel
-from cardan_dyn.kinematics.loop_geometry import LoopAxes, LoopEnd, LoopPath, rotations_between
+from cardan_dyn.kinematics.closing.batch_model import BatchModel
+from cardan_dyn.kinematics.closing.equations import LoopAxes, LoopEnd, LoopPath, rotations_between
 
 AXES = np.array([[1, 0, 0], [0, -1, 0], [0, 0, 1], [0.6, 0, -0.8], [0.36, 0.48, 0.8]], dtype=float)
 ANGLES = [0.0, 1e-9, 1e-3, 0.7, 2.0, 3.1, np.pi - 1e-5, np.pi - 1e-8, np.pi]

@@ -18,7 +18,7 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.mobility import check_mobility, ranks
+from cardan_dyn.kinematics.diagnosis.mobility import check_mobility, ranks
 
 
 def check(mechanism: cd.Mechanism, *drives: str, held: tuple[str, ...] = ()) -> None:

@@ -8,9 +8,9 @@ from testkit.linkages import coupling, gears
 from testkit.planar_linkages import described, joint, link
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.loop_groups import Group, partition
-from cardan_dyn.kinematics.needs import columns_of, needs, needs_of_finer, solved_couplings
-from cardan_dyn.kinematics.structure import Structure
+from cardan_dyn.kinematics.loops.groups import Group, partition
+from cardan_dyn.kinematics.loops.needs import columns_of, needs, needs_of_finer, solved_couplings
+from cardan_dyn.kinematics.loops.structure import Structure
 
 COUNT = 3
 

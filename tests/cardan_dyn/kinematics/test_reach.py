@@ -7,7 +7,7 @@ import pytest
 from testkit.planar_linkages import five_bar, four_bar, rocker_range
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.reach import Aim, degrees_hint, out_of_reach
+from cardan_dyn.kinematics.following.reach import Aim, degrees_hint, out_of_reach
 
 
 def rocker() -> cd.Scene:

@@ -18,11 +18,11 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.all_groups import Kinematics
-from cardan_dyn.kinematics.branch import Branch
+from cardan_dyn.kinematics.closing.all_groups import Kinematics
+from cardan_dyn.kinematics.diagnosis.mobility import RedundancyStudy
+from cardan_dyn.kinematics.following.branch import Branch
 from cardan_dyn.kinematics.loop_system import LoopSystem
-from cardan_dyn.kinematics.needs import needs
-from cardan_dyn.kinematics.redundancy import RedundancyStudy
+from cardan_dyn.kinematics.loops.needs import needs
 from cardan_dyn.problem.arguments import checked
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cardan_dyn.kinematics.step_control import REJECTED_EXCESS, StepControl, allowed_correction
+from cardan_dyn.kinematics.following.branch import REJECTED_EXCESS, StepControl, allowed_correction
 
 LONGEST = 2.0 * np.pi / 8.0
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from testkit.planar_linkages import ARM, five_bar, meeting_points, solver, tips, values
 
-from cardan_dyn.kinematics.straight_lines import along_lines
+from cardan_dyn.kinematics.following.lines import along_lines
 
 
 def test_positions_in_any_order_and_number() -> None:

@@ -7,8 +7,8 @@ import pytest
 from testkit.scenes import universal
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.all_groups import ClosedState
 from cardan_dyn.kinematics.assembly import Assembly
+from cardan_dyn.kinematics.closing.all_groups import ClosedState
 from cardan_dyn.kinematics.tolerances import (
     CLOSURE_TOLERANCE,
     RANK_TOLERANCE,

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.group_solver import GroupSolver
-from cardan_dyn.kinematics.group_state import GroupState
-from cardan_dyn.kinematics.reduction import Reduction
+from cardan_dyn.kinematics.closing.equations import Reduction
+from cardan_dyn.kinematics.closing.group_solver import GroupSolver, GroupState
 from testkit.planar_linkages import described, joint, link, solver
 
 EXACT = 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.all_groups import Kinematics
+from cardan_dyn.kinematics.closing.all_groups import Kinematics
 from cardan_dyn.kinematics.loop_system import LoopSystem
 
 CRANK, ROCKER, BASE = 0.3, 0.8, 1.0

@@ -1,0 +1,264 @@
+"""All groups: the kinematics of a scene, from the drives to the last joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...mechanism.coordinates import Coordinates
+from .equations import Reduction
+from .group_solver import CONVERGED, MOST_STEPS, GroupSolver, GroupState
+
+
+class ClosedState(NamedTuple):
+    """A mechanism at positions whose loops are closed.
+
+    Attributes:
+        x: `(N, size)` coordinates.
+        groups: the state of every group.
+        residual: `(N,)` worst closure error, see `ClosureEquations.error`.
+        condition: `(N,)` greatest condition number of a group's closure equations.
+        correction: `(N,)` how far the guess was off.
+    """
+
+    x: Array
+    groups: list[GroupState]
+    residual: Array
+    condition: Array
+    correction: Array
+
+    @property
+    def inverses(self) -> list[Array]:
+        """Inverses of every group's closure equations."""
+        return [state.inverse for state in self.groups]
+
+
+class Kinematics:
+    """Solves the groups of a scene in the order of motion. It does not change after it is made.
+
+    Attributes:
+        coordinates: layout of coordinate rows.
+        drives: velocity coordinates of the drives.
+        solvers: one per group.
+        reductions: per group, which rows it solves; all of them until the motion is known.
+    """
+
+    def __init__(
+        self,
+        coordinates: Coordinates,
+        drives: Array,
+        solvers: list[GroupSolver],
+        reductions: list[Reduction] | None = None,
+        rounding: list[Array] | None = None,
+    ) -> None:
+        """Make the kinematics.
+
+        Args:
+            coordinates: layout of coordinate rows.
+            drives: velocity coordinates of the drives.
+            solvers: one per group.
+            reductions: per group; all rows if None.
+            rounding: per group, see `GroupSolver.rounding`; zero if None.
+        """
+        self.coordinates = coordinates
+        self.drives = drives
+        self.solvers = solvers
+        self.reductions = reductions or [solver.equations.full() for solver in solvers]
+        self._rounding = rounding or [np.zeros(solver.group.passives.size) for solver in solvers]
+
+    def with_reductions(self, reductions: list[Reduction]) -> Kinematics:
+        """Return the same with other rows of every group."""
+        return Kinematics(self.coordinates, self.drives, self.solvers, reductions, self._rounding)
+
+    def with_amplitudes(self, states: Mapping[int, Array | None]) -> Kinematics:
+        """Return the same with Newton tolerances for the amplitudes of a motion.
+
+        Args:
+            states: by group, `(K, size)` coordinates all over its motion; None if they are unknown.
+        """
+        rounding = list(self._rounding)
+        for index, known in states.items():
+            if known is not None:
+                rounding[index] = self.solvers[index].rounding(known)
+        return Kinematics(self.coordinates, self.drives, self.solvers, self.reductions, rounding)
+
+    def part(self, drives: list[int], groups: list[int]) -> Kinematics:
+        """Return the kinematics of some groups for some drives, both by their indices."""
+        return Kinematics(
+            self.coordinates,
+            self.drives[drives],
+            [self.solvers[index] for index in groups],
+            [self.reductions[index] for index in groups],
+            [self._rounding[index] for index in groups],
+        )
+
+    def of_drive(self, rate: int) -> Kinematics:
+        """Return the kinematics of what a single drive moves, by its velocity coordinate."""
+        index = self.drives.tolist().index(rate)
+        groups = list(range(len(self.solvers)))
+        if self.depends is not None:
+            depends = self.depends[:, index]
+            groups = [k for k in groups if np.any(depends[self.solvers[k].group.passives])]
+        return self.part([index], groups)
+
+    @property
+    def moved(self) -> Array:
+        """Velocity coordinates of the drives and of all passives."""
+        passives = [solver.group.passives for solver in self.solvers]
+        return np.concatenate([self.drives, *passives])
+
+    @cached_property
+    def idle_columns(self) -> Array:
+        """Columns of rows that change when idle rods spin."""
+        columns = [solver.idle_columns for solver in self.solvers if solver.group.idle]
+        return np.concatenate([np.zeros(0, dtype=int), *columns])
+
+    def independent_parts(self) -> list[tuple[list[int], list[int]]]:
+        """Return sets of drives that meet in groups, with the groups whose passives they move.
+
+        Drives and groups are given by their indices, ascending.
+        """
+        if self.depends is None:
+            return [([0], list(range(len(self.solvers))))]
+        part_of = list(range(len(self.drives)))
+        moving = [
+            np.nonzero(np.any(self.depends[solver.group.passives], axis=0))[0].tolist()
+            for solver in self.solvers
+        ]
+        for drives in moving:
+            joined = {part_of[drive] for drive in drives}
+            part_of = [min(joined) if part in joined else part for part in part_of]
+        return [
+            (
+                [drive for drive, own in enumerate(part_of) if own == part],
+                [k for k, drives in enumerate(moving) if drives and part_of[drives[0]] == part],
+            )
+            for part in sorted(set(part_of))
+        ]
+
+    def with_open_reductions(self, x: Array) -> Kinematics:
+        """Return the same with the rows that open loops can reach, see `GroupSolver`.
+
+        Args:
+            x: `(size,)` coordinates of the joints that do not move.
+        """
+        return self.with_reductions([solver.open_reduction(x) for solver in self.solvers])
+
+    def newton_step(self, x: Array) -> ClosedState:
+        """Take one Newton step towards closed loops from guesses `x (N, size)`.
+
+        Returns:
+            Coordinates after the step, and all else as it is before it.
+        """
+        x = self.coordinates.normalised(x.copy())
+        pairs = zip(self.solvers, self.reductions, strict=True)
+        return _joined(x, [solver.newton_step(x, reduction) for solver, reduction in pairs])
+
+    def close(
+        self,
+        x: Array,
+        turns: Array | None = None,
+        most: int = MOST_STEPS,
+        settles: bool = False,
+        enough: float = CONVERGED,
+    ) -> ClosedState:
+        """Close all loops from guesses `x (N, size)`; the caller judges the result.
+
+        Args:
+            x: coordinates; kept as they are.
+            turns: `(N, size)` whole turns that the angles in `x` lack.
+            most: greatest number of Newton steps per group.
+            settles: whether idle rods are turned about their lines to where they settle, so that
+                their positions do not depend on the way there.
+            enough: see `GroupSolver.newton`.
+        """
+        x = self.coordinates.normalised(x.copy())
+        states = []
+        for solver, reduction, rounding in zip(
+            self.solvers, self.reductions, self._rounding, strict=True
+        ):
+            state = solver.newton(x, reduction, rounding, turns, most, enough)
+            if settles and solver.group.idle:
+                state = solver.settled(state, x, reduction, turns)
+            states.append(state)
+        return _joined(x, states)
+
+    def evaluate(self, x: Array) -> ClosedState:
+        """Return what is known at coordinates `x (N, size)` without changing them."""
+        pairs = zip(self.solvers, self.reductions, strict=True)
+        return _joined(x, [solver.evaluate(x, reduction)[0] for solver, reduction in pairs])
+
+    def rates(self, state: ClosedState, drive_rates: Array) -> Array:
+        """Return joint rates `(N, nv)` for drive rates `(N, d)`; held joints rest.
+
+        The state may be that of a single position, for N rates.
+        """
+        v = np.zeros((len(drive_rates), self.coordinates.model.nv))
+        v[:, self.drives] = drive_rates
+        for group_state in state.groups:
+            group = group_state.group
+            if group.passives.size:
+                v[:, group.passives] = group_state.rates(v[:, group.known])
+        return v
+
+    def velocity_ratios(self, state: ClosedState) -> Array:
+        """Return joint rates `(N, nv, d)` per unit rate of each drive while the others rest."""
+        count, drives, depends = len(state.x), len(self.drives), self.depends
+        if depends is None:
+            return self.rates(state, np.ones((count, drives)))[:, :, None]
+        ratios = np.zeros((count, self.coordinates.model.nv, drives))
+        ratios[:, self.drives, np.arange(drives)] = 1.0
+        for group_state in state.groups:
+            group = group_state.group
+            for drive in np.nonzero(np.any(depends[group.passives], axis=0))[0]:
+                known = ratios[:, group.known, drive]
+                ratios[:, group.passives, drive] = group_state.rates(known)
+        return ratios
+
+    @cached_property
+    def depends(self) -> Array | None:
+        """Which joint rates depend on which drives, `(nv, d)`; None if there is only one drive."""
+        if len(self.drives) == 1:
+            return None
+        depends = np.zeros((self.coordinates.model.nv, len(self.drives)), dtype=bool)
+        depends[self.drives, np.arange(len(self.drives))] = True
+        for solver in self.solvers:
+            depends[solver.group.passives] = np.any(depends[solver.group.known], axis=0)
+        return depends
+
+    def accelerations(self, state: ClosedState, v: Array, drive_accelerations: Array) -> Array:
+        """Return joint accelerations `(N, nv)` at joint rates `v (N, nv)`; state as of `rates`."""
+        a = np.zeros_like(v)
+        a[:, self.drives] = drive_accelerations
+        for group_state in state.groups:
+            group = group_state.group
+            if group.passives.size:
+                a[:, group.passives] = group_state.accelerations(v, a[:, group.known])
+        return a
+
+    def same_side(self, state: ClosedState, inverses: list[Array]) -> Array:
+        """Return `(N,)` whether other positions lie on the same side of singular configurations.
+
+        Args:
+            state: closed positions.
+            inverses: of every group's closure equations at the other positions.
+        """
+        result = np.ones(len(state.x), dtype=bool)
+        for group_state, inverse in zip(state.groups, inverses, strict=True):
+            result &= group_state.same_side(inverse)
+        return result
+
+
+def _joined(x: Array, groups: list[GroupState]) -> ClosedState:
+    """Return the state of all groups, each at the coordinates `x`."""
+    residual, condition = np.zeros(len(x)), np.ones(len(x))
+    correction = np.zeros(len(x))
+    for group in groups:
+        np.maximum(residual, group.residual, out=residual)
+        np.maximum(condition, group.condition, out=condition)
+        np.maximum(correction, group.correction, out=correction)
+    return ClosedState(x, groups, residual, condition, correction)

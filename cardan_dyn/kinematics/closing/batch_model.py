@@ -1,0 +1,493 @@
+"""Batch model: placements and wrenches of some bodies of a mechanism, for many samples.
+
+Every body is a free-flyer in a Pinocchio model of its own, whatever its joint, so that one call per
+sample gives them all. The memory of `pin.Data` grows with the third power of the coordinates,
+gigabytes for a hundred bodies: many bodies are a `LongChain`, whose recursions over the bodies hold
+all samples in their arrays.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio
+
+from ...arrays import Array, consecutive, cross
+from ...mechanism.mechanism import Mechanism
+
+_FEWEST_POOLED = 32
+"""Samples from which on Pinocchio goes through them by itself, in less time per sample; for fewer,
+turning the arrays costs more than it saves."""
+
+
+class BaseMotion(NamedTuple):
+    """How the body moves that carries a batch; spatial vectors, linear part first.
+
+    Attributes:
+        twist: `(N, 6)` of its joint's frame, in that frame.
+        acceleration: `(N, 6)` likewise, less the acceleration of free fall: a base that accelerates
+            against gravity loads the bodies as gravity does.
+    """
+
+    twist: Array
+    acceleration: Array
+
+
+class BatchModel:
+    """The free-flyer batch of some bodies of a mechanism that hang from one body, their base.
+
+    Everything is seen from the base, whose axes are those of its joint's frame: its motion matters
+    to inertia alone. The base may be the world.
+
+    It does not change after it is made: every thread has Pinocchio data of its own to write into.
+
+    Attributes:
+        base: the base (0-based joint of the mechanism's model), -1 for the world.
+        bodies: `(n,)` the bodies carried (likewise), ascending.
+        span: the same, as a slice if there are no gaps.
+        index_of: body to its index in `bodies`.
+        parents: `(n,)` index in `bodies` of each body's parent, -1 for the base.
+        origin: `(3,)` the point of the base about which twists and wrenches are taken, in its axes
+            [m]. It lies near the loops, so that no digits are lost far from the base's origin.
+        model: `pin.Model` of the free-flyers, without gravity.
+        mass: `(n,)` masses that are accounted for here [kg].
+        has_mass: whether any of them is not zero.
+        subspace: `(nv, 6)` unit twist of each velocity coordinate in its joint's frame.
+        moved_body: `(nv,)` index in `bodies` of the body that each velocity coordinate moves, -1
+            if it is not carried.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        bodies: list[int],
+        inertial_bodies: set[int],
+        origin: Array,
+        base: int = -1,
+    ) -> None:
+        """Build the batch.
+
+        Args:
+            mechanism: the mechanism.
+            bodies: bodies carried, with all between them and the base, ascending.
+            inertial_bodies: those of them whose inertia is accounted for here.
+            origin: see the attribute.
+            base: likewise.
+        """
+        self.base = base
+        self.bodies = np.array(bodies, dtype=int)
+        self.span = consecutive(self.bodies)
+        self.index_of = {body: index for index, body in enumerate(bodies)}
+        self.origin = origin
+        inertial_bodies = inertial_bodies - {index - 1 for index in mechanism.auxiliary_bodies}
+        self.model = _free_flyers(mechanism.model, self.index_of, inertial_bodies, origin)
+        self._of_thread = threading.local()
+        self.mass = np.array([inertia.mass for inertia in list(self.model.inertias)[1:]])
+        self.has_mass = bool(np.any(self.mass > 0.0))
+        self._moving_model = self.model
+        if base >= 0 and self.has_mass:
+            at_base = np.zeros(3)
+            self._moving_model = _free_flyers(
+                mechanism.model, self.index_of, inertial_bodies, at_base, on_moving_base=True
+            )
+        self.parents = np.array(self.model.parents, dtype=int)[1:] - 1
+        self._lay_out(mechanism)
+
+    def _lay_out(self, mechanism: Mechanism) -> None:
+        """Find where the coordinates of the bodies' joints are, and along what they move."""
+        model, coordinates = mechanism.model, mechanism.coordinates
+        self.subspace = np.zeros((model.nv, 6))
+        self.moved_body = np.full(model.nv, -1)
+        rows: dict[str, list[tuple[int, int, int, Array]]] = {
+            "revolute": [],
+            "prismatic": [],
+            "spherical": [],
+        }
+        for part, column in zip(coordinates.parts, coordinates.starts, strict=True):
+            index = self.index_of.get(part.id - 1)
+            if index is None:
+                continue
+            start = model.idx_vs[part.id]
+            self.moved_body[start : start + part.nv] = index
+            rows[part.kind].append((index, column, start, part.axis))
+            if part.kind == "spherical":
+                self.subspace[start : start + 3, 3:] = np.eye(3)
+            else:
+                self.subspace[start, 0 if part.kind == "prismatic" else 3 :][:3] = part.axis
+        self._revolute, self._prismatic = (
+            _Joints.of(rows["revolute"]),
+            _Joints.of(rows["prismatic"]),
+        )
+        self._balls = [(index, column, start) for index, column, start, _ in rows["spherical"]]
+
+    def __len__(self) -> int:
+        return len(self.bodies)
+
+    def path(self, index: int) -> list[int]:
+        """Return the indices in `bodies` from the base to a body, its own last."""
+        path = []
+        while index >= 0:
+            path.append(index)
+            index = int(self.parents[index])
+        return path[::-1]
+
+    @property
+    def data(self) -> pinocchio.Data:
+        """What Pinocchio writes into, one for each thread."""
+        if not hasattr(self._of_thread, "data"):
+            self._of_thread.data = self.model.createData()
+        return self._of_thread.data
+
+    def _efforts(self, model: pinocchio.Model, q: Array, v: Array, a: Array) -> Array:
+        """Return the efforts `(N, nv)` of a model for N configurations, velocities, accelerations.
+
+        The model is one of this batch, for which every thread keeps what Pinocchio writes into.
+        """
+        pools = self._of_thread.__dict__.setdefault("pools", {})
+        if len(q) < _FEWEST_POOLED:
+            key = id(model), "data"
+            if key not in pools:
+                pools[key] = model.createData()
+            return _each_inverse_dynamics(model, pools[key], q, v, a)
+        key = id(model), "pool"
+        if key not in pools:
+            pools[key] = pinocchio.ModelPool(model, 1)
+        result = np.empty((v.shape[1], len(v)), order="F")
+        columns = (np.asfortranarray(rows.T) for rows in (q, v, a))
+        pinocchio.rneaInParallel(1, pools[key], *columns, result)
+        return result.T
+
+    def configuration(self, x: Array) -> Array:
+        """Return the batch model's configurations `(N, 7 n)` for coordinate rows `x (N, size)`."""
+        q = np.zeros((len(x), len(self), 7))
+        q[:, :, 6] = 1.0
+        if self._revolute:
+            bodies, columns, _, axes = self._revolute
+            half = 0.5 * x[:, columns]
+            q[:, bodies, 3:6] = np.sin(half)[:, :, None] * axes
+            q[:, bodies, 6] = np.cos(half)
+        if self._prismatic:
+            bodies, columns, _, axes = self._prismatic
+            q[:, bodies, 0:3] = x[:, columns, None] * axes
+        for body, column, _ in self._balls:
+            q[:, body, 3:7] = x[:, column : column + 4]
+        return q.reshape(len(x), -1)
+
+    def velocity(self, v: Array) -> Array:
+        """Return velocities (or accelerations) `(N, 6 n)` of the bodies for joint rates `(N, nv)`.
+
+        The motion subspaces of all parts are constant in the joint frame, so the same map holds
+        for velocities and for accelerations.
+        """
+        result = np.zeros((len(v), len(self), 6))
+        if self._revolute:
+            bodies, _, starts, axes = self._revolute
+            result[:, bodies, 3:6] = v[:, starts, None] * axes
+        if self._prismatic:
+            bodies, _, starts, axes = self._prismatic
+            result[:, bodies, 0:3] = v[:, starts, None] * axes
+        for body, _, start in self._balls:
+            result[:, body, 3:6] = v[:, start : start + 3]
+        return result.reshape(len(v), -1)
+
+    def actions(self, q: Array) -> Array:
+        """Return transposed action matrices `(N, 6 n, 6)` of all joints' placements.
+
+        Row `6 j + i` of a sample is unit twist `i` of joint `j`'s frame, in the base's axes about
+        `origin`. One call into Pinocchio per sample.
+        """
+        result = np.empty((len(q), 6 * len(self), 6))
+        model, data, jacobians = self.model, self.data, pinocchio.computeJointJacobians
+        columns = data.J.T
+        for row, out in zip(q, result, strict=True):
+            jacobians(model, data, row)
+            out[:] = columns
+        return result
+
+    def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
+        """Return the wrench of every joint `(N, 6 n)` in its frame, loops left open.
+
+        The base is at rest, without gravity. One call into Pinocchio per sample.
+
+        Args:
+            q: configurations `(N, 7 n)`.
+            v: velocities `(N, 6 n)`.
+            a: accelerations `(N, 6 n)`.
+        """
+        return self._efforts(self.model, q, v, a)
+
+    def inverse_dynamics_on(
+        self, base: BaseMotion, q: Array, v: Array, a: Array
+    ) -> tuple[Array, Array]:
+        """Return the same on a moving base, and the wrench `(N, 6)` that moves all of it.
+
+        The latter acts on the base, in its frame, and is part of the wrench of its joint.
+        """
+        rest = np.zeros((len(q), 7))
+        rest[:, 6] = 1.0
+        wrenches = self._efforts(
+            self._moving_model,
+            np.concatenate([rest, q], axis=1),
+            np.concatenate([base.twist, v], axis=1),
+            np.concatenate([base.acceleration, a], axis=1),
+        )
+        return wrenches[:, 6:], wrenches[:, :6]
+
+
+def _each_inverse_dynamics(
+    model: pinocchio.Model, data: pinocchio.Data, q: Array, v: Array, a: Array
+) -> Array:
+    """Return the efforts `(N, nv)` of a model for N configurations, velocities, accelerations."""
+    result = np.empty_like(v)
+    rnea = pinocchio.rnea
+    for rows in zip(q, v, a, result, strict=True):
+        rows[3][:] = rnea(model, data, rows[0], rows[1], rows[2])
+    return result
+
+
+class UnitTwists:
+    """Unit twists of chosen velocity coordinates of a batch."""
+
+    def __init__(self, batch: BatchModel, coordinates: Array) -> None:
+        self._units = batch.subspace[coordinates]
+        self._bodies = batch.moved_body[coordinates]
+        # Along an axis of its frame, a unit twist is a row of the action up to its sign.
+        self._along_axes = bool(np.all(np.count_nonzero(self._units, axis=1) == 1))
+        self._rows = 6 * self._bodies + np.argmax(np.abs(self._units), axis=1)
+        self._signs = self._units.sum(axis=1)[:, None]
+
+    def of(self, actions: Array) -> Array:
+        """Return `(N, k, 6)` in the base's axes about the batch model's origin."""
+        if self._along_axes:
+            return np.asarray(actions[:, self._rows] * self._signs)
+        result = np.empty((len(actions), len(self._units), 6))
+        for column, (unit, body) in enumerate(zip(self._units, self._bodies, strict=True)):
+            np.matmul(unit, actions[:, 6 * body : 6 * body + 6], out=result[:, column])
+        return result
+
+
+def placement(actions: Array, index: int) -> tuple[Array, Array]:
+    """Return rotation `(3, 3, N)` and position `(3, N)` of a joint's frame from its actions.
+
+    Args:
+        actions: see `BatchModel.actions`.
+        index: of the joint's body in the batch model.
+    """
+    block = actions[:, 6 * index : 6 * index + 6, :3].transpose(2, 1, 0)
+    rotation = np.ascontiguousarray(block[:, :3])
+    return rotation, positions(rotation, block[:, 3:])
+
+
+def positions(rotation: Array, moment: Array) -> Array:
+    """Return positions `(3, ..., N)` from rotations and their moments `(3, ..., 3, N)`.
+
+    The moment of a rotation R at p is M = [p]× R, so M Rᵀ = [p]× holds the position.
+    """
+    products = moment.take(_BEFORE, 0)
+    products *= rotation.take(_AFTER, 0)
+    return np.asarray(np.add.reduce(products, axis=-2))
+
+
+_BEFORE, _AFTER = np.array([2, 0, 1]), np.array([1, 2, 0])
+"""Axes before and after x, y and z in cyclic order: p_x is the entry (z, y) of [p]×, and so on."""
+
+
+class _Joints(NamedTuple):
+    """The turns, or the slides, of a batch.
+
+    Attributes:
+        bodies: `(k,)` indices of the bodies that they move, in the batch model; as a slice where
+            they are without gaps, like the following.
+        columns: `(k,)` their columns in coordinate rows.
+        starts: `(k,)` their velocity coordinates.
+        axes: `(k, 3)` their axes in the joint frames.
+    """
+
+    bodies: slice | Array
+    columns: slice | Array
+    starts: slice | Array
+    axes: Array
+
+    @staticmethod
+    def of(rows: list[tuple[int, int, int, Array]]) -> _Joints | None:
+        """Return joints, each given by its body, column, velocity coordinate and axis, if any."""
+        if not rows:
+            return None
+        indices = np.array([row[:3] for row in rows]).T
+        bodies, columns, starts = map(consecutive, indices)
+        return _Joints(bodies, columns, starts, np.array([axis for *_, axis in rows]))
+
+
+def _free_flyers(
+    source: pinocchio.Model,
+    index_of: dict[int, int],
+    inertial_bodies: set[int],
+    origin: Array,
+    on_moving_base: bool = False,
+) -> pinocchio.Model:
+    """Return a model of some bodies in which every joint is a free-flyer, without gravity.
+
+    Args:
+        source: model of the mechanism.
+        index_of: its bodies to carry (0-based) to their indices; all others are the base.
+        inertial_bodies: those that have their inertia here.
+        origin: `(3,)` point of the base that is the origin of the result [m].
+        on_moving_base: whether the base is one more free-flyer, the first, without mass.
+    """
+    model = pinocchio.Model()
+    identity = pinocchio.SE3.Identity()
+    root = model.addJoint(0, pinocchio.JointModelFreeFlyer(), identity, "") if on_moving_base else 0
+    for body in index_of:
+        index, parent = body + 1, index_of.get(source.parents[body + 1] - 1, -1)
+        origin_of_joint = source.jointPlacements[index].copy()
+        if parent < 0:
+            origin_of_joint.translation = origin_of_joint.translation - origin
+        flyer = pinocchio.JointModelFreeFlyer()
+        joint = model.addJoint(root + parent + 1, flyer, origin_of_joint, source.names[index])
+        if body in inertial_bodies:
+            model.appendBodyToJoint(joint, source.inertias[index], identity)
+    model.gravity.linear = np.zeros(3)
+    return model
+
+
+class LongChain(BatchModel):
+    """A batch whose placements and wrenches come from recursions over its bodies.
+
+    In these, placements are `(3, 3, N)` and `(3, N)` in the parent's frame, twists and wrenches
+    `(2, 3, N)`: linear and angular part, force and moment.
+    """
+
+    def actions(self, q: Array) -> Array:
+        """See `BatchModel.actions`."""
+        count = len(q)
+        result = np.zeros((count, 6 * len(self), 6))
+        placed: list[tuple[Array, Array]] = []
+        for body, (rotation, position) in enumerate(self._relative(q)):
+            parent = int(self.parents[body])
+            if parent >= 0:
+                parent_rotation, parent_position = placed[parent]
+                position = parent_position + np.einsum("ijn,jn->in", parent_rotation, position)
+                rotation = np.einsum("ijn,jkn->ikn", parent_rotation, rotation)
+            placed.append((rotation, position))
+            block = result[:, 6 * body : 6 * body + 6]
+            columns = rotation.transpose(2, 1, 0)
+            block[:, :3, :3] = block[:, 3:, 3:] = columns
+            block[:, 3:, :3] = np.cross(position.T[:, None, :], columns)
+        return result
+
+    def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
+        """See `BatchModel.inverse_dynamics`."""
+        rest = np.zeros((2, 3, len(q)))
+        return self._newton_euler(q, v, a, rest, rest)[0]
+
+    def inverse_dynamics_on(
+        self, base: BaseMotion, q: Array, v: Array, a: Array
+    ) -> tuple[Array, Array]:
+        """See `BatchModel.inverse_dynamics_on`."""
+        origin = self.origin[:, None] * np.ones(len(q))
+        twist, acceleration = (
+            vectors.T.reshape(2, 3, -1) for vectors in (base.twist, base.acceleration)
+        )
+        at_origin = [
+            np.stack([linear + cross(angular, origin), angular])
+            for linear, angular in (twist, acceleration)
+        ]
+        wrenches, (force, moment) = self._newton_euler(q, v, a, *at_origin)
+        moment = moment + cross(origin, force)
+        return wrenches, np.concatenate([force, moment]).T
+
+    def _newton_euler(
+        self, q: Array, v: Array, a: Array, base_twist: Array, base_acceleration: Array
+    ) -> tuple[Array, Array]:
+        """Return the wrench of every joint `(N, 6 n)`, and of the base `(2, 3, N)` at the origin.
+
+        Args:
+            q: configurations `(N, 7 n)`.
+            v: velocities `(N, 6 n)`.
+            a: accelerations `(N, 6 n)`.
+            base_twist: `(2, 3, N)` of the base at the origin, in its axes.
+            base_acceleration: likewise, less that of free fall.
+        """
+        count = len(q)
+        joint_twists, joint_accelerations = (
+            rates.reshape(count, len(self), 2, 3).transpose(1, 2, 3, 0) for rates in (v, a)
+        )
+        relative = self._relative(q)
+        # By body; -1 is the base.
+        twists, accelerations = {-1: base_twist}, {-1: base_acceleration}
+        wrenches = {-1: np.zeros_like(base_twist)}
+        for body, (placement, joint_twist) in enumerate(zip(relative, joint_twists, strict=True)):
+            parent = int(self.parents[body])
+            twist = _in_child(placement, twists[parent]) + joint_twist
+            acceleration = _in_child(placement, accelerations[parent])
+            acceleration = acceleration + joint_accelerations[body]
+            acceleration = acceleration + _motion_product(twist, joint_twist)
+            twists[body], accelerations[body] = twist, acceleration
+            wrenches[body] = self._momentum_rate(body, twist, acceleration)
+        for body in range(len(self) - 1, -1, -1):
+            wrench_of_parent = wrenches[int(self.parents[body])]
+            rotation, position = relative[body]
+            force, moment = np.einsum("ijn,kjn->kin", rotation, wrenches[body])
+            wrench_of_parent[0] += force
+            wrench_of_parent[1] += moment + cross(position, force)
+        of_joints = np.array([wrenches[body] for body in range(len(self))]).transpose(3, 0, 1, 2)
+        return np.ascontiguousarray(of_joints).reshape(count, -1), wrenches[-1]
+
+    def _relative(self, q: Array) -> list[tuple[Array, Array]]:
+        """Return the placements of all bodies in their parents."""
+        result = []
+        for body in range(len(self)):
+            free_flyer = np.ascontiguousarray(q[:, 7 * body : 7 * body + 7].T)
+            x, y, z, w = free_flyer[3:]
+            rotation = np.array(
+                [
+                    [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+                    [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+                    [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+                ]
+            )
+            origin = self.model.jointPlacements[body + 1]
+            position = origin.translation[:, None] + origin.rotation @ free_flyer[:3]
+            result.append((np.einsum("ij,jkn->ikn", origin.rotation, rotation), position))
+        return result
+
+    def _momentum_rate(self, body: int, twist: Array, acceleration: Array) -> Array:
+        """Return the wrench about a body's origin that its motion needs.
+
+        Args:
+            body: index of the body.
+            twist: of its frame, in its frame.
+            acceleration: spatial acceleration of its frame, in its frame.
+        """
+        inertia = self.model.inertias[body + 1]
+        if inertia.mass == 0.0:
+            return np.zeros_like(twist)
+        centre = inertia.lever[:, None] * np.ones(twist.shape[2])
+        spin = twist[1]
+        speed = twist[0] + cross(spin, centre)
+        # A spatial acceleration lacks the term ω × v that the acceleration of a point has.
+        linear, angular = acceleration
+        force = inertia.mass * (linear + cross(angular, centre) + cross(spin, speed))
+        momentum = inertia.inertia @ spin
+        moment = inertia.inertia @ angular + cross(spin, momentum) + cross(centre, force)
+        return np.stack([force, moment])
+
+
+def _in_child(placement: tuple[Array, Array], twist: Array) -> Array:
+    """Return a twist in the parent's frame as one in the child's frame.
+
+    Args:
+        placement: rotation and position of the child in the parent.
+        twist: linear and angular part.
+    """
+    rotation, position = placement
+    linear = twist[0] + cross(twist[1], position)
+    return np.einsum("jin,kjn->kin", rotation, np.stack([linear, twist[1]]))
+
+
+def _motion_product(twist: Array, other: Array) -> Array:
+    """Return the spatial cross product: the rate of a twist `other` that moves with `twist`."""
+    linear = cross(twist[1], other[0]) + cross(twist[0], other[1])
+    return np.stack([linear, cross(twist[1], other[1])])

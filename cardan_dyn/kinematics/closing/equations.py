@@ -1,0 +1,755 @@
+"""Closure equations: what welds the loops, for many samples at once.
+
+In the axes of the batch model's base, about its origin, a closed loop says that the twists of its
+joints, summed along the predecessor's path, equal those along the successor's path. Each loop gives
+six rows; rows that no motion of the loop's joints can ever violate are redundant and are projected
+out (`Reduction`), their reactions being statically indeterminate. A planar loop stays in its plane
+only as seen from the body that carries it, so rows are chosen in the axes of that body: the nearest
+one from which both sides of the loop hang. It is the base unless several loops are solved together.
+Where a slide between that body and the loop's other joints moves a point that all their axes pass
+through, more rows are redundant in the axes of a body behind the slide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio
+
+from ...arrays import Array, consecutive, cross
+from ...mechanism.couplings import Coupling
+from ...mechanism.mechanism import Mechanism
+from ...mechanism.tree import ancestors
+from ...mechanism.welds import Loop
+from ..loops.groups import Group
+from ..loops.idle_rods import IdleRod
+from ..tolerances import RANK_TOLERANCE
+from .batch_model import BatchModel, UnitTwists, placement
+
+
+class BodiesOn(NamedTuple):
+    """The bodies on a loop, k in all.
+
+    Attributes:
+        rows: their rows in the actions of the batch model.
+        joints: the bodies (0-based joints of the mechanism's model).
+        signs: `(k, 1, 1)` on which side of the loop each is, see `ClosureEquations.signs`.
+    """
+
+    rows: slice | Array
+    joints: slice | Array
+    signs: Array
+
+    @staticmethod
+    def of(signs: Array, batch: BatchModel) -> BodiesOn:
+        """Return the bodies whose `signs`, `(n,)`, are not zero."""
+        (path,) = np.nonzero(signs)
+        rows = consecutive((6 * path[:, None] + np.arange(6)).ravel())
+        return BodiesOn(rows, consecutive(batch.bodies[path]), signs[path][:, None, None])
+
+
+class ClosureEquations:
+    """The loops and couplings of a group.
+
+    A coupling adds one row, which needs no geometry: the displacements of its two sides are
+    proportional. Its slip is the ratio times the predecessor's displacement plus the offset, less
+    the successor's displacement.
+
+    Attributes:
+        mechanism: the mechanism.
+        batch: of the group's bodies.
+        movable: `(m,)` velocity coordinates that may move, known ones first, then passives.
+        unit_twists: of those.
+        rod_spins: of the group's idle rods, if it has any.
+        loops: the L loops of the group.
+        couplings: its G couplings.
+        ends: per loop, its ends on the predecessor's and on the successor's side.
+        signs: `(L, n)` +1 for bodies on a loop's predecessor path, -1 on its successor path.
+        column_signs: `(L, m)` the same for the movable coordinates.
+        weights: `(6,)` scale of a wrench's components [1/m for forces, 1 for moments]: rows and
+            wrenches are compared with lengths in units of the mechanism's length.
+        coupled_columns: velocity coordinates that couplings count, held ones included.
+        coupled_ratios: their coefficients in the couplings' rows, `(len(coupled_columns), G)`.
+        coupled_offsets: `(G,)` what their slips are at zero [rad or m].
+        slip_units: `(G,)` the length where a slip is one, else 1.
+    """
+
+    def __init__(self, mechanism: Mechanism, batch: BatchModel, group: Group) -> None:
+        """Collect the equations of a group.
+
+        Args:
+            mechanism: the mechanism.
+            batch: of the group's bodies.
+            group: the group.
+        """
+        self.mechanism = mechanism
+        self.batch = batch
+        self.movable = np.concatenate([group.known, group.passives])
+        self.unit_twists = UnitTwists(batch, self.movable)
+        self.loops = [mechanism.loops[index] for index in group.loops]
+        self.couplings = [mechanism.couplings[index] for index in group.couplings]
+        self.weights = np.repeat([1.0 / mechanism.characteristic_length, 1.0], 3)
+        self._weight_column = self.weights[:, None]
+        self.signs = np.array([self._signs_of(loop) for loop in self.loops])
+        self.signs = self.signs.reshape(len(self.loops), len(batch))
+        self._moved_bodies = batch.moved_body[self.movable]
+        if group.idle:
+            self.rod_spins = RodSpins(batch, group.idle, self._moved_bodies)
+        self.column_signs = self.signs[:, self._moved_bodies]
+        self.ends = [_ends_of(loop, batch) for loop in self.loops]
+        self._paths = [LoopPath.of(signs, self._moved_bodies) for signs in self.column_signs]
+        self._axes = tuple(_axes_of(loop, mechanism, batch) for loop in self.loops)
+        self._factors = self.column_signs[:, :, None] * self.weights
+        slides = np.any(batch.subspace[:, :3] != 0.0, axis=1)
+        # In rank decisions slides count in lengths of the mechanism; otherwise the unit of length
+        # would decide.
+        units = np.where(slides[self.movable], mechanism.characteristic_length, 1.0)
+        self._units = units[:, None] * self.weights
+        nv, length = mechanism.model.nv, mechanism.characteristic_length
+        coupling_rows = np.array([_coupling_row(coupling, nv) for coupling in self.couplings])
+        coupling_rows = coupling_rows.reshape(-1, nv).T
+        self.coupled_columns = np.nonzero(np.any(coupling_rows != 0.0, axis=1))[0]
+        self.coupled_ratios = coupling_rows[self.coupled_columns]
+        self.coupled_offsets = np.array([coupling.offset for coupling in self.couplings])
+        self.slip_units = np.array(
+            [_slip_unit(coupling, slides, length) for coupling in self.couplings]
+        )
+        # In units of their slips, like the rows of loops: the unit of length would decide rank and
+        # condition.
+        self._coupling_rows = coupling_rows[self.movable] / self.slip_units
+
+    def _signs_of(self, loop: Loop) -> Array:
+        """Return `(n,)` on which side of a loop each body is, see `signs`."""
+        predecessors, successors = (
+            self._indices_from_root(body) for body in (loop.predecessor, loop.successor)
+        )
+        signs = np.zeros(len(self.batch))
+        signs[[index for index in predecessors if index not in successors]] = 1.0
+        signs[[index for index in successors if index not in predecessors]] = -1.0
+        return signs
+
+    @cached_property
+    def _candidates(self) -> list[list[LoopAxes]]:
+        """Per loop, axes for its rows: those of the body that carries it, then of those on it."""
+        return [
+            [own, *(_axes_on(int(body), loop, self.mechanism, self.batch) for body in on_loop)]
+            for own, loop, on_loop in zip(
+                self._axes, self.loops, map(np.flatnonzero, self.signs), strict=True
+            )
+        ]
+
+    @cached_property
+    def bodies_on(self) -> list[BodiesOn]:
+        """Per loop, the bodies on it."""
+        return [BodiesOn.of(signs, self.batch) for signs in self.signs]
+
+    def _indices_from_root(self, body: int) -> list[int]:
+        """Return the batch indices of a body (index in Pinocchio's model) and its ancestors."""
+        index_of = self.batch.index_of
+        path = ancestors(self.mechanism.model, body)
+        return [index_of[index] for index in path if index in index_of]
+
+    def full(self) -> Reduction:
+        """Return the reduction that keeps all six rows of every loop."""
+        count = len(self.ends)
+        return Reduction((np.eye(6),) * count, (np.zeros((6, 0)),) * count, self._axes)
+
+    def reduction(self, twists: Array, actions: Array) -> Reduction:
+        """Find the reachable rows at positions all over the motion, see `reachable_rows`.
+
+        Args:
+            twists: `(N, m, 6)` of the moving coordinates.
+            actions: see `BatchModel.actions`.
+        """
+        moving = [twists[:, signs != 0.0] for signs in self.column_signs]
+        units = [self._units[signs != 0.0] for signs in self.column_signs]
+        found = [
+            reachable_rows(*item, actions)
+            for item in zip(moving, units, self._candidates, strict=True)
+        ]
+        rows, null, axes = zip(*found, strict=True) if found else ((), (), ())
+        return Reduction(rows, null, axes)
+
+    def rows(self, twists: Array, actions: Array, reduction: Reduction) -> Array:
+        """Return the transposed closure matrix `(N, m, R)`: a row per moving coordinate.
+
+        Its columns are the reduced rows of the loops, then those of the couplings.
+        """
+        count, moving = twists.shape[:2]
+        blocks = []
+        for signs, factors, axes, rows in zip(
+            self.column_signs, self._factors, reduction.axes, reduction.rows, strict=True
+        ):
+            if axes.body >= 0:
+                blocks.append((twists * signs[:, None]) @ self._weighted(axes, actions, rows))
+                continue
+            # One product of tall matrices is faster than one for every sample.
+            block = (twists * factors).reshape(-1, 6) @ rows
+            blocks.append(block.reshape(count, moving, rows.shape[1]))
+        if self.couplings or not blocks:
+            blocks.append(np.broadcast_to(self._coupling_rows, (count, *self._coupling_rows.shape)))
+        return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=2)
+
+    def project(
+        self, twist: Array, slips: Array | None, actions: Array, reduction: Reduction
+    ) -> Array:
+        """Return `(N, R)` components along the reduced rows.
+
+        Args:
+            twist: loop twists `(N, L, 6)`.
+            slips: of the couplings `(N, G)`; zero if None.
+            actions: see `BatchModel.actions`.
+            reduction: which rows.
+        """
+        weighted = twist * self.weights
+        blocks = [
+            weighted[:, index] @ rows
+            if axes.body < 0
+            else (twist[:, [index]] @ self._weighted(axes, actions, rows))[:, 0]
+            for index, (axes, rows) in enumerate(zip(reduction.axes, reduction.rows, strict=True))
+        ]
+        if self.couplings or not blocks:
+            none = np.zeros((len(twist), self._coupling_rows.shape[1]))
+            blocks.append(none if slips is None else slips / self.slip_units)
+        return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
+
+    def wrench(self, axes: LoopAxes, actions: Array, combinations: Array) -> Array:
+        """Return wrenches of a loop in the base's axes about the batch model's origin.
+
+        Args:
+            axes: of the loop, see `Reduction`.
+            actions: see `BatchModel.actions`.
+            combinations: of its weighted rows, `(N, 6, k)` or `(6, k)`.
+
+        Returns:
+            `(N, 6, k)`, force first.
+        """
+        weighted = combinations * self._weight_column
+        if axes.body >= 0:
+            return np.asarray(axes.matrices(actions) @ weighted)
+        whole = (len(actions), *weighted.shape[-2:])
+        return weighted if weighted.shape == whole else np.broadcast_to(weighted, whole)
+
+    def _weighted(self, axes: LoopAxes, actions: Array, rows: Array) -> Array:
+        """Return `(N, 6, r)` the rows of a loop that a moving body carries, in the base's axes."""
+        return np.asarray(axes.matrices(actions) @ (self.weights[:, None] * rows))
+
+    def error(self, actions: Array) -> tuple[Array, Array]:
+        """Return how far the loops are from closed.
+
+        Returns:
+            The twist `(N, L, 6)` that would take each successor to its predecessor, and the
+            closure error `(N,)` at the welds: the worst angle [rad] or gap, the latter as a
+            fraction of the mechanism's length.
+        """
+        result = np.empty((len(actions), len(self.ends), 6))
+        worst = np.zeros(len(actions))
+        deviation = np.empty((2, 3, len(actions)))
+        for index, ends in enumerate(self.ends):
+            gap, turn, middle = gap_between(ends, actions)
+            # A rotation about the origin shifts the weld as well; the twist makes up for it.
+            result[:, index, :3] = (gap - cross(turn, middle)).T
+            result[:, index, 3:] = turn.T
+            np.divide(gap, self.mechanism.characteristic_length, out=deviation[0])
+            deviation[1] = turn
+            deviation *= deviation
+            np.maximum(worst, np.add.reduce(deviation, axis=1).max(axis=0), out=worst)
+        return result, np.sqrt(worst)
+
+    def at_welds(self, twists: Array, actions: Array) -> tuple[Array, Array]:
+        """Return all closure equations about the welds instead of the batch model's origin.
+
+        There, gaps and angles do not mix, so that the sum of their squares says how far the loops
+        are from closed, wherever the origin is.
+
+        Args:
+            twists: `(N, m, 6)` unit twists of the movable coordinates.
+            actions: see `BatchModel.actions`.
+
+        Returns:
+            Transposed matrices `(N, m, 6 L + G)`, and errors `(N, 6 L)`: gaps as fractions of the
+            characteristic length and angles [rad].
+        """
+        parts, errors = [], []
+        for ends, signs in zip(self.ends, self.column_signs, strict=True):
+            gap, turn, middle = gap_between(ends, actions)
+            rows = twists * signs[:, None]
+            rows[:, :, :3] += np.cross(rows[:, :, 3:], middle.T[:, None, :])
+            parts.append(rows * self.weights)
+            errors.append(np.concatenate([gap, turn]).T * self.weights)
+        count = len(twists)
+        parts.append(np.broadcast_to(self._coupling_rows, (count, *self._coupling_rows.shape)))
+        errors.append(np.zeros((count, 0)))
+        return np.concatenate(parts, axis=2), np.concatenate(errors, axis=1)
+
+    def drift(self, twists: Array, rates: Array) -> Array:
+        """Return loop accelerations `(N, L, 6)` that joint rates alone cause.
+
+        They are accelerations of the predecessor less those of the successor, spatial ones in
+        the base's axes about the batch model's origin. The motion of the body that carries a loop
+        adds nothing, which holds for rates that keep the loop closed only.
+
+        Args:
+            twists: `(N, m, 6)` or `(1, m, 6)` unit twists of the movable coordinates.
+            rates: `(N, m)` of these coordinates, with which the loops stay closed.
+        """
+        result = np.empty((len(rates), len(self._paths), 6))
+        for index, path in enumerate(self._paths):
+            result[:, index] = path.drift(twists, rates).T
+        return result
+
+
+def _ends_of(loop: Loop, batch: BatchModel) -> tuple[LoopEnd, LoopEnd]:
+    """Return the ends of a loop on its predecessor's and its successor's side."""
+    return (
+        _end(loop.predecessor, loop.predecessor_placement, batch),
+        _end(loop.successor, loop.successor_placement, batch),
+    )
+
+
+def _end(body: int, placement: pinocchio.SE3, batch: BatchModel) -> LoopEnd:
+    """Return the end of a loop at a body (index in Pinocchio's model, 0 for the world)."""
+    index = batch.index_of.get(body - 1, -1)
+    translation = placement.translation - (0.0 if index >= 0 else batch.origin)
+    return LoopEnd.of(index, placement.rotation, translation)
+
+
+def _axes_of(loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
+    """Return axes fixed to the nearest body from which both sides of a loop hang."""
+    first, second = (
+        ancestors(mechanism.model, body) for body in (loop.predecessor, loop.successor)
+    )
+    common = max(set(first) & set(second), default=-1)
+    if common == batch.base:
+        return LoopAxes(-1, np.zeros(3))
+    return _axes_on(batch.index_of[common], loop, mechanism, batch)
+
+
+def _axes_on(body: int, loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
+    """Return axes fixed to a body (index in the batch model), about where the weld is at zero."""
+    at_zero = mechanism.placements_at_zero
+    carrier, end = at_zero[batch.bodies[body]], at_zero[loop.predecessor - 1]
+    return LoopAxes(body, carrier.rotation.T @ (end.translation - carrier.translation))
+
+
+def _coupling_row(coupling: Coupling, size: int) -> Array:
+    """Return coefficients `(size,)`: ratio times the predecessor's side less the successor's."""
+    row = np.zeros(size)
+    row[list(coupling.predecessor_columns)] = coupling.ratio
+    row[list(coupling.successor_columns)] = -1.0
+    return row
+
+
+def _slip_unit(coupling: Coupling, slides: Array, length: float) -> float:
+    """Return what a coupling's slip is compared with: one radian, or the length.
+
+    Args:
+        coupling: the coupling.
+        slides: `(nv,)` which velocity coordinates are slides.
+        length: characteristic length [m].
+    """
+    if coupling.successor_columns:
+        return length if slides[coupling.successor_columns[0]] else 1.0
+    first = coupling.predecessor_columns[0]
+    return abs(coupling.ratio) * (length if slides[first] else 1.0)
+
+
+_HALF_TURN = 1e-12
+"""Four times the squared cosine of half an angle up to which a rotation counts as a half turn: it
+is then within 1e-6 rad of one. A smaller square would lose its digits in rounding: of 1e-12, the
+rounding of its terms, 1e-16, is already 1e-4."""
+
+
+_UNROTATED = np.eye(3)
+_BELOW_DIAGONAL, _ABOVE_DIAGONAL = np.array([7, 2, 3]), np.array([5, 6, 1])
+"""Entries (z, y), (x, z), (y, x) of a matrix of nine numbers in a row, and their mirror images."""
+
+
+class LoopEnd(NamedTuple):
+    """One end of a loop, where it is welded.
+
+    Attributes:
+        body: index of the body in the batch model, -1 for the base.
+        rotation, translation: `(3, 3)` and `(3,)` placement of the weld in that body; on the base,
+            about the batch model's origin.
+        is_rotated, is_shifted: whether they differ from the identity and from zero.
+    """
+
+    body: int
+    rotation: Array
+    translation: Array
+    is_rotated: bool
+    is_shifted: bool
+
+    @staticmethod
+    def of(body: int, rotation: Array, translation: Array) -> LoopEnd:
+        """Return the end of a loop that is placed like this in a body."""
+        is_rotated = bool((rotation != _UNROTATED).any())
+        return LoopEnd(body, rotation, translation, is_rotated, bool(translation.any()))
+
+    def placement_on_base(self, actions: Array) -> tuple[Array, Array]:
+        """Return rotation `(3, 3, N)` and position `(3, N)` of the weld about the batch's origin.
+
+        N is 1 for an end on the base.
+        """
+        if self.body < 0:
+            return self.rotation[:, :, None], self.translation[:, None]
+        rotation, position = placement(actions, self.body)
+        if self.is_shifted:
+            position = position + np.matmul(self.translation, rotation)
+        if self.is_rotated:
+            rotation = np.matmul(self.rotation.T, rotation)
+        return rotation, position
+
+
+class LoopPath(NamedTuple):
+    """The moving coordinates of a loop, from the common ancestor outwards on both sides.
+
+    Attributes:
+        columns: `(k,)` their indices among the movable coordinates.
+        signs: `(k, 1)` 1 on the predecessor's side, -1 on the successor's.
+        carries: `(k, k)` 1 where the coordinate of the column moves the joint of the row's.
+    """
+
+    columns: Array
+    signs: Array
+    carries: Array
+
+    @staticmethod
+    def of(column_signs: Array, moved_bodies: Array) -> LoopPath:
+        """Return the path of a loop.
+
+        Args:
+            column_signs: `(m,)` on which side of it each movable coordinate is, see
+                `ClosureEquations`.
+            moved_bodies: `(m,)` body that each of them moves.
+        """
+        sides = [np.nonzero(column_signs == side)[0] for side in (1.0, -1.0)]
+        # The coordinates of a ball stay in their order, hence a stable sort.
+        sorted_sides = [side[np.argsort(moved_bodies[side], kind="stable")] for side in sides]
+        columns = np.concatenate(sorted_sides)
+        bodies, signs = moved_bodies[columns], column_signs[columns]
+        # On one side of a loop, a body with a smaller index carries all that follow.
+        carries = (bodies[:, None] > bodies) & np.equal.outer(signs, signs)
+        return LoopPath(columns, signs[:, None], carries.astype(float))
+
+    def drift(self, twists: Array, rates: Array) -> Array:
+        """Return `(6, N)` accelerations, predecessor less successor, that rates alone cause.
+
+        Args:
+            twists: `(N, m, 6)` unit twists of the movable coordinates.
+            rates: `(N, m)` of these coordinates.
+        """
+        joint = twists[:, self.columns] * rates[:, self.columns, None]
+        joint = joint.transpose(2, 1, 0)
+        carrier = np.matmul(self.carries, joint)
+        joint = joint * self.signs
+        # A joint's twist (v, ω) that moves with the twist (V, Ω) of its carrier changes by
+        # (Ω × v + V × ω, Ω × ω). One call makes all three products.
+        count = len(self.columns)
+        products = cross(
+            np.concatenate((carrier[3:], carrier[:3], carrier[3:]), axis=1),
+            np.concatenate((joint[:3], joint[3:], joint[3:]), axis=1),
+        )
+        linear = products[:, : 2 * count].sum(axis=1)
+        angular = products[:, 2 * count :].sum(axis=1)
+        return np.concatenate((linear, angular))
+
+
+class LoopAxes(NamedTuple):
+    """The axes in which a loop's rows are chosen.
+
+    Attributes:
+        body: index in the batch model of the body that carries the loop, -1 for the base.
+        point: `(3,)` point in that body about which twists are taken there.
+    """
+
+    body: int
+    point: Array
+
+    def matrices(self, actions: Array) -> Array:
+        """Return `(N, 6, 6)` matrices between these axes and the base's about the batch's origin.
+
+        A twist in the base's axes (a row) times them is that twist in these axes. They times a
+        wrench in these axes (a column) are that wrench in the base's axes.
+        """
+        rotation, position = placement(actions, self.body)
+        point = position + np.matmul(self.point, rotation)
+        columns = rotation.transpose(2, 0, 1)
+        result = np.zeros((len(actions), 6, 6))
+        result[:, :3, :3] = result[:, 3:, 3:] = columns
+        result[:, 3:, :3] = np.cross(point.T[:, :, None], columns, axis=1)
+        return result
+
+
+def gap_between(ends: tuple[LoopEnd, LoopEnd], actions: Array) -> tuple[Array, Array, Array]:
+    """Return how far a loop is from closed.
+
+    Args:
+        ends: of the loop, the predecessor's first.
+        actions: see `BatchModel.actions`.
+
+    Returns:
+        Vectors `(3, N)`: from the successor's weld to the predecessor's [m], the rotation between
+        them (see `rotations_between`), and the point halfway from the batch model's origin [m].
+    """
+    (rotation_1, position_1), (rotation_2, position_2) = (
+        end.placement_on_base(actions) for end in ends
+    )
+    turn = rotations_between(rotation_1, rotation_2)
+    return position_1 - position_2, turn, 0.5 * (position_1 + position_2)
+
+
+def rotations_between(first: Array, second: Array) -> Array:
+    """Return the rotations `(3, N)` that take second frames to first ones, both `(3, 3, N)`.
+
+    Along the axis, twice the sine of half the angle: the angle itself where it is small.
+    """
+    # Constant frames on the base leave a product of matrices, which is the fastest.
+    if second.shape[2] == 1:
+        relative = np.matmul(second[:, :, 0], first)
+    elif first.shape[2] == 1:
+        relative = np.matmul(first[:, :, 0], second).transpose(1, 0, 2)
+    else:
+        relative = np.add.reduce(first[:, None] * second, axis=2)
+    relative = relative.reshape(9, -1)
+    # Of a rotation R, the differences R[k, j] - R[j, k] are the axis times twice the sine.
+    vector = relative.take(_BELOW_DIAGONAL, 0)
+    vector -= relative.take(_ABOVE_DIAGONAL, 0)
+    # Its trace plus one is four times the squared cosine of half the angle.
+    square = relative[0] + relative[4] + relative[8] + 1.0
+    if not square.min() > _HALF_TURN:
+        return _with_half_turns(vector, square, first, second)
+    vector /= np.sqrt(square)
+    return np.asarray(vector)
+
+
+def _with_half_turns(sines: Array, square: Array, first: Array, second: Array) -> Array:
+    """Return rotations, some of which are half turns: their sines vanish and show no axis.
+
+    Args:
+        sines: `(3, N)` axes times twice the sines of the angles.
+        square: `(N,)` four times the squared cosines of half the angles.
+        first: `(3, 3, N)` or `(3, 3, 1)`.
+        second: likewise.
+    """
+    is_half = ~(square > _HALF_TURN)
+    result = sines / np.sqrt(np.where(is_half, 1.0, square))
+    for sample in np.nonzero(is_half)[0]:
+        to, start = (frames[:, :, sample % frames.shape[2]] for frames in (first, second))
+        # R + 1 = 2 n nᵀ for a half turn about n; its longest column gives n most accurately.
+        columns = to @ start.T + np.eye(3)
+        axis = columns[:, int(np.argmax(np.linalg.norm(columns, axis=0)))]
+        result[:, sample] = 2.0 * axis / np.linalg.norm(axis)
+    return result
+
+
+_ALIGNED = 1e-12
+"""Greatest deviation of a projector's entries from 0 and 1 that counts as rounding. The rounding of
+a projector of six columns is some 1e-15; a space that is tilted against the axes by an angle has
+entries of the size of that angle."""
+
+
+class Reduction(NamedTuple):
+    """The rows of each loop that its motion can reach, and those that it cannot.
+
+    Attributes:
+        rows: per loop `(6, r)`: orthonormal combinations of the weighted rows, in the loop's
+            axes, that the joints' twists span over the whole motion.
+        null: per loop `(6, 6 - r)`: the combinations that they never reach.
+        axes: per loop, the axes in which its rows are chosen.
+    """
+
+    rows: tuple[Array, ...]
+    null: tuple[Array, ...]
+    axes: tuple[LoopAxes, ...]
+
+
+def axis_aligned(vectors: Array) -> Array:
+    """Return a basis of the same space along the axes where the space allows it.
+
+    Exact zeros and ones keep the rows of a planar or spherical loop free of rounding.
+
+    Args:
+        vectors: `(6, r)` orthonormal columns.
+
+    Returns:
+        `(6, r)` orthonormal columns: unit vectors if axes span the space, else `vectors`.
+    """
+    projector = vectors @ vectors.T
+    exact = np.rint(projector)
+    if vectors.shape[1] and (np.abs(projector - exact) <= _ALIGNED).all():
+        return np.eye(6)[:, np.diag(exact) == 1.0]
+    return vectors
+
+
+def reachable_rows(
+    twists: Array, units: Array, candidates: Sequence[LoopAxes], actions: Array
+) -> tuple[Array, Array, LoopAxes]:
+    """Find the rows of a loop that its joints reach at positions all over the motion.
+
+    The unit twists of a loop's joints at all positions together span the motions that the loop can
+    make; when that space is smaller than six (a planar or a spherical chain), no motion can violate
+    the rest of its rows, at any position.
+
+    Args:
+        twists: `(N, k, 6)` of the loop's moving coordinates.
+        units: `(k, 6)` scale of their components.
+        candidates: axes in which the rows may be chosen; the first ones that show as few as any
+            are taken.
+        actions: see `BatchModel.actions`.
+
+    Returns:
+        The rows `(6, r)` that are reached, the others, and their axes.
+    """
+    axes = candidates[0]
+    space = _spanned(twists, units, axes, actions)
+    # At one position, no axes can have fewer rows than its twists are independent.
+    if space.rank > _spanned(twists[:1], units, axes, actions[:1]).rank:
+        for other in candidates[1:]:
+            there = _spanned(twists, units, other, actions)
+            if there.rank < space.rank:
+                space, axes = there, other
+    rows, null = space.vectors[:, : space.rank], space.vectors[:, space.rank :]
+    return axis_aligned(rows), axis_aligned(null), axes
+
+
+class _Space(NamedTuple):
+    """The space that twists span.
+
+    Attributes:
+        vectors: `(6, 6)` orthonormal, those that span it first.
+        rank: its dimension.
+    """
+
+    vectors: Array
+    rank: int
+
+
+def _spanned(twists: Array, units: Array, axes: LoopAxes, actions: Array) -> _Space:
+    """Return the space that twists `(N, k, 6)` of a loop's joints span at all positions together.
+
+    Args:
+        twists: in the base's axes about the batch model's origin.
+        units: `(k, 6)` scale of their components.
+        axes: in which they are compared.
+        actions: see `BatchModel.actions`.
+    """
+    if axes.body >= 0:
+        twists = twists @ axes.matrices(actions)
+    # The triangular factor has the singular values and row space of the tall matrix.
+    triangle = np.asarray(np.linalg.qr((twists * units).reshape(-1, 6), mode="r"))
+    vectors, values, _ = np.linalg.svd(triangle.T, full_matrices=True)
+    rank = int(np.sum(values > RANK_TOLERANCE * values[0])) if values.size else 0
+    return _Space(vectors, rank)
+
+
+class RodSpins:
+    """The idle rods of a group, and the coordinates that move them."""
+
+    def __init__(self, batch: BatchModel, rods: tuple[IdleRod, ...], moved_bodies: Array) -> None:
+        """Find what moves the rods.
+
+        Args:
+            batch: of the group's bodies.
+            rods: the k rods.
+            moved_bodies: `(m,)` indices in the batch of the bodies that the movable coordinates
+                move.
+        """
+        self._bodies = [batch.index_of[rod.body] for rod in rods]
+        self._lines = [rod.line for rod in rods]
+        # The base of the batch stands for what carries it.
+        self._frames = [batch.index_of.get(rod.frame, -1) for rod in rods]
+        # How a rod moves relative to its frame: what moves both alike makes no difference.
+        self._moves = np.zeros((len(rods), len(moved_bodies)))
+        for row, (body, frame) in enumerate(zip(self._bodies, self._frames, strict=True)):
+            of_rod, of_frame = set(batch.path(body)), set(batch.path(frame))
+            self._moves[row, np.isin(moved_bodies, list(of_rod - of_frame))] = 1.0
+            self._moves[row, np.isin(moved_bodies, list(of_frame - of_rod))] = -1.0
+        self._paths = [LoopPath.of(moves, moved_bodies) for moves in self._moves]
+
+    def turned(self, actions: Array, at_zero: Array) -> Array:
+        """Return `(N, k)` angles [rad] of the rods about their lines from where they settle.
+
+        There a rod is turned from its orientation at the description's zero, as seen from its
+        frame, by the least rotation that takes its line to where it is.
+
+        Args:
+            actions: of the batch at closed positions, see `BatchModel.actions`.
+            at_zero: `(1, 6 n, 6)` those at the description's zero.
+        """
+        angles = []
+        for body, frame, line in zip(self._bodies, self._frames, self._lines, strict=True):
+            rotation, initial = (_relative(item, frame, body) for item in (actions, at_zero))
+            start, now = initial[:, :, 0] @ line, np.einsum("ijn,j->in", rotation, line)
+            settled = _least_rotations(start, now) @ initial[:, :, 0]
+            # What is left is a rotation about the line; its trace and skew part show the angle.
+            left = np.einsum("ijn,nkj->nik", rotation, settled)
+            skew = np.stack([left[:, k, j] - left[:, j, k] for j, k in ((1, 2), (2, 0), (0, 1))])
+            sine = 0.5 * np.einsum("in,in->n", skew, now)
+            cosine = 0.5 * (np.trace(left, axis1=1, axis2=2) - 1.0)
+            angles.append(np.arctan2(sine, cosine))
+        return np.stack(angles, axis=1)
+
+    def turning_back(self, actions: Array, twists: Array, idle: Array, angles: Array) -> Array:
+        """Return combinations `(N, k)` of idle motions that turn the rods back by angles `(N, k)`.
+
+        Args:
+            actions: of the batch.
+            twists: see `of`.
+            idle: see `of`.
+            angles: about the rods' lines [rad].
+        """
+        rates = []
+        for row, (body, line) in enumerate(zip(self._bodies, self._lines, strict=True)):
+            now = np.einsum("ijn,j->ni", placement(actions, body)[0], line)
+            angular = twists[:, -idle.shape[1] :, 3:] * self._moves[row, -idle.shape[1] :, None]
+            rates.append(np.einsum("ni,nmi,nmk->nk", now, angular, idle))
+        return -(np.linalg.pinv(np.stack(rates, axis=1)) @ angles[:, :, None])[:, :, 0]
+
+    def of(self, twists: Array, rates: Array, idle: Array, v: Array | None = None) -> Array:
+        """Return combinations `(N, k)` of idle motions that turn the rods like given rates do.
+
+        Args:
+            twists: `(N, m, 6)` unit twists of the movable coordinates.
+            rates: `(N, m)` of these coordinates; or accelerations.
+            idle: `(N, p, k)` idle motions of the passives, the last ones of these coordinates.
+            v: `(N, m)` rates, where `rates` are accelerations.
+        """
+        angular = twists[:, None, :, 3:] * self._moves[:, :, None]
+        of_idle = np.einsum("nrmi,nmk->nrik", angular[:, :, -idle.shape[1] :], idle)
+        # Every idle motion that turns a rod does so about its line; the longest vector shows it.
+        sizes = np.linalg.norm(of_idle, axis=2, keepdims=True)
+        longest = np.argmax(sizes, axis=3)[..., None]
+        lines = np.take_along_axis(of_idle, longest, axis=3)
+        lines = lines[..., 0] / np.max(sizes, axis=3)
+        turned = np.einsum("nrmi,nm->nri", angular, rates)
+        if v is not None:
+            # A line is fixed in its rod, so its own motion adds nothing along it.
+            drifts = [path.drift(twists, v)[3:].T for path in self._paths]
+            turned = turned + np.stack(drifts, axis=1)
+        along = np.einsum("nri,nrik->nrk", lines, of_idle)
+        wanted = np.einsum("nri,nri->nr", lines, turned)
+        # Regular unless the drives leave other motions undecided, which is refused elsewhere.
+        return np.asarray((np.linalg.pinv(along) @ wanted[:, :, None])[:, :, 0])
+
+
+def _relative(actions: Array, frame: int, body: int) -> Array:
+    """Return the rotations `(3, 3, N)` of a body relative to another one, -1 for the base."""
+    rotation, _ = placement(actions, body)
+    if frame < 0:
+        return rotation
+    return np.einsum("jin,jkn->ikn", placement(actions, frame)[0], rotation)
+
+
+def _least_rotations(start: Array, now: Array) -> Array:
+    """Return the least rotations `(N, 3, 3)` that take a unit vector `(3,)` to others `(3, N)`."""
+    x, y, z = np.cross(start, now.T).T
+    zero = np.zeros_like(x)
+    skew = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
+    # At half a turn there is no least rotation; nearby, the result turns fast.
+    scale = 1.0 / np.maximum(1.0 + start @ now, np.finfo(float).tiny)
+    return np.eye(3) + skew + (skew @ skew) * scale[:, None, None]

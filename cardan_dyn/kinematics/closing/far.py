@@ -1,0 +1,270 @@
+"""Far: close loops from far away, where Newton's method leads nowhere.
+
+Descriptions often give positions of the joints in which the loops are not quite closed, or not at
+all. `closed_from` lowers the closure error wherever it starts; `assembled_near` tries other starts
+where that ends in a minimum of the error; `states_around` leaves closed configurations at which
+fewer closure equations are independent than anywhere else (dead points, change points).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array, generic
+from ...errors import AssemblyError
+from ...mechanism.mechanism import Mechanism
+from ...proof.closed_positions import refuse_left
+from ..loops.groups import Group, independent_groups
+from ..loops.structure import Structure
+from ..tolerances import CLOSURE_TOLERANCE
+from .group_solver import GroupSolver, GroupState
+from .stacked import ranks, times, transposed
+
+_MOST_STEPS = 200
+"""Greatest number of steps. From half a radian off some 10 suffice; in narrow curved valleys of the
+error, as near singular configurations, steps become short."""
+_CLOSED = 1e-13
+"""Closure error at which a start is closed: some hundred times the rounding of its equations, which
+are solved as normal equations and so come no nearer where they are badly conditioned."""
+_FIRST_DAMPING = 1e-3
+"""First damping relative to the greatest diagonal element of the normal equations: small, so that
+starts from nearby take steps like Newton's, and it grows fourfold with every step refused."""
+_GREATEST_DAMPING = 1e12
+"""Damping at which a start is given up: its steps are mere rounding."""
+_LONGEST = 1.0
+"""Greatest step of a coordinate [rad, or lengths of the mechanism]. The equations are linearised
+only over a fraction of a turn."""
+_STATIONARY = 1e-12
+"""Predicted relative fall of the squared error at which a start sits in a minimum of the error and
+is given up."""
+_LEAST_GAIN = 1e-3
+"""Least ratio of the actual to the predicted fall of the squared error of a step that is taken."""
+
+
+def closed_from(solver: GroupSolver, x: Array) -> tuple[Array, Array]:
+    """Close the loops of a group from starts that may be far from closed.
+
+    Args:
+        solver: of the group; its passives move.
+        x: `(N, size)` coordinates to start from; kept as they are.
+
+    Returns:
+        Coordinates `(N, size)` and closure errors `(N,)` that were reached; the caller judges them.
+    """
+    x = x.copy()
+    matrices, error, residual = solver.linearised(x)
+    squares = np.sum(error**2, axis=1)
+    normal = matrices @ transposed(matrices)
+    damping = _FIRST_DAMPING * np.max(np.diagonal(normal, axis1=1, axis2=2), axis=1, initial=1e-300)
+    growth = np.full(len(x), 2.0)
+    identity = np.eye(matrices.shape[1])
+    for _ in range(_MOST_STEPS if matrices.shape[1] else 0):
+        (active,) = np.nonzero((residual > _CLOSED) & (damping < _GREATEST_DAMPING))
+        if not active.size:
+            break
+        rows = matrices[active]
+        gradient = times(rows, error[active])
+        shifted = rows @ transposed(rows) + damping[active, None, None] * identity
+        step = -np.linalg.solve(shifted, gradient[:, :, None])[:, :, 0]
+        longest = np.max(np.abs(step), axis=1)
+        step *= np.minimum(1.0, _LONGEST / np.maximum(longest, _LONGEST))[:, None]
+        linear = error[active] + times(transposed(rows), step)
+        predicted = squares[active] - np.sum(linear**2, axis=1)
+        tried = solver.moved(x[active], step)
+        new_matrices, new_error, new_residual = solver.linearised(tried)
+        new_squares = np.sum(new_error**2, axis=1)
+        # Comparisons with numbers that are not finite are false, so these steps are not taken.
+        gain = np.minimum((squares[active] - new_squares) / np.maximum(predicted, 1e-300), 1.0)
+        taken = gain > _LEAST_GAIN
+        better = active[taken]
+        x[better], matrices[better], error[better] = (
+            tried[taken],
+            new_matrices[taken],
+            new_error[taken],
+        )
+        residual[better], squares[better] = new_residual[taken], new_squares[taken]
+        # Nielsen's rule: damping falls smoothly where the linear model holds, else grows faster
+        # and faster.
+        damping[better] *= np.maximum(1.0 / 3.0, 1.0 - (2.0 * gain[taken] - 1.0) ** 3)
+        growth[better] = 2.0
+        worse = active[~taken]
+        damping[worse] *= growth[worse]
+        growth[worse] *= 2.0
+        damping[active[predicted <= _STATIONARY * squares[active]]] = np.inf
+    return x, residual
+
+
+_NEAR = 1e-11
+"""Closure error that counts as closed here. Newton's method removes the rest."""
+_AMPLITUDES = (0.02, 0.1, 0.3, 1.0, np.pi)
+"""Greatest displacements [rad, or lengths of the mechanism] of further starts: small ones leave a
+singular position, from which no step leads away, and keep the assembly mode; large ones find a
+closed configuration wherever it is."""
+_STARTS = 12
+"""Starts per amplitude. They are solved together, and the search ends with the first amplitude that
+leads to closed loops."""
+_SEED = 7
+"""The same starts in every call, so that a scene starts in the same configuration every time."""
+
+
+def assembled_near(
+    structure: Structure, x: Array, free: Array, needed: Array
+) -> tuple[Array, float]:
+    """Return a closed configuration near one that may be far from closed.
+
+    Args:
+        structure: of the mechanism.
+        x: `(size,)` coordinates to start from.
+        free: velocity coordinates that may move.
+        needed: velocity coordinates whose loops are closed; others stay as they are.
+
+    Returns:
+        Coordinates `(size,)` and their closure error. The error is the least that was found where
+        loops could not be closed.
+    """
+    mechanism, worst = structure.mechanism, 0.0
+    groups = [
+        group
+        for group in independent_groups(structure, free)
+        # Of a loop all of whose joints are pinned, no coordinate is free; it has to be closed too.
+        if _columns_on(structure, group).intersection(needed.tolist())
+    ]
+    moving = {column for group in groups for column in group.passives.tolist()}
+    # What the joint of a loop can make up for, no other joint has to.
+    x = mechanism.fitted(x, set(range(mechanism.model.nv)) - moving)
+    for group in groups:
+        before = x
+        x, residual = _closed_group(GroupSolver(mechanism, group), before)
+        if residual < CLOSURE_TOLERANCE:
+            refuse_left(mechanism, group.loops, group.couplings, before, x)
+        worst = max(worst, residual)
+    return x, worst
+
+
+def _columns_on(structure: Structure, group: Group) -> set[int]:
+    """Return the velocity coordinates on the loops and in the couplings of a group."""
+    items = (*group.loops, *(len(structure.mechanism.loops) + index for index in group.couplings))
+    return {column for item in items for column in structure.coordinates_on(item)}
+
+
+def _closed_group(solver: GroupSolver, x: Array) -> tuple[Array, float]:
+    """Return coordinates in which the loops of a group are closed, and the closure error."""
+    best, residual = closed_from(solver, x[None, :])
+    if residual[0] < _NEAR:
+        return best[0], float(residual[0])
+    coordinates = solver.coordinates
+    generator = np.random.default_rng(_SEED)
+    least, least_residual = best[0], float(residual[0])
+    for amplitude in _AMPLITUDES:
+        step = generator.uniform(-amplitude, amplitude, (_STARTS, len(solver.group.passives)))
+        starts = solver.moved(np.repeat(x[None, :], _STARTS, axis=0), step)
+        reached, residual = closed_from(solver, starts)
+        closed = residual < _NEAR
+        if np.any(closed):
+            reached, residual = reached[closed], residual[closed]
+            shapes = coordinates.shape(reached) - coordinates.shape(x[None, :])
+            nearest = int(np.argmin(np.linalg.norm(shapes, axis=1)))
+            return reached[nearest], float(residual[nearest])
+        if np.min(residual) < least_residual:
+            index = int(np.argmin(residual))
+            least, least_residual = reached[index], float(residual[index])
+    return least, least_residual
+
+
+def unclosed(
+    mechanism: Mechanism, residual: float, positions: Mapping[str, float] | None = None
+) -> AssemblyError:
+    """Return the error for loops that cannot be closed.
+
+    Args:
+        mechanism: the mechanism.
+        residual: the least closure error that was found.
+        positions: joints that were kept at their positions [rad or m], if any.
+    """
+    listed = ", ".join(f"{name}: {value:g}" for name, value in (positions or {}).items())
+    where = f" with the joints of start at their positions ({listed})" if positions else ""
+    advice = "check the origins of joints and loops"
+    if positions:
+        advice = "leave one of them out, or change it"
+    return AssemblyError(
+        f"{mechanism.name}: the loops cannot be closed{where}; the least closure error found "
+        f"around the description's zero is {residual:.1e}, an angle [rad] or a gap in units of the "
+        f"characteristic length, {mechanism.characteristic_length:.4g} m: {advice}",
+        residual=residual,
+    )
+
+
+_STATES = 6
+"""Configurations in which ranks are measured: one alone may be singular."""
+_AROUND = 0.05
+"""How far from the first one the others start [rad, or lengths of the mechanism]: far enough to
+leave a singular configuration, and near enough to be closed in the same assembly mode."""
+
+
+class GenericStates(NamedTuple):
+    """Closed configurations of loops and couplings that have no joint in common with others.
+
+    Attributes:
+        x: `(K, size)` closed configurations in which as many equations as possible are independent;
+            the one that they lie around is the first, if it is one of them.
+        group: their closure equations there, all of them.
+        rank: how many are independent there.
+        rank_at_start: how many are independent at the coordinates that were given, or where the
+            loops are assembled near them.
+    """
+
+    x: Array
+    group: GroupState
+    rank: int
+    rank_at_start: int
+
+
+def generic_states(
+    structure: Structure, most_coordinates: int, x: Array
+) -> list[GenericStates | GroupSolver]:
+    """Return generic states of all independent sets of loops and couplings.
+
+    Args:
+        structure: of the mechanism.
+        most_coordinates: of a set; of a larger one only its solver is returned.
+        x: `(size,)` coordinates near which the loops are closed.
+
+    Raises:
+        AssemblyError: loops cannot be closed.
+    """
+    mechanism = structure.mechanism
+    every = np.arange(mechanism.model.nv)
+    result: list[GenericStates | GroupSolver] = []
+    for group in independent_groups(structure, every):
+        solver = GroupSolver(mechanism, group)
+        if group.passives.size > most_coordinates:
+            result.append(solver)
+            continue
+        first, residual = assembled_near(structure, x, every, group.passives)
+        if not residual < CLOSURE_TOLERANCE:
+            _, worst = assembled_near(structure, x, every, every)
+            raise unclosed(mechanism, worst)
+        result.append(states_around(solver, first))
+    return result
+
+
+def states_around(solver: GroupSolver, first: Array) -> GenericStates:
+    """Return generic states around closed coordinates `(size,)`; only the passives move."""
+    step = _AROUND * generic(_STATES, len(solver.group.passives))
+    step[0] = 0.0
+    starts = solver.moved(np.repeat(first[None, :], _STATES, axis=0), step)
+    reached, residual = closed_from(solver, starts)
+    is_closed = residual < CLOSURE_TOLERANCE
+    # The first one was closed by the caller, if only to the rounding of its badly conditioned rows.
+    is_closed[0] = True
+    reached = reached[is_closed]
+    full = solver.equations.full()
+    state, _ = solver.evaluate(reached, full)
+    rank = ranks(state.scaled_rows)
+    greatest = int(np.max(rank))
+    reached = reached[rank == greatest]
+    regular, _ = solver.evaluate(reached, full)
+    return GenericStates(reached, regular, greatest, int(rank[0]))

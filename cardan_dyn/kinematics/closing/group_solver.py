@@ -1,0 +1,449 @@
+"""Group solver: close the loops of a group for many samples at once, and find its rates.
+
+Newton's method on whole arrays. Each sample is factorised once: the inverse that gave the last
+small step serves the rates and the closure forces as well, after one step of refinement.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array, generic
+from ...mechanism.mechanism import Mechanism
+from ..loops.groups import Group
+from ..loops.structure import OPEN_CONFIGURATIONS
+from .batch_model import BatchModel
+from .equations import ClosureEquations, Reduction
+from .stacked import (
+    condition_numbers,
+    factorised,
+    factorised_at_rank,
+    is_near,
+    refined,
+    same_side,
+    times,
+    transposed,
+)
+
+_EXACT = 2e-15
+"""A Newton step of this size, relative to an angle's amplitude, is the rounding of the angle."""
+_AT_REST = 1e-13
+"""A coordinate that moves no farther [rad, or lengths of the mechanism] does not move: what is seen
+of it is rounding, from which no amplitude follows."""
+CONVERGED = 1e-9
+"""A Newton step of this size [rad] leaves an error of its square, which is below rounding."""
+_LONGEST = 0.5
+"""Greatest Newton step [rad]: farther away, a full step may end in another assembly mode. Over half
+a radian, sines differ from their linearisation by 4 %."""
+_NEARBY = 1e-4
+"""Newton step [rad] up to which the inverse before it is tried as the inverse after it. The matrix
+changes in proportion to the step, and whether the inverse serves is then tested (`is_near`): the
+value decides only about the cost of tests in vain."""
+_SETTLED = 1e-9
+"""Angle [rad] of an idle rod from where it settles from which one more step leaves rounding, even
+where hinges near their singular position magnify what is left, its square, a thousandfold."""
+_MOST_SETTLING = 40
+"""Greatest number of such steps: half a turn takes seven of the longest ones."""
+MOST_STEPS = 12
+"""Newton steps that a guess gets unless the caller says otherwise. From nearby a few suffice, since
+each squares the error; the rest is for guesses from which steps are shortened to `_LONGEST`."""
+_MOST_BODIES = 32
+"""Bodies for which Pinocchio's data are made: the data take 230 MB then, and grow with the third
+power of the bodies."""
+
+
+class GroupSolver:
+    """Closes the loops of a group for many samples by Newton's method on whole arrays.
+
+    It does not change after it is made: which rows are redundant is an argument of its methods.
+
+    Attributes:
+        group: what it solves.
+        coordinates: layout of coordinate rows.
+        batch: its bodies.
+        equations: its closure equations.
+    """
+
+    def __init__(self, mechanism: Mechanism, group: Group) -> None:
+        self.group = group
+        self.coordinates = coordinates = mechanism.coordinates
+        self.batch = _batch_model(mechanism, group)
+        self.equations = ClosureEquations(mechanism, self.batch, group)
+        self._length = mechanism.characteristic_length
+        self._moves = coordinates.moves(group.passives)
+        self._zero = mechanism.zero
+        slides = np.any(self.batch.subspace[:, :3] != 0.0, axis=1)
+        sliding = slides[group.passives]
+        self._scale = np.where(sliding, 1.0 / self._length, 1.0)
+        # Slides count in characteristic lengths; otherwise the unit of length would decide which
+        # positions are singular.
+        self._row_scale = self._length ** sliding[:, None] if np.any(sliding) else None
+        self._known_scale = self._length ** slides[group.known][:, None]
+
+    def rounding(self, states: Array) -> Array:
+        """Return `(p,)` Newton steps of the passives that are mere rounding.
+
+        A guess is exact when it is off by the rounding of the motion's amplitude: where the motion
+        is small, so is what its wrenches follow from.
+
+        Args:
+            states: `(K, size)` coordinates all over the motion.
+        """
+        moved = np.zeros(len(self._scale))
+        moved[self._moves.steps] = np.max(np.abs(states[:, self._moves.columns]), axis=0)
+        for _, start in self._moves.balls:
+            moved[start : start + 3] = 1.0
+        moved *= self._scale
+        return _EXACT * np.where(moved < _AT_REST, 1.0, np.minimum(1.0, moved))
+
+    def evaluate(
+        self,
+        x: Array,
+        reduction: Reduction,
+        turns: Array | None = None,
+        inverse: Array | None = None,
+        correction: Array | None = None,
+    ) -> tuple[GroupState, Array]:
+        """Return the closure equations at `x` and their reduced error `(N, R)`, closed or not.
+
+        Args:
+            x: `(N, size)` coordinates.
+            reduction: the rows that are solved.
+            turns: `(N, size)` whole turns that the angles in `x` lack; couplings count them.
+            inverse: inverse at a position nearby; used where it is near enough.
+            correction: `(N,)` how far the guess was off; zero if None.
+        """
+        equations, known, count = self.equations, len(self.group.known), len(x)
+        q = self.batch.configuration(x)
+        actions = self.batch.actions(q)
+        twists = equations.unit_twists.of(actions)
+        rows = equations.rows(twists, actions, reduction)
+        passive = rows[:, known:]
+        error, residual = equations.error(actions)
+        slips = None
+        if equations.couplings:
+            slips = self._slips(x, turns)
+            relative = np.abs(slips) / equations.slip_units
+            residual = np.maximum(residual, relative.max(axis=1))
+        idle = np.zeros((count, passive.shape[1], 0))
+        if self.group.idle:
+            rank = passive.shape[1] - len(self.group.idle)
+            inverse, null, condition, idle = factorised_at_rank(passive, self._row_scale, rank)
+        elif inverse is not None and is_near(passive, inverse, self._row_scale):
+            null = np.zeros((count, inverse.shape[1], 0))
+            condition = condition_numbers(passive, inverse, self._row_scale)
+        else:
+            inverse, null, condition = factorised(passive, self._row_scale)
+        state = GroupState(
+            group=self.group,
+            batch=self.batch,
+            equations=equations,
+            reduction=reduction,
+            row_scale=self._row_scale,
+            known_scale=self._known_scale,
+            q=q,
+            actions=actions,
+            twists=twists,
+            known_rows=rows[:, :known],
+            passive_rows=passive,
+            inverse=inverse,
+            null=null,
+            residual=residual,
+            condition=condition,
+            correction=np.zeros(count) if correction is None else correction,
+            idle=idle,
+        )
+        return state, equations.project(error, slips, actions, reduction)
+
+    def linearised(self, x: Array) -> tuple[Array, Array, Array]:
+        """Return all closure equations at `x (N, size)` about the welds, slides in lengths.
+
+        Returns:
+            Transposed closure matrices `(N, p, R)`, errors `(N, R)` and closure errors `(N,)`.
+        """
+        equations, known = self.equations, len(self.group.known)
+        actions = self.batch.actions(self.batch.configuration(x))
+        rows, error = equations.at_welds(equations.unit_twists.of(actions), actions)
+        passive = rows[:, known:]
+        if self._row_scale is not None:
+            passive = passive * self._row_scale
+        _, residual = equations.error(actions)
+        slips = self._slips(x, None)
+        if slips.size:
+            residual = np.maximum(residual, np.max(np.abs(slips) / equations.slip_units, axis=1))
+        return passive, np.concatenate([error, slips], axis=1), residual
+
+    def moved(self, x: Array, step: Array) -> Array:
+        """Return coordinates `(N, size)` after steps `(N, p)`, slides counted in lengths."""
+        x = x.copy()
+        self._moves.apply(x, step / self._scale)
+        return x
+
+    def open_reduction(self, x: Array) -> Reduction:
+        """Return the rows that the joints of each loop can reach while the loops are open.
+
+        A planar or spherical chain stays one however it is bent, so a few configurations suffice.
+        Closed loops may reach fewer rows, never more.
+
+        Args:
+            x: `(size,)` coordinates of the joints that do not move.
+        """
+        rows = np.repeat(x[None, :], OPEN_CONFIGURATIONS, axis=0)
+        movable = self.equations.movable
+        moves = self.coordinates.moves(movable)
+        step = generic(OPEN_CONFIGURATIONS, len(movable))
+        step[:, moves.slides] *= self._length
+        moves.apply(rows, step)
+        actions = self.batch.actions(self.batch.configuration(rows))
+        return self.equations.reduction(self.equations.unit_twists.of(actions), actions)
+
+    def newton_step(self, x: Array, reduction: Reduction) -> GroupState:
+        """Take one Newton step from a guess; return the state at the guess.
+
+        Args:
+            x: `(N, size)` coordinates; those of the passives are corrected in place.
+            reduction: the rows that are solved.
+        """
+        state, error = self.evaluate(x, reduction)
+        step = state.step(error)
+        self._moves.apply(x, step)
+        return state._replace(correction=np.abs(step * self._scale).max(axis=1, initial=0.0))
+
+    def newton(
+        self,
+        x: Array,
+        reduction: Reduction,
+        rounding: Array,
+        turns: Array | None = None,
+        most: int = MOST_STEPS,
+        enough: float = CONVERGED,
+    ) -> GroupState:
+        """Close the loops from a guess; the caller judges `residual` and `correction`.
+
+        Args:
+            x: `(N, size)` coordinates; those of the passives are corrected in place.
+            reduction: the rows that are solved.
+            rounding: `(p,)` steps that are not worth taking, see `rounding`.
+            turns: see `evaluate`.
+            most: greatest number of Newton steps.
+            enough: size of a step after which none follows [rad].
+        """
+        state, error = self.evaluate(x, reduction, turns)
+        correction = np.zeros(len(x))
+        for _ in range(most if self.group.passives.size else 0):
+            step = state.step(error)
+            scaled = np.abs(step * self._scale)
+            if (scaled <= rounding).all():
+                break
+            sizes = scaled.max(axis=1)
+            correction = correction + sizes
+            worst = float(sizes.max())
+            if worst > _LONGEST:
+                step *= np.minimum(1.0, _LONGEST / np.maximum(sizes, _LONGEST))[:, None]
+            if not math.isfinite(worst):
+                return state._replace(correction=correction)
+            self._moves.apply(x, step)
+            nearby = state.inverse if worst < _NEARBY else None
+            state, error = self.evaluate(x, reduction, turns, nearby, correction)
+            if worst < enough:
+                break
+        return state
+
+    def settled(
+        self, state: GroupState, x: Array, reduction: Reduction, turns: Array | None
+    ) -> GroupState:
+        """Turn idle rods about their lines to where they settle, see `RodSpins.turned`.
+
+        Args:
+            state: closed, at `x`.
+            x: `(N, size)` coordinates; changed in place.
+            reduction: the rows that are solved.
+            turns: see `evaluate`.
+
+        Returns:
+            The state there.
+        """
+        spins, correction = self.equations.rod_spins, state.correction
+        error = np.zeros((len(x), state.passive_rows.shape[2]))
+        for _ in range(_MOST_SETTLING):
+            angles = spins.turned(state.actions, self._at_zero)
+            worst = float(np.max(np.abs(angles)))
+            angles = np.clip(angles, -_LONGEST, _LONGEST)
+            back = spins.turning_back(state.actions, state.twists, state.idle, angles)
+            self._moves.apply(x, state.step(error) + times(state.idle, back))
+            state, error = self.evaluate(x, reduction, turns)
+            if worst < _SETTLED:
+                break
+        # Whole turns of their joints depend on the way as well.
+        columns = np.intersect1d(self.idle_columns, self.coordinates.angle_columns)
+        x[:, columns] -= 2.0 * np.pi * np.rint(x[:, columns] / (2.0 * np.pi))
+        return state._replace(correction=correction)
+
+    @cached_property
+    def idle_columns(self) -> Array:
+        """Columns of rows that change when idle rods spin."""
+        spinning = {rate for rod in self.group.idle for rate in rod.columns}
+        return self.coordinates.columns_moved_by(np.array(sorted(spinning), dtype=int))
+
+    @cached_property
+    def _at_zero(self) -> Array:
+        """Actions `(1, 6 n, 6)` of the batch at the description's zero."""
+        return self.batch.actions(self.batch.configuration(self._zero[None, :]))
+
+    def _slips(self, x: Array, turns: Array | None) -> Array:
+        """Return how far the couplings are from ratio and offset `(N, G)` [rad or m]."""
+        equations = self.equations
+        if not equations.couplings:
+            return np.zeros((len(x), 0))
+        angles = x if turns is None else x + 2.0 * np.pi * turns
+        columns = self.coordinates.column_of(equations.coupled_columns)
+        return np.asarray(angles[:, columns] @ equations.coupled_ratios + equations.coupled_offsets)
+
+
+def _batch_model(mechanism: Mechanism, group: Group) -> BatchModel:
+    """Return the model of a group's bodies; of many, one that does without Pinocchio's data."""
+    at_zero = mechanism.placements_at_zero
+    on_loops = [mechanism.loops[index].predecessor - 1 for index in group.loops]
+    points = [at_zero[body].translation for body in on_loops or group.inertial_bodies]
+    origin = np.mean(points, axis=0) if points else np.zeros(3)
+    origin = at_zero[group.base].actInv(origin)
+    kind = BatchModel
+    if len(group.bodies) > _MOST_BODIES:
+        from .batch_model import LongChain
+
+        kind = LongChain
+    return kind(mechanism, group.bodies, group.inertial_bodies, origin, group.base)
+
+
+class GroupState(NamedTuple):
+    """A group at given positions: its closure equations there and their factors.
+
+    Attributes:
+        group: its loops and joints.
+        batch: its bodies.
+        equations: its closure equations.
+        reduction: which of their rows were solved.
+        row_scale: `(p, 1)` lengths for the rows of slides, or None where nothing slides.
+        known_scale: `(k, 1)` likewise for what is known.
+        q: `(N, 7 n)` configurations of the batch model.
+        actions: see `BatchModel.actions`.
+        twists: `(N, m, 6)` unit twists of the movable coordinates.
+        known_rows, passive_rows: transposed closure matrices `(N, k, R)` and `(N, p, R)`.
+        inverse: `(N, R, p)`: inverse of `passive_rows`, or its pseudoinverse.
+        null: `(N, R, R - p)`: multipliers that no passive effort feels, at each position.
+        residual: `(N,)` closure error, see `ClosureEquations.error`.
+        condition: `(N,)` condition number of `passive_rows`, slides counted in lengths.
+        correction: `(N,)` how far the guess was off.
+        idle: `(N, p, k)` passive rates that violate no equation, of k idle freedoms.
+    """
+
+    group: Group
+    batch: BatchModel
+    equations: ClosureEquations
+    reduction: Reduction
+    row_scale: Array | None
+    known_scale: Array
+    q: Array
+    actions: Array
+    twists: Array
+    known_rows: Array
+    passive_rows: Array
+    inverse: Array
+    null: Array
+    residual: Array
+    condition: Array
+    correction: Array
+    idle: Array
+
+    @property
+    def scaled_rows(self) -> Array:
+        """The passives' rows with slides counted in lengths, for decisions about rank."""
+        return self.passive_rows if self.row_scale is None else self.passive_rows * self.row_scale
+
+    @property
+    def all_scaled_rows(self) -> Array:
+        """The rows of what is known, then of the passives, slides counted in lengths."""
+        known = self.known_rows * self.known_scale
+        return np.concatenate([known, self.scaled_rows], axis=1)
+
+    @property
+    def reachable(self) -> Reduction:
+        """The rows that the loops' joints can reach at these positions together."""
+        return self.equations.reduction(self.twists, self.actions)
+
+    def same_side(self, inverse: Array) -> Array:
+        """Return `(N,)` whether other positions lie on the same side of singular configurations.
+
+        Args:
+            inverse: of the closure equations at the other positions.
+        """
+        return same_side(self.passive_rows, inverse, self._idle_projectors())
+
+    def follows_on(self) -> Array:
+        """Return `(N - 1,)` whether positions lie on the same side as those before them."""
+        idle = self._idle_projectors()
+        return same_side(
+            self.passive_rows[1:], self.inverse[:-1], None if idle is None else idle[1:]
+        )
+
+    def _idle_projectors(self) -> Array | None:
+        """Return projectors `(N, p, p)` onto idle motions; None without any."""
+        if not self.group.idle:
+            return None
+        return np.eye(self.idle.shape[1]) - np.matmul(self.passive_rows, self.inverse)
+
+    def solve(self, right: Array) -> Array:
+        """Solve the closure equations for passive rates: `(N, R)` to `(N, p)`."""
+        matrices, inverses = transposed(self.passive_rows), transposed(self.inverse)
+        return refined(matrices, inverses, right[:, :, None])[:, :, 0]
+
+    def solve_transposed(self, right: Array) -> Array:
+        """Solve for closure forces: passive efforts `(N, p, k)` to multipliers `(N, R, k)`."""
+        return refined(self.passive_rows, self.inverse, right)
+
+    def step(self, error: Array) -> Array:
+        """Return Newton's step `(N, p)` that removes an error `(N, R)`."""
+        step = -times(transposed(self.inverse), error)
+        if not self.group.idle:
+            return step
+        return self._without_spins(step, np.zeros((len(step), len(self.group.known))))
+
+    def rates(self, known: Array) -> Array:
+        """Return passive rates `(N, p)` for the rates `(N, k)` of what is known.
+
+        Idle rods do not turn about their lines.
+        """
+        rates = -self.solve(times(transposed(self.known_rows), known))
+        return self._without_spins(rates, known)
+
+    def accelerations(self, v: Array, known: Array) -> Array:
+        """Return passive accelerations `(N, p)` at joint rates `v (N, nv)`.
+
+        Args:
+            v: joint rates.
+            known: accelerations `(N, k)` of what is known.
+        """
+        v = v[:, self.equations.movable]
+        drift = self.equations.drift(self.twists, v)
+        right = times(transposed(self.known_rows), known)
+        drift = self.equations.project(drift, None, self.actions, self.reduction)
+        return self._without_spins(-self.solve(right + drift), known, v)
+
+    def _without_spins(self, rates: Array, known: Array, v: Array | None = None) -> Array:
+        """Return passive rates `(N, p)` at which idle rods do not turn about their lines.
+
+        Args:
+            rates: `(N, p)` of the passives; or accelerations.
+            known: likewise `(N, k)` of what is known.
+            v: `(N, m)` rates of all movable coordinates, where `rates` are accelerations.
+        """
+        if not self.group.idle:
+            return rates
+        every = np.concatenate([known, rates], axis=1)
+        return rates - times(
+            self.idle, self.equations.rod_spins.of(self.twists, every, self.idle, v)
+        )

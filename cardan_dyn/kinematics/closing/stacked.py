@@ -1,0 +1,157 @@
+"""Stacked matrices: solving one small system per sample, for many samples at once.
+
+Transposed closure matrices are `(N, p, R)` with p ≤ R rows, one per passive coordinate; their
+inverses are `(N, R, p)`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...arrays import Array
+from ..tolerances import RANK_TOLERANCE
+
+_STALE = 1e-8
+"""Greatest component of A A⁻¹ - 1 with which an inverse still serves: one step of iterative
+refinement squares this error, to 1e-16."""
+
+
+def same_side(rows: Array, inverses: Array, idle: Array | None = None) -> Array:
+    """Return `(N,)` whether two positions lie on the same side of every singular configuration.
+
+    Two assembly modes that meet in a turning point differ in the sign of the determinant of the
+    closure equations; the determinant of the product is positive where the signs agree.
+
+    Args:
+        rows: `(N, p, R)` transposed closure matrices.
+        inverses: `(N, R, p)` of those at the other positions.
+        idle: `(N, p, p)` projectors onto passive rates that violate no equation; None without any.
+    """
+    product = np.matmul(rows, inverses)
+    return np.linalg.det(product if idle is None else product + idle) > 0.0
+
+
+def factorised(rows: Array, scale: Array | None) -> tuple[Array, Array, Array]:
+    """Return inverses `(N, R, p)`, null spaces `(N, R, R - p)` and condition numbers `(N,)`.
+
+    Inverses are pseudoinverses where p < R or where a matrix is exactly singular. Condition numbers
+    are in the Frobenius norm of square regular matrices, else ratios of singular values.
+
+    Args:
+        rows: transposed closure matrices `(N, p, R)`, p ≤ R.
+        scale: `(p, 1)` units of their rows for condition and rank, None if all are 1.
+    """
+    count, p, r = rows.shape
+    if p == r:
+        try:
+            inverse = np.linalg.inv(rows)
+            return inverse, np.zeros((count, r, 0)), condition_numbers(rows, inverse, scale)
+        except np.linalg.LinAlgError:
+            pass  # One of them is exactly singular; pseudoinverses exist all the same.
+    left, values, right = np.linalg.svd(rows if scale is None else rows * scale)
+    size = min(p, r)
+    greatest = values[:, :1] if size else np.ones((count, 1))
+    small = values <= RANK_TOLERANCE * greatest
+    reciprocal = np.where(small, 0.0, 1.0 / np.where(small, 1.0, values))
+    inverse = (transposed(right[:, :size]) * reciprocal[:, None]) @ transposed(left[:, :, :size])
+    if scale is not None:
+        inverse *= scale.T
+    smallest = values[:, -1] if size else np.ones(count)
+    condition = np.divide(
+        greatest[:, 0], smallest, out=np.full(count, np.inf), where=smallest > 0.0
+    )
+    return inverse, transposed(right[:, p:]), condition
+
+
+def factorised_at_rank(
+    rows: Array, scale: Array | None, rank: int
+) -> tuple[Array, Array, Array, Array]:
+    """Return pseudoinverses, null spaces on both sides and condition numbers at a known rank.
+
+    Args:
+        rows: transposed closure matrices `(N, p, R)`.
+        scale: `(p, 1)` units of their rows, None if all are 1.
+        rank: how many of their singular values are not zero.
+
+    Returns:
+        Inverses `(N, R, p)`, multipliers that no passive feels `(N, R, R - rank)`, condition
+        numbers `(N,)`, and passive rates that violate no equation `(N, p, p - rank)`.
+    """
+    left, values, right = np.linalg.svd(rows if scale is None else rows * scale)
+    idle = left[..., rank:]
+    # With fewer equations there is no such rank; what else is undecided is not reported here.
+    rank = min(rank, values.shape[1])
+    # In singular positions more values vanish; no motion is taken along these.
+    counted = values[:, None, :rank]
+    reciprocal = np.divide(1.0, counted, out=np.zeros_like(counted), where=counted > 0.0)
+    inverse = (transposed(right[:, :rank]) * reciprocal) @ transposed(left[..., :rank])
+    if scale is not None:
+        inverse, idle = inverse * scale.T, idle * scale
+    condition = np.ones(len(rows))
+    if rank:
+        least, condition = values[:, rank - 1], np.full(len(rows), np.inf)
+        np.divide(values[:, 0], least, out=condition, where=least > 0.0)
+    return inverse, transposed(right[:, rank:]), condition, idle
+
+
+def ranks(rows: Array) -> Array:
+    """Return the ranks `(K,)` of stacked closure matrices `(K, p, R)`.
+
+    All of them are measured by the greatest singular value of the whole stack.
+    """
+    if 0 in rows.shape[1:]:
+        return np.zeros(len(rows), dtype=int)
+    values = np.linalg.svd(rows, compute_uv=False)
+    return np.asarray(np.sum(values > RANK_TOLERANCE * np.max(values), axis=1))
+
+
+def refined(matrices: Array, inverses: Array, right: Array) -> Array:
+    """Return solutions `(N, j, k)` of linear systems from explicit inverses.
+
+    One step of iterative refinement makes an explicit inverse as stable as an elimination.
+
+    Args:
+        matrices: `(N, i, j)`.
+        inverses: `(N, j, i)`.
+        right: right-hand sides `(N, i, k)`.
+    """
+    solution = np.matmul(inverses, right)
+    solution += np.matmul(inverses, right - np.matmul(matrices, solution))
+    return solution
+
+
+def times(matrices: Array, vectors: Array) -> Array:
+    """Return stacked products `(N, i, j) (N, j)`."""
+    return np.asarray(np.matmul(matrices, vectors[:, :, None])[:, :, 0])
+
+
+def transposed(matrices: Array) -> Array:
+    """Return stacked transposes."""
+    return matrices.transpose(0, 2, 1)
+
+
+def condition_numbers(rows: Array, inverse: Array, scale: Array | None) -> Array:
+    """Return condition numbers `(N,)` in the Frobenius norm, rows scaled if a scale is given.
+
+    Args:
+        rows: `(N, p, p)`.
+        inverse: `(N, p, p)`.
+        scale: `(p, 1)` or None.
+    """
+    if scale is not None:
+        rows, inverse = rows * scale, inverse / scale.T
+    squares = np.einsum("nij,nij->n", rows, rows)
+    squares *= np.einsum("nij,nij->n", inverse, inverse)
+    return np.asarray(np.sqrt(squares, out=squares))
+
+
+def is_near(rows: Array, inverse: Array, scale: Array | None) -> bool:
+    """Return whether one step of refinement makes `inverse` the inverse of `rows`."""
+    _, p, r = rows.shape
+    if p != r:
+        return False
+    product = np.matmul(rows, inverse)
+    if scale is not None:
+        product *= scale / scale.T
+    product -= np.eye(p)
+    return bool(np.abs(product).max(initial=0.0) < _STALE)

@@ -1,0 +1,1 @@
+"""Diagnosis: which motions loops leave, and why drives do not decide them."""

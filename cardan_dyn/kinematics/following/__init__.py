@@ -1,0 +1,1 @@
+"""Following: from one closed configuration to others, without leaving the assembly mode."""

@@ -1,0 +1,472 @@
+"""Joint motion: what is known of the joints that several drives move together."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...errors import AssemblyError, SingularConfigurationError
+from ...mechanism.coordinates import Coordinates
+from ...problem.problem import Problem
+from ...problem.samples import Targets
+from ..closing.all_groups import Kinematics
+from ..diagnosis.mobility import STATES_STUDIED
+from ..loop_system import LoopSystem
+from ..tolerances import CLOSURE_TOLERANCE
+from .drive_motion import TURN, Followed, turns_freely
+from .lattice import near_lattices
+from .lines import OnLines, Reached, along_lines, beyond_reach, follow, samples_on_lines
+
+_TYPICAL_STEP = 0.25
+"""Step along a line [rad] that most mechanisms allow. It only decides what serves samples best."""
+_FEWEST_PER_STEP = 2
+"""Samples per step of their line from which on no lattice is tried."""
+_BLOCK_SIZE = 4096
+"""Samples whose coordinates are copied at a time, so that no copies of all of them are made."""
+_FARTHEST = 64
+"""Turns of the drives together up to which a line is followed with all of them."""
+_MOST_LATTICE_DRIVES = 6
+"""Drives up to which a lattice is tried: a point takes an acceleration for each pair of them."""
+
+
+class _Turn(NamedTuple):
+    """How a mechanism comes back to itself when a drive turns while the others rest at the start.
+
+    Attributes:
+        period: displacement of the drive [rad].
+        windings: `(size,)` whole turns of all coordinates meanwhile.
+    """
+
+    period: float
+    windings: Array
+
+
+class JointMotion:
+    """The motion of what several drives move together; varied held joints are drives here as well.
+
+    The configuration at a sample is reached from the start: held joints first move to their
+    positions along a straight line, then the drives to theirs. Before the latter, whole turns are
+    taken off the drives that bring the mechanism back to itself when they turn alone, from there;
+    where the rest of the way is not open, the drives move along the whole straight line.
+
+    Attributes:
+        groups: indices of the groups whose passives they move.
+        states: closed coordinates `(K, size)` of some of the last positions.
+        is_exact: see `DriveMotion`.
+    """
+
+    is_exact = False
+
+    def __init__(
+        self,
+        problem: Problem,
+        system: LoopSystem,
+        kinematics: Kinematics,
+        start: Array,
+        drives: list[int],
+        groups: list[int],
+        varied: int = 0,
+    ) -> None:
+        """Begin at the start; arguments as of `DriveMotion`, with several drives.
+
+        The last `varied` drives of the problem are held joints.
+        """
+        self.groups = groups
+        self.states = start[None, :]
+        self._drives = drives
+        self._names = tuple(problem.independent[index] for index in drives)
+        # With all rows that open loops can reach.
+        self._kinematics = kinematics.part(drives, groups)
+        self._start = start
+        coordinates = problem.mechanism.coordinates
+        self._drive_columns = coordinates.columns_of(self._names)
+        self._columns = coordinates.columns_moved_by(self._kinematics.moved)
+        # A slide counts as one radian when it moves by the mechanism's length.
+        self._units = 1.0 / coordinates.scale[self._drive_columns]
+        self._system = system
+        # By their indices among these drives.
+        first_varied = len(problem.independent) - varied
+        self._driven = [k for k, index in enumerate(drives) if index < first_varied]
+        self._held = [k for k, index in enumerate(drives) if index >= first_varied]
+        self._turning = [
+            index for index in self._driven if turns_freely(problem.mechanism, self._names[index])
+        ]
+        self._turns: dict[int, _Turn | None] = {}
+
+    @property
+    def amplitudes(self) -> Array | None:
+        """None: how far joints move is not known."""
+        return None
+
+    def more_states(self) -> Array:
+        """Return no states `(0, size)` besides those that were followed."""
+        return self.states[:0]
+
+    def followed(
+        self,
+        targets: Targets,
+        kinematics: Kinematics,
+        along_path: bool = False,
+        strict: bool = True,
+    ) -> Followed:
+        """Follow the motion to targets of the scene.
+
+        Args:
+            targets: N samples.
+            kinematics: of the scene, with the rows that are known to be independent.
+            along_path: whether every sample is followed from the one before it.
+            strict: whether all have to be within reach; along a path they have to be.
+
+        Raises:
+            AssemblyError: a position is out of reach.
+        """
+        asked = targets.prescribed[:, self._drives]
+        turns = np.zeros((len(asked), self._start.size))
+        try:
+            if along_path:
+                x = follow(self._kinematics, self._start, self._drive_columns, asked)
+                reached = Reached(x, np.ones(len(x), dtype=bool), np.zeros(len(x)))
+            else:
+                own = self._without_turns(asked, turns, targets.design_of)
+                reached = self._reached(kinematics, own, targets.design_of)
+                if not np.all(reached.is_there):
+                    self._follow_whole_ways(kinematics, asked, own, turns, targets, reached)
+                if strict and not np.all(reached.is_there):
+                    raise self._beyond(asked, own, reached)
+        except AssemblyError as error:
+            from .reach import all_out_of_reach  # Imported here: only errors need it.
+
+            raise all_out_of_reach(self._names, self._driven, asked, error) from error
+        x, is_there, _ = reached
+        if np.any(is_there):
+            seen = np.nonzero(is_there)[0][:: 1 + len(x) // STATES_STUDIED]
+            some = self._kinematics.close(x[seen])
+            self.states = some.x[some.residual < CLOSURE_TOLERANCE]
+        return Followed((x, turns), True, is_there)
+
+    def _without_turns(self, own: Array, turns: Array, design_of: Array) -> Array:
+        """Return positions `(N, d)` less whole turns, which are added to `turns (N, size)`."""
+        own = own.copy()
+        for index in self._turning:
+            column = self._drive_columns[index]
+            ahead = own[:, index] - self._start[column]
+            if not np.any(np.abs(ahead) > TURN):
+                continue
+            if index not in self._turns:
+                self._turns[index] = self._turn_of(index)
+            turn = self._turns[index]
+            if self._held:
+                period = TURN if turn is None else turn.period
+                common = self._kinematics, self._start, self._held, index
+                search = TurnSearch(*common, self._drive_columns, period)
+                far = np.nonzero(np.abs(ahead) > TURN)[0]
+                designs = own[far][:, self._held]
+                periods, found, of = search.turned_back(ahead[far], designs, design_of[far])
+                own[far, index] -= periods * found.period[of]
+                for block in _blocks(len(far)):
+                    turns[far[block]] += periods[block, None] * found.windings[of[block]]
+            elif turn is not None:
+                periods = np.trunc(ahead / turn.period)
+                own[:, index] -= periods * turn.period
+                for block in _blocks(len(own)):
+                    turns[block] += periods[block, None] * turn.windings
+        return own
+
+    def _reached(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
+        """Return coordinates `(N, size)` at positions `(N, d)` without whole turns.
+
+        Args:
+            kinematics: of the scene, with the rows that are known to be independent. Where more of
+                them are, loops do not close, and all rows are solved.
+            own: the positions [rad or m].
+            design_of: `(N,)`, see `Targets`.
+        """
+        known = kinematics.part(self._drives, self.groups)
+        x = np.full((len(own), self._start.size), np.nan)
+        if not self._lines_pay(own, design_of):
+            legs = [leg for leg in (self._held, self._driven) if leg]
+            x = near_lattices(known, self._start, self._drive_columns, own, self._units, legs)
+        is_there, residual = ~np.isnan(x[:, self._drive_columns[0]]), np.zeros(len(own))
+        ways = [known]
+        if any(
+            one is not other
+            for one, other in zip(known.reductions, self._kinematics.reductions, strict=True)
+        ):
+            ways.append(self._kinematics)
+        for way in ways:
+            rest = np.nonzero(~is_there)[0]
+            if rest.size:
+                found = self._on_lines(way, own[rest], design_of[rest])
+                x[rest], is_there[rest], residual[rest] = found
+        return Reached(x, is_there, residual)
+
+    def _follow_whole_ways(
+        self,
+        kinematics: Kinematics,
+        asked: Array,
+        own: Array,
+        turns: Array,
+        targets: Targets,
+        reached: Reached,
+    ) -> None:
+        """Follow the lines to samples, whole turns included, that cannot be reached without these.
+
+        Behind whole turns of one drive alone, the straight line to a sample is another one, which
+        may lead through positions that cannot be closed. Of very many turns, it is not followed.
+
+        Args:
+            kinematics: see `_reached`.
+            asked: `(N, d)` positions.
+            own: the same without whole turns; of samples that are followed, they are put back.
+            turns: `(N, size)` whole turns that were taken off, likewise.
+            targets: N samples.
+            reached: what was reached without the turns; brought up to date.
+        """
+        taken = np.sum(np.abs(asked - own), axis=1)
+        rest = np.nonzero(~reached.is_there & (taken > 0.0) & (taken <= _FARTHEST * TURN))[0]
+        if not rest.size:
+            return
+        found = self._reached(kinematics, asked[rest], targets.design_of[rest])
+        for whole, values in zip(reached, found, strict=True):
+            whole[rest] = values
+        own[rest], turns[rest] = asked[rest], 0.0
+
+    def _lines_pay(self, own: Array, design_of: Array) -> bool:
+        """Return whether so many samples lie on the same lines that these serve them best."""
+        if len(self._drives) > _MOST_LATTICE_DRIVES:
+            return True
+        if len(self._driven) != 1 or not self._held:
+            return False
+        ahead = own[:, self._driven] - self._start[self._drive_columns][self._driven]
+        designs = 1 + int(np.max(design_of)) if len(design_of) else 1
+        steps = designs * (1.0 + float(np.ptp(ahead, axis=0)[0]) / _TYPICAL_STEP)
+        return steps * _FEWEST_PER_STEP < len(own)
+
+    def _on_lines(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
+        """Return coordinates `(N, size)` at positions `(N, d)`, followed along straight lines."""
+        groups, columns = list(range(len(self.groups))), self._drive_columns
+        starts, of_design = self._start[None, :], np.zeros(len(own), dtype=int)
+        if self._held:
+            _, chosen, of_design = np.unique(design_of, return_index=True, return_inverse=True)
+            at_designs = along_lines(
+                kinematics.part(self._held, groups),
+                starts,
+                [columns[index] for index in self._held],
+                own[chosen][:, self._held],
+            )
+            starts = at_designs.x
+        kinematics = kinematics.part(self._driven, groups)
+        columns, own = [columns[index] for index in self._driven], own[:, self._driven]
+        if not self._driven:
+            reached = Reached(starts[of_design], np.ones(len(own), dtype=bool), np.zeros(len(own)))
+        elif len(self._driven) == 1:
+            reached = _along_one(kinematics, starts, columns, own[:, 0], of_design)
+        else:
+            reached = along_lines(kinematics, starts[of_design], columns, own)
+        if not self._held or np.all(at_designs.is_there):
+            return reached
+        lost = ~at_designs.is_there[of_design]
+        reached.x[lost] = starts[of_design[lost]]
+        reached.residual[lost] = at_designs.residual[of_design[lost]]
+        return reached._replace(is_there=reached.is_there & ~lost)
+
+    def _turn_of(self, index: int) -> _Turn | None:
+        """Return how the mechanism comes back to itself with a drive, None if it does not."""
+        kinematics = self._kinematics.part([index], list(range(len(self.groups))))
+        branch = self._system.branch(self._names[index], kinematics, self._start)
+        try:
+            branch.find_period()
+        except (AssemblyError, SingularConfigurationError):
+            return None
+        return None if branch.period is None else _Turn(branch.period, branch.windings)
+
+    def _beyond(self, asked: Array, own: Array, reached: Reached) -> AssemblyError:
+        """Return the error for samples that straight lines do not reach.
+
+        Args:
+            asked: `(N, d)` positions.
+            own: the same without whole turns.
+            reached: how far.
+        """
+        sample, more = int(np.argmin(reached.is_there)), int(np.sum(~reached.is_there)) - 1
+        nearest = reached.x[sample].copy()
+        nearest[self._drive_columns] += asked[sample] - own[sample]
+        error = beyond_reach(
+            self._kinematics,
+            self._drive_columns,
+            asked[sample],
+            nearest,
+            reached.residual[sample],
+            sample,
+        )
+        if np.any(asked[sample] != own[sample]):
+            error.hint += "; whole turns were taken first, one drive after the other"
+        if more:
+            error.hint += f"; {more} other sample{'s are' if more > 1 else ' is'} out of reach too"
+        return error
+
+    def write(
+        self, followed: Followed, targets: Targets, x: Array, turns: Array, kinematics: Kinematics
+    ) -> None:
+        """Write closed coordinates into those of all joints, see `DriveMotion.write`."""
+        for own, rows in zip(followed.values, (x, turns), strict=True):
+            for block in _blocks(len(own)):
+                rows[block, self._columns] = own[block, self._columns]
+
+
+def _blocks(count: int) -> list[slice]:
+    """Return samples in blocks, of which arrays are made at a time."""
+    return [slice(first, first + _BLOCK_SIZE) for first in range(0, count, _BLOCK_SIZE)]
+
+
+def _along_one(
+    kinematics: Kinematics, starts: Array, columns: list[int], positions: Array, of_start: Array
+) -> Reached:
+    """Return coordinates `(N, size)` at positions `(N,)` of one drive.
+
+    Samples with the same start on the same side of it lie on the same line.
+
+    Args:
+        kinematics: of the drive.
+        starts: `(D, size)` closed coordinates.
+        columns: the drive's column in a row of coordinates.
+        positions: [rad or m].
+        of_start: `(N,)` the start (index) of each sample.
+    """
+    ahead = positions - starts[of_start, columns[0]]
+    sides = 2 * of_start + (ahead < 0.0)
+    order = np.lexsort((np.abs(ahead), sides))
+    used, first, line = np.unique(sides[order], return_index=True, return_inverse=True)
+    last = np.append(first[1:], len(order)) - 1
+    longest = np.abs(ahead[order][last])
+    share = np.abs(ahead[order]) / np.where(longest > 0.0, longest, 1.0)[line]
+    ends = positions[order][last][:, None]
+    found = samples_on_lines(kinematics, starts[used // 2], columns, ends, OnLines(line, share))
+    back = np.empty_like(order)
+    back[order] = np.arange(len(order))
+    return Reached(*(values[back] for values in found))
+
+
+_SPACINGS = (0.0125, 0.025, 0.05, 0.1)
+"""Distances [rad, or lengths of the mechanism] between designs that represent others; the first one
+is taken at which each represents enough."""
+_FEWEST = 16
+"""Designs that each of them has to represent, so that ways to them take little of the time."""
+_LOOKS = 24
+"""Positions per turn at which it is looked how near a singular configuration is."""
+_NEAREST = 0.1
+"""Greatest product of a distance between designs and the condition number at which one represents
+the other: at a distance δ from a singular configuration, the condition number is about 3/δ. It is a
+thirtieth of that, since the condition may be greater between the positions that are looked at."""
+_SAME = 1e-6
+"""Difference [rad, or lengths of the mechanism] up to which a joint is back where it was."""
+
+
+class DesignTurns(NamedTuple):
+    """How a mechanism comes back to itself, for D designs.
+
+    Attributes:
+        period: `(D,)` displacement of the drive [rad]; zero where it does not come back.
+        windings: `(D, size)` whole turns of all coordinates meanwhile.
+    """
+
+    period: Array
+    windings: Array
+
+
+class TurnSearch(NamedTuple):
+    """Looks whether designs come back to themselves.
+
+    Attributes:
+        kinematics: of the drives, held joints included, and the groups that they move.
+        start: `(size,)` closed coordinates of the scene.
+        held: indices of the held joints among the drives.
+        drive: index of the drive that turns.
+        columns: columns of all of them in a row of coordinates.
+        period: displacement after which designs are expected to come back [rad].
+    """
+
+    kinematics: Kinematics
+    start: Array
+    held: list[int]
+    drive: int
+    columns: list[int]
+    period: float
+
+    def of_designs(self, rows: Array) -> DesignTurns:
+        """Return how designs `(D, h)` come back; the held joints' positions [rad or m]."""
+        scale = self._coordinates.scale[[self.columns[index] for index in self.held]]
+        for spacing in _SPACINGS:
+            nearest = np.rint(rows * scale / spacing)
+            cells, of_cell = np.unique(nearest, axis=0, return_inverse=True)
+            if len(cells) * _FEWEST <= len(rows):
+                break
+        else:
+            return self._each(rows)[0]
+        middles = cells * spacing / scale
+        found, condition = self._each(middles)
+        away = np.sqrt(np.sum(((rows - middles[of_cell]) * scale) ** 2, axis=1))
+        period, windings = found.period[of_cell], found.windings[of_cell]
+        alone = ~(away * condition[of_cell] < _NEAREST) | (period == 0.0)
+        if np.any(alone):
+            own, _ = self._each(rows[alone])
+            period[alone], windings[alone] = own
+        return DesignTurns(period, windings)
+
+    def turned_back(
+        self, ahead: Array, designs: Array, design_of: Array
+    ) -> tuple[Array, DesignTurns, Array]:
+        """Return how many periods a drive turns back at samples, and how their designs come back.
+
+        Args:
+            ahead: `(K,)` displacements of the drive from the start.
+            designs: `(K, h)` positions of the held joints.
+            design_of: `(K,)` which design (index) each sample is of.
+
+        Returns:
+            `(K,)` periods, zero of designs that do not come back; the different designs; and `(K,)`
+            which of these (index) each sample is of.
+        """
+        _, chosen, of_design = np.unique(design_of, return_index=True, return_inverse=True)
+        found = self.of_designs(designs[chosen])
+        unit = np.where(found.period > 0.0, found.period, np.inf)[of_design]
+        return np.trunc(ahead / unit), found, of_design
+
+    @property
+    def _coordinates(self) -> Coordinates:
+        return self.kinematics.coordinates
+
+    def _each(self, rows: Array) -> tuple[DesignTurns, Array]:
+        """Return how each design comes back, and `(D,)` its greatest condition number meanwhile."""
+        count, groups = len(rows), list(range(len(self.kinematics.solvers)))
+        held = self.kinematics.part(self.held, groups)
+        columns = [self.columns[index] for index in self.held]
+        begin = along_lines(held, self.start[None, :], columns, rows)
+        drive, column = self.kinematics.part([self.drive], groups), self.columns[self.drive]
+        share = np.tile(np.arange(1.0, _LOOKS + 1.0) / _LOOKS, count)
+        looks = OnLines(np.repeat(np.arange(count), _LOOKS), share)
+        ends = begin.x[:, [column]] + self.period
+        way = samples_on_lines(drive, begin.x, [column], ends, looks)
+        end = way.x.reshape(count, _LOOKS, -1)[:, -1]
+        comes_back, windings = self._compared(begin.x, end)
+        comes_back &= begin.is_there & np.all(way.is_there.reshape(count, _LOOKS), axis=1)
+        with np.errstate(all="ignore"):  # Of designs out of reach, nothing is said.
+            condition = drive.evaluate(way.x).condition.reshape(count, _LOOKS).max(axis=1)
+        period = np.where(comes_back, self.period, 0.0)
+        return DesignTurns(period, windings * comes_back[:, None]), condition
+
+    def _compared(self, first: Array, last: Array) -> tuple[Array, Array]:
+        """Return `(D,)` whether rows are the same but for whole turns, and these `(D, size)`."""
+        coordinates = self._coordinates
+        turn, windings = 2.0 * np.pi, np.zeros_like(first)
+        angles = coordinates.angle_columns
+        windings[:, angles] = np.rint((last - first)[:, angles] / turn)
+        missed = np.abs(last - first - turn * windings) * coordinates.scale
+        for part, column in zip(coordinates.parts, coordinates.starts, strict=True):
+            if part.kind == "spherical":
+                # A quaternion and its negative are the same rotation.
+                ball = slice(column, column + 4)
+                missed[:, ball] = np.minimum(missed[:, ball], np.abs(last + first)[:, ball])
+        return np.max(missed, axis=1, initial=0.0) < _SAME, windings

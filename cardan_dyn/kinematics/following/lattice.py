@@ -1,0 +1,440 @@
+"""Lattice: closed positions near many samples of several drives, found once for all of them.
+
+Thousands of straight lines from one start run beside each other. Where samples are dense, their
+lines are replaced by those of the points of a lattice: a line goes from lattice point to lattice
+point, each the nearest one to it, and all lines that pass a point share what is known there.
+So no line is farther than the lattice's spacing from the sample's own, and as on a single line
+every step from point to point is tried: a line one step of which is not safe is not used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ..closing.all_groups import ClosedState, Kinematics
+from .branch import allowed_correction
+from .lines import BLOCK_SIZE, MOST_CORRECTIONS, SAFE_STEP, extrapolated, is_safe_step
+
+_GREATEST_SPACING = 0.4
+"""Spacing [rad] of the coarsest lattice, beyond which steps are hardly ever safe."""
+_SMALLEST_SPACING = 0.02
+"""Spacing [rad] of the finest lattice: extrapolations over half of it are off by the third power,
+some 1e-7, which one Newton step makes rounding."""
+_SAMPLES_PER_POINT = 24
+"""Samples that a lattice point is to serve before the lattice becomes finer, so that points take
+little of the time of their samples."""
+_FEWEST_PER_POINT = 4
+"""Samples per point below which every line is followed by itself: a point takes several steps, one
+from each of its neighbours that lines come from."""
+_MOST_KEYS = 2**62
+"""Greatest number of lattice points in the box of all samples: each has a whole number as key."""
+
+
+class NearLattice(NamedTuple):
+    """What a lattice found.
+
+    Attributes:
+        x: `(N, size)` coordinates one Newton step away from a lattice point's extrapolation.
+        is_there: `(N,)` whether they lie at the end of a sample's line.
+    """
+
+    x: Array
+    is_there: Array
+
+
+def spacing_for(ahead: Array, finer_than: float = np.inf) -> float | None:
+    """Return the spacing [rad] of a lattice that pays for samples, None if none does.
+
+    Args:
+        ahead: `(N, d)` displacements of the drives from the start, slides in lengths.
+        finer_than: spacing that was too coarse for these samples [rad].
+    """
+    spacing = min(_GREATEST_SPACING, 0.5 * finer_than)
+    if spacing < _SMALLEST_SPACING or _count(ahead, spacing) * _FEWEST_PER_POINT > len(ahead):
+        return None
+    while 0.5 * spacing >= _SMALLEST_SPACING and _count(
+        ahead, 0.5 * spacing
+    ) * _SAMPLES_PER_POINT <= len(ahead):
+        spacing *= 0.5
+    return spacing
+
+
+def near_lattices(
+    kinematics: Kinematics,
+    start: Array,
+    columns: list[int],
+    positions: Array,
+    units: Array,
+    legs: Sequence[list[int]],
+) -> Array:
+    """Return coordinates `(N, size)` near closed ones where lattices serve, NaN elsewhere.
+
+    Where one lattice is too coarse for some samples, a finer one is tried.
+
+    Args:
+        kinematics: see `near_lattice`.
+        start: likewise.
+        columns: likewise.
+        positions: likewise.
+        units: `(d,)` displacements of the drives that count as one radian [rad or m].
+        legs: see `near_lattice`.
+    """
+    x = np.full((len(positions), start.size), np.nan)
+    rest, spacing = np.arange(len(positions)), np.inf
+    ahead = (positions - start[columns]) / units
+    while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
+        spacing = found
+        common = kinematics, start, columns
+        rest = rest[~_write_near(x, rest, *common, positions[rest], spacing * units, legs)]
+    return x
+
+
+def near_lattice(
+    kinematics: Kinematics,
+    start: Array,
+    columns: list[int],
+    positions: Array,
+    units: Array,
+    legs: Sequence[list[int]] | None = None,
+) -> NearLattice:
+    """Return coordinates near closed ones at drive positions `(N, d)`.
+
+    Args:
+        kinematics: of the drives and the groups that they move.
+        start: `(size,)` closed coordinates to begin at.
+        columns: columns of the drives in a row of coordinates.
+        positions: [rad or m].
+        units: `(d,)` spacing of the lattice [rad or m].
+        legs: sets of drives that move one after the other; all at once if None.
+    """
+    x, every = np.repeat(start[None, :], len(positions), axis=0), np.arange(len(positions))
+    is_there = _write_near(x, every, kinematics, start, columns, positions, units, legs)
+    return NearLattice(x, is_there)
+
+
+def _write_near(
+    x: Array,
+    samples: Array,
+    kinematics: Kinematics,
+    start: Array,
+    columns: list[int],
+    positions: Array,
+    units: Array,
+    legs: Sequence[list[int]] | None,
+) -> Array:
+    """Write coordinates near closed ones into some rows, and return `(K,)` which ones are.
+
+    Args:
+        x: `(N, size)`; the rows of samples to which steps are not safe stay as they are.
+        samples: `(K,)` rows (indices) of the samples.
+        kinematics: see `near_lattice`, as for the others.
+        start: likewise.
+        columns: likewise.
+        positions: likewise, of these samples `(K, d)`.
+        units: likewise.
+        legs: likewise.
+    """
+    nearest = np.rint((positions - start[columns]) / units)
+    lines, end_of = lines_to(nearest, legs or [list(range(len(columns)))])
+    points = _Points(kinematics, start, columns, lines.points * units)
+    is_good = points.closed_along(lines)
+    is_there = lines.lead_there(is_good)[end_of]
+    for block in _blocks(np.nonzero(is_there)[0]):
+        near, is_safe = points.near(lines.ends[end_of[block]], positions[block])
+        x[samples[block[is_safe]]], is_there[block] = near[is_safe], is_safe
+    return np.asarray(is_there)
+
+
+class _Points:
+    """The mechanism at lattice points, with its derivatives there.
+
+    Attributes:
+        x: `(M, size)` closed coordinates.
+        is_closed: `(M,)` whether they are known.
+    """
+
+    def __init__(
+        self, kinematics: Kinematics, start: Array, columns: list[int], ahead: Array
+    ) -> None:
+        """Begin at the start, which is the lattice point whose displacement `ahead (M, d)` is 0."""
+        count, d = ahead.shape
+        self._kinematics, self._columns = kinematics, columns
+        self._ahead, self._origin = ahead, start[columns]
+        self.x = np.repeat(start[None, :], count, axis=0)
+        self.is_closed = ~np.any(ahead, axis=1)
+        nv = kinematics.coordinates.model.nv
+        # Joint rates per rate of each drive, and accelerations per product of two rates.
+        self._ratios, self._curvatures = np.zeros((count, nv, d)), np.zeros((count, nv, d, d))
+        state = kinematics.evaluate(start[None, :])
+        self._inverses = [np.repeat(inverse, count, axis=0) for inverse in state.inverses]
+        self._keep(np.nonzero(self.is_closed)[0], state, np.ones(1, dtype=bool))
+
+    def closed_along(self, lines: LatticeLines) -> Array:
+        """Close the loops at all points that safe steps lead to.
+
+        Returns:
+            `(E,)` which steps are safe.
+        """
+        is_good = np.zeros(len(lines.first), dtype=bool)
+        is_tried = is_good.copy()
+        while True:
+            is_open = ~self.is_closed[lines.second]
+            waiting = np.nonzero(self.is_closed[lines.first] & is_open & ~is_tried)[0]
+            if not waiting.size:
+                break
+            # One step to each point; the others are compared with what it finds.
+            _, chosen = np.unique(lines.second[waiting], return_index=True)
+            for block in _blocks(waiting[chosen]):
+                is_good[block] = self._close(lines.first[block], lines.second[block])
+            is_tried[waiting[chosen]] = True
+        is_known = self.is_closed[lines.first] & self.is_closed[lines.second]
+        for block in _blocks(np.nonzero(is_known & ~is_tried)[0]):
+            is_good[block] = self._agree(lines.first[block], lines.second[block])
+        return is_good
+
+    def near(self, points: Array, positions: Array) -> tuple[Array, Array]:
+        """Return coordinates `(N, size)` one Newton step from extrapolations, and `(N,)` safety.
+
+        Args:
+            points: `(N,)` to begin at.
+            positions: `(N, d)` of the drives [rad or m].
+        """
+        guess, is_short = self._extrapolated(points, positions)
+        with np.errstate(all="ignore"):
+            state = self._kinematics.newton_step(guess)
+            is_safe = is_short & (state.correction < allowed_correction(state.condition))
+            is_safe &= self._kinematics.same_side(state, [item[points] for item in self._inverses])
+        return state.x, is_safe
+
+    def _extrapolated(self, points: Array, positions: Array) -> tuple[Array, Array]:
+        """Return coordinates `(N, size)` at drive positions, from the derivatives at points.
+
+        Returns:
+            The coordinates, and `(N,)` whether the way there is short enough.
+        """
+        coordinates, x = self._kinematics.coordinates, self.x[points]
+        step = positions - x[:, self._columns]
+        v = np.einsum("nvi,ni->nv", self._ratios[points], step)
+        a = np.einsum("nvij,ni,nj->nv", self._curvatures[points], step, step, optimize=True)
+        guess, longest = extrapolated(coordinates, x, v, a)
+        guess[:, self._columns] = positions
+        return guess, longest >= 1.0
+
+    def _positions(self, points: Array) -> Array:
+        """Return drive positions `(K, d)` of points [rad or m]."""
+        return np.asarray(self._origin + self._ahead[points])
+
+    def _close(self, first: Array, second: Array) -> Array:
+        """Close the loops at points from other points; return `(K,)` whether it was safe."""
+        guess, is_short = self._extrapolated(first, self._positions(second))
+        with np.errstate(all="ignore"):  # Points out of reach may overflow; they are not safe.
+            state = self._kinematics.close(guess, most=MOST_CORRECTIONS)
+            inverses = [inverse[first] for inverse in self._inverses]
+            is_safe = is_short & is_safe_step(self._kinematics, state, inverses)
+            self._keep(second[is_safe], state, is_safe)
+        return is_safe
+
+    def _agree(self, first: Array, second: Array) -> Array:
+        """Return `(K,)` whether steps lead from points to what is known at other points."""
+        kinematics = self._kinematics
+        guess, is_short = self._extrapolated(first, self._positions(second))
+        guess = kinematics.coordinates.normalised(guess)
+        state = kinematics.evaluate(self.x[second])
+        error = np.max(np.abs(guess - state.x) * kinematics.coordinates.scale, axis=1)
+        inverses = [inverse[first] for inverse in self._inverses]
+        is_short &= error < SAFE_STEP
+        return np.asarray(is_short & kinematics.same_side(state, inverses))
+
+    def _keep(self, points: Array, state: ClosedState, chosen: Array) -> None:
+        """Keep closed coordinates of points with their derivatives.
+
+        Args:
+            points: `(K,)`.
+            state: closed, of K and other positions.
+            chosen: which of them are kept.
+        """
+        kinematics, count = self._kinematics, len(state.x)
+        ratios = kinematics.velocity_ratios(state)
+        self.x[points], self.is_closed[points] = state.x[chosen], True
+        self._ratios[points] = ratios[chosen]
+        for inverse, new in zip(self._inverses, state.inverses, strict=True):
+            inverse[points] = new[chosen]
+        d = len(self._columns)
+        at_rest = np.zeros((count, d))
+        own = [kinematics.accelerations(state, ratios[:, :, i], at_rest)[chosen] for i in range(d)]
+        for i in range(d):
+            self._curvatures[points, :, i, i] = own[i]
+            for j in range(i):
+                both = ratios[:, :, i] + ratios[:, :, j]
+                both = kinematics.accelerations(state, both, at_rest)[chosen]
+                mixed = 0.5 * (both - own[i] - own[j])
+                self._curvatures[points, :, i, j] = self._curvatures[points, :, j, i] = mixed
+
+
+def _count(ahead: Array, spacing: float) -> float:
+    """Return how many lattice points displacements `(N, d)` lie near; inf if they are too far."""
+    nearest = np.rint(ahead / spacing)
+    spans = 1.0 + np.max(np.abs(nearest), axis=0, initial=0.0)
+    if not np.prod(2.0 * spans) < _MOST_KEYS:
+        return np.inf
+    return count_of(nearest)
+
+
+def _blocks(indices: Array) -> list[Array]:
+    """Return indices in blocks of at most `BLOCK_SIZE`."""
+    return [indices[k : k + BLOCK_SIZE] for k in range(0, len(indices), BLOCK_SIZE)]
+
+
+_MOST_PASSED = 100_000
+"""Points that the lines pass which are worked on at a time."""
+
+
+class _Ways(NamedTuple):
+    """Lines of L points, each as far as its end.
+
+    Attributes:
+        ends: `(L, d)` lattice points at which they end, in units of the spacing; the start is 0.
+        lengths: `(L, k)` steps of each leg.
+        legs: sets of drives that move one after the other.
+        low: `(d,)` least coordinates of a point.
+        factors: `(d,)` by which coordinates are multiplied in its key.
+    """
+
+    ends: Array
+    lengths: Array
+    legs: Sequence[list[int]]
+    low: Array
+    factors: Array
+
+    @property
+    def counts(self) -> Array:
+        """Points on each line `(L,)`, both ends included; two where it leads nowhere."""
+        return np.asarray(np.maximum(np.sum(self.lengths, axis=1), 1) + 1)
+
+    def pieces(self) -> Iterator[slice]:
+        """Yield lines that are worked on at a time."""
+        of_piece = np.cumsum(self.counts) // _MOST_PASSED
+        ends = np.nonzero(np.diff(of_piece, append=of_piece[-1:] + 1))[0] + 1
+        begin = 0
+        for end in ends.tolist():
+            yield slice(begin, end)
+            begin = end
+
+    def passed(self, lines: slice) -> tuple[Array, Array]:
+        """Return the keys `(K,)` of all points on lines, and where in them each line begins."""
+        ends, lengths, counts = self.ends[lines], self.lengths[lines], self.counts[lines]
+        begins = np.cumsum(counts) - counts
+        line_of = np.repeat(np.arange(len(ends)), counts)
+        count = np.arange(len(line_of)) - begins[line_of]
+        on_lines = np.zeros((len(line_of), ends.shape[1]))
+        for leg, length in zip(self.legs, lengths.T, strict=True):
+            done = np.minimum(count, length[line_of])
+            share = done / np.maximum(length, 1)[line_of]
+            on_lines[:, leg] = np.rint(ends[line_of][:, leg] * share[:, None])
+            count = count - done
+        return _keys(on_lines, self.low, self.factors), begins
+
+    def steps(self, keys: Array, lines: slice) -> tuple[Array, Array]:
+        """Return the numbers `(S,)` of the steps of lines, and where in them each line begins.
+
+        Args:
+            keys: ascending, of all points on any line.
+            lines: which.
+        """
+        passed, begins = self.passed(lines)
+        point_of = np.searchsorted(keys, passed)
+        is_first = np.zeros(len(passed), dtype=bool)
+        is_first[begins] = True
+        to = np.nonzero(~is_first)[0]
+        return point_of[to - 1] * len(keys) + point_of[to], begins - np.arange(len(begins))
+
+
+class LatticeLines(NamedTuple):
+    """Lines from the start to lattice points.
+
+    Attributes:
+        points: `(M, d)` lattice points on any of them, in units of the spacing; the start is 0.
+        first, second: `(E,)` points (indices) that a step leads between.
+        ends: `(L,)` points (indices) at which the lines end.
+        ways: their points.
+        keys: `(M,)` of the points, ascending.
+    """
+
+    points: Array
+    first: Array
+    second: Array
+    ends: Array
+    ways: _Ways
+    keys: Array
+
+    def lead_there(self, is_good: Array) -> Array:
+        """Return `(L,)` on which lines all steps are good, of which `(E,)` are."""
+        numbers = self.first * len(self.keys) + self.second
+        found = [
+            np.logical_and.reduceat(is_good[np.searchsorted(numbers, steps)], begins)
+            for steps, begins in (self.ways.steps(self.keys, k) for k in self.ways.pieces())
+        ]
+        return np.concatenate([np.zeros(0, dtype=bool), *found])
+
+
+def lines_to(nearest: Array, legs: Sequence[list[int]]) -> tuple[LatticeLines, Array]:
+    """Return lines to lattice points `(N, d)`, and `(N,)` the line (index) that leads to each.
+
+    Args:
+        nearest: the points.
+        legs: sets of drives that move one after the other.
+    """
+    low, factors = _box(nearest)
+    _, chosen, end_of = np.unique(
+        _keys(nearest, low, factors), return_index=True, return_inverse=True
+    )
+    ends = nearest[chosen]
+    lengths = np.stack([np.max(np.abs(ends[:, leg]), axis=1) for leg in legs], axis=1).astype(int)
+    ways = _Ways(ends, lengths, legs, low, factors)
+    keys = _united([ways.passed(lines)[0] for lines in ways.pieces()])
+    numbers = _united([ways.steps(keys, lines)[0] for lines in ways.pieces()])
+    return LatticeLines(
+        points=_points(keys, low, factors),
+        first=numbers // len(keys),
+        second=numbers % len(keys),
+        ends=np.searchsorted(keys, _keys(ends, low, factors)),
+        ways=ways,
+        keys=keys,
+    ), end_of
+
+
+def count_of(nearest: Array) -> int:
+    """Return how many different lattice points there are among `(N, d)`."""
+    return len(np.unique(_keys(nearest, *_box(nearest))))
+
+
+def _united(sets: Sequence[Array]) -> Array:
+    """Return the different ones of whole numbers, ascending."""
+    return np.unique(np.concatenate([np.zeros(0, dtype=int), *map(np.unique, sets)]))
+
+
+def _box(points: Array) -> tuple[Array, Array]:
+    """Return the least coordinates of points `(N, d)` and the start, and factors of their keys."""
+    low = np.min(points, axis=0, initial=0.0)
+    spans = np.max(points, axis=0, initial=0.0) - low + 1.0
+    return low, np.concatenate([[1.0], np.cumprod(spans[:-1])]).astype(np.int64)
+
+
+def _keys(points: Array, low: Array, factors: Array) -> Array:
+    """Return a whole number `(N,)` for each lattice point `(N, d)`, by its coordinates."""
+    keys = np.zeros(len(points), dtype=np.int64)
+    for column, least, factor in zip(points.T, low, factors, strict=True):
+        keys += (column - least).astype(np.int64) * factor
+    return keys
+
+
+def _points(keys: Array, low: Array, factors: Array) -> Array:
+    """Return the lattice points `(M, d)` of keys, see `_keys`."""
+    points = np.empty((len(keys), len(low)))
+    for column in range(len(low) - 1, -1, -1):
+        points[:, column], keys = keys // factors[column] + low[column], keys % factors[column]
+    return points

@@ -1,0 +1,177 @@
+"""Structure: which joints each loop and coupling depends on, and how many motions they have."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio
+
+from ...arrays import Array, generic
+from ...mechanism.joints import Part
+from ...mechanism.mechanism import Mechanism
+from ...mechanism.tree import ancestors
+from ..tolerances import RANK_TOLERANCE
+
+OPEN_CONFIGURATIONS = 3
+"""Configurations of an open loop from which its rank is found. One would do for joints in general
+position; the others catch a configuration that happens to be special."""
+_VALUES_PER_BODY = 3
+"""Generic values that are drawn per body: a rotation vector for a ball. A turn or a slide takes the
+first one."""
+
+
+class Structure:
+    """What each loop and coupling of a mechanism depends on.
+
+    An item is a loop or a coupling: the loops come first, then the couplings.
+
+    Attributes:
+        mechanism: the mechanism.
+        paths: per loop: bodies between its two ends (0-based), ascending; per coupling: those
+            whose joints it couples.
+        bases: per item: the nearest body (0-based) from which all of these hang, -1 for the world.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        model = mechanism.model
+        body_of = {
+            column: index - 1
+            for index in range(1, model.njoints)
+            for column in range(model.idx_vs[index], model.idx_vs[index] + model.nvs[index])
+        }
+        loops = [
+            tuple(set(ancestors(model, body)) for body in (loop.predecessor, loop.successor))
+            for loop in mechanism.loops
+        ]
+        coupled = [
+            {body_of[column] for column in (*item.predecessor_columns, *item.successor_columns)}
+            for item in mechanism.couplings
+        ]
+        self.paths = [sorted(first ^ second) for first, second in loops]
+        self.paths += [sorted(bodies) for bodies in coupled]
+        self.bases = [max(first & second, default=-1) for first, second in loops]
+        self.bases += [
+            max(
+                set.intersection(
+                    *(set(ancestors(model, model.parents[body + 1])) for body in bodies)
+                ),
+                default=-1,
+            )
+            for bodies in coupled
+        ]
+        self._columns = [
+            list(range(model.idx_vs[index], model.idx_vs[index] + model.nvs[index]))
+            for index in range(1, model.njoints)
+        ]
+        coordinates = mechanism.coordinates
+        self._parts = {
+            part.id - 1: (part, start)
+            for part, start in zip(coordinates.parts, coordinates.starts, strict=True)
+        }
+
+    def coordinates_on(self, item: int) -> list[int]:
+        """Return the velocity coordinates between the ends of a loop, or in a coupling."""
+        return [column for body in self.paths[item] for column in self._columns[body]]
+
+    def ranks(self, x: Array, moving: set[int]) -> list[int]:
+        """Return for each loop how many independent motions its moving joints have.
+
+        The moving joints are taken at generic values, since a planar or spherical chain stays one
+        however it is bent.
+
+        Args:
+            x: `(size,)` coordinates, of which those of the joints that do not move count.
+            moving: velocity coordinates that move.
+        """
+        result = []
+        for path in self.paths[: len(self.mechanism.loops)]:
+            values = generic(OPEN_CONFIGURATIONS, _VALUES_PER_BODY * len(path))
+            twists = [
+                self._twists(path, x, moving, configuration)
+                for configuration in values.reshape(OPEN_CONFIGURATIONS, -1, _VALUES_PER_BODY)
+            ]
+            result.append(_rank(np.concatenate(twists, axis=0)))
+        return result
+
+    def ranks_at(self, x: Array, moving: set[int]) -> list[int]:
+        """Return for each loop how many independent motions its moving joints have at one position.
+
+        Args:
+            x: `(size,)` coordinates.
+            moving: velocity coordinates that move.
+        """
+        paths = self.paths[: len(self.mechanism.loops)]
+        return [_rank(self._twists(path, x, moving)) for path in paths]
+
+    def _twists(
+        self, path: list[int], x: Array, moving: set[int], values: Array | None = None
+    ) -> Array:
+        """Return unit twists `(k, 6)` of the moving coordinates on a path.
+
+        They are seen from the body that carries the loop, lengths in units of the mechanism's.
+
+        Args:
+            path: bodies on the loop, ascending.
+            x: `(size,)` coordinates.
+            moving: velocity coordinates that move.
+            values: `(len(path), 3)` generic values for the joints that move, in place of their
+                coordinates; slides in units of the mechanism's length.
+        """
+        length = self.mechanism.characteristic_length
+        model = self.mechanism.model
+        placements: dict[int, pinocchio.SE3] = {}
+        # Far from the origin of the body that carries the loop, the lengths to that origin would
+        # outweigh those within the loop, and its rank would be lost in rounding.
+        corner = model.jointPlacements[path[0] + 1].translation if path else np.zeros(3)
+        twists: list[Array] = []
+        for index, body in enumerate(path):
+            part, start = self._parts[body]
+            moves = self._columns[body][0] in moving
+            if moves and values is not None:
+                moved = _generic_displacement(part, values[index], length)
+            else:
+                moved = displacement(part, x[start : start + 4])
+            origin = model.jointPlacements[body + 1]
+            parent = placements.get(model.parents[body + 1] - 1)
+            if parent is None:
+                shifted = pinocchio.SE3(origin.rotation, origin.translation - corner)
+                placements[body] = shifted * moved
+            else:
+                placements[body] = parent * origin * moved
+            if moves:
+                units = unit_twists(part, length)
+                twists.extend(placements[body].action @ unit for unit in units)
+        return np.array(twists).reshape(-1, 6) * np.repeat([1.0 / length, 1.0], 3)
+
+
+def _rank(twists: Array) -> int:
+    """Return how many of some unit twists `(k, 6)` are independent."""
+    singular = np.linalg.svd(twists, compute_uv=False)
+    return int(np.sum(singular > RANK_TOLERANCE * max(singular, default=0.0)))
+
+
+def _generic_displacement(part: Part, value: Array, length: float) -> pinocchio.SE3:
+    """Return how a part is displaced by generic values `(3,)`, a slide in units of a length."""
+    if part.kind == "prismatic":
+        return pinocchio.SE3(np.eye(3), part.axis * value[0] * length)
+    turn = part.axis * value[0] if part.kind == "revolute" else value
+    return pinocchio.SE3(pinocchio.exp3(turn), np.zeros(3))
+
+
+def displacement(part: Part, x: Array) -> pinocchio.SE3:
+    """Return how a part is displaced at its coordinates, the first ones of `x`."""
+    if part.kind == "prismatic":
+        return pinocchio.SE3(np.eye(3), part.axis * x[0])
+    if part.kind == "revolute":
+        return pinocchio.SE3(pinocchio.exp3(part.axis * x[0]), np.zeros(3))
+    rotation = np.asarray(pinocchio.Quaternion(x).toRotationMatrix())
+    return pinocchio.SE3(rotation, np.zeros(3))
+
+
+def unit_twists(part: Part, length: float) -> Array:
+    """Return unit twists `(k, 6)` of a part in its frame; a slide's unit is the length."""
+    if part.kind == "revolute":
+        return np.concatenate([np.zeros(3), part.axis])[None]
+    if part.kind == "prismatic":
+        return np.concatenate([length * part.axis, np.zeros(3)])[None]
+    return np.concatenate([np.zeros((3, 3)), np.eye(3)], axis=1)
