@@ -15,7 +15,7 @@ from ..arrays import Array
 from ..elements.link_loads import WRENCH_COMPONENTS
 from ..errors import ArgumentError, IndeterminateError
 from ..frozen import Frozen, frozen, read_only
-from ..kinematics.assembly import Assembly, AssemblyAtDesign
+from ..kinematics.assembly import Assembly
 from ..kinematics.closing.all_groups import ClosedState, Kinematics
 from ..kinematics.following.guess_cache import Guess
 from ..kinematics.loops.needs import solved_couplings
@@ -209,7 +209,7 @@ class ProblemSolver(Frozen):
         solver.problem, solver.varied = replace(self.problem, held=held), ()
         solver._of_varied, solver._lock = {}, threading.Lock()
         solver._made_by = _solver_at_design, (self, dict(positions))
-        solver.assembly = AssemblyAtDesign(self.assembly, positions)
+        solver.assembly = self.assembly.at_design(positions)
         solver.reactions, solver.inverse_dynamics = self.reactions, self.inverse_dynamics
         solver._freeze()
         return solver

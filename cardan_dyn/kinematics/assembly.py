@@ -8,6 +8,7 @@ joints are brought to their positions one after the other, at last the drives mo
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -138,16 +139,27 @@ class Assembly:
             study = division.study(problem, self.start)
             redundancy = study.of_states(self.start[None, :])
         self.groups, self.needed, self.decided, _ = division
+        self._at: Mapping[str, Array] | None = None
         self._open_kinematics = study.open_kinematics
         motionless = not self.decided.size
-        self._cache = GuessCache(
-            problem, system, study, self.start, redundancy, motionless, len(varied)
-        )
+        self._cache = GuessCache(problem, study, self.start, redundancy, motionless, len(varied))
 
     @property
     def kinematics(self) -> Kinematics:
         """Closes the loops for the scene's drives. Later ones may know more redundant rows."""
         return self._cache.kinematics
+
+    def at_design(self, positions: Mapping[str, float]) -> Assembly:
+        """Return the same with all varied held joints at one position each, for all samples.
+
+        Both share what is known of all positions.
+        """
+        design = copy(self)
+        design._at = {name: np.array(value) for name, value in positions.items()}
+        return design
+
+    def _with_design(self, targets: Targets) -> Targets:
+        return targets if self._at is None else targets.held_at(self._at)
 
     def guesses(self, targets: Targets, along_path: bool = False) -> Guess:
         """Return coordinates near closed ones at targets.
@@ -158,7 +170,7 @@ class Assembly:
             AssemblyError: a position cannot be reached.
             SingularConfigurationError: a dead point lies on the way.
         """
-        return self._cache.guesses(targets, along_path)
+        return self._cache.guesses(self._with_design(targets), along_path)
 
     def guesses_at(self, targets: Targets, x: Array, turns: Array) -> Guess:
         """Return the guess that consists of given coordinates, see `GuessCache.guesses_at`."""
@@ -219,7 +231,7 @@ class Assembly:
         """
         from .following.lines import BLOCK_SIZE  # Most scenes are asked for no such thing.
 
-        guess = self._cache.guesses(targets, strict=False)
+        guess = self._cache.guesses(self._with_design(targets), strict=False)
         is_there = np.ones(targets.size, dtype=bool)
         if guess.is_there is not None:
             is_there &= guess.is_there
@@ -250,10 +262,11 @@ class Assembly:
         """Return the limits of the only drive [rad or m], ±inf where it has none."""
         if not self.decided.size:
             return -np.inf, np.inf
+        from .following.branch import Branch
         from .following.reach import reach_of  # Most scenes are swept without.
 
         drive = self._problem.independent[0]
-        branch = self._system.branch(drive, self._open_kinematics, self.start)
+        branch = Branch(self._open_kinematics, self.start)
         start = self.start[self._problem.mechanism.coordinates.named[drive].column]
         length = self._problem.mechanism.characteristic_length
         return reach_of(branch, float(start), self._drive_slides, length)
@@ -336,28 +349,6 @@ class Assembly:
             study.refuse_locked(study.of_states(np.array(states)), states[-1])
             raise
         return states
-
-
-class AssemblyAtDesign(Assembly):
-    """An assembly for varied held joints, with these at the same positions for all samples."""
-
-    def __init__(self, family: Assembly, positions: Mapping[str, float]) -> None:
-        """Share what is known of all positions.
-
-        Args:
-            family: the assembly.
-            positions: of all its varied joints [rad or m].
-        """
-        self.__dict__.update(family.__dict__)
-        self._at = {name: np.array(value) for name, value in positions.items()}
-
-    def guesses(self, targets: Targets, along_path: bool = False) -> Guess:
-        """See `Assembly.guesses`."""
-        return super().guesses(targets.held_at(self._at), along_path)
-
-    def reachable(self, targets: Targets) -> Array:
-        """See `Assembly.reachable`."""
-        return super().reachable(targets.held_at(self._at))
 
 
 def _is_closed(state: ClosedState, guess: Guess) -> Array:

@@ -87,18 +87,6 @@ class LoopSystem:
         solvers = [GroupSolver(self.mechanism, group) for group in groups]
         return Kinematics(self.mechanism.coordinates, self._columns(drives), solvers)
 
-    def branch(self, joint: str, kinematics: Kinematics, state: Array) -> Branch:
-        """Return the branch through a state, along the motion of one joint.
-
-        Args:
-            joint: name of the joint that moves; the only drive of the kinematics.
-            kinematics: solves the branch.
-            state: `(size,)` closed coordinates.
-        """
-        coordinate = self.mechanism.coordinates.named[joint]
-        unit = self.mechanism.characteristic_length if coordinate.slides else 1.0
-        return Branch(kinematics, state, coordinate.column, unit)
-
     def together(
         self, state: Array, joints: tuple[str, ...], passives: Array, left_out: set[int]
     ) -> Kinematics | None:
@@ -169,7 +157,7 @@ class LoopSystem:
             kinematics = self.kinematics((joint,), groups).with_open_reductions(state)
         else:
             kinematics = together.of_drive(coordinate.rate)
-        branch = self.branch(joint, kinematics, state)
+        branch = Branch(kinematics, state)
         branch.cover(min(value, state[column]), max(value, state[column]))
         return branch.states()[-1 if value > state[column] else 0]
 

@@ -41,19 +41,17 @@ class Branch:
         windings: `(size,)` whole turns of every coordinate in one period.
     """
 
-    def __init__(
-        self, kinematics: Kinematics, start: Array, drive_column: int, unit: float
-    ) -> None:
+    def __init__(self, kinematics: Kinematics, start: Array) -> None:
         """Make a branch that is known at one position.
 
         Args:
             kinematics: solves the branch; it has one drive.
             start: `(size,)` closed coordinates.
-            drive_column: column of the drive in a row of coordinates.
-            unit: see the attribute.
         """
+        coordinates = kinematics.coordinates
+        (drive_column,) = coordinates.column_of(kinematics.drives).tolist()
         self.kinematics = kinematics
-        self.unit = unit
+        self.unit = float(coordinates.rate_scale[kinematics.drives[0]])
         self.period: float | None = None
         self.windings = np.zeros(start.size)
         self._start = float(start[drive_column])

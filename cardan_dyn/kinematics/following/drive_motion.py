@@ -13,7 +13,6 @@ from ...problem.problem import Problem
 from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
-from ..loop_system import LoopSystem
 from ..tolerances import CLOSURE_TOLERANCE
 from .branch import Branch
 
@@ -74,7 +73,6 @@ class DriveMotion:
     def __init__(
         self,
         problem: Problem,
-        system: LoopSystem,
         kinematics: Kinematics,
         start: Array,
         drives: list[int],
@@ -85,7 +83,6 @@ class DriveMotion:
 
         Args:
             problem: of the scene.
-            system: its loops.
             kinematics: solves the scene's groups, with all rows that open loops can reach.
             start: `(size,)` closed coordinates.
             drives: index of the drive.
@@ -97,7 +94,7 @@ class DriveMotion:
         self._drive = drive = problem.independent[self._index]
         self.groups = groups
         self._kinematics = kinematics.part(drives, groups)
-        self.branch: Branch = system.branch(drive, self._kinematics, start)
+        self.branch = Branch(self._kinematics, start)
         coordinates = problem.mechanism.coordinates
         self._columns = consecutive(coordinates.columns_moved_by(self._kinematics.moved))
         item = coordinates.named[drive]

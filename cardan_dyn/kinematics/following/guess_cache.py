@@ -19,7 +19,6 @@ from ...problem.problem import Problem
 from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from ..diagnosis.mobility import STATES_STUDIED, Redundancy, RedundancyStudy
-from ..loop_system import LoopSystem
 from .drive_motion import DriveMotion
 
 if TYPE_CHECKING:
@@ -64,7 +63,6 @@ class GuessCache:
     def __init__(
         self,
         problem: Problem,
-        system: LoopSystem,
         study: RedundancyStudy,
         start: Array,
         redundancy: Redundancy,
@@ -75,7 +73,6 @@ class GuessCache:
 
         Args:
             problem: the drives, loads and wanted outputs of the scene.
-            system: its loops.
             study: finds redundant rows.
             start: see the attribute.
             redundancy: redundant rows as known at the start.
@@ -84,7 +81,6 @@ class GuessCache:
         """
         self.start = start
         self._problem = problem
-        self._system = system
         self._study = study
         self._redundancy = redundancy
         self._motionless = motionless
@@ -215,7 +211,7 @@ class GuessCache:
 
     def _part(self, drives: list[int], groups: list[int]) -> DriveMotion | JointMotion:
         kinematics = self._study.open_kinematics
-        common = self._problem, self._system, kinematics, self.start, drives, groups
+        common = self._problem, kinematics, self.start, drives, groups
         if len(drives) == 1:
             return DriveMotion(*common, varied=self._varied)
         from .joint_motion import JointMotion  # Most scenes have a single drive.

@@ -13,8 +13,8 @@ from ...problem.problem import Problem
 from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
-from ..loop_system import LoopSystem
 from ..tolerances import CLOSURE_TOLERANCE
+from .branch import Branch
 from .drive_motion import TURN, Followed, turns_freely
 from .lattice import near_lattices
 from .lines import OnLines, Reached, along_lines, beyond_reach, follow, samples_on_lines
@@ -62,7 +62,6 @@ class JointMotion:
     def __init__(
         self,
         problem: Problem,
-        system: LoopSystem,
         kinematics: Kinematics,
         start: Array,
         drives: list[int],
@@ -85,7 +84,6 @@ class JointMotion:
         self._columns = coordinates.columns_moved_by(self._kinematics.moved)
         # A slide counts as one radian when it moves by the mechanism's length.
         self._units = 1.0 / coordinates.scale[self._drive_columns]
-        self._system = system
         # By their indices among these drives.
         first_varied = len(problem.independent) - varied
         self._driven = [k for k, index in enumerate(drives) if index < first_varied]
@@ -275,7 +273,7 @@ class JointMotion:
     def _turn_of(self, index: int) -> _Turn | None:
         """Return how the mechanism comes back to itself with a drive, None if it does not."""
         kinematics = self._kinematics.part([index], list(range(len(self.groups))))
-        branch = self._system.branch(self._names[index], kinematics, self._start)
+        branch = Branch(kinematics, self._start)
         try:
             branch.find_period()
         except (AssemblyError, SingularConfigurationError):

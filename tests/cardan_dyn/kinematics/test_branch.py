@@ -22,7 +22,7 @@ TURN = 2.0 * np.pi
 
 def branch_of(mechanism: cd.Mechanism, drive: str) -> Branch:
     kinematics, start = solver(mechanism, drive)
-    return Branch(kinematics, start, mechanism.coordinates.columns[drive].start, 1.0)
+    return Branch(kinematics, start)
 
 
 def test_a_new_branch_is_known_where_it_starts() -> None:

@@ -96,7 +96,7 @@ def test_sides_of_a_dead_point_differ() -> None:
     """Crank and coupler of a driven rocker bend to either side of their line."""
     mechanism = four_bar()
     kinematics, start = solver(mechanism, "A")
-    branch = Branch(kinematics, start, mechanism.coordinates.columns["A"].start, 1.0)
+    branch = Branch(kinematics, start)
     branch.cover(-np.pi, np.pi)
     positions = np.linspace(-np.pi, np.pi, 721)
     x = kinematics.close(branch.guess(positions)).x

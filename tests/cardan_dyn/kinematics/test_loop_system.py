@@ -16,6 +16,7 @@ from testkit.planar_linkages import (
 )
 
 import cardan_dyn as cd
+from cardan_dyn.kinematics.following.branch import Branch
 from cardan_dyn.kinematics.loop_system import LoopSystem
 
 
@@ -108,7 +109,7 @@ def test_branches_of_slides_count_in_lengths() -> None:
         all_columns = np.arange(mechanism.model.nv)
         passives = np.setdiff1d(all_columns, columns(mechanism, drive))
         kinematics = system.kinematics((drive,), system.groups((drive,), passives))
-        branch = system.branch(drive, kinematics, start)
+        branch = Branch(kinematics, start)
         assert branch.unit == unit
         assert branch.kinematics is kinematics
         at = start[mechanism.coordinates.columns[drive].start]

@@ -35,8 +35,7 @@ class Subject(NamedTuple):
     start: np.ndarray
 
     def branch(self, low: float, high: float) -> Branch:
-        drive = self.mechanism.coordinates.columns["A"].start
-        branch = Branch(self.kinematics, self.start, drive, 1.0)
+        branch = Branch(self.kinematics, self.start)
         branch.cover(low, high)
         return branch
 
