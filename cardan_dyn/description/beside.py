@@ -10,7 +10,6 @@ import numpy as np
 from ..errors import ModelError, choices
 from .description import LoopDescription
 from .elements import check_unique
-from .encoding import yaml_text
 
 LOOP_CLOSURES = "loop_closures.yaml"
 """Name of the file in which several programs list loops, whatever the URDF is called."""
@@ -48,7 +47,7 @@ class Beside:
 
     path: Path
     notation: str
-    text: str
+    text: str | bytes
     loops: tuple[LoopDescription, ...]
     motors: tuple[str, ...] = ()
     joint_types: dict[str, ChangedType] = field(default_factory=dict)
@@ -69,20 +68,7 @@ def loop_closures_of(path: Path) -> Path | None:
     return next((file for file in files if file.is_file()), None)
 
 
-def read_yaml(path: Path, where: str) -> tuple[str, YamlContent]:
-    """Return the text of a YAML file, and its content; none where it is no mapping.
-
-    Raises:
-        ModelError: it cannot be read, or contains a key twice.
-    """
-    try:
-        text = yaml_text(path.read_bytes(), where)
-    except (OSError, MemoryError) as error:
-        raise ModelError(f"{where}: cannot be read ({error})") from error
-    return text, yaml_content(text, where)
-
-
-def yaml_content(text: str, where: str) -> YamlContent:
+def yaml_content(text: str | bytes, where: str) -> YamlContent:
     """Return the content of a YAML text; none where it is no mapping.
 
     Raises:

@@ -21,14 +21,14 @@ class SourceText:
     """Where a description comes from, for what is read only when it is shown or proven.
 
     Attributes:
-        text: the whole text.
+        text: the whole text; the bytes of a file where these declare their encoding, or are UTF-8.
         path: the file, beside which meshes are found; None for text.
-        beside: the text of the YAML file that lists loops of a URDF; empty without one.
+        beside: likewise that of the YAML file that lists loops of a URDF; empty without one.
     """
 
-    text: str
+    text: str | bytes
     path: Path | None
-    beside: str = ""
+    beside: str | bytes = ""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable
+from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
 
@@ -55,15 +57,45 @@ def check_size(links: int, where: str) -> None:
         )
 
 
-def check_doctype(text: str, where: str) -> None:
+def file_text(path: Path, where: str) -> str | bytes:
+    """Return a file's text where it is in UTF-16 or UTF-32, or a byte order mark says what it is.
+
+    Else its bytes: the parsers of XML and YAML find out the rest from them.
+
+    Raises:
+        ModelError: it cannot be read, or is not what its first bytes say.
+    """
+    try:
+        data = path.read_bytes()
+        codec = json.detect_encoding(data)  # It goes by null bytes and marks, whatever follows.
+        return data if codec == "utf-8" else data.decode(codec)
+    except (OSError, MemoryError, ValueError) as error:
+        raise ModelError(f"{where}: cannot be read ({error})") from error
+
+
+def xml_root(text: str | bytes, where: str) -> ElementTree.Element:
+    """Return the outermost element of an XML text.
+
+    Raises:
+        ModelError: it is malformed, or refers to another document.
+    """
+    try:
+        root = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        hint = ""
+        if isinstance(text, bytes) and not text.isascii():
+            hint = "; is it in the encoding that it declares, UTF-8 where it declares none?"
+        raise ModelError(f"{where}: malformed XML: {error}{hint}") from error
+    _check_doctype(text, where)
+    return root
+
+
+def _check_doctype(text: str | bytes, where: str) -> None:
     """Refuse a well-formed XML text whose DOCTYPE refers to another document.
 
     Entities that the other document defines would silently be read as nothing.
-
-    Raises:
-        ModelError: the DOCTYPE, or an entity that it defines, is in another document.
     """
-    if "<!DOCTYPE" not in text:
+    if (b"<!DOCTYPE" if isinstance(text, bytes) else "<!DOCTYPE") not in text:  # type: ignore[operator]
         return
     from xml.parsers import expat
 

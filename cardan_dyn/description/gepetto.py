@@ -20,10 +20,10 @@ from .beside import (
     check_joints,
     list_of_names,
     passed_over,
-    read_yaml,
+    yaml_content,
 )
 from .description import LoopDescription
-from .elements import JOINT_TYPES, check_unique
+from .elements import JOINT_TYPES, check_unique, file_text
 from .words import unknown_keys
 
 GEPETTO_TYPES = {"6d": "fixed", "3d": "spherical"}
@@ -57,7 +57,8 @@ def gepetto(
     if not existing:
         return None
     where = str(existing[0])
-    text, content = read_yaml(existing[0], where)
+    text = file_text(existing[0], where)
+    content = yaml_content(text, where)
     unknown = unknown_keys(content, _KEYS, where, strict)
     if "closed_loop" not in content:
         return None

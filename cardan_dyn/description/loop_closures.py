@@ -37,10 +37,10 @@ from .beside import (
     check_joints,
     list_of_names,
     passed_over,
-    read_yaml,
+    yaml_content,
 )
 from .description import LoopDescription
-from .elements import GREATEST, placement
+from .elements import GREATEST, file_text, placement
 from .words import unknown_keys
 
 _LISTS = ("closures", "pin_loops", "ball_loops")
@@ -73,7 +73,8 @@ def loop_closures(
         ModelError: the file is malformed, or names a link or joint that does not exist.
     """
     where = str(file)
-    text, content = read_yaml(file, where)
+    text = file_text(file, where)
+    content = yaml_content(text, where)
     warnings = _unknown_keys(content, where, strict)
     if strict and not any(key in _KEYS[""] for key in content):
         raise ModelError(f"{where}: it lists no loops; keys: {choices(_KEYS[''])}")

@@ -56,37 +56,27 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
     if isinstance(source, str) and source.lstrip(_BLANK).startswith("<"):
         return _parse(source.lstrip(_BLANK), "text", None, strict)
     path = _find(_name(source))
-    from .encoding import xml_text
+    from .elements import file_text
 
-    try:
-        data = path.read_bytes()
-    except (OSError, MemoryError) as error:
-        raise ModelError(f"{path}: cannot be read ({error})") from error
-    return _parse(xml_text(data, str(path)), str(path), path, strict)
+    return _parse(file_text(path, str(path)), str(path), path, strict)
 
 
-def _parse(text: str, where: str, path: Path | None, strict: bool) -> Description:
+def _parse(text: str | bytes, where: str, path: Path | None, strict: bool) -> Description:
     """Return the description that a text of any notation is.
 
     Args:
-        text: of the file, without anything before its first element.
+        text: of the file, or its bytes, without anything before its first element.
         where: how messages name the source of the text.
         path: the file, None for text.
         strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
             words, forces in an MJCF or SDF file that no wrench considers.
     """
-    from xml.etree import ElementTree
-
     from . import urdf
     from .description import SourceText
-    from .elements import check_doctype, check_size
+    from .elements import check_size, xml_root
     from .left_out import limits_left_out
 
-    try:
-        root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise ModelError(f"{where}: malformed XML: {error}") from error
-    check_doctype(text, where)
+    root = xml_root(text, where)
     if root.tag == "mujoco":
         from .mjcf import reader as mjcf
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def reread_beside(
-    loops: Iterable[LoopDescription], joints: Iterable[JointDescription], text: str
+    loops: Iterable[LoopDescription], joints: Iterable[JointDescription], text: str | bytes
 ) -> dict[str, LoopDescription]:
     """Return the loops that a file states, by name, with the numbers of its text.
 

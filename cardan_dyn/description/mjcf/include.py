@@ -7,8 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ...errors import ModelError
-from ..elements import check_doctype
-from ..encoding import xml_text
+from ..elements import file_text, xml_root
 from .schema import check_attributes
 
 DEPTH = 300
@@ -76,11 +75,6 @@ def _included(
         existing = [file for file in (main / name, beside / name) if file.is_file()]
         if not existing:
             raise ModelError(f"{at}: there is no file {str(main / name)!r}")
-        content = xml_text(existing[0].read_bytes(), at).lstrip(" \t\r\n")
-        included = ElementTree.fromstring(content)
-    except ElementTree.ParseError as error:
-        raise ModelError(f"{at}: malformed XML: {error}") from error
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError) as error:  # A name that is too long, or has a null character.
         raise ModelError(f"{at}: cannot be read ({error})") from error
-    check_doctype(content, at)
-    return included, existing[0]
+    return xml_root(file_text(existing[0], at).strip(), at), existing[0]

@@ -12,17 +12,20 @@ from cardan_dyn.description.beside import (
     check_joints,
     list_of_names,
     passed_over,
-    read_yaml,
     yaml_content,
 )
+from cardan_dyn.description.elements import file_text
 
 
 def test_files_are_read_as_unicode(tmp_path: Path) -> None:
-    for encoding in ("utf-8", "utf-8-sig", "utf-16"):
+    for encoding in ("utf-8", "utf-8-sig", "utf-16", "utf-32"):
         (tmp_path / "a.yaml").write_bytes("joint: [\u00e4]".encode(encoding))
-        assert read_yaml(tmp_path / "a.yaml", "x") == ("joint: [\u00e4]", {"joint": ["\u00e4"]})
+        text = file_text(tmp_path / "a.yaml", "x")
+        assert yaml_content(text, "x") == {"joint": ["\u00e4"]}
+    with pytest.raises(cd.ModelError, match="x: cannot be read as YAML: unacceptable char"):
+        yaml_content("\u00e4".encode("latin-1"), "x")
     with pytest.raises(cd.ModelError, match="x: cannot be read"):
-        read_yaml(tmp_path / "none.yaml", "x")
+        file_text(tmp_path / "none.yaml", "x")
 
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", "3", "--- word"])
