@@ -21,12 +21,12 @@ class SourceText:
     """Where a description comes from, for what is read only when it is shown or proven.
 
     Attributes:
-        text: the whole text; the bytes of a file where these declare their encoding, or are UTF-8.
+        text: the whole text.
         path: the file, beside which meshes are found; None for text.
-        beside: likewise that of the YAML file that lists loops of a URDF; empty without one.
+        beside: the YAML file that lists loops of a URDF, as it was read; empty without one.
     """
 
-    text: str | bytes
+    text: str
     path: Path | None
     beside: str | bytes = ""
 

@@ -73,33 +73,27 @@ def file_text(path: Path, where: str) -> str | bytes:
         raise ModelError(f"{where}: cannot be read ({error})") from error
 
 
-def xml_root(text: str | bytes, where: str) -> ElementTree.Element:
-    """Return the outermost element of an XML text.
+def xml_root(source: str | bytes, where: str) -> tuple[ElementTree.Element, str]:
+    """Return the outermost element of an XML text or file, and the text.
 
     Raises:
-        ModelError: it is malformed, or refers to another document.
+        ModelError: it is malformed; or its DOCTYPE, or an entity that this defines, is in another
+            document, so that it would silently be read as nothing.
     """
-    try:
-        root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        hint = ""
-        if isinstance(text, bytes) and not text.isascii():
-            hint = "; is it in the encoding that it declares, UTF-8 where it declares none?"
-        raise ModelError(f"{where}: malformed XML: {error}{hint}") from error
-    _check_doctype(text, where)
-    return root
-
-
-def _check_doctype(text: str | bytes, where: str) -> None:
-    """Refuse a well-formed XML text whose DOCTYPE refers to another document.
-
-    Entities that the other document defines would silently be read as nothing.
-    """
-    if (b"<!DOCTYPE" if isinstance(text, bytes) else "<!DOCTYPE") not in text:  # type: ignore[operator]
-        return
     from xml.parsers import expat
 
-    is_external = False
+    try:
+        root = ElementTree.fromstring(source)
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        hint = ""
+        if isinstance(source, bytes) and not source.isascii():
+            hint = "; is it in the encoding that it declares, UTF-8 where it declares none?"
+        raise ModelError(f"{where}: malformed XML: {error}{hint}") from error
+    encoding, is_external = "utf-8", False
+
+    def declaration(_version: str, declared: str | None, _standalone: int) -> None:
+        nonlocal encoding
+        encoding = declared or encoding
 
     def doctype(_name: str, system: str | None, public: str | None, _internal: bool) -> None:
         nonlocal is_external
@@ -107,15 +101,16 @@ def _check_doctype(text: str | bytes, where: str) -> None:
 
     def entity(*definition: object) -> None:
         nonlocal is_external
-        value = definition[2]  # None where another document contains the entity.
-        is_external |= value is None
+        is_external |= definition[2] is None  # It has no value here.
 
     parser = expat.ParserCreate()
+    parser.XmlDeclHandler = declaration
     parser.StartDoctypeDeclHandler = doctype
     parser.EntityDeclHandler = entity
-    parser.Parse(text, True)
+    parser.Parse(source, True)
     if is_external:
         raise ModelError(f"{where}: its DOCTYPE refers to another document, which is not read")
+    return root, source if isinstance(source, str) else source.decode(encoding)
 
 
 def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element | None:

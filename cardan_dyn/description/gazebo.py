@@ -21,7 +21,7 @@ from .loop_closures import placements_at_zero
 from .sdf.forces import Forces
 from .sdf.frames import WORLD, Frames
 from .sdf.joints import GEARBOX, Edge, edge, kind_of
-from .sdf.schema import check_words
+from .words import check_words
 
 NOTATION = "SDF <joint> in <gazebo>"
 """What the notation is called."""
@@ -71,7 +71,7 @@ def gazebo_loops(robot: ElementTree.Element, where: str, strict: bool) -> Gazebo
     warnings, forces, loops = list[str](), Forces(where), list[LoopDescription]()
     for joint in joints:
         at = f"{where}: <gazebo>: joint {joint.get('name')!r}"
-        warnings += check_words(joint, at, strict)
+        warnings += check_words(joint, "sdf", at, strict)
         if kind_of(joint, at) == GEARBOX or joint.find("*/mimic") is not None:
             raise ModelError(f"{at}: couplings are not read here: write <coupling> or <mimic>")
         found, notes = edge(joint, frames, version, f"{where}: <gazebo>")

@@ -61,11 +61,11 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
     return _parse(file_text(path, str(path)), str(path), path, strict)
 
 
-def _parse(text: str | bytes, where: str, path: Path | None, strict: bool) -> Description:
+def _parse(source: str | bytes, where: str, path: Path | None, strict: bool) -> Description:
     """Return the description that a text of any notation is.
 
     Args:
-        text: of the file, or its bytes, without anything before its first element.
+        source: text of the file, or its bytes, without anything before its first element.
         where: how messages name the source of the text.
         path: the file, None for text.
         strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
@@ -76,7 +76,7 @@ def _parse(text: str | bytes, where: str, path: Path | None, strict: bool) -> De
     from .elements import check_size, xml_root
     from .left_out import limits_left_out
 
-    root = xml_root(text, where)
+    root, text = xml_root(source, where)
     if root.tag == "mujoco":
         from .mjcf import reader as mjcf
 

@@ -46,7 +46,7 @@ from .elements import (
 from .gepetto import gepetto, unread_files
 from .left_out import elements_left_out
 from .notations import agreed
-from .urdf_schema import check_words
+from .words import check_words
 
 _INERTIA_TOLERANCE = 1e-9
 """Violation of the triangle inequality, relative to the greatest principal moment, that rounding in
@@ -81,7 +81,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     """
     check_size(len(robot.findall("link")), where)
     _check_namespaces(robot, where)
-    unknown = check_words(robot, where, strict)
+    unknown = check_words(robot, "urdf", where, strict)
     links, warnings = _links(robot, where, strict)
     # Thousands of joints ask whether a link exists: a dictionary answers without a search, and
     # keeps the links in file order.

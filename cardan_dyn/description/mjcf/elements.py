@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
@@ -12,14 +12,22 @@ import numpy as np
 from ...arrays import Array
 from ...errors import ModelError, choices
 from ..elements import numbers
-from .schema import DEFAULTS, ORIENTATIONS, check_attributes, check_children, keyword
 
 Attributes = Mapping[str, str]
+ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
+"""Attributes that turn a frame; an element has one of them at most."""
 MOST_TERMS = 3
 """Greatest count of coefficients of a damping or stiffness: MuJoCo's are polynomials."""
 _LEAST_SINE = 1e-10
 """Sine of an angle below which two directions count as parallel. Entries of unit vectors are
 rounded by about 1e-16: the normal of closer directions would have fewer than six correct digits."""
+
+
+def keyword(value: str, words: Collection[str], at: str) -> str:
+    """Return an attribute's value, which must be one of several words."""
+    if value not in words:
+        raise ModelError(f"{at} is {value!r}, expected one of {', '.join(words)}")
+    return value
 
 
 def number(attributes: Attributes, name: str, default: str, at: str) -> float:
@@ -77,12 +85,11 @@ class Compiler:
         """Return the settings of all `<compiler>` elements; of a repeated one the last counts.
 
         Raises:
-            ModelError: a setting is unknown, malformed or not supported.
+            ModelError: a setting is malformed or not supported.
         """
         at = f"{where}: compiler"
         stated: dict[str, str] = {}
         for element in root.findall("compiler"):
-            check_attributes(element, at)
             stated.update(element.attrib)
         if stated.get("coordinate", "local") != "local":
             raise ModelError(
@@ -138,12 +145,9 @@ class DefaultClasses:
                 waiting.extend((item, name) for item in element.findall("default"))
 
     def _add(self, section: ElementTree.Element, name: str) -> None:
-        at = f"{self._where}: default class {name!r}"
-        check_children(section, DEFAULTS, at)
         content = self._classes[name]
         for element in section:
             if element.tag != "default":
-                check_attributes(element, at)
                 content[element.tag] = merged(content.get(element.tag, {}), element.attrib)
 
     def known(self, name: str, at: str) -> str:

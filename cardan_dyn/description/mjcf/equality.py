@@ -13,8 +13,14 @@ from ...arrays import Array, inverse
 from ...errors import ModelError, choices
 from ..description import CouplingDescription, JointDescription, LoopDescription
 from ..elements import SINGLE_TYPES, numbers, unique
-from .elements import Attributes, DefaultClasses, flag, number, rotation_of_quaternion
-from .schema import check_attributes, keyword
+from .elements import (
+    Attributes,
+    DefaultClasses,
+    flag,
+    keyword,
+    number,
+    rotation_of_quaternion,
+)
 
 Named = TypeVar("Named")
 LOOPS = ("connect", "weld")
@@ -70,11 +76,9 @@ def equalities(
                 f"{where}: <equality> <{element.tag}> is not supported; kinds: "
                 f"{choices((*LOOPS, 'joint'), element.tag)}; joint is a coupling"
             )
-        is_coupling = element.tag == "joint"
-        check_attributes(element, at, "equality joint" if is_coupling else None)
         name = unique(name or f"equality_{count}", taken if name else taken | named)
         taken.add(name)
-        if is_coupling:
+        if element.tag == "joint":
             couplings.append(_coupling(attributes, name, frames, where, at))
         else:
             loops.append(_loop(element.tag, attributes, name, frames, at))

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..left_out import forces_left_out
 from .elements import MOST_TERMS, Attributes, DefaultClasses, several
-from .schema import ACTUATORS
 
 _JOINT = ("armature", "damping", "stiffness", "frictionloss", "springdamper")
 _TENDON = ("armature", "damping", "stiffness", "frictionloss")
@@ -38,16 +37,12 @@ class Forces:
         """Note what tendons, actuators, fluids and deformable bodies state."""
         for option in root.findall("option"):
             self._note(option.attrib, _FLUID, "option")
-        for kind, keys, tags in (
-            ("tendon", _TENDON, ("spatial", "fixed")),
-            ("actuator", _ACTUATOR, ACTUATORS),
-        ):
+        for kind, keys in (("tendon", _TENDON), ("actuator", _ACTUATOR)):
             for element in root.iterfind(f"{kind}/*"):
-                if element.tag in tags:
-                    name = f"{kind} {element.get('name', element.tag)!r}"
-                    default = "tendon" if kind == "tendon" else element.tag
-                    at = f"{self._where}: {name}"
-                    self._note(self._classes.of(element, "main", at, default), keys, name)
+                name = f"{kind} {element.get('name', element.tag)!r}"
+                default = "tendon" if kind == "tendon" else element.tag
+                at = f"{self._where}: {name}"
+                self._note(self._classes.of(element, "main", at, default), keys, name)
         for element in root.iterfind("deformable/flex"):
             self._noted.append(f"flex {element.get('name', '')!r}")
 

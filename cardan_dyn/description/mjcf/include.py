@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from ...errors import ModelError
 from ..elements import file_text, xml_root
-from .schema import check_attributes
+from ..words import check_words
 
 DEPTH = 300
 """Greatest depth of elements within each other; the root counts as 1. Deeper models were never
@@ -64,7 +64,7 @@ def _included(
     """Return the outermost element of an included file, and the file."""
     name = element.get("file")
     at = f"{where}: <include file={name!r}>"
-    check_attributes(element, at)
+    check_words(element, "mjcf", where)
     if not name:
         raise ModelError(f'{where}: an <include> needs file="..."')
     if len(element):
@@ -77,4 +77,4 @@ def _included(
             raise ModelError(f"{at}: there is no file {str(main / name)!r}")
     except (OSError, ValueError) as error:  # A name that is too long, or has a null character.
         raise ModelError(f"{at}: cannot be read ({error})") from error
-    return xml_root(file_text(existing[0], at).strip(), at), existing[0]
+    return xml_root(file_text(existing[0], at).strip(), at)[0], existing[0]

@@ -8,8 +8,7 @@ from ...arrays import Array
 from ...errors import ModelError
 from ..description import JointDescription, Limits
 from ..elements import Dynamics, numbers
-from .elements import MOST_TERMS, Attributes, Compiler, number, several, unit
-from .schema import keyword
+from .elements import MOST_TERMS, Attributes, Compiler, keyword, number, several, unit
 
 _TYPES = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical", "free": "floating"}
 """MJCF's word for a joint to its type."""

@@ -19,14 +19,22 @@ from ...errors import ModelError
 from ..description import Description, JointDescription, LinkDescription
 from ..elements import check_size, check_unique, unique
 from ..left_out import described_left_out
+from ..words import check_words
 from .elements import Attributes, Compiler, DefaultClasses, flag, pose
 from .equality import Frames, equalities
 from .forces import Forces
 from .include import with_includes
 from .inertia import Shape, frame_of, link, scaled_to
 from .joints import DYNAMICS, joint, untaken
-from .schema import CONTENTS, REFUSED, SECTIONS, check_attributes, check_children
 
+_REFUSED = {
+    "attach": "write the attached model into the file",
+    "replicate": "write the copies into the file",
+    "composite": "write its bodies into the file",
+    "flexcomp": "deformable bodies have no joints",
+    "plugin": "forces that a plugin makes are unknown here",
+}
+"""Elements in <body> that change the mechanism and are not read, and what to do."""
 _Content = list[tuple[ElementTree.Element, Array, str]]
 """Elements of a body, with the frame `(4, 4)` and the default class around each."""
 
@@ -49,7 +57,7 @@ def parse(root: ElementTree.Element, where: str, path: Path | None, strict: bool
     """
     root = with_includes(root, where, path)
     check_size(1 + sum(1 for _ in root.iter("body")), where)
-    check_children(root, SECTIONS, where)
+    passed_over = check_words(root, "mjcf", where)
     reader = _Reader(root, where, strict)
     for world in root.findall("worldbody"):
         reader.read(world)
@@ -70,7 +78,7 @@ def parse(root: ElementTree.Element, where: str, path: Path | None, strict: bool
         couplings=tuple(couplings),
         independent_joints=_actuated(root, reader.frames.joints),
         notation="MJCF <equality>" if loops or couplings else "no loops",
-        warnings=(*reader.warnings, *inactive, *left_out),
+        warnings=(*passed_over, *reader.warnings, *inactive, *left_out),
     )
 
 
@@ -109,8 +117,6 @@ class _Reader:
 
     def read(self, world: ElementTree.Element) -> None:
         """Read a `<worldbody>` and all bodies in it, depth first."""
-        if world.attrib:
-            raise ModelError(f"{self._where}: <worldbody> has no attributes; name a <body>")
         waiting = [(world, self.frames.root, np.eye(4), "main")]
         while waiting:
             element, parent, frame, childclass = waiting.pop()
@@ -141,9 +147,7 @@ class _Reader:
         """Return the name of a body, and how messages name it."""
         self._counts["body"] += 1
         name = element.get("name") or self._generated(f"body_{self._counts['body']}", "body")
-        at = f"{self._where}: body {name!r}"
-        check_attributes(element, at)
-        return name, at
+        return name, f"{self._where}: body {name!r}"
 
     def _contents(self, element: ElementTree.Element, childclass: str, at: str) -> _Content:
         """Return the elements of a body; those in a `<frame>` with their placement in the body."""
@@ -156,7 +160,6 @@ class _Reader:
                 content.append((child, frame, inner_class))
                 continue
             inside = f"{at}: frame {child.get('name', '')!r}"
-            check_attributes(child, inside)
             self._check_contents(child, inside)
             frame = frame @ pose(child.attrib, self.compiler, inside)
             inner_class = self.classes.known(child.get("childclass", inner_class), inside)
@@ -166,9 +169,8 @@ class _Reader:
     @staticmethod
     def _check_contents(element: ElementTree.Element, at: str) -> None:
         for child in element:
-            if child.tag in REFUSED:
-                raise ModelError(f"{at}: <{child.tag}> is not supported: {REFUSED[child.tag]}")
-        check_children(element, CONTENTS, at)
+            if child.tag in _REFUSED:
+                raise ModelError(f"{at}: <{child.tag}> is not supported: {_REFUSED[child.tag]}")
 
     def _joints(
         self,
@@ -229,7 +231,6 @@ class _Reader:
         self._counts["joint"] += 1
         name = element.get("name") or self._generated(f"joint_{self._counts['joint']}", "joint")
         at = f"{self._where}: joint {name!r}"
-        check_attributes(element, at)
         attributes: Attributes = {"type": "free"}
         if element.tag == "joint":
             attributes = self.classes.of(element, childclass, at)
@@ -251,11 +252,9 @@ class _Reader:
         geoms: list[Shape] = []
         for element, frame, childclass in content:
             if element.tag == "inertial":
-                check_attributes(element, f"{at}: inertial")
                 inertials.append(Shape(element.attrib, frame, f"{at}: inertial"))
             elif element.tag == "geom":
                 label = f"{at}: geom {element.get('name') or len(geoms) + 1!r}"
-                check_attributes(element, label)
                 attributes = self.classes.of(element, childclass, label)
                 geoms.append(Shape(attributes, frame, label))
         if len(inertials) > 1:
@@ -282,7 +281,6 @@ class _Reader:
             if element.tag != "site" or not name:
                 continue
             label = f"{at}: site {name!r}"
-            check_attributes(element, label)
             if name in self.frames.sites:
                 raise ModelError(f"{label}: another site has this name")
             attributes = self.classes.of(element, childclass, label)

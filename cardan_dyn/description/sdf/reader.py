@@ -25,12 +25,12 @@ from ..description import CouplingDescription, Description, JointDescription, Li
 from ..elements import LEAST_MASS, check_size, numbers, only, unique
 from ..left_out import described_left_out
 from ..urdf import check_inertia, tensor_of
+from ..words import check_words
 from .couplings import Couplings
 from .elements import flag, number, pose, text
 from .forces import Forces
 from .frames import WORLD, Frames
 from .joints import GEARBOX, Edge, edge, kind_of
-from .schema import check_words
 from .spanning_tree import SpanningTree, spanning_tree
 
 _VERSIONS = ((1, 4), (1, 12))
@@ -53,7 +53,7 @@ def parse(root: ElementTree.Element, where: str, strict: bool) -> Description:
         ModelError: what is wrong, where, and the valid choices.
     """
     version = _version(root, where)
-    warnings = check_words(root, where, strict)
+    warnings = check_words(root, "sdf", where, strict)
     model, besides = _only_model(root, where, strict)
     check_size(1 + len(model.findall("link")), where)
     _check_contents(model, where)

@@ -183,7 +183,7 @@ def test_documents_that_are_not_read(prolog: str) -> None:
     ],
 )
 def test_texts_that_refer_to_no_other_document(prolog: str) -> None:
-    assert elements.xml_root(f'{prolog}<robot name="SYSTEM"/>', "x").get("name") == "SYSTEM"
+    assert elements.xml_root(f'{prolog}<robot name="SYSTEM"/>', "x")[0].get("name") == "SYSTEM"
 
 
 def test_unique_names() -> None:

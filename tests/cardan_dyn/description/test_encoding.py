@@ -49,6 +49,7 @@ def test_encodings(data: bytes, tmp_path: Path) -> None:
     mechanism = cd.load(path)
     assert mechanism.name == NAME
     assert mechanism.description == cd.load(PLAIN).description
+    assert mechanism.description.source.text.endswith(PLAIN)
     turn = cd.Scene(mechanism, drive="a", loads={"b": 1.0}).sweep([0.3, 0.4])
     np.testing.assert_allclose(turn.coupling_moment["Prüfling"], -1.0)
 

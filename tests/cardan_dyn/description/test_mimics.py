@@ -67,7 +67,7 @@ def test_refused(middle: str, message: str) -> None:
 def test_two_mimics_and_misspelled_ones_are_refused() -> None:
     with pytest.raises(cd.ModelError, match="there are 2 <mimic> in <joint>; keep one"):
         read(finger(mimic("knuckle") + mimic("plunger")))
-    with pytest.raises(cd.ModelError, match=r"'ofset' is unknown .* did you mean 'offset'"):
+    with pytest.raises(cd.ModelError, match=r"'ofset' is unknown; did you mean 'offset'"):
         read(finger('<mimic joint="knuckle" ofset="1"/>'))
 
 

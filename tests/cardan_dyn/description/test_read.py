@@ -147,7 +147,7 @@ def test_every_bundled_name_is_a_file_of_the_directory() -> None:
         description = read(name)
         assert description.source is not None
         assert description.source.path == bundled_directory() / f"{name}.urdf"
-        assert description.source.text == description.source.path.read_bytes()
+        assert description.source.text == description.source.path.read_text("utf-8")
 
 
 def test_a_bundled_name_is_preferred_to_a_file(

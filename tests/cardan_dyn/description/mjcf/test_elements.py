@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from xml.etree.ElementTree import Element, fromstring
+from xml.etree.ElementTree import fromstring
 
 import numpy as np
 import pinocchio as pin
@@ -171,11 +171,6 @@ def test_names_of_classes() -> None:
             '<default><default class="a"/><default class="a"/></default>',
             "a class name of its own, not 'a'",
         ),
-        ("<default><body/></default>", "default class 'main': <body> in <default> is unknown"),
-        (
-            '<default><default class="a"><joint axes="0 0 1"/></default></default>',
-            "default class 'a': <joint> has no attribute axes",
-        ),
     ],
 )
 def test_default_classes_that_are_refused(content: str, message: str) -> None:
@@ -324,9 +319,3 @@ def test_unit_vectors_of_vectors_of_any_length(size: float) -> None:
     """The squares of components below 1e-160 would vanish."""
     found = elements.unit(np.array([0.0, 3.0, -4.0]) * size, "x")
     np.testing.assert_allclose(found, [0.0, 0.6, -0.8], rtol=1e-15)
-
-
-def test_a_repeated_compiler_is_checked_each_time() -> None:
-    element: Element = fromstring("<mujoco><compiler/><compiler angel='radian'/></mujoco>")
-    with pytest.raises(cd.ModelError, match="x: compiler: <compiler> has no attribute angel"):
-        Compiler.of(element, "x")

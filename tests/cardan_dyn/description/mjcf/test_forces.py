@@ -106,10 +106,6 @@ def test_forces_of_other_sections(sections: str, force: str) -> None:
     assert forces(sections).left_out(strict=False) == [f"x: {force} left out of the wrenches"]
 
 
-def test_what_is_no_tendon_and_no_actuator_has_no_forces() -> None:
-    assert forces('<tendon><other damping="1"/></tendon>').left_out(strict=True) == []
-
-
 @pytest.mark.parametrize(("count", "more"), [(8, ""), (9, "; and 1 more"), (20, "; and 12 more")])
 def test_a_message_lists_eight_forces(count: int, more: str) -> None:
     collected = forces()

@@ -123,7 +123,7 @@ def test_a_file_may_begin_with_a_byte_order_mark_and_blanks(tmp_path: Path) -> N
         ('<include file=""/>', 'x: an <include> needs file="..."'),
         (
             '<include file="f.xml" prefix="a"/>',
-            "<include> has no attribute prefix; attributes: file",
+            "<include>: attribute 'prefix' is unknown; attributes: file",
         ),
         (
             '<include file="f.xml"><a/></include>',

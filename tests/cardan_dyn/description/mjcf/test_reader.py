@@ -200,7 +200,10 @@ def test_what_stands_in_the_world_needs_no_mass() -> None:
         (of_body("<freejoint/><joint/>"), "a free joint is the only joint"),
         (of_body('<joint/><body mocap="true"/>'), "a mocap body stands in the world"),
         (of_body(INERTIAL.format("1 1 1") * 2), "there are 2 <inertial>"),
-        ('<mujoco><worldbody name="w"/></mujoco>', "<worldbody> has no attributes"),
+        (
+            '<mujoco><worldbody name="w"/></mujoco>',
+            "'w': attribute 'name' is unknown; attributes: none",
+        ),
         ("<mujoco><worldbody><joint/></worldbody></mujoco>", "the world has no joints"),
     ],
 )
