@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import ModelError, choices
 from .description import LoopDescription
-from .elements import axes_of, axis_of, link_of, name_of, only, pose
+from .elements import DIRECTION_TOLERANCE, axes_of, axis_of, link_of, name_of, only, pose
 
 CONSTRAINT_TYPES = {
     **{kind: kind for kind in ("revolute", "prismatic", "universal", "spherical")},
@@ -23,9 +23,6 @@ CONSTRAINT_TYPES = {
     "link": "fixed",
 }
 """Type of a constraint to the type of the loop that it is."""
-_SAME_DIRECTION = 1e-9
-"""Greatest sine between the axes that both sides state of a hinge or slide: what axes written with
-ten digits have."""
 
 
 def constraint(element: ElementTree.Element, links: Collection[str], where: str) -> LoopDescription:
@@ -72,7 +69,7 @@ def _single_axis(element: ElementTree.Element, at: str) -> np.ndarray:
     axis = axis_of(element, at, "parent_axis")
     if element.find("child_axis") is not None:
         other = axis_of(element, at, "child_axis")
-        if np.linalg.norm(np.cross(axis, other)) > _SAME_DIRECTION:
+        if np.linalg.norm(np.cross(axis, other)) > DIRECTION_TOLERANCE:
             raise ModelError(
                 f"{at}: parent_axis {axis.tolist()} and child_axis {other.tolist()} differ, and "
                 "both frames share the axis of a hinge or slide; turn one origin, or leave "

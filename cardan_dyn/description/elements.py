@@ -38,8 +38,9 @@ LEAST_MASS = 1e-50
 _LEAST = 1e-150
 """Smaller numbers are read as zero: their squares would vanish (1e-300 is about the least double),
 so that a vector of them had components but no length."""
-_RIGHT_ANGLE_TOLERANCE = 1e-9
-"""Greatest cosine between the axes of a universal joint: what axes written with ten digits have."""
+DIRECTION_TOLERANCE = 1e-9
+"""Greatest sine between axes of one direction, and greatest cosine between those at right angles:
+what axes written with ten digits have."""
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 """A decimal number as XML Schema has it."""
 
@@ -153,10 +154,7 @@ def dynamics_of(joint: ElementTree.Element, at: str) -> Dynamics:
     if dynamics is None:
         return Dynamics()
     return Dynamics(
-        *(
-            float(numbers(dynamics.get(key), 1, "0", f"{at}: dynamics {key}")[0])
-            for key in DYNAMICS_WORDS
-        )
+        *(number(dynamics.get(key), "0", f"{at}: dynamics {key}") for key in DYNAMICS_WORDS)
     )
 
 
@@ -235,6 +233,11 @@ def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
     return values
 
 
+def number(text: str | None, default: str, at: str) -> float:
+    """Return the number that an attribute states, see `numbers`."""
+    return float(numbers(text, 1, default, at)[0])
+
+
 def placement(element: ElementTree.Element, at: str) -> np.ndarray:
     """Return the `(4, 4)` placement of an element's <origin>; identity where it has none."""
     origin = only(element, "origin", at)
@@ -300,7 +303,7 @@ def axes_of(
     if kind != "universal":
         return axis, axis
     axis_2 = axis_of(element, at, second)
-    if abs(float(axis @ axis_2)) > _RIGHT_ANGLE_TOLERANCE:
+    if abs(float(axis @ axis_2)) > DIRECTION_TOLERANCE:
         raise ModelError(
             f"{at}: a universal joint needs <{first}> and <{second}> at right angles, not "
             f"{axis.tolist()} and {axis_2.tolist()}"

@@ -17,8 +17,9 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ModelError, choices
 from .description import LoopDescription
+from .elements import DIRECTION_TOLERANCE
+from .left_out import forces_left_out
 from .loop_closures import placements_at_zero
-from .sdf.forces import Forces
 from .sdf.frames import WORLD, Frames
 from .sdf.joints import GEARBOX, Edge, edge, kind_of
 from .words import check_words
@@ -28,8 +29,6 @@ NOTATION = "SDF <joint> in <gazebo>"
 _VERSION, _VERSION_OF_FLAGS = (1, 7), (1, 6)
 """Version of SDF that sdformat 9 and later take a URDF for, and the last one that knows
 `<use_parent_model_frame>`, where a joint has it."""
-_SAME = 1e-9
-"""Difference of unit vectors up to which they are the same: what axes with ten digits have."""
 
 
 class GazeboLoops(NamedTuple):
@@ -68,15 +67,15 @@ def gazebo_loops(robot: ElementTree.Element, where: str, strict: bool) -> Gazebo
     is_flagged = any(joint.find("*/use_parent_model_frame") is not None for joint in joints)
     version = _VERSION_OF_FLAGS if is_flagged else _VERSION
     frames = Frames(_model(robot, root, is_flagged), version, where, placements)
-    warnings, forces, loops = list[str](), Forces(where), list[LoopDescription]()
+    warnings, forces, loops = list[str](), list[str](), list[LoopDescription]()
     for joint in joints:
         at = f"{where}: <gazebo>: joint {joint.get('name')!r}"
         warnings += check_words(joint, "sdf", at, strict)
         if kind_of(joint, at) == GEARBOX or joint.find("*/mimic") is not None:
             raise ModelError(f"{at}: couplings are not read here: write <coupling> or <mimic>")
-        found, notes = edge(joint, frames, version, f"{where}: <gazebo>")
-        warnings += notes
-        forces.of_joint(joint, at, found.dynamics.acts)
+        found = edge(joint, frames, version, f"{where}: <gazebo>")
+        warnings += found.warnings
+        forces += found.forces
         found = replace(found, parent=root if found.parent == WORLD else found.parent)
         if found.child == root:
             if found.type == "fixed" and found.parent == root:
@@ -88,7 +87,7 @@ def gazebo_loops(robot: ElementTree.Element, where: str, strict: bool) -> Gazebo
         if not is_flagged:
             warnings += _axis_notes(joint, found, at)
         loops.append(found.loop(placements))
-    return GazeboLoops(tuple(loops), (*warnings, *forces.left_out(strict)))
+    return GazeboLoops(tuple(loops), (*warnings, *forces_left_out(forces, where, strict)))
 
 
 def _root(robot: ElementTree.Element, where: str) -> str:
@@ -134,7 +133,7 @@ def _axis_notes(joint: ElementTree.Element, found: Edge, at: str) -> list[str]:
     for tag, axis in stated[: 1 + (found.type == "universal")]:
         xyz = joint.find(f"{tag}/xyz")
         is_named = xyz is not None and bool(xyz.get("expressed_in"))
-        if not is_named and np.max(np.abs(turn @ axis - axis)) > _SAME:
+        if not is_named and np.max(np.abs(turn @ axis - axis)) > DIRECTION_TOLERANCE:
             notes.append(
                 f"{at}: <{tag}> is seen in the joint's frame, as of sdformat 9 on; older versions "
                 "see it in the model's frame, where it is another one: write expressed_in"

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import astuple
 from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
 from .description import JointDescription, LoopDescription
-from .elements import Dynamics, dynamics_of
 
 _MOST_NAMED = 3
 """Joints that a line names; it counts the others."""
@@ -32,12 +31,8 @@ def elements_left_out(robot: ElementTree.Element, where: str) -> list[str]:
     Args:
         robot: its outermost element.
         where: how messages name the source of the text.
-
-    Raises:
-        ModelError: coefficients of `<dynamics>` are no numbers.
     """
-    joints = robot.findall("joint")
-    lines = _rubbing_left_out([*joints, *robot.findall("loop")], where)
+    joints, lines = robot.findall("joint"), []
     for tag, label in _OF_JOINTS.items():
         named = [joint.get("name", "") for joint in joints if joint.find(tag) is not None]
         lines.append(line_of(where, label, named, "no wrench considers them"))
@@ -74,37 +69,29 @@ def limits_left_out(joints: Iterable[JointDescription], where: str) -> list[str]
     return [line] if line else []
 
 
-def dynamics_left_out(joints: Iterable[tuple[str, str | None, Dynamics]], where: str) -> list[str]:
-    """Return warnings about damping, friction and springs of joints; empty lines for none.
+def dynamics_left_out(
+    joints: Iterable[JointDescription | LoopDescription], where: str
+) -> list[str]:
+    """Return warnings about damping, friction and springs of joints and loops.
 
     Args:
-        joints: name and type of each, and what it states.
+        joints: all of them.
         where: how messages name the source of the text.
     """
-    acting = [(name, kind, dynamics) for name, kind, dynamics in joints if dynamics.acts]
-    balls = [name for name, kind, _ in acting if kind in _BALLS]
-    others = [name for name, kind, _ in acting if kind not in _BALLS]
-    has_springs = any(dynamics.stiffness for _, _, dynamics in acting)
+    acting = [item for item in joints if item.damping or item.friction or item.stiffness]
+    balls = [item.name for item in acting if item.type in _BALLS]
+    others = [item.name for item in acting if item.type not in _BALLS]
+    has_springs = any(item.stiffness for item in acting)
     what = "damping, friction or springs" if has_springs else "damping or friction"
     taken = "Scene(..., elements=described_elements(mechanism)) takes it in"
-    return [
+    lines = [
         line_of(where, what, others, taken),
         line_of(where, what, balls, "wrenches are without it", "ball"),
     ]
+    return [line for line in lines if line]
 
 
-def described_left_out(
-    joints: Iterable[JointDescription | LoopDescription], where: str
-) -> list[str]:
-    """Return warnings about damping, friction and springs of joints and loops that were read."""
-    stated = (
-        (item.name, item.type, Dynamics(item.damping, item.friction, item.stiffness, item.rest))
-        for item in joints
-    )
-    return [line for line in dynamics_left_out(stated, where) if line]
-
-
-def forces_left_out(forces: list[str], where: str, strict: bool) -> list[str]:
+def forces_left_out(forces: Sequence[str], where: str, strict: bool) -> list[str]:
     """Return a warning for each force that a file states and no wrench considers.
 
     Args:
@@ -132,19 +119,3 @@ def line_of(where: str, what: str, names: list[str], result: str, owner: str = "
     listed = choices(names, most=_MOST_NAMED)
     owners = f"{len(names)} {owner}{'s' * (len(names) > 1)}"
     return f"{where}: {what} of {owners} ({listed}) left out: {result}"
-
-
-def _rubbing_left_out(joints: list[ElementTree.Element], where: str) -> list[str]:
-    """Return warnings about damping and friction of joints.
-
-    Raises:
-        ModelError: coefficients are no numbers.
-    """
-    return dynamics_left_out(
-        (
-            (joint.get("name", ""), joint.get("type"), dynamics)
-            for joint in joints
-            for dynamics in [dynamics_of(joint, f"{where}: joint {joint.get('name')!r}")]
-        ),
-        where,
-    )

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
 from .description import CouplingDescription, JointDescription
-from .elements import SINGLE_TYPES, numbers, only, unique
+from .elements import SINGLE_TYPES, number, only, unique
 from .left_out import line_of
 
 
@@ -127,11 +127,11 @@ def _mimic(
                 f"{at}: joint {end.name!r} is {end.type}; only joints with one coordinate mimic "
                 f"and are mimicked: {choices(single)}; remove <mimic>, or change the type"
             )
-    multiplier = float(numbers(mimic.get("multiplier"), 1, "1", f"{at} multiplier")[0])
+    multiplier = number(mimic.get("multiplier"), "1", f"{at} multiplier")
     if multiplier == 0.0:
         raise ModelError(
             f"{at}: a multiplier of zero would hold the joint, not couple it; remove <mimic> and "
             "hold the joint in the scene"
         )
-    offset = float(numbers(mimic.get("offset"), 1, "0", f"{at} offset")[0])
+    offset = number(mimic.get("offset"), "0", f"{at} offset")
     return CouplingDescription(name, mimicked, joint, multiplier, offset, of_joints=True)

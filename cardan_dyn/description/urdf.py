@@ -39,19 +39,19 @@ from .elements import (
     link_of,
     name_of,
     names,
-    numbers,
+    number,
     only,
     placement,
 )
 from .gepetto import gepetto, unread_files
-from .left_out import elements_left_out
+from .left_out import dynamics_left_out, elements_left_out
 from .notations import agreed
 from .words import check_words
 
 _INERTIA_TOLERANCE = 1e-9
 """Violation of the triangle inequality, relative to the greatest principal moment, that rounding in
 a file with ten or more digits may cause."""
-_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 """Attributes of `<inertia>`, in the order in which `tensor_of` takes them."""
 _UNLIMITED = {"lower": "-inf", "upper": "inf", "velocity": "inf", "effort": "inf"}
 """Attribute of `<limit>` to the word that says that there is no limit."""
@@ -91,12 +91,12 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     joints = [
         _joint(element, link_names, changed_types, where) for element in robot.findall("joint")
     ]
-    left_out = elements_left_out(robot, where)
+    loops, notation, open_types = agreed(robot, link_names, beside, where, strict)
+    left_out = dynamics_left_out([*joints, *loops], where) + elements_left_out(robot, where)
     if beside is not None:
         left_out += beside.warnings
     elif path is not None:
         left_out += unread_files(path)
-    loops, notation, open_types = agreed(robot, link_names, beside, where, strict)
     left_out += open_types
     couplings = [_coupling(item, link_names, where) for item in robot.findall("coupling")]
     taken = [item.name for items in (loops, couplings) for item in items]
@@ -266,7 +266,7 @@ def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkD
     mass_element, inertia_element = only(inertial, "mass", at), only(inertial, "inertia", at)
     if mass_element is None or inertia_element is None:
         raise ModelError(f"{at}: <inertial> needs <mass> and <inertia>; a massless link has none")
-    mass = float(numbers(mass_element.get("value"), 1, "", f"{at}: mass")[0])
+    mass = number(mass_element.get("value"), "", f"{at}: mass")
     if mass == 0.0 and not strict:
         return LinkDescription(name), f"{at}: mass 0 kg: taken as massless"
     if mass < LEAST_MASS:
@@ -275,8 +275,7 @@ def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkD
             + ("; load(..., strict=False) takes zero for that" if mass == 0.0 else "")
         )
     moments = (
-        float(numbers(inertia_element.get(moment), 1, "0", f"{at}: inertia {moment}")[0])
-        for moment in _MOMENTS
+        number(inertia_element.get(moment), "0", f"{at}: inertia {moment}") for moment in MOMENTS
     )
     tensor = tensor_of(*moments)
     warning = check_inertia(tensor, at, strict)
@@ -352,7 +351,7 @@ def _limit(element: ElementTree.Element, name: str, at: str) -> float:
     text = element.get(name)
     if text == _UNLIMITED[name]:
         return float(text)
-    return float(numbers(text, 1, "0", f"{at}: limit {name}")[0])
+    return number(text, "0", f"{at}: limit {name}")
 
 
 def _independent(robot: ElementTree.Element, where: str) -> tuple[str, ...]:
@@ -382,7 +381,7 @@ def _coupling(
     )
     ratio_element = only(element, "ratio", at)
     text = None if ratio_element is None else ratio_element.get("value")
-    ratio = float(numbers(text, 1, "", f"{at}: ratio value")[0])
+    ratio = number(text, "", f"{at}: ratio value")
     if ratio == 0.0:
         raise ModelError(f"{at}: a ratio of zero would hold the successor, not couple it")
     return CouplingDescription(name, predecessor, successor, ratio)

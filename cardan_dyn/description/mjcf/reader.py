@@ -18,7 +18,7 @@ from ...arrays import Array
 from ...errors import ModelError
 from ..description import Description, JointDescription, LinkDescription
 from ..elements import check_size, check_unique, unique
-from ..left_out import described_left_out
+from ..left_out import dynamics_left_out
 from ..words import check_words
 from .elements import Attributes, Compiler, DefaultClasses, flag, pose
 from .equality import Frames, equalities
@@ -68,7 +68,7 @@ def parse(root: ElementTree.Element, where: str, path: Path | None, strict: bool
     reader.forces.of_sections(root)
     left_out = reader.forces.left_out(strict)
     joints = tuple(reader.frames.joints.values())
-    left_out = [*described_left_out(joints, where), *left_out]
+    left_out = [*dynamics_left_out(joints, where), *left_out]
     return Description(
         name=root.get("model") or "mechanism",
         links=tuple(links),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from xml.etree import ElementTree
 
 import numpy as np
@@ -41,6 +42,13 @@ def flag(value: str, at: str) -> bool:
     if word not in _WORDS:
         raise ModelError(f"{at} is {value!r}, expected true or false")
     return _WORDS[word]
+
+
+def acting(element: ElementTree.Element, tags: Iterable[str], name: str, where: str) -> list[str]:
+    """Return what child elements state but zeros, behind the name of what they belong to."""
+    values = {tag: number(element, tag, "0", f"{where}: {name}") for tag in tags}
+    stated = ", ".join(f"{tag} {value:g}" for tag, value in values.items() if value)
+    return [f"{name}: {stated}"] if stated else []
 
 
 def limit(element: ElementTree.Element, tag: str, sign: float, at: str) -> float:

@@ -1,7 +1,9 @@
-"""Joints of SDF: which links they connect, where, and about which axes."""
+"""Joints of SDF: edges between links, of which some span a tree and others close loops."""
 
 from __future__ import annotations
 
+import heapq
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from xml.etree import ElementTree
 
@@ -10,9 +12,9 @@ import numpy as np
 from ...arrays import Array, inverse
 from ...errors import ModelError, choices
 from ..description import JointDescription, Limits, LoopDescription
-from ..elements import DYNAMICS_WORDS, Dynamics, numbers, only
+from ..elements import DIRECTION_TOLERANCE, DYNAMICS_WORDS, Dynamics, numbers, only
 from ..mjcf.elements import unit
-from .elements import flag, limit, number, text
+from .elements import acting, flag, limit, number, text
 from .frames import MODEL, WORLD, Frames
 
 TYPES = {
@@ -37,8 +39,6 @@ _REFUSED = {
 """Types that are not read, and what to do."""
 _AXES_IN_MODEL_UNTIL = (1, 4)
 """Last version whose axes were written in the model's frame."""
-_RIGHT_ANGLE_TOLERANCE = 1e-9
-"""Greatest cosine between the axes of a universal joint: what axes written with ten digits have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +53,8 @@ class Edge:
         limits: of its coordinate.
         is_cut: whether the author wants a loop to be cut here.
         dynamics: what rubs and springs along its coordinates.
+        forces: what its axes and a motor of the physics engine ODE exert besides.
+        warnings: what else it says and is left out.
     """
 
     name: str
@@ -65,6 +67,8 @@ class Edge:
     limits: Limits
     is_cut: bool
     dynamics: Dynamics = field(default_factory=Dynamics)
+    forces: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def joint(self, links: dict[str, Array], is_reversed: bool) -> JointDescription:
         """Return the edge as a joint of the tree.
@@ -104,8 +108,8 @@ class Edge:
 
 def edge(
     element: ElementTree.Element, frames: Frames, version: tuple[int, int], where: str
-) -> tuple[Edge, list[str]]:
-    """Return a joint, and warnings about what it says and is left out.
+) -> Edge:
+    """Return a joint.
 
     Raises:
         ModelError: it is malformed or of a type that is not supported.
@@ -128,8 +132,25 @@ def edge(
     cut = element.find("physics/simbody/must_be_loop_joint")
     is_cut = cut is not None and flag(cut.text or "", f"{at}: must_be_loop_joint")
     name = element.get("name", "")
-    described = (name, kind, parent, child, placement, axis, axis_2, limits, is_cut, dynamics)
-    return Edge(*described), warnings
+    return Edge(
+        *(name, kind, parent, child, placement, axis, axis_2, limits, is_cut, dynamics),
+        forces=tuple(_forces(element, dynamics.acts, where)),
+        warnings=tuple(warnings),
+    )
+
+
+def _forces(joint: ElementTree.Element, is_taken: bool, where: str) -> list[str]:
+    """Return the forces of a joint of which no element can be made."""
+    name, forces = f"joint {joint.get('name')!r}", list[str]()
+    for tag in () if is_taken else ("axis", "axis2"):
+        axis = only(joint, tag, f"{where}: {name}")
+        dynamics = None if axis is None else only(axis, "dynamics", f"{where}: {name}")
+        if dynamics is not None:
+            words = ("damping", "friction", "spring_stiffness")
+            forces += acting(dynamics, words, f"{name}: {tag}", where)
+    for ode in joint.iterfind("physics/ode"):
+        forces += acting(ode, ("max_force",), f"{name}: physics", where)
+    return forces
 
 
 def dynamics_of(element: ElementTree.Element, kind: str, at: str) -> Dynamics:
@@ -238,7 +259,7 @@ def _frame_of_axis(
 
 def _check_right_angle(axis: Array, axis_2: Array, at: str) -> None:
     cosine = float(axis @ axis_2)
-    if abs(cosine) > _RIGHT_ANGLE_TOLERANCE:
+    if abs(cosine) > DIRECTION_TOLERANCE:
         raise ModelError(
             f"{at}: its axes are at an angle whose cosine is {cosine:g}, not at right angles; "
             "write two revolute joints with a link of mass 0 between them"
@@ -274,3 +295,116 @@ def _limits(element: ElementTree.Element, kind: str, at: str) -> tuple[Limits, l
     if kind == "continuous":
         limits = Limits(velocity=limits.velocity, effort=limits.effort)
     return limits, warnings
+
+
+@dataclass
+class SpanningTree:
+    """A tree over all links, whose root is the world.
+
+    Attributes:
+        joints: its joints in the order in which they were reached, and whether each is a `fixed`
+            one that carries its parent.
+        floating: links that no joint carries from the world.
+        loops: the other joints in file order.
+    """
+
+    joints: list[tuple[Edge, bool]] = field(default_factory=list)
+    floating: list[str] = field(default_factory=list)
+    loops: list[Edge] = field(default_factory=list)
+
+
+def spanning_tree(links: Collection[str], canonical: str, edges: list[Edge]) -> SpanningTree:
+    """Return the tree that a model's joints span.
+
+    It grows from the world: of all joints whose parent is in the tree and whose child is not, the
+    one that stands first in the file is taken. So of several joints with the same child, one
+    carries it, and the others are loops; parents, children and signs stay those of the file. A
+    `fixed` joint, which has no coordinate, may carry its parent as well.
+
+    A link that no chain of joints carries from the world floats. If it is the parent of a joint
+    whose child is in the tree, that joint is a loop.
+
+    Args:
+        links: names of all links in file order.
+        canonical: name of the one that carries the model's frame.
+        edges: all joints in file order.
+    """
+    tree = SpanningTree()
+    around: dict[str, list[int]] = {name: [] for name in (WORLD, *links)}
+    for index, item in enumerate(edges):
+        if not item.is_cut:
+            around[item.parent].append(index)
+            if item.type == "fixed":
+                around[item.child].append(index)
+    reached = {WORLD}
+    used: set[int] = set()
+    _grow(tree, WORLD, edges, around, reached, used)
+    while len(reached) <= len(links):
+        root = _next_root([name for name in links if name not in reached], canonical, edges)
+        tree.floating.append(root)
+        reached.add(root)
+        _grow(tree, root, edges, around, reached, used)
+    tree.loops = [item for index, item in enumerate(edges) if index not in used]
+    return tree
+
+
+def _grow(
+    tree: SpanningTree,
+    start: str,
+    edges: list[Edge],
+    around: dict[str, list[int]],
+    reached: set[str],
+    used: set[int],
+) -> None:
+    """Add all links that joints carry from one that was just reached."""
+    waiting = list(around[start])
+    heapq.heapify(waiting)
+    while waiting:
+        index = heapq.heappop(waiting)
+        item = edges[index]
+        is_reversed = item.parent not in reached
+        child = item.parent if is_reversed else item.child
+        if child in reached:
+            continue
+        reached.add(child)
+        used.add(index)
+        tree.joints.append((item, is_reversed))
+        for other in around[child]:
+            heapq.heappush(waiting, other)
+
+
+def _next_root(left: list[str], canonical: str, edges: list[Edge]) -> str:
+    """Return the link that is to float: one that no other link carries, if there is one.
+
+    Of several such links, the canonical one or else the first in the file is taken.
+    """
+    bodies = _bodies(left, edges)
+    carried = {
+        bodies[item.child]
+        for item in edges
+        if not item.is_cut
+        and item.type != "fixed"
+        and item.parent in bodies
+        and item.child in bodies
+        and bodies[item.parent] != bodies[item.child]
+    }
+    free = [name for name in left if bodies[name] not in carried] or left
+    return canonical if canonical in free else free[0]
+
+
+def _bodies(left: list[str], edges: list[Edge]) -> dict[str, str]:
+    """Return link to the first of the links that fixed joints make one body with it."""
+    around: dict[str, list[str]] = {name: [] for name in left}
+    for item in edges:
+        if item.type == "fixed" and not item.is_cut and item.parent in around:
+            around[item.parent].append(item.child)
+            around[item.child].append(item.parent)
+    bodies: dict[str, str] = {}
+    for first in left:
+        waiting = [first]
+        while waiting:
+            name = waiting.pop()
+            if name not in bodies:
+                bodies[name] = first
+                waiting += around[name]
+    return bodies

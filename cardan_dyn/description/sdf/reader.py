@@ -22,20 +22,25 @@ import numpy as np
 from ...arrays import Array
 from ...errors import ModelError, choices
 from ..description import CouplingDescription, Description, JointDescription, LinkDescription
-from ..elements import LEAST_MASS, check_size, numbers, only, unique
-from ..left_out import described_left_out
-from ..urdf import check_inertia, tensor_of
+from ..elements import (
+    DIRECTION_TOLERANCE,
+    LEAST_MASS,
+    SINGLE_TYPES,
+    check_size,
+    numbers,
+    only,
+    unique,
+)
+from ..left_out import dynamics_left_out, forces_left_out
+from ..mimics import check_mimics, default_name
+from ..urdf import MOMENTS, check_inertia, tensor_of
 from ..words import check_words
-from .couplings import Couplings
-from .elements import flag, number, pose, text
-from .forces import Forces
+from .elements import acting, flag, number, pose, text
 from .frames import WORLD, Frames
-from .joints import GEARBOX, Edge, edge, kind_of
-from .spanning_tree import SpanningTree, spanning_tree
+from .joints import GEARBOX, Edge, SpanningTree, axis_of, edge, ends, kind_of, spanning_tree
 
 _VERSIONS = ((1, 4), (1, 12))
 """First and last version that is read."""
-_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _IGNORED = ("plugin", "gripper")
 """Elements of a model that may make forces of their own."""
 
@@ -142,7 +147,7 @@ class _Reader:
         self._where, self._strict = where, strict
         self._frames = Frames(model, version, where)
         self._frames.check()
-        self._forces = Forces(where)
+        self._forces: list[str] = []
         self._warnings: list[str] = []
         self._placements = {WORLD: np.eye(4)}
         self._joint_names = {item.get("name", "") for item in model.findall("joint")}
@@ -157,7 +162,7 @@ class _Reader:
             tree = spanning_tree(self._frames.links, self._frames.canonical, edges)
             joints = self._joints(tree, edges)
             couplings = self._couplings(joints)
-        self._forces.of_model(self._model)
+        self._note_flag(self._model, "enable_wind", "false", "model")
         for tag in _IGNORED:
             for item in self._of(tag):
                 self._warnings.append(
@@ -165,8 +170,8 @@ class _Reader:
                     "makes are unknown here"
                 )
         loops = tuple(item.loop(self._placements) for item in tree.loops)
-        left_out = described_left_out([*joints, *loops], self._where)
-        left_out += self._forces.left_out(self._strict)
+        left_out = dynamics_left_out([*joints, *loops], self._where)
+        left_out += forces_left_out(self._forces, self._where, self._strict)
         return Description(
             name=self._model.get("name") or "mechanism",
             links=tuple(links),
@@ -185,10 +190,9 @@ class _Reader:
         return kind_of(joint, f"{self._where}: joint {joint.get('name')!r}") == GEARBOX
 
     def _edge(self, element: ElementTree.Element) -> Edge:
-        found, warnings = edge(element, self._frames, self._version, self._where)
-        self._warnings += warnings
-        at = f"{self._where}: joint {found.name!r}"
-        self._forces.of_joint(element, at, found.dynamics.acts)
+        found = edge(element, self._frames, self._version, self._where)
+        self._warnings += found.warnings
+        self._forces += found.forces
         return found
 
     def _link(self, element: ElementTree.Element) -> LinkDescription:
@@ -196,7 +200,7 @@ class _Reader:
         name = element.get("name", "")
         at = f"{self._where}: link {name!r}"
         self._placements[name] = self._frames.placement(name, at)
-        self._forces.of_link(element, at)
+        self._note_forces(element, at)
         inertial = only(element, "inertial", at)
         if inertial is None:
             self._warnings.append(f"{at}: without <inertial>, SDF gives it 1 kg and 1 kg·m²")
@@ -210,6 +214,26 @@ class _Reader:
         if stated is not None and (stated.get("relative_to") or stated.get("frame")):
             raise ModelError(f"{at}: the pose of <inertial> is in the link; it names no frame")
         return self._massive(name, inertial, pose(inertial, f"{at}: inertial"), at)
+
+    def _note_forces(self, link: ElementTree.Element, at: str) -> None:
+        """Note weight that is switched off, wind, decay and added mass of a link."""
+        name = f"link {link.get('name')!r}"
+        for tag, default in (("gravity", "true"), ("enable_wind", "false"), ("kinematic", "false")):
+            self._note_flag(link, tag, default, name)
+        decay = only(link, "velocity_decay", at)
+        if decay is not None:
+            words = ("linear", "angular")
+            self._forces += acting(decay, words, f"{name}: velocity_decay", self._where)
+        inertial = only(link, "inertial", at)
+        added = None if inertial is None else only(inertial, "fluid_added_mass", at)
+        if added is not None:
+            tags = [child.tag for child in added]
+            self._forces += acting(added, tags, f"{name}: fluid_added_mass", self._where)
+
+    def _note_flag(self, element: ElementTree.Element, tag: str, default: str, name: str) -> None:
+        word = text(element, tag, default, f"{self._where}: {name}")
+        if flag(word, f"{self._where}: {name}: {tag}") != (default == "true"):
+            self._forces.append(f"{name}: {tag} {word}")
 
     def _massive(
         self, name: str, inertial: ElementTree.Element, frame: Array, at: str
@@ -239,7 +263,7 @@ class _Reader:
             self._warnings.append(f"{at}: without <inertia>, SDF gives it 1 kg·m²")
             return np.eye(3)
         moments = []
-        for tag in _MOMENTS:
+        for tag in MOMENTS:
             default = "" if tag in ("ixx", "iyy", "izz") else "0"
             value = text(inertia, tag, default, at)
             moments.append(float(numbers(value, 1, "", f"{at}: inertia {tag}")[0]))
@@ -278,13 +302,105 @@ class _Reader:
         return JointDescription(name, kind, WORLD, link, self._placements[link], axis, axis)
 
     def _couplings(self, joints: list[JointDescription]) -> list[CouplingDescription]:
-        """Return the gears between joints."""
-        found = Couplings(joints, self._frames, self._version, self._joint_names, self._where)
+        """Return the gearboxes, and the axes that mimic others, of the joints of the tree."""
+        self._tree = {joint.name: joint for joint in joints}
+        self._carriers = {joint.child: joint for joint in joints}
+        found: list[CouplingDescription] = []
         for element in self._of("joint"):
             if self._is_gearbox(element):
-                found.add_gearbox(element)
+                found.append(self._gearbox(element))
             for tag in ("axis", "axis2"):
                 mimic = element.find(f"{tag}/mimic")
                 if mimic is not None:
-                    found.add_mimic(element, tag, mimic)
-        return found.couplings
+                    found.append(self._mimic(element, tag, mimic))
+                    check_mimics(found, self._where)
+        return found
+
+    def _gearbox(self, element: ElementTree.Element) -> CouplingDescription:
+        """Return a gearbox, which makes two angles, of parent and child on a third body, a ratio.
+
+        It couples links, whose motions a description adds up from their nearest common ancestor. So
+        it says the same only of two hinges of the tree that turn on the same body.
+        """
+        name = element.get("name", "")
+        at = f"{self._where}: joint {name!r}"
+        reference = text(element, "gearbox_reference_body", "", at)
+        if not reference:
+            raise ModelError(f"{at}: <gearbox_reference_body> is missing")
+        base = self._frames.link(reference, f"{at}: gearbox_reference_body")
+        placement = self._frames.joint_placement(name, at)
+        ratio = -number(element, "gearbox_ratio", "1", at)
+        hinges = []
+        for tag, link in zip(("axis", "axis2"), ends(element, self._frames, at), strict=True):
+            stated = axis_of(element, tag, placement, self._frames, self._version, at)
+            hinge, sign = self._hinge(link, base, placement[:3, :3] @ stated, f"{at}: {tag}")
+            hinges.append(hinge)
+            ratio *= sign
+        first, second = hinges
+        if first is second or self._body(first.parent) != self._body(second.parent):
+            raise ModelError(
+                f"{at}: only two joints on the same body can be coupled, not {first.name!r} on "
+                f"{first.parent!r} and {second.name!r} on {second.parent!r}"
+            )
+        return CouplingDescription(name, first.child, second.child, _ratio(ratio, at))
+
+    def _mimic(
+        self, joint: ElementTree.Element, tag: str, mimic: ElementTree.Element
+    ) -> CouplingDescription:
+        """Return the coupling of an axis that follows another one."""
+        name = joint.get("name", "")
+        at = f"{self._where}: joint {name!r}: {tag}: mimic"
+        leader = mimic.get("joint") or ""
+        if mimic.get("axis", "axis") != "axis" or tag != "axis":
+            raise ModelError(f"{at}: only joints with one axis can be coupled")
+        followed, follower = (self._simple(item, at) for item in (leader, name))
+        ratio = number(mimic, "multiplier", "1", at)
+        offset = number(mimic, "offset", "0", at) - ratio * number(mimic, "reference", "0", at)
+        if followed is follower:
+            raise ModelError(f"{at}: a joint cannot mimic itself")
+        coupling = unique(default_name(name), self._joint_names)
+        self._joint_names.add(coupling)
+        return CouplingDescription(
+            coupling, followed.name, follower.name, _ratio(ratio, at), offset, of_joints=True
+        )
+
+    def _simple(self, name: str, at: str) -> JointDescription:
+        """Return a joint of the tree with one coordinate."""
+        joint = self._tree.get(name)
+        if joint is None or joint.type not in SINGLE_TYPES:
+            known = [item.name for item in self._tree.values() if item.type in SINGLE_TYPES]
+            raise ModelError(
+                f"{at}: {name!r} is no joint of the tree with one axis; joints that can be "
+                f"coupled: {choices(known, name)}"
+            )
+        return joint
+
+    def _hinge(self, link: str, base: str, axis: Array, at: str) -> tuple[JointDescription, float]:
+        """Return the hinge that turns a link on a base, and its sense relative to an axis."""
+        hinge = self._carriers.get(self._body(link))
+        if (
+            hinge is None
+            or hinge.type not in ("revolute", "continuous")
+            or self._body(hinge.parent) != self._body(base)
+        ):
+            raise ModelError(
+                f"{at}: no hinge of the tree turns {link!r} on the reference body {base!r}; write "
+                "one, whose parent is that body"
+            )
+        own = self._frames.joint_placement(hinge.name, at)[:3, :3] @ hinge.axis
+        if np.linalg.norm(np.cross(own, axis)) > DIRECTION_TOLERANCE:
+            raise ModelError(f"{at}: it is not parallel to the axis of the hinge {hinge.name!r}")
+        return hinge, 1.0 if own @ axis > 0.0 else -1.0
+
+    def _body(self, link: str) -> str:
+        """Return the first of the links that fixed joints make one body with a link."""
+        while link != WORLD and self._carriers[link].type == "fixed":
+            link = self._carriers[link].parent
+        return link
+
+
+def _ratio(ratio: float, at: str) -> float:
+    """Return the ratio of a coupling, which is not zero."""
+    if ratio == 0.0:
+        raise ModelError(f"{at}: a ratio of zero would hold a joint, not couple it")
+    return ratio

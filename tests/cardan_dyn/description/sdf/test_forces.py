@@ -7,7 +7,6 @@ from testkit.sdf import massive, model
 
 import cardan_dyn as cd
 from cardan_dyn.description.read import read
-from cardan_dyn.description.sdf.forces import Forces
 
 TEXT = model(
     '<link name="a"><inertial><mass>1</mass>{inertial}<inertia><ixx>1</ixx><iyy>1</iyy>'
@@ -75,7 +74,6 @@ def test_numbers_that_are_none() -> None:
     text = TEXT.format(**{**PLACES, "axis": "<dynamics><damping>much</damping></dynamics>"})
     with pytest.raises(cd.ModelError, match="joint 'j': axis: damping: 'much' is not 1 finite"):
         read(text, strict=False)
-    assert Forces("at").left_out(strict=True) == []
 
 
 DYNAMICS = (

@@ -28,7 +28,8 @@ def read(kind: str, inside: str, version: tuple[int, int] = (1, 9)) -> tuple[Edg
     assert element is not None
     found = element.find("joint")
     assert found is not None
-    return edge(found, Frames(element, version, "at"), version, "at")
+    joint_found = edge(found, Frames(element, version, "at"), version, "at")
+    return joint_found, list(joint_found.warnings)
 
 
 @pytest.mark.parametrize(

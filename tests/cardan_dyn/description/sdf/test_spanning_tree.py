@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from cardan_dyn.description.description import Limits
-from cardan_dyn.description.sdf.joints import Edge
-from cardan_dyn.description.sdf.spanning_tree import spanning_tree
+from cardan_dyn.description.sdf.joints import Edge, spanning_tree
 
 
 def edge(words: str) -> Edge:
