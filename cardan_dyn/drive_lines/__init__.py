@@ -1,10 +1,9 @@
 """Drive lines: shafts and universal joints as data, their closed-chain description and analysis."""
 
 from . import arrangements
-from .analysis import Analysis
+from .analysis import Analysis, LineForces
 from .drive_line import DriveLine
 from .examples import examples
-from .forces import LineForces
 from .geometry import Geometry
 from .layout import Layout
 from .parts import Bearing, Centring, DutyPoint, Joint, Shaft, Spline, Tube

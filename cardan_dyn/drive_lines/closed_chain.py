@@ -52,7 +52,10 @@ X, Y, Z = np.eye(3)
 
 
 def urdf(line: LineData) -> str:
-    """Return the description of a line as URDF+ text.
+    """Return the line as a closed-chain URDF+ description, which `cardan_dyn.load` reads.
+
+    `closed_chain` says what its links and joints are. All that is a matter of design is an
+    adjustable joint.
 
     Raises:
         ModelError: what is missing for the line to be held.

@@ -1,34 +1,47 @@
-"""Drive line: the public face of its data, its description, its scenes and its analysis."""
+"""Drive line: a line as data, and all that is asked of it."""
 
 from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ModelError, choices
+import numpy as np
+
+from ..checks import described, number, numbers, several, vector, whole
+from ..errors import ArgumentError, ModelError, choices
 from ..mechanism.mechanism import Mechanism, load
+from .analysis import Analysis
+from .closed_chain import urdf
+from .layout import layout
+from .line_data import LineData
 from .parts import Joint
-from .phased_line import PhasedLine
+from .phasing import phasing
+from .solving import Task, analysed, scene_of
 from .supports import supports
+from .toml_reader import read
+from .toml_writer import write
+from .variants import Variants, variants
+from .verdict import Verdict, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from os import PathLike
 
     from numpy.typing import ArrayLike
 
     from analytic.limits import Limit
 
     from ..scene.scene import Scene
-    from .analysis import Analysis
-    from .variants import Variants
-    from .verdict import Verdict
+
+_DEGREES = {False: 1, True: 5}
+"""Step of the positions, without and with variants [°]."""
+_SLIPPING = {None: 0, "out": 1, "in": -1}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class DriveLine(PhasedLine):
+class DriveLine(LineData):
     """A line of n universal joints between n + 1 shafts.
 
     It cannot be changed: `replace` makes another one. Lines are equal if their data are.
@@ -53,6 +66,12 @@ class DriveLine(PhasedLine):
             cannot be put together.
     """
 
+    to_toml = write
+    to_urdf = urdf
+    variants = variants
+    phasing = phasing
+    layout = layout
+
     @classmethod
     def from_toml(cls, source: str | PathLike[str]) -> DriveLine:
         """Read a line from a TOML file; `toml_schema` lists its fields.
@@ -64,33 +83,8 @@ class DriveLine(PhasedLine):
             ModelError: the file cannot be read, or which of its fields is wrong, its value and what
                 is valid.
         """
-        from .toml_reader import read  # Imported here: lines made in Python need no reader.
-
         line: DriveLine = read(source, cls)
         return line
-
-    def to_toml(self, path: str | PathLike[str] | None = None) -> str:
-        """Return the line as TOML text, which `from_toml` reads as an equal line.
-
-        Args:
-            path: file to write it to; none unless given.
-        """
-        from .toml_writer import write  # Imported here: as above.
-
-        return write(self, path)
-
-    def to_urdf(self) -> str:
-        """Return the line as a closed-chain URDF+ description, which `cardan_dyn.load` reads.
-
-        `closed_chain` says what its links and joints are. All that is a matter of design is an
-        adjustable joint.
-
-        Raises:
-            ModelError: what is missing for the line to be held by its bearings.
-        """
-        from .closed_chain import urdf  # Imported here: most lines are read before they are built.
-
-        return urdf(self)
 
     @cached_property
     def mechanism(self) -> Mechanism:
@@ -122,46 +116,7 @@ class DriveLine(PhasedLine):
         Raises:
             CardanError: as `Scene` does, and as `mechanism` does.
         """
-        from .solving import scene_of  # Imported here: as above.
-
         return scene_of(self, self.mechanism, **options)
-
-    def variants(
-        self,
-        *,
-        angles: ArrayLike | None = None,
-        planes: ArrayLike | None = None,
-        fork_offsets: ArrayLike | None = None,
-        lengths: ArrayLike | None = None,
-        misalignments: Mapping[str, ArrayLike] | None = None,
-    ) -> Variants:
-        """Return D designs of the line, for `analyse`; what is not given is as in the data.
-
-        Args:
-            angles: joint angles `(D, n)` [rad].
-            planes: plane offsets `(D, n)` [rad]; see `Geometry`.
-            fork_offsets: `(D, n - 1)` of the intermediate shafts [rad].
-            lengths: `(D, n - 1)` of the intermediate shafts [m]. Bearings stay at their distances
-                from the joints at the fronts of their shafts, those behind a spline from the
-                joints at the rears. Splines are drawn out, tubes without one longer; masses stay.
-            misalignments: names of adjustable joints, see `closed_chain`, to positions `(D,)` [rad
-                or m]: `offset_y_k` and `offset_z_k` move what lies behind shaft k across it,
-                `support_A_y` and `support_A_z` a bearing.
-
-        Raises:
-            ArgumentError: a value is not finite or out of its range, or shapes do not match.
-            ModelError: unknown adjustable joint.
-        """
-        from .variants import variants  # Imported here: as above.
-
-        return variants(
-            self,
-            angles=angles,
-            planes=planes,
-            fork_offsets=fork_offsets,
-            lengths=lengths,
-            misalignments=misalignments,
-        )
 
     def analyse(
         self,
@@ -196,22 +151,41 @@ class DriveLine(PhasedLine):
             ArgumentError: a value is missing, not finite or out of its range.
             CardanError: as `Scene` and `Scene.sweep` do; a design cannot be put together.
         """
-        from .solving import analysed  # Imported here: as above.
-        from .tasks import task
-
-        asked = task(
-            self,
-            speed=speed,
-            torque=torque,
-            positions=positions,
-            acceleration=acceleration,
-            torque_at=torque_at,
-            gravity=gravity,
-            slipping=slipping,
+        if variants is not None and not isinstance(variants, Variants):
+            raise ArgumentError(
+                f"variants is {described(variants)}, expected what variants() returns"
+            )
+        if variants is not None and variants.shafts != self.shafts:
+            raise ArgumentError("variants are those of another line; make them of this one")
+        if not isinstance(torque_at, str) or torque_at not in ("input", "output"):
+            raise ArgumentError(
+                f"torque_at is {described(torque_at)}, expected 'input' or 'output'"
+            )
+        if slipping is not None and (not isinstance(slipping, str) or slipping not in _SLIPPING):
+            raise ArgumentError(f"slipping is {described(slipping)}, expected 'in', 'out' or None")
+        step = _DEGREES[variants is not None]
+        if positions is None:
+            angles = np.radians(np.arange(0.0, 360.0, step))
+        else:
+            angles = several("positions", positions)
+        torques = numbers("torque", _given("torque", torque, self.torque))
+        if torques.shape not in ((), angles.shape):
+            raise ArgumentError(
+                f"torque has shape {torques.shape}, expected a number or a value per position "
+                f"{angles.shape}"
+            )
+        task = Task(
+            speed=number("speed", _given("speed", speed, self.speed)),
+            acceleration=number("acceleration", acceleration),
+            torque=torques,
+            at_output=torque_at == "output",
+            positions=angles,
+            gravity=np.zeros(3) if gravity is None else vector("gravity", gravity, 3),
+            slipping=_SLIPPING[slipping],
             variants=variants,
-            workers=workers,
+            workers=whole("workers", workers),
         )
-        return analysed(self, self.mechanism, asked)
+        return analysed(self, self.mechanism, task)
 
     def verdict(
         self,
@@ -239,9 +213,7 @@ class DriveLine(PhasedLine):
         Raises:
             ArgumentError: an unknown limit, or one that is no number; an analysis of another line.
         """
-        from .verdict import verdict  # Imported here: as above.
-
-        return verdict(self, limits, analysis, lambda line, **options: line.analyse(**options))
+        return verdict(self, limits, analysis, DriveLine.analyse)
 
     def replace(self, **changes: Any) -> DriveLine:
         """Return a line that differs in some fields.
@@ -257,3 +229,12 @@ class DriveLine(PhasedLine):
         if "shafts" in changes and not any(joint != Joint() for joint in self.joints):
             changes = {"joints": (), **changes}  # As many plain ones as there will be joints.
         return dataclasses.replace(self, **changes)
+
+
+def _given(name: str, value: ArrayLike | None, of_line: float | None) -> ArrayLike:
+    """Return an argument, or what the line says."""
+    if value is not None:
+        return value
+    if of_line is None:
+        raise ArgumentError(f"{name} is given neither here nor by the line; give {name}=")
+    return of_line

@@ -100,7 +100,23 @@ def layout(
     objective: str = "residual_angle",
     **options: Any,
 ) -> Layout[Line]:
-    """Return the layout and the forks that make an objective least; see `DriveLine.layout`."""
+    """Return values of lengths, slopes and places that make an objective least, with the forks.
+
+    Forks are put as `phasing` does, for every layout that is looked at. Layouts are searched
+    for by differential evolution and a local search after it.
+
+    Args:
+        line: the line.
+        free: variables with their bounds [m or rad]: `SHAFT.length`, `SHAFT.slope_side`,
+            `SHAFT.slope_plan`, `SHAFT.start_x` … `SHAFT.end_z` of shafts given by points, and
+            `BEARING.distance`. Layouts that cannot be put together are left out.
+        objective: as of `phasing`.
+        options: others of `phasing`.
+
+    Raises:
+        ArgumentError: bounds that are none, and as `phasing` does.
+        ModelError: there is no such variable, and as `phasing` does.
+    """
     places, bounds = _variables(line, free)
     before = phasing(line, objective, **options)
     start = np.clip(_values(line, places), *bounds.T)

@@ -28,27 +28,7 @@ _SUM_TOLERANCE = 1e-9
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class LineData:
-    """A line of n universal joints between n + 1 shafts; `DriveLine` is its public face.
-
-    Attributes:
-        shafts: n + 1 shafts along the power flow, the input shaft first.
-        joints: n joints; plain ones unless given.
-        name: of the line.
-        speed: of the input shaft [rad/s].
-        torque: of the input shaft, positive if it drives the line in the sense of rotation [N·m].
-        duty_cycle: shares of the time with their speeds and torques.
-        application: `vehicle`, `agricultural` or `industrial`, whose limits the verdict goes by;
-            limits that hold for one of them alone are not judged unless given.
-        service_factor: K, shock torque over torque; 1 unless given.
-        reversing: whether the torque changes its sense.
-        acceleration: greatest angular acceleration of the input shaft, running up or braking, on
-            top of the torque [rad/s²]; the verdict counts with none unless given.
-        life: that is asked of the joints' bearings [s].
-
-    Raises:
-        ModelError: the field, its value and what is valid: see `Shaft` and the others; shafts that
-            cannot be put together.
-    """
+    """The data of a `DriveLine` and what follows from them alone; attributes are told there."""
 
     shafts: tuple[Shaft, ...] = parts(Shaft, "shafts along the power flow", dataclasses.MISSING)
     joints: tuple[Joint, ...] = parts(Joint, "joints, each between a shaft and the next")

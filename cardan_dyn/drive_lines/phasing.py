@@ -133,7 +133,33 @@ def phasing(
     fixed: Sequence[str | int] = (),
     count: int = 8,
 ) -> Phasing[Line]:
-    """Return the forks that make an objective least; see `DriveLine.phasing`."""
+    """Return where the forks have to stand so that an objective is least.
+
+    The least residual angle of free forks is known in closed form, and that of forks on
+    splines is found by branch and bound; both are the global optimum, which `proven` says.
+    Bearing forces are searched for, unless all forks stand on splines and are few enough to be
+    all tried; on 60 random lines no other search found forces less by more than 0.02 %. A fork
+    is the same after half a turn, so offsets are told between ±90°.
+
+    Args:
+        line: the line.
+        objective: `residual_angle`, the greatest of chosen shafts, or `bearing_force`, the
+            greatest of chosen bearings over a revolution, quasi-static and without weight.
+        shafts: names or numbers of the shafts whose residual angle counts; the output shaft
+            unless given.
+        bearings: names of the bearings whose forces count; all unless given.
+        torque: of the input shaft, for bearing forces [N·m]; that of the line unless given.
+        teeth: numbers of teeth of the splines on which forks can be turned, by shaft, or one
+            for all intermediate shafts: offsets are the present one and steps of 360°/teeth
+            from it. Forks of other shafts are free.
+        fixed: names or numbers of the intermediate shafts whose forks stay as they are.
+        count: number of alternatives that are told, if there are as many.
+
+    Raises:
+        ArgumentError: an argument does not go with the others or is out of its range.
+        ModelError: there is no such shaft or bearing; for bearing forces, a line that is not
+            held, or whose forces statics leaves open.
+    """
     if objective not in OBJECTIVES:
         raise ArgumentError(
             f"objective {objective!r} is unknown; objectives: {choices(OBJECTIVES, objective)}"

@@ -20,19 +20,76 @@ from ..mechanism.mechanism import Mechanism
 from ..results.sweep import Sweep
 from ..results.wrench import JointWrench
 from ..scene.scene import Scene
-from .analysis import Analysis
-from .bearing_axes import bearing_axes
-from .forces import LineForces
-from .geometry import MEETING
+from .analysis import Analysis, LineForces
+from .geometry import MEETING, Geometry, leftwards
 from .line_data import LineData
 from .line_motion import LineMotion, line_motion
 from .supports import Supports, hangs_by_rear, spline_distance, supports
-from .tasks import Task
+from .variants import Adjustable, Variants
 from .zero import Zero, line_zero
 
+_Moved = Mapping[Adjustable, Array]
+"""Adjustable joints to their positions `(d, 1)` in some designs, which count from the data."""
 _BLOCK, _BLOCK_OF_ONE = 10_000, 50_000
 """Samples times joints that are closed at a time: of designs, some 10 kilobytes for each; of one
 line, some 5, where each block would follow the line's motion anew."""
+
+
+class Task(NamedTuple):
+    """What is asked for.
+
+    Attributes:
+        speed: of the input shaft [rad/s].
+        acceleration: of the input shaft [rad/s²].
+        torque: `()` or `(P,)` [N·m].
+        at_output: whether the torque is that of the output shaft, not of the input shaft.
+        positions: `(P,)` of the input shaft [rad].
+        gravity: `(3,)` [m/s²].
+        slipping: 1 if splines are drawn out, -1 if they are pushed in, 0 without friction.
+        variants: designs; None for the line as it is.
+        workers: see `Scene.sweep`.
+    """
+
+    speed: float
+    acceleration: float
+    torque: Array
+    at_output: bool
+    positions: Array
+    gravity: Array
+    slipping: int
+    variants: Variants | None
+    workers: int
+
+
+class _Seat(NamedTuple):
+    """Where the force of a bearing is read.
+
+    Attributes:
+        joint: of the description, whose force is that of the bearing.
+        name: of the bearing, as results tell it.
+        shaft: index of its shaft.
+        turned: how far its place is turned about the shaft in the data [rad].
+    """
+
+    joint: str
+    name: str
+    shaft: int
+    turned: float = 0.0
+
+
+class _Slip(NamedTuple):
+    """Where what acts in a spline is read.
+
+    Attributes:
+        joint: of the description.
+        shaft: index of its shaft.
+        lever: distance from where the joint has its origin to the spline [m]; NaN where that is the
+            spline, and the joint's child is the rear piece.
+    """
+
+    joint: str
+    shaft: int
+    lever: float
 
 
 class _Setup(NamedTuple):
@@ -41,22 +98,17 @@ class _Setup(NamedTuple):
     Attributes:
         scene: with a unit torque at the output.
         zero: how the pins stand at zero.
-        bearings: joints whose forces are those of the bearings.
-        places: shaft of each bearing, and how far its place is turned about it in the data [rad].
+        seats: of all bearings.
         tilting: of end shafts that misaligned bearings tilt, the first bearing, which keeps the
             sleeve from turning, another one, and their distance along the flow [m].
-        slips: joints of the splines.
-        levers: distances from where each slip has its origin to its spline [m]; NaN where that is
-            the spline, and the slip's child is the rear piece.
+        slips: of all splines.
     """
 
     scene: Scene
     zero: Zero
-    bearings: tuple[str, ...]
-    places: tuple[tuple[int, float], ...]
+    seats: tuple[_Seat, ...]
     tilting: tuple[tuple[int, int, float], ...]
-    slips: tuple[str, ...]
-    levers: tuple[float, ...]
+    slips: tuple[_Slip, ...]
 
 
 class _Part(NamedTuple):
@@ -86,8 +138,8 @@ def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
     setup = _setup(line, mechanism, task)
     arrays = _Arrays(task)
     residuals = []
-    for chosen, block, held in _blocks(line, task):
-        part = _solved(setup, line, block, held)
+    for chosen, block, moved in _blocks(line, task):
+        part = _solved(setup, line, block, moved)
         arrays.put("motion", chosen, part.motion[:4])
         if task.variants is not None:
             arrays.put("mean", chosen, part.motion[4:])
@@ -102,12 +154,12 @@ def analysed(line: LineData, mechanism: Mechanism, task: Task) -> Analysis:
         name=line.name,
         shafts=line.shaft_names,
         joints=line.joint_names,
-        bearings=tuple(name.removeprefix("support_") for name in setup.bearings),
+        bearings=tuple(seat.name for seat in setup.seats),
         centrings=tuple(line.shaft_names[k] for k in line.centred),
-        splines=tuple(line.shaft_names[int(name.removeprefix("slip_"))] for name in setup.slips),
+        splines=tuple(line.shaft_names[slip.shaft] for slip in setup.slips),
         speed=task.speed,
         position=read_only(task.positions),
-        designs=task.variants.held if task.variants else FrozenDict({}),
+        moved=task.variants.moved if task.variants else FrozenDict({}),
         rotation=rotation,
         ratio=ratio,
         acceleration=acceleration,
@@ -148,56 +200,54 @@ class _Arrays:
 def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
     """Return the scene, with all joint angles held and what varies from design to design."""
     stand, held_by = line_zero(line), supports(line)
-    listed = [(item.shaft, f"support_{item.name}") for item in held_by.bearings]
-    ends = ((0, "bearing_in"), (line.count, "bearing_out"))
-    listed += [end for end in ends if not line.shafts[end[0]].bearings]
-    listed.sort(key=lambda item: item[0])
+    seats = [_Seat(f"support_{item.name}", item.name, item.shaft) for item in held_by.bearings]
     # What turns on its place alone stands there as its pins do, and bearings straight.
-    places = [
-        (index, float(stand.rotations[index]) if name in ("bearing_in", "bearing_out") else 0.0)
-        for index, name in listed
+    seats += [
+        _Seat(name, name, shaft, float(stand.rotations[shaft]))
+        for shaft, name in ((0, "bearing_in"), (line.count, "bearing_out"))
+        if not line.shafts[shaft].bearings
     ]
-    names = [name for _, name in listed]
-    varied = {} if task.variants is None else dict.fromkeys(task.variants.held, 0.0)
-    is_misaligned = any(name.startswith("support_") for name in varied)
-    tilting = _sleeves(held_by, names, (0, line.count)) if is_misaligned else ()
-    with_spline = [k for k, shaft in enumerate(line.shafts) if shaft.spline]
-    slips = tuple(f"slip_{k}" for k in with_spline)
-    levers = tuple(
-        spline_distance(line, k) if hangs_by_rear(held_by, k) else np.nan for k in with_spline
-    )
+    seats.sort(key=lambda seat: seat.shaft)
+    moved = [] if task.variants is None else list(task.variants.moved)
+    is_tilted = any(joint.kind in ("support_y", "support_z") for joint in moved)
+    tilting = _sleeves(held_by, seats, (0, line.count)) if is_tilted else ()
+    slips = [
+        _Slip(f"slip_{k}", k, spline_distance(line, k) if hangs_by_rear(held_by, k) else np.nan)
+        for k, shaft in enumerate(line.shafts)
+        if shaft.spline
+    ]
     pins = [f"pin_{k}_{side}" for k in range(1, line.count + 1) for side in ("in", "out")]
-    angles = {f"joint_angle_{k}": 0.0 for k in range(1, line.count + 1)}
-    centrings = [f"centring_{k}" for k in line.centred]
-    wanted = [*pins, *names, *slips, *centrings, *angles, "bearing_in", "bearing_out"]
-    outputs = dict.fromkeys(wanted)
+    held = {f"joint_angle_{k}": 0.0 for k in range(1, line.count + 1)}
+    sliding = [slip.joint for slip in slips]
+    wanted = [*pins, *(seat.joint for seat in seats), *sliding]
+    wanted += [*(f"centring_{k}" for k in line.centred), *held, "bearing_in", "bearing_out"]
     scene = scene_of(
         line,
         mechanism,
-        held={**angles, **varied},
-        loads={"bearing_out": -1.0, **dict.fromkeys(slips, 0.0)},
-        outputs=list(outputs),
+        held=held | {joint.name: 0.0 for joint in moved},
+        loads={"bearing_out": -1.0, **dict.fromkeys(sliding, 0.0)},
+        outputs=list(dict.fromkeys(wanted)),
     )
-    return _Setup(scene, stand, tuple(names), tuple(places), tilting, slips, levers)
+    return _Setup(scene, stand, tuple(seats), tilting, tuple(slips))
 
 
 def _sleeves(
-    held_by: Supports, names: Sequence[str], ends: tuple[int, int]
+    held_by: Supports, seats: Sequence[_Seat], ends: tuple[int, int]
 ) -> tuple[tuple[int, int, float], ...]:
     """Return the first two bearings on the sleeves of end shafts; see `_Setup.tilting`."""
-    found = []
+    found, names = [], [seat.name for seat in seats]
     for shaft in ends:
         # In the order in which the closed chain takes them.
         on_shaft = [item for item in held_by.bearings if item.shaft == shaft]
         on_shaft.sort(key=lambda item: not item.locating)
         if len(on_shaft) > 1:
-            first, second = (names.index(f"support_{item.name}") for item in on_shaft[:2])
+            first, second = (names.index(item.name) for item in on_shaft[:2])
             apart = on_shaft[1].distance - on_shaft[0].distance
             found.append((first, second, apart if shaft else -apart))
     return tuple(found)
 
 
-def _blocks(line: LineData, task: Task) -> Iterator[tuple[slice, Task, Mapping[str, Array]]]:
+def _blocks(line: LineData, task: Task) -> Iterator[tuple[slice, Task, _Moved]]:
     """Yield some positions or designs at a time, with the task and the adjustable joints `(d, 1)`.
 
     Of variants, the slice is one of designs, and the task has all positions.
@@ -213,19 +263,20 @@ def _blocks(line: LineData, task: Task) -> Iterator[tuple[slice, Task, Mapping[s
     size = max(1, most // len(task.positions))
     for start in range(0, task.variants.designs, size):
         chosen = slice(start, min(start + size, task.variants.designs))
-        held = task.variants.held.items()
-        yield chosen, task, {name: values[chosen, None] for name, values in held}
+        moved = task.variants.moved.items()
+        yield chosen, task, {joint: values[chosen, None] for joint, values in moved}
 
 
-def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]) -> _Part:
+def _solved(setup: _Setup, line: LineData, task: Task, moved: _Moved) -> _Part:
     """Return the results of a block of samples."""
     scene = setup.scene
     # Designs × positions, even where there is one design or nothing varies.
-    count = max((len(values) for values in held.values()), default=1)
+    count = max((len(values) for values in moved.values()), default=1)
     is_grid = task.variants is not None
     positions = np.broadcast_to(task.positions, (count, len(task.positions)))
+    held = {joint.name: values for joint, values in moved.items()}
     closed = scene.assemble(positions if is_grid else task.positions, held=held)
-    axes = bearing_axes(line.geometry, held, setup.places)
+    axes = _bearing_axes(line.geometry, moved, setup.seats)
     turns = list(np.swapaxes(axes, 0, 1) if is_grid else axes[0])
 
     def sweep(loads: Mapping[str, float] | None = None, moving: bool = False) -> Sweep:
@@ -242,17 +293,17 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
     is_heavy = _has_mass(scene.mechanism)
     # Without mass, forces in motion are those at rest.
     unit = sweep(moving=is_moving and not is_heavy)
-    _check_place(setup, unit, held)
+    _check_place(setup, unit, moved)
     sweeps = [unit]
     ratio = unit.motion.ratio("bearing_out")
     torque = np.broadcast_to(task.torque, ratio.shape)
     static = _of(setup, line, turns, unit).times(torque if task.at_output else torque / ratio)
-    for index, name in enumerate(setup.slips if task.slipping else ()):
-        spline = line.shafts[int(name.removeprefix("slip_"))].spline
+    for index, slip in enumerate(setup.slips if task.slipping else ()):
+        spline = line.shafts[slip.shaft].spline
         if spline is None or not spline.friction or spline.radius is None:
             continue
         friction = spline.friction / spline.radius * np.abs(static.spline_torque[..., index])
-        pushed = sweep({name: 1.0, "bearing_out": 0.0})
+        pushed = sweep({slip.joint: 1.0, "bearing_out": 0.0})
         sweeps.append(pushed)
         static = static.plus(_of(setup, line, turns, pushed).times(-task.slipping * friction))
     moving, inertial = unit, None
@@ -261,7 +312,8 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
         inertial = _of(setup, line, turns, moving)
         sweeps.append(moving)
     even = [joint.kind == "constant_velocity" for joint in line.joints]
-    motion = line_motion(moving, setup.zero, setup.slips, task.speed, task.acceleration, even)
+    slips = [slip.joint for slip in setup.slips]
+    motion = line_motion(moving, setup.zero, slips, task.speed, task.acceleration, even)
     residuals = tuple(
         float(np.max([getattr(item, name) for item in sweeps]))
         for name in ("loop_residual", "balance_residual", "power_residual")
@@ -269,7 +321,7 @@ def _solved(setup: _Setup, line: LineData, task: Task, held: Mapping[str, Array]
     return _Part(motion, static, inertial, residuals)
 
 
-def _check_place(setup: _Setup, sweep: Sweep, held: Mapping[str, Array]) -> None:
+def _check_place(setup: _Setup, sweep: Sweep, moved: _Moved) -> None:
     """Refuse designs whose shafts are not where they are designed to be.
 
     Where bearings and splines nearly leave shafts free to tilt, loops can close in a second place,
@@ -278,22 +330,23 @@ def _check_place(setup: _Setup, sweep: Sweep, held: Mapping[str, Array]) -> None
     Raises:
         AssemblyError: a spline is drawn out by another length than that of the design.
     """
+    lengths = {joint.of: item for joint, item in moved.items() if joint.kind == "shaft_length"}
+    tubes = {joint.of: item for joint, item in moved.items() if joint.kind == "tube_length"}
     none = np.zeros(1)
-    tubes = {name: name.replace("tube", "shaft", 1) for name in held if name.startswith("tube_")}
-    follow = all(np.array_equal(held[tube], held.get(shaft, none)) for tube, shaft in tubes.items())
-    if not follow or any(name.startswith(("offset_", "support_")) for name in held):
+    follow = all(np.array_equal(item, lengths.get(k, none)) for k, item in tubes.items())
+    if not follow or any(joint.misaligns for joint in moved):
         return
-    for name in setup.slips:
-        designed = held.get(f"shaft_length_{name.removeprefix('slip_')}", none)
-        found = sweep.motion.position(name)
+    for slip in setup.slips:
+        designed = lengths.get(slip.shaft, none)
+        found = sweep.motion.position(slip.joint)
         if np.max(np.abs(found - designed)) > MEETING:
             worst = np.unravel_index(np.argmax(np.abs(found - designed)), found.shape)
             at = f" of design {worst[0]}" if found.ndim > 1 else ""
             planned = float(np.broadcast_to(designed, found.shape)[worst])
             raise AssemblyError(
-                f"{name} is drawn out by {found[worst]:.6g} m{at} instead of {planned:.6g} m: the "
-                "bearings leave the shafts a second place, into which they came on the way from "
-                "the data; give this design as a line of its own, or support the line better"
+                f"{slip.joint} is drawn out by {found[worst]:.6g} m{at} instead of {planned:.6g} "
+                "m: the bearings leave the shafts a second place, into which they came on the way "
+                "from the data; give this design as a line of its own, or support the line better"
             )
 
 
@@ -310,14 +363,14 @@ def _of(setup: _Setup, line: LineData, turns: Sequence[Array], sweep: Sweep) -> 
         for k, turn in zip(joints, setup.zero.driving, strict=True)
     ]
     moments_out = [sweep[f"pin_{k}_out"].moment for k in joints]
-    forces = [sweep.wrench(name, "parent").force for name in setup.bearings]
+    forces = [sweep.wrench(seat.joint, "parent").force for seat in setup.seats]
     for first, second, distance in setup.tilting:
-        pair = _pair_of_sleeve(sweep, setup.bearings[first], distance)
+        pair = _pair_of_sleeve(sweep, setup.seats[first].joint, distance)
         forces[first], forces[second] = forces[first] + pair, forces[second] - pair
     forces = [force @ np.swapaxes(turn, -1, -2) for force, turn in zip(forces, turns, strict=True)]
     slips = [
-        _in_spline(sweep[name], lever, sweep.motion.position(name))
-        for name, lever in zip(setup.slips, setup.levers, strict=True)
+        _in_spline(sweep[slip.joint], slip.lever, sweep.motion.position(slip.joint))
+        for slip in setup.slips
     ]
     centrings = [sweep.wrench(f"centring_{k}", "parent").force for k in line.centred]
     empty = np.zeros((*sweep.shape, 0, 3))
@@ -372,3 +425,47 @@ def _about_y(angle: float) -> Array:
     """Return the rotation `(3, 3)` about y."""
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
+
+
+def _bearing_axes(found: Geometry, moved: _Moved, seats: Sequence[_Seat]) -> Array:
+    """Return rotations from the axes of each bearing's place to along, left and up.
+
+    Joint angles and planes turn the places of all shafts behind them. Misalignments do not: a
+    bearing's axes are those of its housing.
+
+    Returns:
+        `(D, m, 3, 3)`, or `(1, m, 3, 3)` if no design turns them.
+    """
+    frames = found.frames[:, None]
+    if any(joint.kind in ("joint_angle", "joint_plane") for joint in moved):
+        frames = _frames(found, moved)
+    axes = []
+    for seat in seats:
+        frame = frames[seat.shaft]
+        along, left = frame[:, :, 0], np.array([leftwards(axis) for axis in frame[:, :, 0]])
+        housing = np.stack([along, left, np.cross(along, left)], axis=1)
+        axes.append(housing @ frame @ _about(0, np.array([seat.turned])))
+    return np.stack(axes, axis=1)
+
+
+def _frames(found: Geometry, moved: _Moved) -> Array:
+    """Return the frames of all shafts in each design `(n + 1, D, 3, 3)`; see `Geometry`."""
+    count = max(len(values) for values in moved.values())
+    none = np.zeros((count, 1))
+    frames = [np.broadcast_to(found.frames[0], (count, 3, 3))]
+    nominal = zip(found.plane_offsets, found.joint_angles, strict=True)
+    for k, (plane, angle) in enumerate(nominal, 1):
+        planes = plane + moved.get(Adjustable("joint_plane", k), none)[:, 0]
+        angles = angle + moved.get(Adjustable("joint_angle", k), none)[:, 0]
+        frames.append(frames[-1] @ _about(0, planes) @ _about(2, angles))
+    return np.stack(frames)
+
+
+def _about(axis: int, angles: Array) -> Array:
+    """Return rotations `(D, 3, 3)` about x (0) or z (2)."""
+    result = np.zeros((len(angles), 3, 3))
+    one, two = (axis + 1) % 3, (axis + 2) % 3
+    result[:, axis, axis] = 1.0
+    result[:, one, one] = result[:, two, two] = np.cos(angles)
+    result[:, two, one], result[:, one, two] = np.sin(angles), -np.sin(angles)
+    return result

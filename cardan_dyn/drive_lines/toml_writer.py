@@ -11,8 +11,16 @@ from .fields import Entry, entries
 from .units import DIMENSIONS, written
 
 
-def write(line: Any, path: str | PathLike[str] | None) -> str:
-    """Return a line as TOML; see `DriveLine.to_toml`."""
+def write(line: Any, path: str | PathLike[str] | None = None) -> str:
+    """Return the line as TOML text, which `from_toml` reads as an equal line.
+
+    Args:
+        line: the line.
+        path: file to write it to; none unless given.
+
+    Raises:
+        ModelError: the file cannot be written.
+    """
     import tomlkit
 
     text = tomlkit.dumps(table_of(line))

@@ -21,18 +21,53 @@ if TYPE_CHECKING:
 _QUARTER = np.pi / 2
 
 
+class Adjustable(NamedTuple):
+    """A joint of the description that designs may move; see `closed_chain`.
+
+    Attributes:
+        kind: `joint_angle`, `joint_plane`, `fork_offset`, `shaft_length`, `tube_length`,
+            `offset_y`, `offset_z`, `support_y` or `support_z`.
+        of: number of the joint or shaft, or name of the bearing.
+    """
+
+    kind: str
+    of: int | str
+
+    @property
+    def name(self) -> str:
+        """Its name in the description, like `joint_angle_1` or `support_A_y`."""
+        if isinstance(self.of, str):
+            return f"support_{self.of}_{self.kind[-1]}"
+        return f"{self.kind}_{self.of}"
+
+    @property
+    def unit(self) -> str:
+        """Unit of its position: `rad` or `m`."""
+        return "rad" if self.kind in ("joint_angle", "joint_plane", "fork_offset") else "m"
+
+    @property
+    def misaligns(self) -> bool:
+        """Whether it moves shafts or bearings off their axes."""
+        return self.kind.startswith(("offset", "support"))
+
+
 class Variants(NamedTuple):
     """Designs of a line.
 
     Attributes:
         designs: their number D.
-        held: adjustable joints to their positions `(D,)` [rad or m], which count from the data.
+        moved: adjustable joints to their positions `(D,)` [rad or m], which count from the data.
         shafts: of the line.
     """
 
     designs: int
-    held: FrozenDict[str, Array]
+    moved: FrozenDict[Adjustable, Array]
     shafts: tuple[Shaft, ...]
+
+    @property
+    def held(self) -> FrozenDict[str, Array]:
+        """Names of adjustable joints to their positions `(D,)` [rad or m]."""
+        return FrozenDict({joint.name: values for joint, values in self.moved.items()})
 
 
 def variants(
@@ -44,9 +79,26 @@ def variants(
     lengths: ArrayLike | None = None,
     misalignments: Mapping[str, ArrayLike] | None = None,
 ) -> Variants:
-    """Return designs of a line; see `DriveLine.variants`."""
+    """Return D designs of the line, for `analyse`; what is not given is as in the data.
+
+    Args:
+        line: the line.
+        angles: joint angles `(D, n)` [rad].
+        planes: plane offsets `(D, n)` [rad]; see `Geometry`.
+        fork_offsets: `(D, n - 1)` of the intermediate shafts [rad].
+        lengths: `(D, n - 1)` of the intermediate shafts [m]. Bearings stay at their distances
+            from the joints at the fronts of their shafts, those behind a spline from the
+            joints at the rears. Splines are drawn out, tubes without one longer; masses stay.
+        misalignments: names of adjustable joints, see `closed_chain`, to positions `(D,)` [rad
+            or m]: `offset_y_k` and `offset_z_k` move what lies behind shaft k across it,
+            `support_A_y` and `support_A_z` a bearing.
+
+    Raises:
+        ArgumentError: a value is not finite or out of its range, or shapes do not match.
+        ModelError: unknown adjustable joint.
+    """
     found = line.geometry
-    given: dict[str, Array] = {}
+    given: dict[Adjustable, Array] = {}
     if angles is not None:
         values = _columns("angles", angles, line.count)
         if not np.all((values >= 0.0) & (values < _QUARTER)):
@@ -67,32 +119,32 @@ def variants(
         _check_lengths(line, values)
         changes = _differences("shaft_length", values, found.lengths[1:-1])
         rigid = [k for k, shaft in enumerate(line.shafts[1:-1], 1) if shaft.spline is None]
-        given |= changes | {f"tube_length_{k}": changes[f"shaft_length_{k}"] for k in rigid}
+        given |= changes
+        given |= {
+            Adjustable("tube_length", k): changes[Adjustable("shaft_length", k)] for k in rigid
+        }
     given |= _misaligned(line, misalignments, given)
     _check_centrings(line, given)
-    sizes = {name: np.shape(value) for name, value in given.items()}
-    counts = {shape[0] for shape in sizes.values() if shape != (1,)} or {1}
+    counts = {len(values) for values in given.values() if len(values) != 1} or {1}
     if len(counts) > 1:
         raise ArgumentError(f"variants differ in number: {sorted(counts)}; give as many of each")
     count = counts.pop()
     if not count:
         raise ArgumentError("there are no designs; give one at least")
-    held = {name: np.broadcast_to(value, (count,)) for name, value in given.items()}
-    arrays = FrozenDict({name: np.array(value) for name, value in held.items()})
-    return Variants(count, arrays, line.shafts)
+    moved = {joint: np.array(np.broadcast_to(item, (count,))) for joint, item in given.items()}
+    return Variants(count, FrozenDict(moved), line.shafts)
 
 
-def _check_centrings(line: LineData, given: Mapping[str, Array]) -> None:
+def _check_centrings(line: LineData, given: Mapping[Adjustable, Array]) -> None:
     """Refuse designs that would move a coupling piece: its centring says where it lies."""
     for k in line.centred:
-        for name in (
-            *(f"joint_{what}_{joint}" for what in ("angle", "plane") for joint in (k, k + 1)),
-            *(f"{what}_{k}" for what in ("shaft_length", "tube_length", "offset_y", "offset_z")),
-        ):
-            if np.any(given.get(name, np.zeros(1))) and name != f"joint_plane_{k}":
+        held = {("joint_angle", k), ("joint_angle", k + 1), ("joint_plane", k + 1)}
+        held |= {(kind, k) for kind in ("shaft_length", "tube_length", "offset_y", "offset_z")}
+        for joint, values in given.items():
+            if tuple(joint) in held and np.any(values):
                 raise ArgumentError(
-                    f"{name} moves the coupling piece {line.shaft_names[k]}, which its centring "
-                    "puts in its place; make a line of its own of each such design"
+                    f"{joint.name} moves the coupling piece {line.shaft_names[k]}, which its "
+                    "centring puts in its place; make a line of its own of each such design"
                 )
 
 
@@ -132,40 +184,45 @@ def _columns(name: str, values: ArrayLike, count: int) -> Array:
     return np.broadcast_to(array, (len(array), count))
 
 
-def _differences(name: str, values: Array, nominal: Array) -> dict[str, Array]:
-    """Return the positions of adjustable joints `name_k` that make values of nominal ones."""
-    return {f"{name}_{k}": values[:, k - 1] - nominal[k - 1] for k in range(1, len(nominal) + 1)}
+def _differences(kind: str, values: Array, nominal: Array) -> dict[Adjustable, Array]:
+    """Return the positions of adjustable joints that make values of nominal ones."""
+    return {
+        Adjustable(kind, k): values[:, k - 1] - nominal[k - 1] for k in range(1, len(nominal) + 1)
+    }
 
 
 def _misaligned(
-    line: LineData, misalignments: Mapping[str, ArrayLike] | None, given: Mapping[str, Array]
-) -> dict[str, Array]:
+    line: LineData,
+    misalignments: Mapping[str, ArrayLike] | None,
+    given: Mapping[Adjustable, Array],
+) -> dict[Adjustable, Array]:
     """Return the positions of single adjustable joints."""
     result = {}
-    known = adjustable_names(line)
+    known = {joint.name: joint for joint in adjustables(line)}
     for name, values in mapping("misalignments", misalignments).items():
         if name not in known:
             raise ModelError(
                 f"{name!r} is no adjustable joint of the line; these are: {choices(known, name)}",
                 name=name,
             )
-        if name in given:
+        if known[name] in given:
             raise ArgumentError(f"{name} is given twice: by its own name and with all of its kind")
         array = numbers(name, values)
         if array.ndim > 1:
             raise ArgumentError(f"{name} has shape {array.shape}, expected a value per design")
-        result[name] = np.atleast_1d(array)
+        result[known[name]] = np.atleast_1d(array)
     return result
 
 
-def adjustable_names(line: LineData) -> list[str]:
-    """Return the names of the adjustable joints of a line's description."""
-    names = []
+def adjustables(line: LineData) -> list[Adjustable]:
+    """Return the adjustable joints of a line's description."""
+    found = []
     for k in range(1, line.count + 1):
-        names += [f"joint_angle_{k}", f"joint_plane_{k}"]
+        found += [Adjustable("joint_angle", k), Adjustable("joint_plane", k)]
     for k in range(1, line.count):
-        names += [f"fork_offset_{k}", f"shaft_length_{k}", f"offset_y_{k}", f"offset_z_{k}"]
-        names += [f"tube_length_{k}"] if line.shafts[k].spline is None else []
+        kinds = ["fork_offset", "shaft_length", "offset_y", "offset_z"]
+        kinds += ["tube_length"] if line.shafts[k].spline is None else []
+        found += [Adjustable(kind, k) for kind in kinds]
     for item in supports(line).bearings:
-        names += [f"support_{item.name}_y", f"support_{item.name}_z"]
-    return names
+        found += [Adjustable("support_y", item.name), Adjustable("support_z", item.name)]
+    return found

@@ -19,8 +19,7 @@ from analytic.limits import CRITICAL_CONSTANTS, LIMITS, Limit
 from ..arrays import Array
 from ..checks import described, mapping
 from ..errors import ArgumentError, CardanError, choices
-from .analysis import Analysis
-from .forces import LineForces
+from .analysis import Analysis, LineForces
 from .line_data import LineData
 
 GIVEN = "the caller"

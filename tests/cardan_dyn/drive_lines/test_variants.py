@@ -3,14 +3,14 @@ import pytest
 from testkit.line_data import double_shaft, random_line
 
 from cardan_dyn import ArgumentError, ModelError
-from cardan_dyn.drive_lines.variants import adjustable_names, variants
+from cardan_dyn.drive_lines.variants import adjustables
 
 LINE = double_shaft((0.0, 0.2, 0.1))
 THREE = random_line(3, seed=0)
 
 
 def test_positions_add_to_the_data() -> None:
-    found = variants(LINE, angles=[[0.3, 0.1], [0.2, 0.2]], fork_offsets=[[0.5], [0.0]])
+    found = LINE.variants(angles=[[0.3, 0.1], [0.2, 0.2]], fork_offsets=[[0.5], [0.0]])
     assert found.designs == 2
     assert found.held["joint_angle_1"] == pytest.approx([0.1, 0.0], abs=1e-15)
     assert found.held["joint_angle_2"] == pytest.approx([0.0, 0.1], abs=1e-15)
@@ -19,26 +19,26 @@ def test_positions_add_to_the_data() -> None:
 
 
 def test_one_value_for_all_joints_or_designs() -> None:
-    found = variants(LINE, angles=np.array([[0.1], [0.2], [0.3]]), planes=[0.5, np.pi])
+    found = LINE.variants(angles=np.array([[0.1], [0.2], [0.3]]), planes=[0.5, np.pi])
     assert found.designs == 3
     assert found.held["joint_angle_2"] == pytest.approx([0.0, 0.1, 0.2], abs=1e-15)
     assert found.held["joint_plane_1"].shape == (3,)
-    assert variants(LINE).designs == 1
+    assert LINE.variants().designs == 1
 
 
 def test_a_longer_shaft_without_a_spline_is_longer_itself() -> None:
-    found = variants(THREE, lengths=[[1.0, 1.1]])
+    found = THREE.variants(lengths=[[1.0, 1.1]])
     assert found.held["tube_length_1"].tolist() == found.held["shaft_length_1"].tolist()
     assert "tube_length_2" not in found.held
 
 
 def test_names_are_those_of_the_description() -> None:
     for line in (LINE, THREE):
-        assert set(adjustable_names(line)) == set(line.mechanism.adjustable)
+        assert {joint.name for joint in adjustables(line)} == set(line.mechanism.adjustable)
 
 
 def test_what_designs_hold_cannot_be_changed() -> None:
-    found = variants(LINE, misalignments={"offset_y_1": [0.1, 0.2]})
+    found = LINE.variants(misalignments={"offset_y_1": [0.1, 0.2]})
     with pytest.raises(ValueError, match="read-only"):
         found.held["offset_y_1"][0] = 1.0
     with pytest.raises(TypeError):
@@ -64,27 +64,27 @@ def test_what_designs_hold_cannot_be_changed() -> None:
 )
 def test_wrong_arguments(arguments: dict[str, object], message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
-        variants(LINE, **arguments)
+        LINE.variants(**arguments)
 
 
 def test_a_single_joint_has_no_intermediate_shafts() -> None:
     single = random_line(1, seed=0)
     for name in ("lengths", "fork_offsets"):
         with pytest.raises(ArgumentError, match=f"{name} is given, but a line of one joint has no"):
-            variants(single, **{name: [1.0]})
+            single.variants(**{name: [1.0]})
 
 
 def test_unknown_joints() -> None:
     with pytest.raises(ModelError, match=r"'offset_x_1' is no adjustable .* mean 'offset_[yz]_1'"):
-        variants(LINE, misalignments={"offset_x_1": 0.1})
+        LINE.variants(misalignments={"offset_x_1": 0.1})
 
 
 def test_lengths_leave_room_for_bearings_and_splines() -> None:
     with pytest.raises(
         ArgumentError, match=r"0\.1 for shaft_1, expected at least .* bearing C1 is"
     ):
-        variants(THREE, lengths=[[1.2, 1.0], [0.1, 1.0]])
+        THREE.variants(lengths=[[1.2, 1.0], [0.1, 1.0]])
     with pytest.raises(
         ArgumentError, match=r"0\.44 for shaft_1, .* 0\.45 m, up to where its spline"
     ):
-        variants(LINE, lengths=[0.44])
+        LINE.variants(lengths=[0.44])
