@@ -13,8 +13,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
-from analytic._rule_table import ROWS
+from analytic._data import read
 from analytic.limits import CRITICAL_CONSTANTS, LIMITS, POWER_FACTORS, SERVICE_FACTORS, Limit
 
 __all__ = ["RULES", "Rule", "as_markdown"]
@@ -33,7 +34,6 @@ class Rule:
         source: who states it.
         assumptions: what must hold for it, one sentence each.
         example: published example, or what independent derivation it was held against.
-        tests: where, as "file::test" below tests/analytic.
     """
 
     key: str
@@ -44,10 +44,16 @@ class Rule:
     source: str
     assumptions: tuple[str, ...]
     example: str
-    tests: tuple[str, ...]
 
 
-RULES: Mapping[str, Rule] = MappingProxyType({row[0]: Rule(*row) for row in ROWS})
+def _rule(key: str, row: Mapping[str, Any]) -> Rule:
+    listed = {name: tuple(row.get(name, ())) for name in ("functions", "limits", "assumptions")}
+    return Rule(key=key, **{**row, **listed})
+
+
+RULES: Mapping[str, Rule] = MappingProxyType(
+    {key: _rule(key, row) for key, row in read("rules.toml").items()}
+)
 """Rules by name, in the order in which a shaft is designed."""
 
 
@@ -81,7 +87,6 @@ def as_markdown() -> str:
             lines.append("- Limits: " + ", ".join(f"`{name}`" for name in rule.limits))
         lines += [f"- Source: {rule.source}", f"- Holds if: {' '.join(rule.assumptions)}"]
         lines.append(f"- Example: {rule.example}")
-        lines.append("- Tested in: " + ", ".join(f"`{name}`" for name in rule.tests))
     lines += ["", "## Limits and constants", "", *_table(LIMITS)]
     lines += [
         "",
