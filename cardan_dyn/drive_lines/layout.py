@@ -16,13 +16,13 @@ from .descent import descended
 from .fork_choice import Allowed, least_residual, phases_of, tooth_offsets
 from .fork_polygon import angle, distance, least_greatest
 from .phasing import (
+    ForkTask,
     Line,
     Phasing,
-    allowed_offsets,
     chosen_loads,
-    corners_of,
+    fork_task,
     in_words,
-    phasing,
+    phased,
     residual_angles,
     with_forks,
 )
@@ -118,18 +118,18 @@ def layout(
         ModelError: there is no such variable, and as `phasing` does.
     """
     places, bounds = _variables(line, free)
-    before = phasing(line, objective, **options)
+    task = fork_task(line, objective, **options)
+    before = phased(line, task)
     start = np.clip(_values(line, places), *bounds.T)
     if objective == "residual_angle":
-        least = _residual(line, places, options)
+        least = _residual(line, places, task)
     else:
-        allowed = allowed_offsets(line, options.get("teeth"), options.get("fixed", ()))
-        least = _force(line, places, options, _sampled(allowed, before.fork_offsets))
+        least = _force(line, places, task, _sampled(task.allowed, before.fork_offsets))
     found, searched = _searched(least, bounds, start)
-    result = phasing(_with(line, places, found), objective, **options)
+    result = phased(_with(line, places, found), task)
     for _ in range(_ROUNDS if objective == "bearing_force" else 0):
-        refined = _with_forks(result.line, places, bounds, options)
-        again = phasing(refined, objective, **options)
+        refined = _with_forks(result.line, places, bounds, task)
+        again = phased(refined, task)
         if again.value >= result.value:
             break
         result, found = again, _values(refined, places)
@@ -241,9 +241,9 @@ Value = Callable[[Array], float]
 """Values of the variables `(v,)` to the objective; infinite where no line can be put together."""
 
 
-def _residual(line: Line, places: Mapping[str, _Place], options: Mapping[str, Any]) -> Value:
+def _residual(line: Line, places: Mapping[str, _Place], task: ForkTask) -> Value:
     """Return the least residual angle of layouts with their best forks."""
-    corners = corners_of(line, options.get("shafts"))
+    corners, allowed = task.corners, task.allowed
 
     def least(values: Array) -> float:
         try:
@@ -251,7 +251,6 @@ def _residual(line: Line, places: Mapping[str, _Place], options: Mapping[str, An
         except ModelError:
             return np.inf
         betas, planes = varied.uneven_angles, varied.geometry.plane_offsets
-        allowed = allowed_offsets(varied, options.get("teeth"), options.get("fixed", ()))
         if all(item is None for item in allowed):
             return float(angle(least_greatest(distance(betas), corners)))
         found = least_residual(betas, planes, allowed, corners, varied.fork_offsets, 1)
@@ -261,16 +260,14 @@ def _residual(line: Line, places: Mapping[str, _Place], options: Mapping[str, An
     return least
 
 
-def _force(
-    line: Line, places: Mapping[str, _Place], options: Mapping[str, Any], forks: Array
-) -> Value:
+def _force(line: Line, places: Mapping[str, _Place], task: ForkTask, forks: Array) -> Value:
     """Return the greatest force per torque of layouts with the best of some forks `(c, n - 1)`."""
     rotation = np.arange(_POSITIONS) * (np.pi / _POSITIONS)
 
     def least(values: Array) -> float:
         try:
             varied = _with(line, places, values)
-            loads = chosen_loads(support_loads(varied), options.get("bearings"))
+            loads = chosen_loads(support_loads(varied), task.bearings)
         except ModelError:
             return np.inf
         phases = phases_of(forks, varied.geometry.plane_offsets)[:, None, :]
@@ -280,12 +277,9 @@ def _force(
     return least
 
 
-def _with_forks(
-    line: Line, places: Mapping[str, _Place], bounds: Array, options: Mapping[str, Any]
-) -> Line:
+def _with_forks(line: Line, places: Mapping[str, _Place], bounds: Array, task: ForkTask) -> Line:
     """Return a line whose layout and free forks have descended together to the least force."""
-    allowed = allowed_offsets(line, options.get("teeth"), options.get("fixed", ()))
-    free = np.array([item is None for item in allowed])
+    free = np.array([item is None for item in task.allowed])
     rotation, span = np.arange(_FINE) * (np.pi / _FINE), np.ptp(bounds, axis=1)
     count, known = len(places), dict[bytes, tuple[SupportLoads, Array]]()
 
@@ -301,7 +295,7 @@ def _with_forks(
             key = values.tobytes()
             if key not in known:
                 varied = _with(line, places, values)
-                loads = chosen_loads(support_loads(varied), options.get("bearings"))
+                loads = chosen_loads(support_loads(varied), task.bearings)
                 known[key] = loads, varied.geometry.plane_offsets
             loads, planes = known[key]
             rows.append(loads.squares(phases_of(offsets, planes), rotation).ravel())

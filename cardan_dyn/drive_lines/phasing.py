@@ -160,27 +160,82 @@ def phasing(
         ModelError: there is no such shaft or bearing; for bearing forces, a line that is not
             held, or whose forces statics leaves open.
     """
+    task = fork_task(
+        line,
+        objective,
+        shafts=shafts,
+        bearings=bearings,
+        torque=torque,
+        teeth=teeth,
+        fixed=fixed,
+        count=count,
+    )
+    return phased(line, task)
+
+
+class ForkTask(NamedTuple):
+    """What is asked of forks, checked.
+
+    Attributes:
+        objective: `residual_angle` or `bearing_force`.
+        corners: numbers of the joints behind which the residual angle counts.
+        bearings: names of the bearings whose forces count; all if None.
+        torque: of the input shaft, for bearing forces [N·m].
+        allowed: what the fork of each intermediate shaft can take.
+        most: number of alternatives that are told.
+    """
+
+    objective: str
+    corners: list[int]
+    bearings: Sequence[str] | None
+    torque: float
+    allowed: Allowed
+    most: int
+
+
+def fork_task(
+    line: LineData,
+    objective: str,
+    *,
+    shafts: Sequence[str | int] | None = None,
+    bearings: Sequence[str] | None = None,
+    torque: float | None = None,
+    teeth: int | Mapping[str | int, int] | None = None,
+    fixed: Sequence[str | int] = (),
+    count: int = 8,
+) -> ForkTask:
+    """Return what is asked of forks; see `phasing`."""
     if objective not in OBJECTIVES:
         raise ArgumentError(
             f"objective {objective!r} is unknown; objectives: {choices(OBJECTIVES, objective)}"
         )
-    other: dict[str, dict[str, object]] = {
-        "residual_angle": {"bearings": bearings, "torque": torque},
-        "bearing_force": {"shafts": shafts},
-    }
-    for name, value in other[objective].items():
+    is_force = objective == "bearing_force"
+    others = {"shafts": shafts} if is_force else {"bearings": bearings, "torque": torque}
+    for name, value in others.items():
         if value is not None:
             raise ArgumentError(
                 f"{name} has no meaning for the objective {objective!r}; leave it out"
             )
-    whole(count, "count", 1, _MOST_COUNT)
-    allowed = allowed_offsets(line, teeth, fixed)
-    if objective == "bearing_force":
-        return _least_force(line, bearings, input_torque(line, torque), allowed, count)
-    return _least_residual(line, corners_of(line, shafts), allowed, count)
+    return ForkTask(
+        objective,
+        corners=_corners(line, shafts),
+        bearings=bearings,
+        torque=_input_torque(line, torque) if is_force else 0.0,
+        allowed=_allowed_offsets(line, teeth, fixed),
+        most=_whole(count, "count", 1, _MOST_COUNT),
+    )
 
 
-def allowed_offsets(
+def phased(line: Line, task: ForkTask) -> Phasing[Line]:
+    """Return the forks that meet a task best."""
+    return (
+        _least_force(line, task)
+        if task.objective == "bearing_force"
+        else _least_residual(line, task)
+    )
+
+
+def _allowed_offsets(
     line: LineData, teeth: int | Mapping[str | int, int] | None, fixed: Sequence[str | int]
 ) -> list[Array | None]:
     """Return what the fork of each intermediate shaft can take; see `Allowed`.
@@ -197,11 +252,11 @@ def allowed_offsets(
     inner = range(1, line.count)
     if isinstance(fixed, (str, int)):
         fixed = (fixed,)
-    held = [shaft_index(line, shaft, inner) for shaft in fixed]
+    held = [_shaft_index(line, shaft, inner) for shaft in fixed]
     if teeth is None:
         of_shaft: dict[int, int] = {}
     elif isinstance(teeth, Mapping):
-        of_shaft = {shaft_index(line, shaft, inner): number for shaft, number in teeth.items()}
+        of_shaft = {_shaft_index(line, shaft, inner): number for shaft, number in teeth.items()}
     else:
         of_shaft = {index: teeth for index in inner if index not in held}
     twice = sorted(set(held) & set(of_shaft))
@@ -215,12 +270,12 @@ def allowed_offsets(
         if number is None:
             result.append(None)
         else:
-            number = whole(number, f"teeth of {line.shaft_names[index]}", 2, 10_000)
+            number = _whole(number, f"teeth of {line.shaft_names[index]}", 2, 10_000)
             result.append(tooth_offsets(float(offset), number))
     return result
 
 
-def corners_of(line: LineData, shafts: Sequence[str | int] | None) -> list[int]:
+def _corners(line: LineData, shafts: Sequence[str | int] | None) -> list[int]:
     """Return the numbers of the joints before shafts; of the output shaft unless given.
 
     Raises:
@@ -231,13 +286,13 @@ def corners_of(line: LineData, shafts: Sequence[str | int] | None) -> list[int]:
         return [line.count]
     if isinstance(shafts, (str, int)):
         shafts = (shafts,)
-    found = sorted({shaft_index(line, shaft, range(1, line.count + 1)) for shaft in shafts})
+    found = sorted({_shaft_index(line, shaft, range(1, line.count + 1)) for shaft in shafts})
     if not found:
         raise ArgumentError("shafts is empty; name the shafts that are to turn evenly")
     return found
 
 
-def shaft_index(line: LineData, shaft: str | int, valid: range) -> int:
+def _shaft_index(line: LineData, shaft: str | int, valid: range) -> int:
     """Return the index of a shaft, which may be given by its name.
 
     Raises:
@@ -256,7 +311,7 @@ def shaft_index(line: LineData, shaft: str | int, valid: range) -> int:
     )
 
 
-def whole(value: object, name: str, least: int, most: int) -> int:
+def _whole(value: object, name: str, least: int, most: int) -> int:
     """Return a whole number within limits.
 
     Raises:
@@ -270,7 +325,7 @@ def whole(value: object, name: str, least: int, most: int) -> int:
     return int(value)  # type: ignore[call-overload]
 
 
-def input_torque(line: LineData, torque: float | None) -> float:
+def _input_torque(line: LineData, torque: float | None) -> float:
     """Return the torque of the input shaft, that of the line unless given [N·m].
 
     Raises:
@@ -285,10 +340,11 @@ def input_torque(line: LineData, torque: float | None) -> float:
     return float(found)
 
 
-def _least_residual(line: Line, corners: list[int], allowed: Allowed, count: int) -> Phasing[Line]:
+def _least_residual(line: Line, task: ForkTask) -> Phasing[Line]:
     """Return the forks with the least greatest residual angle of shafts."""
+    corners, allowed = task.corners, task.allowed
     betas, planes, given = line.uneven_angles, line.geometry.plane_offsets, line.fork_offsets
-    choice = least_residual(betas, planes, allowed, corners, given, count)
+    choice = least_residual(betas, planes, allowed, corners, given, task.most)
 
     def values(phases: Array) -> Array:
         found = residual_angles(betas, phases)
@@ -300,14 +356,12 @@ def _least_residual(line: Line, corners: list[int], allowed: Allowed, count: int
         # A choice in steps is its own bound; a closed form comes with one.
         bound = best if any(item is not None for item in allowed) else bound
     proven = bool(np.cos(bound) - np.cos(best) <= PROVEN)
-    return _phasing(line, "residual_angle", choice, values, bound, proven, count)
+    return _phasing(line, task, choice, values, bound, proven)
 
 
-def _least_force(
-    line: Line, bearings: Sequence[str] | None, torque: float, allowed: Allowed, count: int
-) -> Phasing[Line]:
+def _least_force(line: Line, task: ForkTask) -> Phasing[Line]:
     """Return the forks with the least greatest bearing force over a revolution."""
-    loads = chosen_loads(support_loads(line), bearings)
+    loads = chosen_loads(support_loads(line), task.bearings)
     planes, given = line.geometry.plane_offsets, line.fork_offsets
 
     def squares(positions: int) -> Any:
@@ -319,16 +373,16 @@ def _least_force(
 
         return of
 
-    found = minima(squares(_FINE), squares(_ROUGH), allowed, count, given)
+    found = minima(squares(_FINE), squares(_ROUGH), task.allowed, task.most, given)
     offsets = halved(np.array([item.offsets for item in found.found]))
     how = "all {} choices" if found.complete else "search from the best of {} candidates"
     choice = Choice(offsets, found.complete, how.format(found.visited))
 
     def values(phases: Array) -> Array:
-        return abs(torque) * np.array([peak(loads, of_line) for of_line in phases])
+        return abs(task.torque) * np.array([peak(loads, of_line) for of_line in phases])
 
     bound = float(values(phases_of(choice.offsets, planes)).min()) if found.complete else 0.0
-    return _phasing(line, "bearing_force", choice, values, bound, found.complete, count)
+    return _phasing(line, task, choice, values, bound, found.complete)
 
 
 def chosen_loads(loads: SupportLoads, bearings: Sequence[str] | None) -> SupportLoads:
@@ -374,14 +428,14 @@ def peak(loads: SupportLoads, phases: Array) -> float:
 
 
 def _phasing(
-    line: Line, objective: str, choice: Choice, values: Any, bound: float, proven: bool, count: int
+    line: Line, task: ForkTask, choice: Choice, values: Any, bound: float, proven: bool
 ) -> Phasing[Line]:
     """Return the best of a choice with the others; of equals, the one with the least change."""
     given = float(values(line.fork_phases[None])[0])
     # The given forks are among those that are allowed, and stay if none are better.
     offsets = np.vstack([choice.offsets, line.fork_offsets])
     found = np.append(values(phases_of(choice.offsets, line.geometry.plane_offsets)), given)
-    merit = np.cos(found) if objective == "residual_angle" else -found
+    merit = np.cos(found) if task.objective == "residual_angle" else -found
     is_equal = merit.max() - merit <= PROVEN * np.abs(merit.max())
     change = np.abs(halved(offsets - line.fork_offsets)).max(axis=1)
     order = np.lexsort((np.where(is_equal, change, found), ~is_equal))
@@ -392,12 +446,12 @@ def _phasing(
         gaps = [np.abs(halved(offsets[row] - offsets[i])).max() for i in kept]
         if all(gap > 1e-9 for gap in gaps):
             kept.append(int(row))
-    first, *others = kept[: count + 1]
+    first, *others = kept[: task.most + 1]
     chosen = with_forks(line, halved(offsets[first]))
     return Phasing(
         line=chosen,
         given=line,
-        objective=objective,
+        objective=task.objective,
         value=float(values(chosen.fork_phases[None])[0]),
         given_value=given,
         bound=bound,
