@@ -3,12 +3,11 @@
 from . import arrangements
 from .analysis import Analysis, LineForces
 from .drive_line import DriveLine
-from .examples import examples
 from .geometry import Geometry
 from .layout import Layout
 from .parts import Bearing, Centring, DutyPoint, Joint, Shaft, Spline, Tube
 from .phasing import Alternative, Phasing
-from .toml_schema import toml_schema
+from .toml_files import examples, toml_schema
 from .variants import Variants
 from .verdict import Verdict
 from .verdict_rows import Inverse, VerdictRow

@@ -21,8 +21,7 @@ from .parts import Joint
 from .phasing import phasing
 from .solving import Task, analysed, scene_of
 from .supports import supports
-from .toml_reader import read
-from .toml_writer import write
+from .toml_files import read, write
 from .variants import Variants, variants
 from .verdict import Verdict, verdict
 

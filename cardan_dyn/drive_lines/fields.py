@@ -15,7 +15,7 @@ import numpy as np
 
 from ..checks import described, shortened
 from ..errors import ModelError
-from .units import SI, Unit
+from .units import Unit, si
 
 
 class Entry(NamedTuple):
@@ -55,7 +55,7 @@ class Entry(NamedTuple):
         limits = " and ".join(
             f"{name} {limit * factor:.6g}" for name, limit in named.items() if limit is not None
         )
-        measure = unit.spellings[0] if unit else SI[self.dimension]
+        measure = unit.spellings[0] if unit else si(self.dimension)
         text = " ".join(filter(None, ["a finite number", limits]))
         return text if self.dimension == "number" else f"{text} [{measure}]"
 
@@ -126,7 +126,7 @@ def unusual(instance: Any, at: str = "") -> Iterator[str]:
             low, high = entry.usual
             if value and not low <= abs(value) <= high:
                 yield (
-                    f"{place} = {value:.6g} {SI[entry.dimension]} is unusual: lines have "
+                    f"{place} = {value:.6g} {si(entry.dimension)} is unusual: lines have "
                     f"{low:g} to {high:g}; is its unit right?"
                 )
 

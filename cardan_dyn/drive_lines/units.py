@@ -24,7 +24,7 @@ class Unit(NamedTuple):
         suffix: what follows the name of a field, after an underscore.
         multiplier: times which a number gives SI units, before the division.
         divisor: by which it is divided; decimal fractions of a unit stay exact to rounding so.
-        spellings: how texts write it, without blanks and dots.
+        spellings: how texts write it, the first one in messages; blanks and dots do not count.
     """
 
     suffix: str
@@ -64,16 +64,16 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
         Unit("rad", 1.0, 1.0, ("rad",)),
     ),
     "torque": (
-        Unit("nm", 1.0, 1.0, ("Nm",)),
-        Unit("knm", 1e3, 1.0, ("kNm",)),
-        Unit("lbft", _POUND_FORCE * 0.3048, 1.0, ("lbft", "lbfft")),
+        Unit("nm", 1.0, 1.0, ("N·m",)),
+        Unit("knm", 1e3, 1.0, ("kN·m",)),
+        Unit("lbft", _POUND_FORCE * 0.3048, 1.0, ("lbf·ft", "lb·ft")),
     ),
     "speed": (
         Unit("rpm", _TURN_PER_MINUTE, 1.0, ("rpm", "1/min", "rev/min")),
         Unit("rad_s", 1.0, 1.0, ("rad/s",)),
     ),
     "angular_acceleration": (
-        Unit("rad_s2", 1.0, 1.0, ("rad/s2",)),
+        Unit("rad_s2", 1.0, 1.0, ("rad/s²",)),
         Unit("rpm_s", _TURN_PER_MINUTE, 1.0, ("rpm/s",)),
     ),
     "mass": (
@@ -82,23 +82,23 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
         Unit("lb", 0.45359237, 1.0, ("lb",)),
     ),
     "inertia": (
-        Unit("kgm2", 1.0, 1.0, ("kgm2",)),
-        Unit("kgcm2", 1.0, 1e4, ("kgcm2",)),
-        Unit("kgmm2", 1.0, 1e6, ("kgmm2",)),
+        Unit("kgm2", 1.0, 1.0, ("kg·m²",)),
+        Unit("kgcm2", 1.0, 1e4, ("kg·cm²",)),
+        Unit("kgmm2", 1.0, 1e6, ("kg·mm²",)),
     ),
     "stiffness": (
-        Unit("nm_rad", 1.0, 1.0, ("Nm/rad",)),
-        Unit("knm_rad", 1e3, 1.0, ("kNm/rad",)),
-        Unit("nm_deg", 180.0 / math.pi, 1.0, ("Nm/deg", "Nm/°")),
+        Unit("nm_rad", 1.0, 1.0, ("N·m/rad",)),
+        Unit("knm_rad", 1e3, 1.0, ("kN·m/rad",)),
+        Unit("nm_deg", 180.0 / math.pi, 1.0, ("N·m/deg", "N·m/°")),
     ),
     "density": (
-        Unit("kg_m3", 1.0, 1.0, ("kg/m3",)),
-        Unit("g_cm3", 1e3, 1.0, ("g/cm3",)),
+        Unit("kg_m3", 1.0, 1.0, ("kg/m³",)),
+        Unit("g_cm3", 1e3, 1.0, ("g/cm³",)),
     ),
     "modulus": (
         Unit("gpa", 1e9, 1.0, ("GPa",)),
-        Unit("mpa", 1e6, 1.0, ("MPa", "N/mm2")),
-        Unit("pa", 1.0, 1.0, ("Pa", "N/m2")),
+        Unit("mpa", 1e6, 1.0, ("MPa", "N/mm²")),
+        Unit("pa", 1.0, 1.0, ("Pa", "N/m²")),
     ),
     "force": (
         Unit("n", 1.0, 1.0, ("N",)),
@@ -111,8 +111,8 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
         Unit("n_m", 1.0, 1.0, ("N/m",)),
     ),
     "n_beta": (
-        Unit("rpm_deg", _TURN_PER_MINUTE * (math.pi / 180.0), 1.0, ("rpmdeg", "°/min")),
-        Unit("rad2_s", 1.0, 1.0, ("rad2/s",)),
+        Unit("rpm_deg", _TURN_PER_MINUTE * (math.pi / 180.0), 1.0, ("rpm·deg", "°/min")),
+        Unit("rad2_s", 1.0, 1.0, ("rad²/s",)),
     ),
     "time": (
         Unit("h", 3600.0, 1.0, ("h",)),
@@ -122,24 +122,19 @@ DIMENSIONS: dict[str, tuple[Unit, ...]] = {
 }
 """Dimension to its units, the one that files are written in first."""
 
-SI = {
-    "length": "m",
-    "angle": "rad",
-    "torque": "N·m",
-    "speed": "rad/s",
-    "angular_acceleration": "rad/s²",
-    "mass": "kg",
-    "inertia": "kg·m²",
-    "stiffness": "N·m/rad",
-    "density": "kg/m³",
-    "modulus": "Pa",
-    "force": "N",
-    "rigidity": "N/m",
-    "n_beta": "rad²/s",
-    "time": "s",
-    "number": "1",
-}
-"""Dimension to the unit of its Python attributes."""
+
+def si(dimension: str) -> str:
+    """Return the unit of a dimension's Python attributes."""
+    of_one = (unit for unit in DIMENSIONS[dimension] if unit.multiplier == unit.divisor == 1.0)
+    return next((unit.spellings[0] for unit in of_one), "1")
+
+
+def plain(unit: str) -> str:
+    """Return a unit as it is compared, without what separates factors."""
+    return unit.translate(_PLAIN)
+
+
+_PLAIN = str.maketrans({" ": "", "·": "", "*": "", "^": "", "²": "2", "³": "3"})
 
 
 def keys(name: str, dimension: str) -> dict[str, Unit]:
@@ -171,9 +166,8 @@ def read(text: str, dimension: str, at: str) -> float:
     if match is None:
         raise ModelError(f"{at} is {text!r}, not a number with a unit; write {valid}")
     number, name = match.groups()
-    plain = name.translate(_PLAIN)
     for unit in DIMENSIONS[dimension]:
-        if plain in unit.spellings:
+        if plain(name) in map(plain, unit.spellings):
             return unit.to_si(float(number))
     what = f"has the unit {name!r}, which is none of {dimension}" if name else "has no unit"
     raise ModelError(f"{at} = {text!r} {what}; write {valid}")
@@ -194,6 +188,3 @@ def written(name: str, value: float, dimension: str) -> tuple[str, float]:
     is_round = (suffix for suffix, number in exact.items() if float(f"{number:.9g}") == number)
     suffix = next(is_round, next(iter(exact)))
     return f"{name}_{suffix}", exact[suffix]
-
-
-_PLAIN = str.maketrans({" ": "", "·": "", "*": "", "^": "", "²": "2", "³": "3"})

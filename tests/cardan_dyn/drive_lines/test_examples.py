@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from cardan_dyn.drive_lines import DriveLine, examples
-from cardan_dyn.drive_lines.examples import example_path
 from cardan_dyn.errors import ModelError
 
 FAILED = {
@@ -22,8 +21,6 @@ FAILED = {
 
 def test_names() -> None:
     assert set(examples()) == set(FAILED)
-    assert example_path("truck").is_file()
-    assert example_path("trucks") is None
 
 
 @pytest.mark.parametrize("name", sorted(FAILED))
