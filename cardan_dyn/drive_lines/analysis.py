@@ -7,19 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._version import __version__
 from ..arrays import Array
-from ..errors import MissingExtraError
 from ..frozen import FrozenDict, read_only
-from ..results.variable import Variable
+from ..results.result import Result
+from ..results.table import Table, Variable
 from .variants import Adjustable
-
-if TYPE_CHECKING:
-    import xarray
 
 _MOTION: tuple[tuple[str, tuple[str, ...], str, str], ...] = (
     ("rotation", ("shaft",), "rad", "rotation about the axis"),
@@ -159,7 +156,7 @@ class LineForces(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Analysis:
+class Analysis(Result):
     """Motion of a line of n joints, and what acts along it.
 
     `(…)` stands for `(P,)` positions, or `(D, P)` for D designs. Arrays cannot be written to.
@@ -249,8 +246,8 @@ class Analysis:
         mean = self.mean_lead if len(self.shape) == 1 else self.mean_lead[:, None]
         return self.rotation - self.rotation[..., :1] - mean
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Return all results as a dataset with units and names.
+    def table(self) -> Table:
+        """Return all results, with names for dimensions, and units.
 
         The dimensions are
 
@@ -264,33 +261,20 @@ class Analysis:
         for the one behind it. All forces are with inertia and weight; those without have names that
         begin with `static_`, and are there where it makes a difference. The adjustable joints that
         differ from design to design are coordinates.
-
-        Raises:
-            MissingExtraError: xarray is not installed.
         """
-        try:
-            import xarray
-        except ImportError as error:
-            raise MissingExtraError(
-                'this table needs xarray: pip install "cardan-dyn[study]"'
-            ) from error
-        labels = {
-            "shaft": self.shafts,
-            "joint": self.joints,
-            "bearing": self.bearings,
-            "spline": self.splines,
-            "coupling_piece": self.centrings,
-            "component": tuple("xyz"),
-            "bearing_component": ("along", "left", "up"),
-        }
-        arrays: dict[bool, dict[str, Any]] = {True: {}, False: {}}
-        for name, item in self._variables():
-            attributes = {"units": item.unit, "long_name": item.long_name}
-            arrays[item.is_coordinate][name] = item.dims, np.array(item.values), attributes
-        return xarray.Dataset(
-            arrays[False],
-            {**arrays[True], **{name: list(names) for name, names in labels.items()}},
-            {
+        return Table(
+            variables=list(self._variables()),
+            samples=dict(zip(self._samples, self.shape, strict=True)),
+            labels={
+                "shaft": self.shafts,
+                "joint": self.joints,
+                "bearing": self.bearings,
+                "spline": self.splines,
+                "coupling_piece": self.centrings,
+                "component": "xyz",
+                "bearing_component": ("along", "left", "up"),
+            },
+            attributes={
                 "line": self.name,
                 "speed": self.speed,
                 "indeterminate": "; ".join(self.indeterminate),
@@ -301,9 +285,13 @@ class Analysis:
             },
         )
 
+    @property
+    def _samples(self) -> tuple[str, ...]:
+        return ("design", "position")[-len(self.shape) :]
+
     def _variables(self) -> Iterator[tuple[str, Variable]]:
         """Yield everything that a table holds, with its name."""
-        samples = ("design", "position")[-len(self.shape) :]
+        samples = self._samples
         for name, dims, unit, text in _MOTION:
             yield name, Variable((*samples, *dims), getattr(self, name), unit, text)
         both = {"": self.total, **({} if self.inertial is None else {"static_": self.static})}

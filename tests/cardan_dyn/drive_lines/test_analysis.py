@@ -103,6 +103,17 @@ def test_designs_are_a_dimension() -> None:
     assert "static_torsion_in" not in table
 
 
+def test_frames_have_a_row_per_sample() -> None:
+    designs = LINE.variants(angles=np.full((4, 3), 0.2))
+    found = LINE.analyse(speed=0, torque=200, positions=[0, 1], variants=designs)
+    frame = found.to_dataframe()
+    assert frame.index.names == ["design", "position"]
+    forces = found.total.bearing_force
+    assert np.array_equal(frame["C1.bearing_force_up"], forces[..., 2, 2].ravel())
+    assert frame["joint_angle_2"].tolist() == np.repeat(found.designs["joint_angle_2"], 2).tolist()
+    assert frame.attrs["units"]["C1.bearing_force_up"] == "N"
+
+
 def test_without_xarray(monkeypatch: pytest.MonkeyPatch) -> None:
     found = LINE.analyse(speed=0, torque=200, positions=0.0)
     monkeypatch.setitem(sys.modules, "xarray", None)
