@@ -13,12 +13,12 @@ from ..elements.described import described_elements
 from ..errors import ArgumentError, choices
 from ..mechanism.mechanism import Mechanism, load
 from ..scene.scene import Scene
-from ..vibration.campbell import campbell
-from ..vibration.critical_speeds import CriticalSpeed, CriticalSpeeds, critical_speeds
-from ..vibration.crossings import numbered_campbell
-from ..vibration.floquet import floquet
-from ..vibration.forced_response import forced_response
-from ..vibration.periodic_motion import search_of
+from ..vibration.results.campbell import campbell
+from ..vibration.results.critical_speeds import CriticalSpeed, CriticalSpeeds, critical_speeds
+from ..vibration.results.floquet import floquet
+from ..vibration.results.forced_response import forced_response
+from ..vibration.results.periodic_motion import search_of
+from ..vibration.results.resonance import numbered_campbell
 from .presets import PRESETS, Preset, slides
 from .view_command import parsed_assignments
 

@@ -5,15 +5,15 @@ springs and dampers are among its elements. `scene.simulate(motion={driven: spee
 scene over time.
 """
 
-from .campbell import Campbell, campbell
-from .critical_speeds import CriticalSpeed, CriticalSpeeds, critical_speeds
-from .floquet import Floquet, floquet
-from .forced_response import ForcedResponse, forced_response
-from .linearisation import Linearisation, linearise
-from .periodic_motion import PeriodicMotion, periodic_motion
-from .regions import Region
-from .run_up import RunUp, run_up
-from .torque_curve import TorqueBarrier
+from .motions.stability import Region
+from .results.campbell import Campbell, campbell
+from .results.critical_speeds import CriticalSpeed, CriticalSpeeds, critical_speeds
+from .results.floquet import Floquet, floquet
+from .results.forced_response import ForcedResponse, forced_response
+from .results.linearisation import Linearisation, linearise
+from .results.periodic_motion import PeriodicMotion, periodic_motion
+from .results.run_up import RunUp, run_up
+from .results.torque_curve import TorqueBarrier
 
 __all__ = [
     "Campbell",

@@ -8,10 +8,10 @@ from continuation import Branch as OwnBranch
 from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
-from cardan_dyn.vibration.branch import Branch
-from cardan_dyn.vibration.motion_search import MotionSearch
-from cardan_dyn.vibration.periodic_grid import amplitudes
-from cardan_dyn.vibration.rotating_scene import rotating_scene
+from cardan_dyn.vibration.model.periodic_grid import amplitudes
+from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.vibration.motions.continuation import Branch
+from cardan_dyn.vibration.motions.search import MotionSearch
 
 BETA, RATIO = np.radians(20.0), 4e-3
 

@@ -10,7 +10,7 @@ import cardan_dyn as cd
 from analytic.whirl import whirl_frequencies
 from cardan_dyn import ArgumentError, VibrationError, vibration
 from cardan_dyn.vibration import Campbell
-from cardan_dyn.vibration.campbell import followed
+from cardan_dyn.vibration.results.campbell import followed
 
 POLAR = 0.1
 

@@ -9,10 +9,10 @@ from shooting import periodic
 from testkit import elastic_rigs
 from vibrating_lines import SpringInFront
 
-import cardan_dyn.vibration.coexisting as module
-from cardan_dyn.vibration.coexisting import coexisting, smallest
-from cardan_dyn.vibration.motion_search import MotionSearch
-from cardan_dyn.vibration.rotating_scene import rotating_scene
+import cardan_dyn.vibration.motions.coexisting as module
+from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.vibration.motions.coexisting import coexisting, smallest
+from cardan_dyn.vibration.motions.search import MotionSearch
 
 BETA = np.radians(15.0)
 

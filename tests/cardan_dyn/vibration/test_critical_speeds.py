@@ -375,7 +375,7 @@ def test_a_resonance_beyond_fine_models_is_held_against_sweeps() -> None:
 def test_a_resonance_that_sweeps_do_not_put_right_is_remarked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("cardan_dyn.vibration.branch._MOST_SWEEPS", 0)
+    monkeypatch.setattr("cardan_dyn.vibration.motions.continuation._MOST_SWEEPS", 0)
     rig = stiffening(2.0, 100.0, 0.3, 0.5, 10.0**-1.8, 4.0)
     found = vibration.critical_speeds(
         rig.scene, [rig.low, rig.high], orders=1.0, instabilities=False, **rig.options

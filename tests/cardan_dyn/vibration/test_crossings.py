@@ -9,10 +9,10 @@ import pytest
 from testkit import elastic_rigs
 
 from analytic.whirl import critical_speed, whirl_frequencies
-from cardan_dyn.vibration.campbell import campbell_of
-from cardan_dyn.vibration.crossings import between, crossings
-from cardan_dyn.vibration.motion_search import MotionSearch
-from cardan_dyn.vibration.rotating_scene import rotating_scene
+from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.vibration.motions.search import MotionSearch
+from cardan_dyn.vibration.results.campbell import campbell_of
+from cardan_dyn.vibration.results.resonance import between, crossings
 
 
 def test_a_crossing_at_a_speed_of_the_modes_is_one() -> None:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from testkit import elastic_rigs
 
-from cardan_dyn.vibration.degrees import needed_degrees
-from cardan_dyn.vibration.polynomials import polynomials
-from cardan_dyn.vibration.rotating_scene import rotating_scene
-from cardan_dyn.vibration.term_samples import TermSamples
+from cardan_dyn.vibration.model.build import TermSamples, needed_degrees
+from cardan_dyn.vibration.model.polynomials import polynomials
+from cardan_dyn.vibration.model.rotating_scene import rotating_scene
 
 DRIVE = np.array([0.4, 1.3, 2.9])
 

@@ -9,10 +9,9 @@ from testkit import elastic_rigs
 
 import cardan_dyn as cd
 from cardan_dyn import VibrationError
-from cardan_dyn.vibration.characteristic import Characteristic
-from cardan_dyn.vibration.driven_motion import Driven, DrivenMotions
-from cardan_dyn.vibration.motion_search import Motions, MotionSearch
-from cardan_dyn.vibration.rotating_scene import rotating_scene
+from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.vibration.motions.driven import Characteristic, Driven, DrivenMotions
+from cardan_dyn.vibration.motions.search import Motions, MotionSearch
 
 BETA = np.radians(25.0)
 

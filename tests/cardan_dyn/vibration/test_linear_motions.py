@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from testkit import elastic_rigs
 
-from cardan_dyn.vibration.linear_motions import linear_motions, resting
-from cardan_dyn.vibration.motion_search import Motions, MotionSearch
-from cardan_dyn.vibration.periodic_grid import amplitudes
-from cardan_dyn.vibration.rotating_scene import rotating_scene
+from cardan_dyn.vibration.model.periodic_grid import amplitudes
+from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.vibration.motions.linear import linear_motions, resting
+from cardan_dyn.vibration.motions.search import Motions, MotionSearch
 
 
 def found(urdf: str, beta: float, speed: float) -> Motions:

@@ -8,10 +8,10 @@ from testkit import elastic_rigs
 from tilting_shaft import TiltingShaft
 
 from cardan_dyn import AccuracyError
-from cardan_dyn.vibration.harmonic_balance import course_of
-from cardan_dyn.vibration.model_build import FINE, ROUGH, ModelBuild
-from cardan_dyn.vibration.periodic_grid import interpolation, nodes
-from cardan_dyn.vibration.rotating_scene import rotating_scene
+from cardan_dyn.vibration.model.build import FINE, ROUGH, ModelBuild
+from cardan_dyn.vibration.model.periodic_grid import interpolation, nodes
+from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.vibration.motions.harmonic_balance import course_of
 
 RIG = elastic_rigs.elastic_rig()
 

@@ -9,11 +9,11 @@ from testkit import elastic_rigs
 from tilting_shaft import TiltingShaft
 from vibrating_lines import SpringInFront
 
-from cardan_dyn.vibration.coexisting import coexisting
-from cardan_dyn.vibration.harmonic_balance import course_of
-from cardan_dyn.vibration.linear_motions import linear_motions
-from cardan_dyn.vibration.motion_search import MotionSearch
-from cardan_dyn.vibration.rotating_scene import rotating_scene
+from cardan_dyn.vibration.model.rotating_scene import rotating_scene
+from cardan_dyn.vibration.motions.coexisting import coexisting
+from cardan_dyn.vibration.motions.harmonic_balance import course_of
+from cardan_dyn.vibration.motions.linear import linear_motions
+from cardan_dyn.vibration.motions.search import MotionSearch
 
 BETA = np.radians(15.0)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardan_dyn.vibration.periodic_grid import (
+from cardan_dyn.vibration.model.periodic_grid import (
     MOST_NODES,
     amplitudes,
     derivatives,

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cardan_dyn import ArgumentError, CardanError
-from cardan_dyn.vibration.result import Result, frame_of
+from cardan_dyn.vibration.results.result import Result, frame_of
 
 
 @dataclass(frozen=True, eq=False)

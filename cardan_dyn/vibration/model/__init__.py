@@ -1,0 +1,1 @@
+"""Model: the efforts of free coordinates as interpolated functions, and their linear modes."""

@@ -1,0 +1,1 @@
+"""Motions: periodic motions of a model, held against its scene, and their stability."""

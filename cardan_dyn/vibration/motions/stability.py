@@ -1,0 +1,460 @@
+"""Stability: what becomes of small disturbances of periodic motions, and where they grow.
+
+M δq̈ + D δq̇ + K δq = 0 is integrated over one period of its coefficients by Gauss collocation of
+order 16, whose elements are halved until the result stands; many motions together.
+
+Source: Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, II.7.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...errors import VibrationError
+from ..model.modes import averaged, modes
+from ..model.periodic_grid import interpolation
+from ..model.reduced_model import LocalEquation
+from .coexisting import smallest
+from .search import Motions, MotionSearch
+
+_STAGES = 8
+"""Gauss points of an element: the method is of twice that order."""
+_PHASE = 1.2
+"""Greatest phase of the fastest motion in an element [rad] at the first try."""
+_STANDS = 3e-14
+"""Change of the result, as a fraction of its greatest number, at which elements are short enough:
+the error is then that divided by 2^16, and rounding."""
+_MOST_HALVINGS = 5
+_MOST_ELEMENTS = 50_000
+"""Elements at the first try, of some 10 000 swings in a period, that memory and time allow."""
+_NUMBERS = 8_000_000
+"""Numbers (64 MB) of the elements' equations that are solved at a time."""
+
+
+STABLE, FLIP, FOLD, COMBINATION = "stable", "instability", "fold", "combination"
+FLUTTER, NONE = "flutter", "no motion"
+_UNSTABLE = 1e-6
+"""Excess of a multiplier's size over 1 that is none of rounding: at a collision the latter parts
+multipliers by its root, some 1e-7. In a region that is entered at speed Ω₀, it is reached where
+(Ω - Ω₀)/width is about its square."""
+_MOST_CONDITION = 1e8
+"""Of eigenvectors that serve as coordinates."""
+_CAUTION = 10.0
+"""By how much their errors may exceed the change at the last refinement."""
+_SURELY = 1e-9
+"""The same where multipliers are far from each other, so that rounding hardly moves them."""
+_ROUNDING = 1e-12
+"""Error of multipliers far from each other; near each other it is divided by their distance."""
+_ONE = 1e-9
+"""Distance at which two multipliers are one."""
+_REAL = 1e-6
+"""Imaginary part of a multiplier, as a fraction of its size, that counts as rounding."""
+_ROUNDS = 7
+"""Rounds of the search for a region between two speeds, each four times as fine as the last."""
+_PLACES = 9
+"""Speeds at which an interval is looked at in each round, its ends among them."""
+_GROWTH_ROUNDS = 6
+"""Rounds of the search for the fastest growth, each three times as fine as the last."""
+_EDGE = 1e-8
+"""Width, as a fraction of the speed, of the interval in which an edge lies at last."""
+
+
+def first_order(equation: LocalEquation, speed: Array) -> Array:
+    """Return A `(S, N, 2n, 2n)` of dy/ds = A y with y = (δq, dδq/ds), s = |φ| the drive's way.
+
+    Nodes are at equidistant ways from position 0 on, in the sense in which the drive turns, so that
+    disturbances are followed forwards in time where the drive turns back as well.
+
+    Args:
+        equation: along S motions, at nodes of ascending positions.
+        speed: of the drive `(S,)` [rad/s].
+    """
+    free, pace = equation.mass.shape[-1], np.abs(speed)[:, None, None, None]
+    sides = np.concatenate([equation.stiffness / pace**2, equation.damping / pace], axis=-1)
+    matrix = np.zeros((*equation.mass.shape[:2], 2 * free, 2 * free))
+    matrix[..., :free, free:] = np.eye(free)
+    matrix[..., free:, :] = -np.linalg.solve(equation.mass, sides)
+    turns_back = speed < 0.0
+    matrix[turns_back] = np.roll(matrix[turns_back][:, ::-1], 1, axis=1)
+    return matrix
+
+
+def monodromy(matrix: Array, period: float) -> tuple[Array, float]:
+    """Return what one period makes of disturbances.
+
+    Args:
+        matrix: A `(S, N, m, m)` at the nodes of a period of the way, see `first_order`.
+        period: of the coefficients [rad].
+
+    Returns:
+        `(S, m, m)`; and its greatest change when elements were halved last.
+
+    Raises:
+        VibrationError: the speed is next to none, so that a period takes too many elements.
+    """
+    fastest = np.sqrt(np.max(np.linalg.norm(matrix, axis=(2, 3)), initial=1.0))
+    count = matrix.shape[1]
+    elements = int(np.ceil(max(fastest * period / _PHASE, count / 12.0)))
+    if elements > _MOST_ELEMENTS:
+        swings = fastest * period / (2.0 * np.pi)
+        raise VibrationError(
+            f"while the drive goes through a period of {period:.4g} rad, free coordinates swing "
+            f"{swings:.1e} times, too often to be integrated: choose a greater speed"
+        )
+    before = _over_period(matrix, period, elements)
+    change = np.inf
+    for _ in range(_MOST_HALVINGS):
+        elements *= 2
+        after = _over_period(matrix, period, elements)
+        scale = np.maximum(np.max(np.abs(after), axis=(1, 2)), 1.0)
+        change = float(np.max(np.max(np.abs(after - before), axis=(1, 2)) / scale))
+        before = after
+        if change <= _STANDS * elements:
+            break
+    return before, change
+
+
+def _over_period(matrix: Array, period: float, elements: int) -> Array:
+    """Return the product of all elements' propagators `(S, m, m)`."""
+    size, count, order, _ = matrix.shape
+    points, _, _ = gauss(_STAGES)
+    width = period / elements
+    places = (width * (np.arange(elements)[:, None] + points)).ravel()
+    weights = interpolation(places, count, period)
+    each = max(1, _NUMBERS // (elements * (_STAGES * order) ** 2))
+    result = np.empty((size, order, order))
+    for first in range(0, size, each):
+        part = matrix[first : first + each]
+        values = np.einsum("kn,snij->skij", weights, part, optimize=True)
+        values = values.reshape(len(part), elements, _STAGES, order, order)
+        steps = _propagators(values, width)
+        total = steps[:, 0]
+        for index in range(1, elements):
+            total = steps[:, index] @ total
+        result[first : first + each] = total
+    return result
+
+
+def _propagators(values: Array, width: float) -> Array:
+    """Return what elements of a width make of a state `(S, E, m, m)`.
+
+    Args:
+        values: A `(S, E, s, m, m)` at the Gauss points.
+        width: of an element.
+    """
+    *shape, stages, order, _ = values.shape
+    _, inner, outer = gauss(stages)
+    # Slopes k_i = A_i (y + h Σ a_ij k_j).
+    system = -width * np.einsum("ij,seiab->seiajb", inner, values, optimize=True)
+    system = system.reshape(*shape, stages * order, stages * order)
+    own = np.arange(stages * order)
+    system[..., own, own] += 1.0
+    slopes = np.linalg.solve(system, values.reshape(*shape, stages * order, order))
+    slopes = slopes.reshape(*shape, stages, order, order)
+    return np.asarray(np.eye(order) + width * np.einsum("i,seiab->seab", outer, slopes))
+
+
+@lru_cache(maxsize=8)
+def gauss(stages: int) -> tuple[Array, Array, Array]:
+    """Return points `(s,)`, inner weights `(s, s)` and weights `(s,)` of Gauss collocation."""
+    roots, weights = np.polynomial.legendre.leggauss(stages)
+    points = 0.5 * (1.0 + roots)
+    # a_ij integrates Lagrange's polynomial j from 0 to point i; Legendre polynomials integrate
+    # without cancellation.
+    basis = np.polynomial.legendre.legvander(roots, stages - 1)
+    norms = 2.0 / (2.0 * np.arange(stages) + 1.0)
+    lagrange = (basis * weights[:, None] / norms).T
+    integrals = np.stack(
+        [
+            np.polynomial.legendre.legval(
+                roots, np.polynomial.legendre.legint(np.eye(stages)[order], lbnd=-1.0)
+            )
+            for order in range(stages)
+        ],
+        axis=1,
+    )
+    return points, 0.5 * integrals @ lagrange, 0.5 * weights
+
+
+class Stability(NamedTuple):
+    """What becomes of small disturbances at S speeds; NaN where there is no motion.
+
+    Attributes:
+        multipliers: complex `(S, 2n)` over one period, the greatest first.
+        trace, determinant: `(S,)` of the monodromy matrix.
+        liouville: `(S,)` the determinant by the integral of the damping.
+        kind: `(S,)` names.
+        coexisting: `(S,)` number of further motions that were found.
+        decays: `(S,)` whether disturbances decay by more than what varies over a period can add.
+        change: greatest change of a monodromy matrix when its elements were halved last.
+    """
+
+    multipliers: Array
+    trace: Array
+    determinant: Array
+    liouville: Array
+    kind: Array
+    coexisting: Array
+    decays: Array
+    change: float
+
+    @property
+    def excess(self) -> Array:
+        """`(S,)` size of the greatest multiplier less 1."""
+        return np.asarray(np.abs(self.multipliers[:, 0]) - 1.0)
+
+
+def stability(search: MotionSearch, speeds: Array) -> Stability:
+    """Return what becomes of small disturbances of the smallest motion at each speed.
+
+    Args:
+        search: of the design.
+        speeds: `(S,)`.
+    """
+    size, order = len(speeds), 2 * len(search.rotating.free)
+    result = Stability(
+        multipliers=np.full((size, order), np.nan + 0j),
+        trace=np.full(size, np.nan),
+        determinant=np.full(size, np.nan),
+        liouville=np.full(size, np.nan),
+        kind=np.full(size, NONE, dtype="<U12"),
+        coexisting=np.zeros(size, dtype=int),
+        decays=np.zeros(size, dtype=bool),
+        change=0.0,
+    )
+    change = 0.0
+    # What a search finds first may be one of several, and even one that no rig stays at.
+    found_motions, result.coexisting[:] = smallest(search, speeds)
+    for motions in found_motions:
+        equation, index = motions.model.equation(motions.course), motions.index
+        speed = motions.course.speed
+        matrix = first_order(equation, speed)
+        period = motions.model.period
+        result.decays[index] = _decays(matrix)
+        found, changed = monodromy(matrix, period)
+        change = max(change, changed)
+        values = ranked_multipliers(found)
+        result.multipliers[index] = values
+        result.trace[index] = np.trace(found, axis1=1, axis2=2)
+        result.determinant[index] = np.linalg.det(found)
+        spur = np.mean(np.trace(matrix, axis1=2, axis2=3), axis=1)
+        result.liouville[index] = np.exp(period * spur)
+        mean = modes(*averaged(equation)).value
+        grows = np.any(mean.real > _UNSTABLE * np.abs(mean), axis=1)
+        result.kind[index] = _kinds(values, grows, _excess_of_rounding(values, changed))
+    return result._replace(change=change)
+
+
+def _decays(matrix: Array) -> Array:
+    """Return whether all solutions of dy/ds = A y shrink, whatever the period, `(S,)`.
+
+    In coordinates along the eigenvectors of the mean of A, sizes change at most at the rate of the
+    greatest real part of its eigenvalues and the size of what is left of A.
+
+    Args:
+        matrix: A `(S, N, m, m)` over a period.
+    """
+    mean = np.mean(matrix, axis=1)
+    values, vectors = np.linalg.eig(mean)
+    with np.errstate(all="ignore"):
+        is_regular = np.linalg.cond(vectors) < _MOST_CONDITION
+    found = np.zeros(len(matrix), dtype=bool)
+    (index,) = np.nonzero(is_regular)
+    basis = vectors[index, None]
+    left = np.linalg.solve(basis, (matrix[index] - mean[index, None]) @ basis)
+    sizes = np.max(np.linalg.norm(left, axis=(2, 3)), axis=1, initial=0.0)
+    found[index] = np.max(values[index].real, axis=1) + sizes < 0.0
+    return found
+
+
+def ranked_multipliers(monodromy: Array) -> Array:
+    """Return the eigenvalues `(S, m)` of matrices `(S, m, m)`, the greatest first."""
+    values = np.linalg.eigvals(monodromy).astype(complex)
+    rank = np.argsort(-np.abs(values), axis=1, kind="stable")
+    return np.take_along_axis(values, rank, axis=1)
+
+
+def stays(motions: Motions) -> Array:
+    """Return whether small disturbances of motions decay, or do not grow `(S,)`."""
+    matrix = first_order(motions.model.equation(motions.course), motions.course.speed)
+    found, change = monodromy(matrix, motions.model.period)
+    values = ranked_multipliers(found)
+    return np.asarray(np.abs(values[:, 0]) <= 1.0 + _excess_of_rounding(values, change))
+
+
+def _excess_of_rounding(multipliers: Array, change: float) -> Array:
+    """Return the excess `(S,)` over 1 that the size of multipliers `(S, m)` may have by rounding.
+
+    Args:
+        multipliers: the greatest first.
+        change: of the monodromy matrices when they were refined last.
+    """
+    first, others = multipliers[:, :1], multipliers[:, 1:]
+    gap = np.min(np.abs(others - first), axis=1)
+    error = max(_ROUNDING, _CAUTION * change)
+    return np.clip(error / np.maximum(gap, error), _SURELY, _UNSTABLE)
+
+
+def _kinds(multipliers: Array, grows: Array, excess: Array | float = _UNSTABLE) -> Array:
+    """Return the names `(S,)` of what multipliers `(S, m)`, greatest first, mean.
+
+    Args:
+        multipliers: of a period.
+        grows: `(S,)` whether the averaged equation is unstable itself.
+        excess: `(S,)` of the greatest one's size over 1, from which on disturbances grow.
+    """
+    first = multipliers[:, 0]
+    is_real = np.abs(first.imag) <= _REAL * np.abs(first)
+    kinds = np.where(is_real, np.where(first.real > 0.0, FOLD, FLIP), COMBINATION)
+    kinds = np.where(~is_real & grows, FLUTTER, kinds)
+    return np.where(np.abs(first) > 1.0 + excess, kinds, STABLE)
+
+
+def separation(multipliers: Array) -> Array:
+    """Return the least distance `(S,)` of two multipliers `(S, m)` that differ; inf if none do.
+
+    Those that are one up to rounding, as of a disc between equal springs, say nothing of others.
+    """
+    gaps = np.abs(multipliers[:, :, None] - multipliers[:, None, :])
+    return np.asarray(np.min(np.where(gaps <= _ONE, np.inf, gaps), axis=(1, 2)))
+
+
+class Region(NamedTuple):
+    """An interval of speed in which the smallest periodic motion is unstable.
+
+    Attributes:
+        lower, upper: its edges [rad/s]; those of the search where it goes on beyond.
+        kind: see `Floquet.kind`, where it grows fastest.
+        growth: greatest growth rate found inside [1/s].
+        speed: where that is [rad/s].
+        is_closed: whether both edges lie inside the speeds that were searched.
+    """
+
+    lower: float
+    upper: float
+    kind: str
+    growth: float
+    speed: float
+    is_closed: bool
+
+    @property
+    def width(self) -> float:
+        """Of the interval [rad/s]."""
+        return self.upper - self.lower
+
+
+def regions(search: MotionSearch, speeds: Array, known: Stability, period: float) -> list[Region]:
+    """Return all regions that were found between speeds, ascending.
+
+    Regions narrower than the steps of the speeds are looked for where two multipliers come near
+    each other.
+
+    Args:
+        search: of the design.
+        speeds: `(S,)` ascending, of one sign.
+        known: what was found there.
+        period: of the multipliers [rad].
+    """
+    speeds, excess, kind = _refined(search, speeds, known)
+    unstable = (kind != STABLE) & (kind != NONE)
+    growth = np.log1p(np.where(unstable, excess, 0.0)) * np.abs(speeds) / period
+    changes = np.nonzero(unstable[1:] != unstable[:-1])[0]
+    edges = _edges(search, speeds, unstable, changes)
+    found = []
+    bounds = [0, *(changes + 1).tolist(), len(speeds)]
+    for first, last in pairwise(bounds):
+        if not unstable[first]:
+            continue
+        lower = edges[first - 1] if first else float(speeds[0])
+        upper = edges[last - 1] if last < len(speeds) else float(speeds[-1])
+        best = first + int(np.argmax(growth[first:last]))
+        # Beside the first and the last speed inside is an edge.
+        before = lower if best == first else float(speeds[best - 1])
+        after = upper if best == last - 1 else float(speeds[best + 1])
+        known_best = float(growth[best]), float(speeds[best]), str(kind[best])
+        peak, speed, of = _fastest(search, before, after, known_best)
+        found.append(Region(lower, upper, of, peak, speed, bool(first and last < len(speeds))))
+    return found
+
+
+def _fastest(
+    search: MotionSearch, lower: float, upper: float, best: tuple[float, float, str]
+) -> tuple[float, float, str]:
+    """Return the fastest growth between two speeds, where it is, and its kind.
+
+    Args:
+        search: of the design.
+        lower: speed.
+        upper: speed.
+        best: the same of a speed between them.
+    """
+    for _ in range(_GROWTH_ROUNDS):
+        places = np.linspace(lower, upper, _PLACES + 2)[1:-1]
+        found = stability(search, places)
+        is_unstable = (found.kind != STABLE) & (found.kind != NONE)
+        size = np.where(is_unstable, found.excess, 0.0)
+        growth = np.log1p(size) * np.abs(places) / search.period
+        top = int(np.argmax(growth))
+        if growth[top] > best[0]:
+            best = float(growth[top]), float(places[top]), str(found.kind[top])
+        width = 1.5 * (upper - lower) / (_PLACES + 1)
+        lower, upper = max(lower, best[1] - width), min(upper, best[1] + width)
+    return best
+
+
+def _refined(search: MotionSearch, speeds: Array, known: Stability) -> tuple[Array, Array, Array]:
+    """Return speeds, excess and kinds, with more speeds where multipliers nearly collide."""
+    every = [(speeds, known.excess, known.kind)]
+    gap = separation(known.multipliers)
+    is_least = np.zeros(len(speeds), dtype=bool)
+    if len(speeds) > 2:
+        is_least[1:-1] = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] <= gap[2:])
+    is_least &= (known.kind == STABLE) & ~known.decays
+    at = np.nonzero(is_least)[0]
+    lower, upper = speeds[at - 1], speeds[at + 1] if at.size else speeds[at]
+    for _ in range(_ROUNDS):
+        if not lower.size:
+            break
+        places = np.linspace(lower, upper, _PLACES, axis=1)
+        found = stability(search, places.ravel())
+        every.append((places.ravel(), found.excess, found.kind))
+        gaps = separation(found.multipliers).reshape(places.shape)
+        gaps = np.where(np.isnan(gaps), np.inf, gaps)
+        is_new = np.any(
+            ((found.kind != STABLE) & (found.kind != NONE)).reshape(places.shape), axis=1
+        )
+        best = np.clip(np.argmin(gaps, axis=1), 1, _PLACES - 2)
+        rows = np.nonzero(~is_new)[0]
+        lower, upper = places[rows, best[rows] - 1], places[rows, best[rows] + 1]
+    joined = [np.concatenate(items) for items in zip(*every, strict=True)]
+    order = np.unique(joined[0], return_index=True)[1]
+    speeds, excess, kind = (item[order] for item in joined)
+    is_there = kind != NONE
+    return speeds[is_there], excess[is_there], kind[is_there]
+
+
+def _edges(
+    search: MotionSearch, speeds: Array, unstable: Array, changes: Array
+) -> dict[int, float]:
+    """Return where stability changes after speeds of given indices."""
+    lower, upper = speeds[changes].copy(), speeds[changes + 1].copy()
+    before = unstable[changes]
+    while changes.size and np.any(upper - lower > _EDGE * np.abs(upper)):
+        # Several places at a time, since all of them are solved together.
+        places = np.linspace(lower, upper, _PLACES, axis=1)[:, 1:-1]
+        found = stability(search, places.ravel())
+        is_unstable = ((found.kind != STABLE) & (found.kind != NONE)).reshape(places.shape)
+        differs = is_unstable != before[:, None]
+        first = np.where(np.any(differs, axis=1), np.argmax(differs, axis=1), _PLACES - 2)
+        every = np.column_stack([lower, places, upper])
+        rows = np.arange(len(changes))
+        lower, upper = every[rows, first], every[rows, first + 1]
+    return {
+        int(index): 0.5 * float(first + last)
+        for index, first, last in zip(changes, lower, upper, strict=True)
+    }

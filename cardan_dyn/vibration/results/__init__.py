@@ -1,0 +1,1 @@
+"""Results: what each question about a vibration is answered with."""

@@ -1,0 +1,198 @@
+"""Campbell: natural frequencies and modes over the speed of the drive."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise, permutations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...checks import positives
+from ..model.modes import Modes, WhirlSense, averaged, clear_senses, modes, sense_name
+from ..model.rotating_scene import speeds_of
+from ..motions.coexisting import smallest
+from ..motions.correction import refuse_unheld
+from ..motions.linear import resting_motions
+from ..motions.search import Motions, MotionSearch
+from .periodic_motion import refuse_missed, search_of
+from .result import Result, frame_of
+
+if TYPE_CHECKING:
+    import pandas
+
+    from ...figures.style import Figure
+    from ...scene.scene import Scene
+
+_MOST_PERMUTED = 5
+"""Modes up to which all their orders are compared; more are followed one by one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Campbell(Result):
+    """Modes of the averaged equation about the periodic motion, S speeds, n modes.
+
+    A mode keeps its column from speed to speed. Speeds without a periodic motion have NaN.
+
+    Attributes:
+        scene: whose drive turns at constant speed.
+        speed: of the drive `(S,)` [rad/s].
+        frequency: damped natural angular frequencies `(S, n)` [rad/s]; 0 where a mode creeps.
+        decay: real parts of the eigenvalues `(S, n)` [1/s], negative where modes decay.
+        log_decrement: `(S, n)`; NaN where a mode creeps.
+        amplification: amplification factor 1/(2ζ) `(S, n)`, infinite without damping; NaN where a
+            mode creeps.
+        shape: complex mode shapes `(S, n, n)`: of coordinates, by modes.
+        whirl: `(S, n)` from -1, backward, to +1, forward; about 0 where a mode swings in a plane.
+    """
+
+    scene: Scene
+    speed: Array
+    frequency: Array
+    decay: Array
+    log_decrement: Array
+    amplification: Array
+    shape: Array
+    whirl: Array
+
+    def separation_margin(self, orders: Any = (1, 2, 4)) -> Array:
+        """Return the distance `(S, n)` of each mode from the nearest order, as a fraction of it.
+
+        Args:
+            orders: cycles per revolution of the drive that excite, a number or `(K,)`.
+
+        Raises:
+            ArgumentError: an order is no positive number.
+        """
+        lines = np.abs(self.speed)[:, None] * positives("orders", orders)
+        gaps = np.abs(self.frequency[:, :, None] - lines[:, None, :]) / lines[:, None, :]
+        return np.asarray(np.min(gaps, axis=2))
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a row for each speed and mode, which are counted from 1 as in figures."""
+        rows = [
+            {
+                "speed": speed,
+                "mode": mode + 1,
+                "frequency": self.frequency[row, mode],
+                "decay": self.decay[row, mode],
+                "log_decrement": self.log_decrement[row, mode],
+                "amplification": self.amplification[row, mode],
+                "whirl": sense_name(float(self.whirl[row, mode])),
+            }
+            for row, speed in enumerate(self.speed.tolist())
+            for mode in range(self.frequency.shape[1])
+        ]
+        units = ("rad/s", "", "rad/s", "1/s", "1", "1", "")
+        names = ("speed", "mode", "frequency", "decay", "log_decrement", "amplification", "whirl")
+        return frame_of(rows, dict(zip(names, units, strict=True)))
+
+    def renumbered(self, order: Array) -> Campbell:
+        """Return the same with its modes in another order `(n,)`."""
+        columns = ("frequency", "decay", "log_decrement", "amplification", "shape", "whirl")
+        return replace(self, **{name: getattr(self, name)[..., order] for name in columns})
+
+    def plot(self, orders: Any = (1, 2, 4), *, critical: Any = None) -> Figure:
+        """Draw natural frequencies over speed, with the lines of orders.
+
+        Args:
+            orders: cycles per revolution of the drive, one or several.
+            critical: speeds and frequencies `(C, 2)` that are marked [rad/s].
+
+        Raises:
+            ArgumentError: orders are no numbers.
+        """
+        from ...figures.critical_speeds import campbell
+
+        whirl = clear_senses(self.whirl)
+        return campbell(self.speed, self.frequency, orders=orders, whirl=whirl, critical=critical)
+
+    def __repr__(self) -> str:
+        return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds>"
+
+
+def campbell(scene: Scene, speed: Any, *, within: float = 1.0) -> Campbell:
+    """Return natural frequencies and modes over speed.
+
+    Args:
+        scene: with one drive and free coordinates.
+        speed: of the drive, a number or `(S,)` [rad/s].
+        within: see `periodic_motion`.
+
+    Raises:
+        CardanError: see `periodic_motion`.
+    """
+    speeds, _ = speeds_of(speed)
+    return campbell_of(search_of(scene, within), speeds)
+
+
+def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:
+    """Return the modes about the motions that a search finds at speeds `(S,)`; see `campbell`."""
+    every_motion, _ = smallest(search, speeds)
+    refuse_missed(search, speeds)
+    refuse_unheld(every_motion)
+    return _modes_about(search, speeds, every_motion)
+
+
+def resting_campbell(search: MotionSearch, speeds: Array) -> Campbell:
+    """Return the modes about coordinates at rest, as `resting_motions`, at speeds `(S,)`."""
+    return _modes_about(search, speeds, resting_motions(search, speeds))
+
+
+def _modes_about(search: MotionSearch, speeds: Array, every_motion: list[Motions]) -> Campbell:
+    """Return the modes about motions at speeds `(S,)`."""
+    free = len(search.rotating.free)
+    shape = (len(speeds), free)
+    missing = complex(np.nan, np.nan)
+    value, shapes = np.full(shape, missing), np.full((*shape, free), missing)
+    whirl = np.full(shape, np.nan)
+    senses: dict[float, WhirlSense] = {}
+    for motions in every_motion:
+        equation = motions.model.equation(motions.course)
+        found = modes(*averaged(equation))
+        value[motions.index], shapes[motions.index] = found.value, found.shape
+        for index in motions.index.tolist():
+            sense = float(np.sign(speeds[index]))
+            if sense not in senses:
+                middle = np.mean(motions.course.q[0], axis=0)
+                senses[sense] = WhirlSense(search.rotating, middle, sense)
+            shapes[index] = senses[sense].parted(value[index], shapes[index])
+            whirl[index] = senses[sense].of(shapes[index])
+    # Speeds without a motion stand between those that continue each other.
+    for before, row in pairwise(np.nonzero(np.all(np.isfinite(value), axis=1))[0].tolist()):
+        order = followed(shapes[before], value[before], shapes[row], value[row])
+        value[row], shapes[row], whirl[row] = (
+            value[row, order],
+            shapes[row][:, order],
+            whirl[row, order],
+        )
+    every = Modes(value, shapes)
+    return Campbell(
+        scene=search.rotating.scene,
+        speed=speeds,
+        frequency=every.frequency.copy(),
+        decay=value.real.copy(),
+        log_decrement=every.log_decrement,
+        amplification=every.amplification,
+        shape=shapes,
+        whirl=whirl,
+    )
+
+
+def followed(before: Array, value_before: Array, shapes: Array, value: Array) -> Array:
+    """Return the order `(n,)` in which modes continue those of the speed before."""
+    count = shapes.shape[1]
+    if count == 1:
+        return np.arange(count)
+    sizes = np.linalg.norm(before, axis=0)[:, None] * np.linalg.norm(shapes, axis=0)
+    likeness = np.abs(before.conj().T @ shapes) / sizes
+    spread = float(np.max(np.abs(value))) or 1.0
+    likeness -= np.abs(value_before[:, None] - value) / spread
+    rows = np.arange(count)
+    if count <= _MOST_PERMUTED:
+        best = max(permutations(range(count)), key=lambda order: likeness[rows, list(order)].sum())
+        return np.array(best)
+    from scipy.optimize import linear_sum_assignment  # Few scenes have as many coordinates.
+
+    return np.asarray(linear_sum_assignment(-likeness)[1])

@@ -1,0 +1,266 @@
+"""Floquet: multipliers of periodic motions over speed and design, and where they are unstable."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...checks import flag, mapping, numbers, positive, whole
+from ...dynamics.workers import in_order, shares_of
+from ...errors import ArgumentError
+from ..model.rotating_scene import rotating_scene, speeds_of
+from ..motions.correction import refuse_unheld
+from ..motions.search import MotionSearch
+from ..motions.stability import Region, Stability, regions, stability
+from .result import Result, frame_of
+
+if TYPE_CHECKING:
+    import pandas
+
+    from ...figures.style import Figure
+    from ...scene.scene import Scene
+
+_LOOKED_AT = 3
+"""Speeds, at least, that tell whether all coordinates are held."""
+_STORED = ("multipliers", "trace", "determinant", "liouville", "kind", "coexisting")
+
+
+@dataclass(frozen=True, eq=False)
+class Floquet(Result):
+    """Multipliers over one period of the equation, about the smallest motion at each speed.
+
+    Arrays have the shape `(S,)` of the speeds, or `(D, S)` for D designs.
+
+    Attributes:
+        scene: whose drive turns at constant speed.
+        speed: of the drive `(S,)` [rad/s].
+        held: joints that differ between the designs, to their positions `(D,)` [rad or m].
+        period: over which the multipliers are taken, in the drive's position [rad]: half a
+            revolution where the equation repeats after it.
+        multipliers: complex `(..., 2n)`, the greatest first; NaN without a motion.
+        trace, determinant: of the monodromy matrix of (δq, dδq/ds), s = |φ| the way of the drive.
+        liouville: the determinant once more, by the integral of the damping.
+        kind: `stable`; `instability`: a multiplier below -1, motions of twice the period grow;
+            `fold`: above +1, motions of the same period meet, or, of an equation that repeats
+            after whole revolutions alone, as by unbalance, those of twice a joint's half grow;
+            `combination`: two modes together; `flutter`: by loads that turn with their links or
+            whirl, in the averaged equation as well; `no motion`: none was found.
+        coexisting: number of further motions found beside the smallest, near forced resonances.
+            They come in pairs: where it is odd, one was not found, or lies beyond `within`.
+        change: greatest change of a monodromy matrix when its integration was refined last.
+        region: unstable intervals of each design, in C order; empty lists unless asked for.
+    """
+
+    scene: Scene
+    speed: Array
+    held: Mapping[str, Array]
+    period: float
+    multipliers: Array
+    trace: Array
+    determinant: Array
+    liouville: Array
+    kind: Array
+    coexisting: Array
+    change: float
+    region: tuple[tuple[Region, ...], ...] = field(default=())
+
+    @property
+    def growth(self) -> Array:
+        """Growth rate of the fastest disturbance [1/s], negative where all decay."""
+        size = np.log(np.abs(self.multipliers[..., 0]))
+        return np.asarray(size * np.abs(self.speed) / self.period)
+
+    @property
+    def is_stable(self) -> Array:
+        """Whether all disturbances stay bounded."""
+        return np.asarray(self.kind == "stable")
+
+    @property
+    def regions(self) -> tuple[Region, ...]:
+        """Unstable intervals of speed of a single design.
+
+        Raises:
+            ArgumentError: there are several designs, whose `region` has an entry for each.
+        """
+        if len(self.region) != 1:
+            raise ArgumentError(
+                f"{len(self.region)} designs have regions; `region` has an entry for each"
+                if self.region
+                else "the regions were not asked for; write floquet(..., edges=True)"
+            )
+        return self.region[0]
+
+    def stored(self) -> dict[str, Any]:
+        """Return what `save` writes: of `region` a column for each field, and the design."""
+        every = [(design, *row) for design, found in enumerate(self.region) for row in found]
+        columns = zip(*every, strict=True) if every else [()] * (1 + len(Region._fields))
+        names = [f"region.{name}" for name in ("design", *Region._fields)]
+        regions = zip(names, map(np.array, columns), strict=True)
+        stored = {name: value for name, value in super().stored().items() if name != "region"}
+        return {**stored, **(dict(regions) if self.region else {})}
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a row for each design and speed."""
+        shape = self.kind.shape
+        growth = self.growth
+        rows = [
+            {
+                **{name: values[index[0]] for name, values in self.held.items()},
+                "speed": self.speed[index[-1]],
+                "kind": str(self.kind[index]),
+                "growth": growth[index],
+                "trace": self.trace[index],
+                "determinant": self.determinant[index],
+                "coexisting": int(self.coexisting[index]),
+            }
+            for index in np.ndindex(shape)
+        ]
+        units = {**dict.fromkeys(self.held, "rad or m"), "speed": "rad/s", "kind": ""}
+        return frame_of(
+            rows, {**units, "growth": "1/s", "trace": "1", "determinant": "1", "coexisting": "1"}
+        )
+
+    def plot(self) -> Figure:
+        """Draw multipliers over speed, or a chart of their kinds over speed and design.
+
+        The ordinate of a chart is the first joint whose positions all differ.
+
+        Raises:
+            ArgumentError: there are several designs, and no such joint.
+        """
+        if self.kind.ndim == 1 or len(self.kind) == 1:
+            from ...figures.vibration import multipliers
+
+            sizes = np.abs(self.multipliers).reshape(len(self.speed), -1)
+            return multipliers(self.speed, sizes)
+        from ...figures.critical_speeds import KINDS, stability_chart
+
+        name = next((key for key, of in self.held.items() if len(set(of.tolist())) == len(of)), "")
+        if not name:
+            raise ArgumentError(
+                f"a chart needs a joint whose positions all differ, not {', '.join(self.held)}; "
+                "draw `kind` yourself"
+            )
+        numbers_of = {kind: number for number, kind in enumerate(KINDS)}
+        kinds = np.vectorize(lambda kind: numbers_of[str(kind)])(self.kind)
+        rows, columns = np.argsort(self.held[name]), np.argsort(self.speed)
+        others = [key for key in self.held if key != name]
+        return stability_chart(
+            self.speed[columns],
+            self.held[name][rows],
+            kinds[rows][:, columns].T,
+            joint=f"{name} with {', '.join(others)}" if others else name,
+            slides=self.scene.mechanism.coordinates.named[name].slides,
+        )
+
+    def __repr__(self) -> str:
+        count = int(np.sum(~self.is_stable))
+        return (
+            f"<Floquet of {', '.join(self.scene.free)}: {self.kind.size} points, {count} of "
+            "them not stable>"
+        )
+
+
+def floquet(
+    scene: Scene,
+    speed: Any,
+    *,
+    held: Mapping[str, Any] | None = None,
+    edges: bool = False,
+    within: float = 1.0,
+    workers: int = 1,
+) -> Floquet:
+    """Return the stability of periodic motions over speed, and over designs.
+
+    Args:
+        scene: with one drive and free coordinates.
+        speed: of the drive, a number or `(S,)` [rad/s].
+        held: joints that the scene holds to positions `(D,)`, as many for each: a chart.
+        edges: whether unstable intervals and their edges are found, to 1e-8 of the speed; speeds
+            then ascend, and narrow intervals are looked for between them.
+        within: see `periodic_motion`.
+        workers: processes that share the designs, where the platform can fork them.
+
+    Raises:
+        CardanError: see `periodic_motion`; speeds without a motion are marked instead.
+    """
+    workers, edges = whole("workers", workers), flag("edges", edges)
+    within = positive("within", within)
+    speeds, _ = speeds_of(speed)
+    if edges and (np.any(np.diff(speeds) <= 0.0) or speeds[0] * speeds[-1] < 0.0):
+        raise ArgumentError("edges: give ascending speeds of one sense")
+    first = rotating_scene(scene)
+    designs = _designs(held)
+    count = max((len(values) for values in designs.values()), default=1)
+
+    def work(share: range) -> list[_Done]:
+        found = []
+        for design in share:
+            rotating = first
+            if designs:
+                places = {name: float(values[design]) for name, values in designs.items()}
+                rotating = rotating_scene(scene.replace(held=places))
+            found.append(_of_design(MotionSearch(rotating, within), speeds, edges))
+        return found
+
+    done = [item for part in in_order(work, shares_of(count, workers)) for item in part]
+    return _collected(first.scene, speeds, designs, done, edges)
+
+
+_Done = tuple[Stability, list[Region], float]
+"""Stability, regions and period of a design."""
+
+
+def _collected(
+    scene: Scene, speeds: Array, designs: dict[str, Array], done: list[_Done], edges: bool
+) -> Floquet:
+    """Return what was found of all designs.
+
+    Raises:
+        ArgumentError: they differ in period.
+    """
+    period = max(item[2] for item in done)
+    if any(item[2] != period for item in done):
+        raise ArgumentError(
+            "some designs repeat after half a revolution and others after a whole one, so that "
+            "their multipliers cannot be compared; ask for them one by one"
+        )
+    stacked = {name: np.stack([getattr(item[0], name) for item in done]) for name in _STORED}
+    if not designs:
+        stacked = {name: values[0] for name, values in stacked.items()}
+    return Floquet(
+        scene=scene,
+        speed=speeds,
+        held=designs,
+        period=period,
+        change=max(item[0].change for item in done),
+        region=tuple(tuple(item[1]) for item in done) if edges else (),
+        **stacked,
+    )
+
+
+def _of_design(search: MotionSearch, speeds: Array, edges: bool) -> _Done:
+    """Return stability, regions and period of one design."""
+    refuse_unheld(search.primary(speeds[:: max(1, len(speeds) // _LOOKED_AT)]))
+    found = stability(search, speeds)
+    period = search.period
+    return found, regions(search, speeds, found, period) if edges else [], period
+
+
+def _designs(held: Any) -> dict[str, Array]:
+    """Return the positions of held joints `(D,)`.
+
+    Raises:
+        ArgumentError: no numbers, or of different shapes.
+    """
+    designs = {
+        name: numbers(f"held[{name!r}]", value) for name, value in mapping("held", held).items()
+    }
+    shapes = {values.shape for values in designs.values()}
+    if len(shapes) > 1 or any(len(shape) != 1 or not shape[0] for shape in shapes):
+        raise ArgumentError("held: give positions (D,) of the same number for each joint")
+    return designs

@@ -1,0 +1,326 @@
+"""Periodic motion: what the free coordinates do while a drive turns at constant speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...checks import positive, several, whole
+from ...errors import ArgumentError, VibrationError
+from ..model.periodic_grid import amplitudes, orders_of
+from ..model.rotating_scene import all_driven, rotating_scene, speeds_of
+from ..motions.coexisting import coexisting
+from ..motions.correction import corrected
+from ..motions.search import Motions, MotionSearch
+from .result import Result, frame_of, unit_of
+
+if TYPE_CHECKING:
+    import pandas
+
+    from ...figures.style import Figure
+    from ...results.sweep import Sweep
+    from ...scene.scene import Scene
+
+_SHOWN = 1e-12
+"""Least amplitude that a table lists, as a fraction of the greatest."""
+
+
+class States(NamedTuple):
+    """Positions `(R, P, n)` of the free coordinates, and their rates by time."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+    def with_drive(self, position: Array, speed: Array) -> States:
+        """Return the same, `(R, P, 1 + n)`, behind the drive.
+
+        Args:
+            position: of the drive `(P,)` [rad].
+            speed: of the drive `(R,)` [rad/s].
+        """
+        shape = (*self.position.shape[:2], 1)
+        drive = position[:, None], speed[:, None, None], np.zeros(1)
+        return States(
+            *(
+                np.concatenate([np.broadcast_to(own, shape), free], axis=2)
+                for own, free in zip(drive, self, strict=True)
+            )
+        )
+
+
+def states(order: Array, amplitude: Array, speed: Array, position: Array) -> States:
+    """Return the states that complex amplitudes stand for: q = Re Σ amplitude exp(i order φ).
+
+    Args:
+        order: `(K,)` cycles per revolution of the drive.
+        amplitude: `(R, K, n)` [rad or m].
+        speed: of the drive `(R,)` [rad/s].
+        position: φ of the drive `(P,)` [rad].
+    """
+    waves = np.exp(1j * np.outer(position, order))
+    rate = 1j * order[:, None] * speed[:, None, None]
+    return States(*((waves @ (rate**power * amplitude)).real for power in range(3)))
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicMotion(Result):
+    """Periodic motions of the free coordinates, a row for each; R rows, n free coordinates.
+
+    A row's motion repeats with `period`. Rows are in the order of the speeds that were asked for;
+    where several motions coexist, they follow each other, the smallest first. All have the period
+    of the equation: subharmonic ones are not looked for.
+
+    A simulation goes on from a motion if the drive starts where the motion is looked at: with
+    `at(0.0)`, `position={drive: 0.0, free: …}`, since loops find a place for drives left out.
+
+    Attributes:
+        scene: whose drive turns at constant speed.
+        speed: `(R,)` of the drive [rad/s].
+        branch: `(R,)` number of the motion at its speed, from 0.
+        period: of the motion in the drive's position [rad].
+        order: `(K,)` cycles per revolution of the drive.
+        amplitude: complex `(R, K, n)`: q = Re Σ amplitude exp(i order φ), φ the drive's position
+            [rad or m].
+        residual: `(R,)` greatest effort that is left along a free coordinate, at the nodes of the
+            motion and between them, by inverse dynamics; as a fraction of the greatest sum of the
+            sizes of its terms.
+        index: `(R,)` sign of the determinant of the equation's Jacobian. Motions appear and vanish
+            in pairs of opposite signs, so that the sum over all of a speed is +1 unless one was
+            missed, or lies beyond what was searched.
+        missed: speeds without a motion to the reason.
+    """
+
+    scene: Scene
+    speed: Array
+    branch: Array
+    period: float
+    order: Array
+    amplitude: Array
+    residual: Array
+    index: Array
+    missed: Mapping[float, str] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.speed)
+
+    @property
+    def incomplete(self) -> Array:
+        """Speeds `(K,)` at which further motions exist that were not found [rad/s].
+
+        They are farther than `within`, or the search has missed them: the sum of `index` tells.
+        """
+        speeds = np.unique(self.speed)
+        sums = [int(np.sum(self.index[self.speed == speed])) for speed in speeds]
+        return np.asarray(speeds[np.array(sums) != 1])
+
+    def at(self, position: Any) -> States:
+        """Return the motions at positions `(P,)` of the drive [rad].
+
+        Raises:
+            ArgumentError: the positions are no finite numbers, or of another shape.
+        """
+        return states(self.order, self.amplitude, self.speed, several("position", position))
+
+    def sweep(self, row: int = 0, position: Any = None, *, scene: Scene | None = None) -> Sweep:
+        """Return the scene along a motion, with its wrenches and residuals.
+
+        Args:
+            row: of the motion.
+            position: of the drive `(P,)` [rad]; one revolution in steps that resolve the motion
+                if None.
+            scene: the same with other outputs, if wanted.
+
+        Raises:
+            ArgumentError: no such row, or positions that are no numbers.
+            CardanError: as `Scene.sweep`.
+        """
+        row = self._row(row)
+        if position is None:
+            count = 2 * int(np.ceil(self.order[-1])) + 32
+            position = 2.0 * np.pi / count * np.arange(count)
+        places = several("position", position)
+        every = [item[row] for item in self.at(places).with_drive(places, self.speed)]
+        return all_driven(scene or self.scene).sweep(*every)
+
+    def orbit(self, first: str, second: str, row: int = 0, count: int = 361) -> Array:
+        """Return the path `(count, 2)` of two free coordinates over a revolution [rad or m].
+
+        Args:
+            first: name of the coordinate in the first column.
+            second: of that in the second.
+            row: of the motion.
+            count: number of points, of which the last is the first.
+
+        `figures.orbits` draws it.
+
+        Raises:
+            ArgumentError: one is not free, no such row, or no count.
+        """
+        row, count = self._row(row), whole("count", count, 2)
+        for name in (first, second):
+            if name not in self.free:
+                raise ArgumentError(f"{name!r} is not free; free: {', '.join(self.free)}")
+        q = self.at(np.linspace(0.0, 2.0 * np.pi, count)).position[row]
+        return q[:, [self.free.index(first), self.free.index(second)]]
+
+    def _row(self, row: int) -> int:
+        """Return the number of a motion.
+
+        Raises:
+            ArgumentError: there is none of that number.
+        """
+        number = whole("row", row, 0)
+        if number >= len(self):
+            raise ArgumentError(f"row {number} does not exist; motions: 0 to {len(self) - 1}")
+        return number
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a row for each motion, coordinate and order, of amplitudes above rounding."""
+        sizes = np.abs(self.amplitude)
+        rows = [
+            {
+                "speed": self.speed[row],
+                "branch": int(self.branch[row]),
+                "coordinate": name,
+                "order": float(order),
+                "amplitude": sizes[row, wave, column],
+                "phase": float(np.angle(self.amplitude[row, wave, column])),
+                "residual": self.residual[row],
+            }
+            for row in range(len(self))
+            for column, name in enumerate(self.free)
+            for wave, order in enumerate(self.order)
+            if sizes[row, wave, column] > _SHOWN * np.max(sizes[row])
+        ]
+        return frame_of(
+            rows,
+            {
+                "speed": "rad/s",
+                "branch": "1",
+                "coordinate": "",
+                "order": "1/rev",
+                "amplitude": "rad or m",
+                "phase": "rad",
+                "residual": "1",
+            },
+        )
+
+    def plot(self, row: int = 0) -> Figure:
+        """Draw the free coordinates of a motion over a revolution.
+
+        Raises:
+            ArgumentError: no such row.
+        """
+        row = self._row(row)
+        from ...figures.vibration import over_revolution
+
+        position = np.linspace(0.0, 2.0 * np.pi, 721)
+        values = self.at(position).position[row]
+        return over_revolution(position, values, self.free, unit=unit_of(self.scene))
+
+    def __repr__(self) -> str:
+        more = self.incomplete
+        missing = f"; others exist at {len(more)} of them that were not found" if more.size else ""
+        return (
+            f"<PeriodicMotion of {', '.join(self.free)}: {len(self)} motions at "
+            f"{len(set(self.speed.tolist()))} speeds{missing}, residual "
+            f"{np.max(self.residual):.1e}>"
+        )
+
+
+def periodic_motion(scene: Scene, speed: Any, *, within: float = 1.0) -> PeriodicMotion:
+    """Find the periodic motions of a scene whose drive turns at constant speed.
+
+    They are non-linear: Fourier sums whose efforts along the free coordinates vanish, found in an
+    interpolated model of these efforts and corrected by inverse dynamics of the scene itself.
+    Near forced resonances, where motions are large, further ones are searched from guesses of many
+    amplitudes and phases along the modes that resonate.
+
+    Args:
+        scene: with one drive and free coordinates, springs and dampers among the elements.
+        speed: of the drive, a number or `(S,)` [rad/s].
+        within: farthest that motions go from their mean [rad, or characteristic lengths].
+
+    Raises:
+        VibrationError: no motion was found at any of the speeds.
+        ArgumentError, MobilityError, ModelError: the scene has none, see `rotating_scene`.
+        AccuracyError: the efforts are not smooth, or a motion does not hold.
+        CardanError: as `Scene.sweep`.
+    """
+    search = search_of(scene, within)
+    speeds, _ = speeds_of(speed)
+    primary = search.primary(speeds)
+    refuse_missed(search, speeds)
+    every = list(primary)
+    for motions in primary:
+        every += coexisting(search, motions, is_thorough=True)
+    return _collected(search, speeds, every)
+
+
+def search_of(scene: Scene, within: float) -> MotionSearch:
+    """Return the search for motions of a scene, by the arguments of `periodic_motion`.
+
+    Raises:
+        CardanError: see `rotating_scene`.
+        ArgumentError: `within` is no positive number.
+    """
+    return MotionSearch(rotating_scene(scene), positive("within", within))
+
+
+def refuse_missed(search: MotionSearch, speeds: Array) -> None:
+    """Refuse if no speed has a motion.
+
+    Raises:
+        VibrationError: that is so.
+    """
+    if len(search.missed) == len(speeds):
+        raise VibrationError(
+            f"{next(iter(search.missed.values()))}; a greater within= looks farther, and more "
+            "damping makes motions smaller",
+            speed=float(speeds[0]),
+        )
+
+
+def missed_of(search: MotionSearch, speeds: Array) -> dict[float, str]:
+    """Return the speeds at which a search found no motion, to the reason."""
+    return {float(speeds[item]): reason for item, reason in search.missed.items()}
+
+
+def _collected(search: MotionSearch, speeds: Array, every: list[Motions]) -> PeriodicMotion:
+    """Return all motions, corrected, as rows."""
+    rows: list[tuple[int, float, Array, float, float]] = []
+    divisor = 1
+    for motions in every:
+        mended, residual = corrected(search.build.efforts, motions)
+        divisor = motions.model.divisor
+        waves = amplitudes(mended.course.q, 1)
+        middle = waves[:, :1].real
+        sizes = np.max(np.abs(mended.course.q - middle) / search.rotating.units, axis=(1, 2))
+        rows += [
+            (int(motions.index[item]), float(sizes[item]), *rest)
+            for item, rest in enumerate(zip(waves, residual.tolist(), motions.sign, strict=True))
+        ]
+    rows.sort(key=lambda row: row[:2])
+    count = max(len(row[2]) for row in rows)
+    amplitude = np.zeros((len(rows), count, len(search.rotating.free)), dtype=complex)
+    for item, row in enumerate(rows):
+        amplitude[item, : len(row[2])] = row[2]
+    places = np.array([row[0] for row in rows])
+    branch = np.array([np.sum(places[:item] == place) for item, place in enumerate(places)])
+    period = search.rotating.period / divisor
+    return PeriodicMotion(
+        scene=search.rotating.scene,
+        speed=speeds[places],
+        branch=branch,
+        period=period,
+        order=orders_of(count, period),
+        amplitude=amplitude,
+        residual=np.array([row[3] for row in rows]),
+        index=np.array([row[4] for row in rows], dtype=int),
+        missed=missed_of(search, speeds),
+    )

@@ -1,0 +1,129 @@
+"""Result: what all results of the vibration have in common."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...checks import described
+from ...errors import ArgumentError, CardanError, MissingExtraError
+from ...frozen import read_only
+
+if TYPE_CHECKING:
+    import pandas
+
+    from ...scene.scene import Scene
+
+_NAMES = ("drive", "free")
+"""Under which names of coordinates are stored."""
+
+
+class Result:
+    """Base of frozen dataclasses that hold results: arrays are read-only, in copies as well.
+
+    Attributes:
+        scene: whose drive turns at constant speed.
+    """
+
+    scene: Scene
+
+    @property
+    def drive(self) -> str:
+        """Name of the coordinate that turns at constant speed."""
+        return self.scene.drives[0]
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the free coordinates."""
+        return self.scene.free
+
+    def __post_init__(self) -> None:
+        for value in self.__dict__.values():
+            if isinstance(value, np.ndarray):
+                read_only(value)
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        self.__dict__.update(state)
+        Result.__post_init__(self)
+
+    def stored(self) -> dict[str, Any]:
+        """Return what `save` writes, by its name in the file."""
+        stored: dict[str, Any] = {}
+        for field in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, field.name)
+            if isinstance(value, (np.ndarray, float, int, str)):
+                stored[field.name] = np.asarray(value)
+            elif isinstance(value, tuple) and all(
+                isinstance(item, (str, int, float)) for item in value
+            ):
+                stored[field.name] = np.array(value)
+            elif field.name == "missed":
+                stored["missed.speed"] = np.array(list(value), dtype=float)
+                stored["missed.reason"] = np.array(list(value.values()), dtype=str)
+            elif isinstance(value, Mapping):
+                stored |= {f"{field.name}.{key}": np.asarray(item) for key, item in value.items()}
+            elif isinstance(value, Result):
+                # Its coordinates are those of the whole.
+                own = {key: item for key, item in value.stored().items() if key not in _NAMES}
+                stored |= {f"{field.name}.{key}": item for key, item in own.items()}
+            elif field.name == "scene":
+                # Columns of arrays are in the order of the free coordinates.
+                names = np.asarray(value.drives[0]), np.array(value.free)
+                stored |= dict(zip(_NAMES, names, strict=True))
+        return stored
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write all arrays, numbers and names to a file that `numpy.load` reads.
+
+        Names in the file are those of the attributes, with a dot before what belongs to one, such
+        as `campbell.frequency`; `drive` and `free` are the names of the coordinates:
+
+            result.save("response.npz")
+            with np.load("response.npz") as stored:
+                stored.files, stored["free"], stored["amplitude"]
+
+        `pickle` keeps the whole result, the scene included.
+
+        Args:
+            path: of the file, as it is; the name commonly ends with `.npz`.
+
+        Raises:
+            ArgumentError: no path.
+            CardanError: the file cannot be written.
+        """
+        if not isinstance(path, (str, os.PathLike)):
+            raise ArgumentError(f"path is {described(path)}, expected a path")
+        try:
+            with Path(path).open("wb") as file:
+                np.savez_compressed(file, **self.stored())
+        except OSError as error:
+            raise CardanError(f"{path}: cannot be written ({error})") from error
+
+
+def unit_of(scene: Scene, name: str | None = None) -> str:
+    """Return the unit of a coordinate, or of all but the first drive of a scene if None."""
+    named = scene.mechanism.coordinates.named
+    kinds = {named[item].slides for item in (scene.free if name is None else [name])}
+    return "rad or m" if len(kinds) > 1 else "m" if True in kinds else "rad"
+
+
+def frame_of(rows: list[dict[str, Any]], units: Mapping[str, str]) -> pandas.DataFrame:
+    """Return rows as a table, with the units of its columns in `attrs`.
+
+    Raises:
+        MissingExtraError: pandas is not installed.
+    """
+    try:
+        import pandas
+    except ImportError as error:
+        raise MissingExtraError(
+            'this table needs pandas: pip install "cardan-dyn[study]"'
+        ) from error
+    frame = pandas.DataFrame(rows, columns=None if rows else list(units))
+    frame.attrs["units"] = dict(units)
+    return frame
