@@ -39,7 +39,7 @@ def _results() -> dict[str, Any]:
         "campbell": vibration.campbell(scene, SPEEDS),
         "response": vibration.forced_response(scene, SPEEDS, joints=["bearing_out", "twist_in"]),
         "bare response": vibration.forced_response(scene, SPEEDS, joints=[]),
-        "missed": vibration.forced_response(_line(0.01), [0.5, 0.8], joints=[], within=0.02),
+        "missed": vibration.forced_response(_line(0.01), [0.5, 0.8], joints=[], max_amplitude=0.02),
         "floquet": vibration.floquet(scene, SPEEDS),
         "chart": vibration.floquet(undamped, SPEEDS, held={"joint_angle": ANGLES}, edges=True),
         "critical": vibration.critical_speeds(undamped, [0.8, 1.2], orders=(1, 2.5)),

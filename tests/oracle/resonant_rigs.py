@@ -298,7 +298,7 @@ def stiffening(
     curve = branch.follow(0.5, 1.6, step)
     row = _resonant(branch, curve, 1.0, natural, height)
     low, high = 0.8 * natural, 1.3 * natural
-    within = {"within": 2.0 * peak * height / mechanism.characteristic_length}
+    within = {"max_amplitude": 2.0 * peak * height / mechanism.characteristic_length}
     return Rig("stiffening", scene, low, high, (1.0,), [row], options=within)
 
 

@@ -245,7 +245,8 @@ class ModelBuild:
                 f"within ±{half.tolist()} of {np.mean(centre, axis=0).tolist()}, the efforts of "
                 f"{', '.join(self._rotating.free)} are no smooth functions of the free "
                 f"coordinates, or of too many: they would take {size_of(degrees)} polynomials, "
-                "more than are tried. Look for smaller motions, `within`, or let fewer be free",
+                "more than are tried. Look for smaller motions, by `max_amplitude`, or let fewer "
+                "be free",
                 residual=error,
                 tolerance=worst,
             )

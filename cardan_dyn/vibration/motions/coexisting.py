@@ -109,7 +109,7 @@ def coexisting(
         if again:
             _search(rough, motions, resonances, again, known, is_thorough=True)
     if again:
-        wide = search.widest(centre, search.within, ROUGH)
+        wide = search.widest(centre, search.max_amplitude, ROUGH)
         if np.any(wide.half > rough.half):
             _search(wide, motions, resonances, again, known, is_thorough=True)
     return _refined(search, motions, [(index, known.at((index, 0))[1:]) for index in near])

@@ -88,7 +88,7 @@ class Branch:
     Attributes:
         points: in their order along the branch.
         is_whole: whether it reaches the other speed. Where it does not, motions are larger than
-            `within` of the search, or beyond what the mechanism can do.
+            `max_amplitude` of the search, or beyond what the mechanism can do.
     """
 
     def __init__(self, search: MotionSearch, start: Motions, last: float) -> None:
@@ -107,7 +107,7 @@ class Branch:
         model = start.model
         if model is not start.middle:
             # A model about a large motion holds no other one.
-            model = search.widest(np.mean(start.course.q[0], axis=0), search.within)
+            model = search.widest(np.mean(start.course.q[0], axis=0), search.max_amplitude)
         count = max(model.count, start.course.q.shape[1])
         q = resampled(start.course.q[0], count)
         self.points = [Point(model.on(count), self._first, q, float(start.sign[0]))]
@@ -208,7 +208,7 @@ class Branch:
         """
         middle = np.mean(q, axis=0)
         size = float(np.max(np.abs(q - middle) / self._units))
-        if size < self._search.within:
+        if size < self._search.max_amplitude:
             for error in (FINE, ROUGH):
                 model = self._search.widest(middle, _GROWTH * size, error)
                 if self._holds(model, resampled(q, model.count)):

@@ -114,17 +114,17 @@ class MotionSearch:
 
     Attributes:
         rotating: the scene.
-        within: farthest that a free coordinate may be from its mean, in its unit.
+        max_amplitude: farthest that a free coordinate may be from its mean, in its unit.
         missed: index of speeds without a motion to the reason, of the last search.
     """
 
-    def __init__(self, rotating: RotatingScene, within: float = 1.0) -> None:
-        self.rotating, self.within = rotating, within
+    def __init__(self, rotating: RotatingScene, max_amplitude: float = 1.0) -> None:
+        self.rotating, self.max_amplitude = rotating, max_amplitude
         self.build = ModelBuild(rotating)
         self.missed: dict[int, str] = {}
         self._models: dict[float, list[ReducedModel]] = {}
         self._refused: dict[float, float] = {}
-        self._reach = within
+        self._reach = max_amplitude
         self._divisor: int | None = None
 
     @property
@@ -145,7 +145,7 @@ class MotionSearch:
             CardanError: see `ModelBuild.model`.
         """
         units = self.rotating.units
-        centre, share = self.rotating.start[1:].copy(), min(_FIRST, self.within)
+        centre, share = self.rotating.start[1:].copy(), min(_FIRST, self.max_amplitude)
         left, is_placed = np.arange(len(speeds)), False
         found: list[Motions] = []
         for _ in range(_MOST_RANGES):
@@ -171,9 +171,9 @@ class MotionSearch:
                 # What acts all the time moves the middle, not the range.
                 centre = np.clip(moved, centre - 3.0 * share * units, centre + 3.0 * share * units)
                 continue
-            if share >= self.within:
+            if share >= self.max_amplitude:
                 break
-            share = min(_GROWTH * share, self.within)
+            share = min(_GROWTH * share, self.max_amplitude)
         for ways in (self._roughly, self._carried) if carry else ():
             for item in ways(speeds, left, centre) if left.size else []:
                 found.append(item)
@@ -208,9 +208,9 @@ class MotionSearch:
         Raises:
             CardanError: not even a small range can be computed.
         """
-        share = min(_FIRST, self.within)
-        while share < min(size, self.within):
-            share = min(_GROWTH * share, self.within)
+        share = min(_FIRST, self.max_amplitude)
+        while share < min(size, self.max_amplitude):
+            share = min(_GROWTH * share, self.max_amplitude)
         while True:
             if share < self._refused.get(error, np.inf):
                 try:
@@ -237,7 +237,7 @@ class MotionSearch:
 
     def _roughly(self, speeds: Array, left: Array, centre: Array) -> list[Motions]:
         """Return motions at some of the speeds of given indices, by rough models of any range."""
-        rough = self.widest(centre, self.within, ROUGH)
+        rough = self.widest(centre, self.max_amplitude, ROUGH)
         self._reach = float(np.min(rough.half / self.rotating.units))
         guess = np.tile(rough.centre, (len(left), 1, 1))
         found = solved(rough, speeds[left], guess, ROUGHLY)
@@ -254,7 +254,7 @@ class MotionSearch:
             if not begun:
                 continue
             index = left[np.concatenate([item.index for item in begun])]
-            rough = self.widest(centre, self.within, ROUGH)
+            rough = self.widest(centre, self.max_amplitude, ROUGH)
             # Rough models may have fewer nodes than those in which the motions were found.
             count = max(rough.count, *(item.model.count for item in begun))
             rough = rough.on(count)

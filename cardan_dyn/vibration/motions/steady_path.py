@@ -183,11 +183,11 @@ class _Follower:
         model = known[-1].model
         inside = np.max(np.abs(resampled(foretold, model.count) - model.centre) / model.half)
         found = _at(known[-1], speed, foretold, 0)
-        if found is None and inside > _EDGE and self._size(foretold) < self._search.within:
+        if found is None and inside > _EDGE and self._size(foretold) < self._search.max_amplitude:
             # It may only have left the range of its model.
             wider = self._search.refined(np.array([speed]), np.array([0]), foretold[None])
             found = wider[0] if wider else None
-        if found is None or self._size(found.course.q[0]) > _BEYOND * self._search.within:
+        if found is None or self._size(found.course.q[0]) > _BEYOND * self._search.max_amplitude:
             return None, np.inf
         q = found.course.q[0]
         most = max(len(q), count)

@@ -112,19 +112,19 @@ class Campbell(Result):
         return f"<Campbell of {', '.join(self.free)} at {len(self.speed)} speeds>"
 
 
-def campbell(scene: Scene, speed: Any, *, within: float = 1.0) -> Campbell:
+def campbell(scene: Scene, speed: Any, *, max_amplitude: float = 1.0) -> Campbell:
     """Return natural frequencies and modes over speed.
 
     Args:
         scene: with one drive and free coordinates.
         speed: of the drive, a number or `(S,)` [rad/s].
-        within: see `periodic_motion`.
+        max_amplitude: see `periodic_motion`.
 
     Raises:
         CardanError: see `periodic_motion`.
     """
     speeds, _ = speeds_of(speed)
-    return campbell_of(search_of(scene, within), speeds)
+    return campbell_of(search_of(scene, max_amplitude), speeds)
 
 
 def campbell_of(search: MotionSearch, speeds: Array) -> Campbell:

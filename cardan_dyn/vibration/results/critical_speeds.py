@@ -68,7 +68,7 @@ class CriticalSpeed(NamedTuple):
         severity: greatest amplitude that the mode gives a free coordinate at that order [rad or
             m], infinite without damping, 0 where
             the order does not move the mode, NaN where motions near it were not found, as they are
-            larger than `within` allows; growth rate of an instability [1/s].
+            larger than `max_amplitude` allows; growth rate of an instability [1/s].
         amplification: amplification factor 1/(2ζ) of the mode; NaN for an instability.
         lower, upper: edges of an instability; speeds of half power of a resonance, to first order
             in its damping ratio, along its branch where it leans over [rad/s].
@@ -217,7 +217,7 @@ def critical_speeds(
     *,
     orders: Any = None,
     instabilities: bool = True,
-    within: float = 1.0,
+    max_amplitude: float = 1.0,
 ) -> CriticalSpeeds:
     """Find the critical speeds of a scene in a range of speed.
 
@@ -228,7 +228,7 @@ def critical_speeds(
             that force the free coordinates if None. Orders that the motion does not have, such as
             2.5, have no severity.
         instabilities: whether unstable intervals are looked for.
-        within: see `periodic_motion`.
+        max_amplitude: see `periodic_motion`.
 
     Raises:
         VibrationError: no periodic motion was found.
@@ -241,7 +241,7 @@ def critical_speeds(
         speeds = np.linspace(speeds[0], speeds[1], _SPEEDS)
     instabilities = flag("instabilities", instabilities)
     given = None if orders is None else sorted(set(positives("orders", orders).tolist()))
-    search = search_of(scene, within)
+    search = search_of(scene, max_amplitude)
     low, high = float(speeds[0]), float(speeds[-1])
     found, modes = numbered_campbell(search, speeds, _ASIDE)
     wanted = _exciting(search, modes) if given is None else given
@@ -387,7 +387,9 @@ def _remarks(
                 "as finer ones do not reach so far: speeds and amplitudes are less exact than usual"
             )
         if np.isnan(row.severity):
-            remarks.append(f"{name}: motions are larger than what was searched, see `within`")
+            remarks.append(
+                f"{name}: motions are larger than what was searched, see `max_amplitude`"
+            )
     for region in regions_found:
         sides = [
             side

@@ -50,7 +50,7 @@ class Floquet(Result):
             `combination`: two modes together; `flutter`: by loads that turn with their links or
             whirl, in the averaged equation as well; `no motion`: none was found.
         coexisting: number of further motions found beside the smallest, near forced resonances.
-            They come in pairs: where it is odd, one was not found, or lies beyond `within`.
+            They come in pairs: where it is odd, one was not found, or lies beyond `max_amplitude`.
         change: greatest change of a monodromy matrix when its integration was refined last.
         region: unstable intervals of each design, in C order; empty lists unless asked for.
     """
@@ -171,7 +171,7 @@ def floquet(
     *,
     held: Mapping[str, Any] | None = None,
     edges: bool = False,
-    within: float = 1.0,
+    max_amplitude: float = 1.0,
     workers: int = 1,
 ) -> Floquet:
     """Return the stability of periodic motions over speed, and over designs.
@@ -182,14 +182,14 @@ def floquet(
         held: joints that the scene holds to positions `(D,)`, as many for each: a chart.
         edges: whether unstable intervals and their edges are found, to 1e-8 of the speed; speeds
             then ascend, and narrow intervals are looked for between them.
-        within: see `periodic_motion`.
+        max_amplitude: see `periodic_motion`.
         workers: processes that share the designs, where the platform can fork them.
 
     Raises:
         CardanError: see `periodic_motion`; speeds without a motion are marked instead.
     """
     workers, edges = whole("workers", workers), flag("edges", edges)
-    within = positive("within", within)
+    max_amplitude = positive("max_amplitude", max_amplitude)
     speeds, _ = speeds_of(speed)
     if edges and (np.any(np.diff(speeds) <= 0.0) or speeds[0] * speeds[-1] < 0.0):
         raise ArgumentError("edges: give ascending speeds of one sense")
@@ -204,7 +204,7 @@ def floquet(
             if designs:
                 places = {name: float(values[design]) for name, values in designs.items()}
                 rotating = rotating_scene(scene.replace(held=places))
-            found.append(_of_design(MotionSearch(rotating, within), speeds, edges))
+            found.append(_of_design(MotionSearch(rotating, max_amplitude), speeds, edges))
         return found
 
     done = [item for part in in_order(work, shares_of(count, workers)) for item in part]

@@ -201,7 +201,7 @@ def forced_response(
     *,
     joints: str | Sequence[str] | None = None,
     frame: str = "parent",
-    within: float = 1.0,
+    max_amplitude: float = 1.0,
 ) -> ForcedResponse:
     """Return amplitudes and phases by orders, of every free coordinate and joint wrench.
 
@@ -210,14 +210,14 @@ def forced_response(
         speed: of the drive, a number or `(S,)` [rad/s].
         joints: whose wrenches are wanted; the scene's outputs if None, none for an empty list.
         frame: axes of the wrenches, `parent`, `joint` or `world`.
-        within: see `periodic_motion`.
+        max_amplitude: see `periodic_motion`.
 
     Raises:
         CardanError: see `periodic_motion`; speeds without a motion are marked instead.
     """
     if text("frame", frame) not in FRAMES:
         raise ArgumentError(f"frame {frame!r} is unknown; frames: {choices(FRAMES)}")
-    search = search_of(scene, within)
+    search = search_of(scene, max_amplitude)
     wanted = search.rotating.scene.outputs if joints is None else names("joints", joints)
     for name in wanted:
         search.rotating.scene.mechanism.joint(name)

@@ -149,7 +149,7 @@ class Linearisation(Result):
         )
 
 
-def linearise(scene: Scene, speed: float, *, within: float = 1.0) -> Linearisation:
+def linearise(scene: Scene, speed: float, *, max_amplitude: float = 1.0) -> Linearisation:
     """Linearise the equation of motion about the periodic motion at a speed.
 
     Never about the drive's own uniform motion: near forced resonances that invents instabilities.
@@ -158,7 +158,7 @@ def linearise(scene: Scene, speed: float, *, within: float = 1.0) -> Linearisati
     Args:
         scene: with one drive and free coordinates.
         speed: of the drive, a number [rad/s].
-        within: see `periodic_motion`.
+        max_amplitude: see `periodic_motion`.
 
     Raises:
         CardanError: see `periodic_motion`.
@@ -166,7 +166,7 @@ def linearise(scene: Scene, speed: float, *, within: float = 1.0) -> Linearisati
     speeds, is_single = speeds_of(speed)
     if not is_single:
         raise ArgumentError("linearise takes one speed; vibration.campbell and floquet take many")
-    search = search_of(scene, within)
+    search = search_of(scene, max_amplitude)
     found, _ = smallest(search, speeds)
     refuse_missed(search, speeds)
     motions, _ = corrected(search.build.efforts, found[0])

@@ -112,7 +112,8 @@ class PeriodicMotion(Result):
     def incomplete(self) -> Array:
         """Speeds `(K,)` at which further motions exist that were not found [rad/s].
 
-        They are farther than `within`, or the search has missed them: the sum of `index` tells.
+        They are farther than `max_amplitude`, or the search has missed them, as the sum of `index`
+        tells.
         """
         speeds = np.unique(self.speed)
         sums = [int(np.sum(self.index[self.speed == speed])) for speed in speeds]
@@ -233,7 +234,7 @@ class PeriodicMotion(Result):
         )
 
 
-def periodic_motion(scene: Scene, speed: Any, *, within: float = 1.0) -> PeriodicMotion:
+def periodic_motion(scene: Scene, speed: Any, *, max_amplitude: float = 1.0) -> PeriodicMotion:
     """Find the periodic motions of a scene whose drive turns at constant speed.
 
     They are non-linear: Fourier sums whose efforts along the free coordinates vanish, found in an
@@ -244,7 +245,7 @@ def periodic_motion(scene: Scene, speed: Any, *, within: float = 1.0) -> Periodi
     Args:
         scene: with one drive and free coordinates, springs and dampers among the elements.
         speed: of the drive, a number or `(S,)` [rad/s].
-        within: farthest that motions go from their mean [rad, or characteristic lengths].
+        max_amplitude: farthest that motions go from their mean [rad, or characteristic lengths].
 
     Raises:
         VibrationError: no motion was found at any of the speeds.
@@ -252,7 +253,7 @@ def periodic_motion(scene: Scene, speed: Any, *, within: float = 1.0) -> Periodi
         AccuracyError: the efforts are not smooth, or a motion does not hold.
         CardanError: as `Scene.sweep`.
     """
-    search = search_of(scene, within)
+    search = search_of(scene, max_amplitude)
     speeds, _ = speeds_of(speed)
     primary = search.primary(speeds)
     refuse_missed(search, speeds)
@@ -262,14 +263,14 @@ def periodic_motion(scene: Scene, speed: Any, *, within: float = 1.0) -> Periodi
     return _collected(search, speeds, every)
 
 
-def search_of(scene: Scene, within: float) -> MotionSearch:
+def search_of(scene: Scene, max_amplitude: float) -> MotionSearch:
     """Return the search for motions of a scene, by the arguments of `periodic_motion`.
 
     Raises:
         CardanError: see `rotating_scene`.
-        ArgumentError: `within` is no positive number.
+        ArgumentError: `max_amplitude` is no positive number.
     """
-    return MotionSearch(rotating_scene(scene), positive("within", within))
+    return MotionSearch(rotating_scene(scene), positive("max_amplitude", max_amplitude))
 
 
 def refuse_missed(search: MotionSearch, speeds: Array) -> None:
@@ -280,8 +281,8 @@ def refuse_missed(search: MotionSearch, speeds: Array) -> None:
     """
     if len(search.missed) == len(speeds):
         raise VibrationError(
-            f"{next(iter(search.missed.values()))}; a greater within= looks farther, and more "
-            "damping makes motions smaller",
+            f"{next(iter(search.missed.values()))}; a greater max_amplitude= looks farther, and "
+            "more damping makes motions smaller",
             speed=float(speeds[0]),
         )
 

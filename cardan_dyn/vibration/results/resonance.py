@@ -191,7 +191,7 @@ def _refined(
     modes_at: Callable[[Array], Campbell],
     begin: Crossing,
     order: float,
-    within: tuple[float, float],
+    ends: tuple[float, float],
 ) -> Crossing | None:
     """Return the crossing near another one, between two speeds; None without modes there."""
     at, slope = begin.speed, begin.slope
@@ -209,7 +209,7 @@ def _refined(
         slope = float((gap[2] - gap[0]) / (beside[2] - beside[0]))
         if abs(gap[1]) <= _MET * order * abs(at) or slope == 0.0:
             break
-        at = min(max(at - float(gap[1]) / slope, within[0]), within[1])
+        at = min(max(at - float(gap[1]) / slope, ends[0]), ends[1])
     return Crossing(
         speed=at,
         slope=slope,

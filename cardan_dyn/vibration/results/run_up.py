@@ -368,23 +368,23 @@ class RunUp(Result):
 
 def run_up(
     scene: Scene,
-    start: float,
-    end: float,
+    from_speed: float,
+    to_speed: float,
     duration: float,
     *,
     torque: float | Callable[[float], float] | None = None,
     rtol: float = 1e-8,
-    within: float = 1.0,
+    max_amplitude: float = 1.0,
 ) -> RunUp:
     """Simulate a run through a range of speed, from the periodic motion at its beginning.
 
     Args:
         scene: with one drive and free coordinates.
-        within: see `periodic_motion`.
-        start: speed of the drive at the beginning [rad/s]; with a torque, its mean over a
+        max_amplitude: see `periodic_motion`.
+        from_speed: speed of the drive at the beginning [rad/s]; with a torque, its mean over a
             revolution.
-        end: its speed at the end, of the same sense. A torque need not reach it; where it does,
-            the run ends there.
+        to_speed: its speed at the end, of the same sense. A torque need not reach it; where it
+            does, the run ends there.
         duration: [s].
         torque: what moves the drive instead of a prescribed motion [N·m], beside the loads of the
             scene: a constant, or a function of the drive's speed [rad/s], such as a motor's line
@@ -400,10 +400,12 @@ def run_up(
         CardanError: see `periodic_motion`.
     """
     duration = positive("duration", duration)
-    first, last = number("start", start), number("end", end)
+    first, last = number("from_speed", from_speed), number("to_speed", to_speed)
     if first * last <= 0.0 or first == last:
-        raise ArgumentError(f"start {start!r} and end {end!r}: give two speeds of one sense")
-    search = MotionSearch(rotating_scene(scene), positive("within", within))
+        raise ArgumentError(
+            f"from_speed {from_speed!r} and to_speed {to_speed!r}: give two speeds of one sense"
+        )
+    search = MotionSearch(rotating_scene(scene), positive("max_amplitude", max_amplitude))
     given = None if torque is None else Characteristic(torque)
     run = SimulatedRun(search, first, last, given).over(duration, rtol)
     # A weak torque may let the drive slow down first.

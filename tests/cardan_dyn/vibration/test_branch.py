@@ -57,7 +57,7 @@ def test_folds_and_peak(scene: object) -> None:
 
 
 def test_a_branch_ends_where_motions_are_too_large(scene: object) -> None:
-    search = MotionSearch(rotating_scene(scene), within=0.2)
+    search = MotionSearch(rotating_scene(scene), max_amplitude=0.2)
     (start,) = search.primary(np.array([0.46]))
     found = Branch(search, start, 0.55)
     assert not found.is_whole

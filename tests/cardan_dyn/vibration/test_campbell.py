@@ -137,7 +137,7 @@ def test_a_rotor_on_slides() -> None:
 def test_without_any_motion() -> None:
     scene = elastic_rigs.scene(elastic_rigs.torsional_line(), 0.3)
     with pytest.raises(VibrationError):
-        vibration.campbell(scene, 0.5, within=0.05)
+        vibration.campbell(scene, 0.5, max_amplitude=0.05)
 
 
 def test_torsion_is_named_without_a_whirl() -> None:
@@ -151,7 +151,7 @@ def test_torsion_is_named_without_a_whirl() -> None:
 def test_modes_arefollowed_past_speeds_without_a_motion() -> None:
     """A circle keeps its sense in space, and is backward or forward by the drive's sense."""
     scene = elastic_rigs.scene(elastic_rigs.elastic_rig(POLAR), np.radians(5.0))
-    found = vibration.campbell(scene, [0.9, 0.51303, -0.9], within=1e-4)
+    found = vibration.campbell(scene, [0.9, 0.51303, -0.9], max_amplitude=1e-4)
     assert np.isnan(found.frequency[1]).all()
     assert np.isnan(found.amplification[1]).all()
     np.testing.assert_allclose(found.whirl[0], [-1.0, 1.0], atol=0.02)

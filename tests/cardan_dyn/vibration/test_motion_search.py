@@ -18,8 +18,8 @@ from cardan_dyn.vibration.motions.search import MotionSearch
 BETA = np.radians(15.0)
 
 
-def search(urdf: str, beta: float, within: float = 1.0, **options: object) -> MotionSearch:
-    return MotionSearch(rotating_scene(elastic_rigs.scene(urdf, beta, **options)), within)
+def search(urdf: str, beta: float, max_amplitude: float = 1.0, **options: object) -> MotionSearch:
+    return MotionSearch(rotating_scene(elastic_rigs.scene(urdf, beta, **options)), max_amplitude)
 
 
 def test_ranges_grow_only_where_motions_are_large() -> None:
@@ -40,7 +40,7 @@ def test_a_load_moves_the_middle() -> None:
 
 
 def test_motions_beyond_what_is_searched_are_missed() -> None:
-    finder = search(elastic_rigs.torsional_line(), BETA, within=0.1)
+    finder = search(elastic_rigs.torsional_line(), BETA, max_amplitude=0.1)
     found = finder.primary(np.array([0.3, 0.5]))
     assert [item.index.tolist() for item in found] == [[0]]
     assert list(finder.missed) == [1]

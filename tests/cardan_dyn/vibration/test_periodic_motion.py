@@ -93,7 +93,7 @@ def test_motions_that_were_not_found_are_said_to_exist() -> None:
     assert every.incomplete.tolist() == []
     assert "not found" not in repr(every)
     # The largest swings by 0.72 rad; without it, the indices do not add up.
-    some = vibration.periodic_motion(scene, [0.505, 0.8], within=0.6)
+    some = vibration.periodic_motion(scene, [0.505, 0.8], max_amplitude=0.6)
     assert some.incomplete.tolist() == [0.505]
     assert "others exist at 1 of them that were not found" in repr(some)
 
@@ -115,7 +115,7 @@ def test_linear_resonance_without_damping_is_refused() -> None:
     line = elastic_rigs.torsional_line(stiffness_in=None, stiffness_out=2.0)
     scene = elastic_rigs.scene(line, np.radians(15.0))
     with pytest.raises(
-        VibrationError, match=r"no periodic motion was .* greater within="
+        VibrationError, match=r"no periodic motion was .* greater max_amplitude="
     ) as caught:
         vibration.periodic_motion(scene, 1.0)
     assert caught.value.speed == 1.0
@@ -172,10 +172,10 @@ def test_positions_are_a_row(found: PeriodicMotion) -> None:
         found.at([[0.0, 1.0]])
 
 
-@pytest.mark.parametrize("within", [0.0, -1.0, [1.0, 2.0], "far"])
-def test_ranges_are_positive_numbers(rig: cd.Scene, within: object) -> None:
-    with pytest.raises(ArgumentError, match="within"):
-        vibration.periodic_motion(rig, 1.0, within=within)  # type: ignore[arg-type]
+@pytest.mark.parametrize("max_amplitude", [0.0, -1.0, [1.0, 2.0], "far"])
+def test_ranges_are_positive_numbers(rig: cd.Scene, max_amplitude: object) -> None:
+    with pytest.raises(ArgumentError, match="max_amplitude"):
+        vibration.periodic_motion(rig, 1.0, max_amplitude=max_amplitude)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("row", [2, -1, "first"])

@@ -14,10 +14,10 @@ from cardan_dyn.vibration.results.run_up import Rising, SimulatedRun, windows_of
 
 
 def run(
-    first: float, last: float, torque: Characteristic | None, within: float = 1.0
+    first: float, last: float, torque: Characteristic | None, max_amplitude: float = 1.0
 ) -> SimulatedRun:
     line = elastic_rigs.torsional_line(damping_in=0.2)
-    search = MotionSearch(rotating_scene(elastic_rigs.scene(line, 0.2)), within)
+    search = MotionSearch(rotating_scene(elastic_rigs.scene(line, 0.2)), max_amplitude)
     return SimulatedRun(search, first, last, torque)
 
 
@@ -71,4 +71,4 @@ def test_a_line_through_a_speed_settles_there() -> None:
 
 def test_no_motion_to_begin_with() -> None:
     with pytest.raises(VibrationError, match="no periodic motion was found"):
-        run(0.5, 0.6, None, within=1e-4)
+        run(0.5, 0.6, None, max_amplitude=1e-4)

@@ -82,7 +82,7 @@ def test_undamped_multipliers_are_reciprocal_pairs() -> None:
 
 def test_speeds_without_a_motion_are_marked() -> None:
     search = MotionSearch(
-        rotating_scene(elastic_rigs.scene(elastic_rigs.torsional_line(), 0.3)), within=0.1
+        rotating_scene(elastic_rigs.scene(elastic_rigs.torsional_line(), 0.3)), max_amplitude=0.1
     )
     found = stability(search, np.array([0.5, 1.5]))
     assert found.kind.tolist() == ["no motion", "stable"]

@@ -16,8 +16,10 @@ from cardan_dyn.vibration.motions.steady_path import SteadyPath, steady_path, to
 STEEP = np.radians(45.0)
 
 
-def path(urdf: str, beta: float, first: float, last: float, within: float = 1.0) -> SteadyPath:
-    search = MotionSearch(rotating_scene(elastic_rigs.scene(urdf, beta)), within)
+def path(
+    urdf: str, beta: float, first: float, last: float, max_amplitude: float = 1.0
+) -> SteadyPath:
+    search = MotionSearch(rotating_scene(elastic_rigs.scene(urdf, beta)), max_amplitude)
     return steady_path(search, first, last)
 
 
@@ -73,7 +75,7 @@ def test_motions_nearby_are_found_from_the_path() -> None:
 def test_speeds_without_a_motion_are_missed() -> None:
     """Undamped, the twist exceeds what is looked for near its resonance."""
     line = elastic_rigs.torsional_line()
-    found = path(line, np.radians(5.0), 0.45, 0.55, within=0.01)
+    found = path(line, np.radians(5.0), 0.45, 0.55, max_amplitude=0.01)
     assert found.missed and len(found.motions) > 5
     swings = {float(item.course.speed[0]): np.ptp(item.course.q) / 2.0 for item in found.motions}
     # Without damping the twist goes as 1/(1 - 4 r²).
@@ -81,4 +83,4 @@ def test_speeds_without_a_motion_are_missed() -> None:
     there = [abs(1.0 - 4.0 * speed**2) for speed, swing in swings.items() if swing < 0.0095]
     assert max(swings.values()) < 0.0105 and max(gone) < 0.11 and min(there) > 0.09
     with pytest.raises(VibrationError, match="no periodic motion was found"):
-        path(line, np.radians(5.0), 0.4999, 0.5001, within=0.001)
+        path(line, np.radians(5.0), 0.4999, 0.5001, max_amplitude=0.001)
