@@ -20,17 +20,13 @@ from .pin_scan import PinReversal, PinScan
 from .scan import scan
 from .scanned import Scan
 from .simulate import simulate
-from .two_mass_motion import Energies, Impact, TwoMassMotion, TwoMassState
-from .two_masses import two_masses
 
 __all__ = [
     "Compared",
     "Comparison",
     "ContactLaw",
     "ContactSimulation",
-    "Energies",
     "HuntCrossley",
-    "Impact",
     "ImpactFunction",
     "ImpactModel",
     "Influence",
@@ -45,13 +41,10 @@ __all__ = [
     "PinScan",
     "Reversal",
     "Scan",
-    "TwoMassMotion",
-    "TwoMassState",
     "compare",
     "influence",
     "map_pins",
     "scan",
     "scan_pins",
     "simulate",
-    "two_masses",
 ]

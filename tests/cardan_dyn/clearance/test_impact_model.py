@@ -123,3 +123,36 @@ def test_whole_arrays() -> None:
 def test_bad_input(change: dict[str, Any], match: str) -> None:
     with pytest.raises(ArgumentError, match=match):
         replace(PAPER, **change)
+
+
+def added(stiffness: float, half: float) -> float:
+    """What the play adds to the ramp at an undamped peak [N]."""
+    found = ImpactModel(3.6, stiffness, 2.0 * half, 360e3).estimate
+    return float(found.added)
+
+
+def power(values: list[float], sizes: list[float]) -> float:
+    return float(np.log(values[1] / values[0]) / np.log(sizes[1] / sizes[0]))
+
+
+def test_what_the_play_adds_where_contacts_are_stiff() -> None:
+    """∛(18 s² k / m) √(c m): as s^(2/3) and √c, where τ is great."""
+    stiff, small = [1e12, 4e12], [1e-6, 4e-6]
+    assert power([added(c, 1e-6) for c in stiff], stiff) == pytest.approx(0.5, abs=0.05)
+    assert power([added(1e12, s) for s in small], small) == pytest.approx(2.0 / 3.0, abs=0.05)
+    predicted = np.cbrt(18.0 * 1e-12 * 360e3 / 3.6) * np.sqrt(1e12 * 3.6)
+    assert added(1e12, 1e-6) == pytest.approx(predicted, rel=0.05)
+
+
+def test_the_rigid_force_is_the_limit_only_if_the_play_vanishes_fast_enough() -> None:
+    """Along c ∝ s^(-p) the added part falls as s^(2/3 - p/2): for p below 4/3 alone."""
+    small = [1e-7, 1e-9]
+    for p, falls in ((1.0, 1.0 / 6.0), (1.6, -2.0 / 15.0)):
+        parts = [added(1e13 * (s / 1e-7) ** -p, s) for s in small]
+        assert power(parts, small) == pytest.approx(falls, abs=0.05)
+
+
+def test_a_given_play_and_ever_stiffer_contacts() -> None:
+    stiff = [1e12, 1e14]
+    peaks = [float(ImpactModel(3.6, c, 1e-4, 360e3).estimate.peak) for c in stiff]
+    assert power(peaks, stiff) == pytest.approx(0.5, abs=0.005)
