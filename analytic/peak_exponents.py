@@ -1,6 +1,7 @@
 """By which powers of its parameters the peak after an impact grows, after Dresig and Thuemmel.
 
-What one per cent more speed, slope, play, mass or stiffness makes of the peak of `analytic.impact`;
+What one per cent more speed, slope, clearance, mass or stiffness makes of the peak of
+`analytic.impact`;
 ``start`` says where the motion starts, see there. All arguments broadcast.
 
 Reference:
@@ -30,14 +31,14 @@ class PeakExponents(NamedTuple):
     Attributes:
         speed: of the drive, Omega, if the ramp is k_1 Omega^3 (30).
         slope: of the ramp F_0 / t_0, or of k_1.
-        play: of 2 s, or of s.
+        clearance: of 2 s, or of s.
         mass: reduced mass m.
         stiffness: of the contact, c.
     """
 
     speed: FloatArray
     slope: FloatArray
-    play: FloatArray
+    clearance: FloatArray
     mass: FloatArray
     stiffness: FloatArray
 

@@ -1,4 +1,4 @@
-"""Clearance: play in joints, from rigid forces to impact peaks."""
+"""Clearance in joints: from rigid forces to impact peaks."""
 
 from ..elements.contact_laws import (
     ContactLaw,

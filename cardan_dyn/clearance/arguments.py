@@ -64,7 +64,7 @@ def scene_of(given: Any) -> Scene:
     return given
 
 
-def play_of(given: Any, name: str, length: float) -> float:
+def clearance_of(given: Any, name: str, length: float) -> float:
     """Return the play of a joint, given for all joints or by name.
 
     Args:
@@ -75,13 +75,14 @@ def play_of(given: Any, name: str, length: float) -> float:
     Raises:
         ArgumentError: it is missing, no positive number, or as long as the mechanism.
     """
-    label, value = of_joint("play", given, name)
-    play = positive(label, value)
-    if not play < length:
+    label, value = of_joint("clearance", given, name)
+    clearance = positive(label, value)
+    if not clearance < length:
         raise ArgumentError(
-            f"{label} is {play:g} m, no less than the mechanism of {length:.3g} m; plays are in m"
+            f"{label} is {clearance:g} m, no less than the mechanism of {length:.3g} m; "
+            "clearances are in m"
         )
-    return play
+    return clearance
 
 
 def stiffness_of(given: Any, name: str) -> float | PinGeometry:
@@ -140,7 +141,7 @@ def pins_of(
         # Of a set, any order will do.
         wanted = names("joints", list(asked) if isinstance(asked, Set) else asked)
     if not wanted:
-        raise ArgumentError("joints is empty; name those that have play")
+        raise ArgumentError("joints is empty; name those that have clearance")
     if len(set(wanted)) < len(wanted):
         raise ArgumentError("joints names a joint twice")
     for name in wanted:
@@ -181,7 +182,7 @@ def period_of(solver: ProblemSolver) -> float:
         CardanError: the drive does not turn through.
     """
     problem = solver.problem
-    problem.refuse_free("play in joints")
+    problem.refuse_free("clearance in joints")
     if len(problem.independent) > 1:
         raise ArgumentError("the scene has several drives; hold all but one of them")
     if not solver.has_mass:

@@ -87,7 +87,7 @@ def _check_bearings(scan: PinScan, simulation: ContactSimulation) -> None:
     """
     if set(simulation) != set(scan.bearings):
         raise ArgumentError(
-            f"the scan has play in {', '.join(scan.bearings)}, the simulation in "
+            f"the scan has clearance in {', '.join(scan.bearings)}, the simulation in "
             f"{', '.join(simulation)}: bearings move together, and so need the same ones"
         )
     for pin, radius in scan.radius.items():
@@ -118,14 +118,14 @@ def _check_same(scan: Scan | PinScan, joint: JointScan, contact: PinContact) -> 
         # The damper that the two-mass model has for all bearings is shared as their stiffness is.
         dampings = [item.damping * stiffness / item.stiffness for item in scan.reversals]
         pairs = [
-            ("play", "m", contact.play, [scan.play[pin]]),
+            ("clearance", "m", contact.clearance, [scan.clearance[pin]]),
             ("stiffness", "N/m", law.stiffness, [stiffness]),
             ("damping", "N s/m", law.damping, dampings),
         ]
     else:
         items = joint.reversals
         pairs = [
-            ("play", "m", contact.play, [item.model.play for item in items]),
+            ("clearance", "m", contact.clearance, [item.model.clearance for item in items]),
             ("stiffness", "N/m", law.stiffness, [item.stiffness for item in items]),
             ("damping", "N s/m", law.damping, [item.damping for item in items]),
         ]
@@ -134,7 +134,8 @@ def _check_same(scan: Scan | PinScan, joint: JointScan, contact: PinContact) -> 
         if not (1.0 - _SAME) * low <= simulated <= (1.0 + _SAME) * high:
             raise ArgumentError(
                 f"joint {joint.name!r}: the simulation has a {label} of {simulated:.6g} {unit}, "
-                f"the scan one of {low:.6g}; give both the same play, stiffness and damping_ratio"
+                f"the scan one of {low:.6g}; give both the same clearance, "
+                "stiffness and damping_ratio"
             )
 
 

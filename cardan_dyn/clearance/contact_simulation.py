@@ -1,4 +1,4 @@
-"""Contact simulation: what was found of pins with play while a mechanism moved."""
+"""Contact simulation: what was found of pins with clearance while a mechanism moved."""
 
 from __future__ import annotations
 
@@ -208,7 +208,9 @@ class ContactSimulation(Mapping[str, JointContact]):
             ModelError: no such joint has play.
         """
         if bearing not in self._indices:
-            raise ModelError(f"no joint {bearing!r} has play; {choices(self._indices, bearing)}")
+            raise ModelError(
+                f"no joint {bearing!r} has clearance; {choices(self._indices, bearing)}"
+            )
         return cast("PinContact", self.trajectory.elements[self._indices[bearing]])
 
     def _orbit(self, contact: PinContact, offset: Array) -> Array:
@@ -278,7 +280,7 @@ class ContactSimulation(Mapping[str, JointContact]):
 
     def __str__(self) -> str:
         ended = f", ended by: {self.reason}" if self.reason else ""
-        lines = [f"play at {self.speed:g} rad/s, {self.trajectory.time[-1]:g} s{ended}"]
+        lines = [f"clearance at {self.speed:g} rad/s, {self.trajectory.time[-1]:g} s{ended}"]
         for name in self:
             struck = [item for item in self.impacts if item.bearing == name and item.speed > 0.0]
             peak = max((item.peak for item in struck), default=0.0)

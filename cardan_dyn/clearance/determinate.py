@@ -42,7 +42,7 @@ def what_is_open(solver: ProblemSolver, sweep: Sweep, name: str) -> str:
     names = "".join(letter for letter, bad in zip("xyz", is_open, strict=True) if bad)
     return (
         f"its force {names} is statically indeterminate: other joints hold its pin there, whatever "
-        "its play; free the mechanism of what holds it twice"
+        "its clearance; free the mechanism of what holds it twice"
     )
 
 

@@ -34,13 +34,13 @@ class Contact(NamedTuple):
 
     Attributes:
         stiffness: c [N/m], or a geometry that decides it at the peak.
-        play: difference 2 s of the diameters of bush and pin [m].
+        clearance: difference 2 s of the diameters of bush and pin [m].
         damping_ratio: as a fraction of critical damping with the reduced mass.
         start: "release", as a contact that unloads lets go, or "rest".
     """
 
     stiffness: float | Array | PinGeometry
-    play: float | Array
+    clearance: float | Array
     damping_ratio: float | Array = 0.0
     start: Start = "release"
 
@@ -85,13 +85,16 @@ def estimates(mass: Array, slope: Array, contact: Contact) -> Estimates:
     law = contact.stiffness
     if not isinstance(law, PinGeometry):
         return _at(mass, slope, np.asarray(law), contact)
-    play, limit = float(np.asarray(contact.play)), law.limit(float(np.asarray(contact.play)))
+    clearance, limit = (
+        float(np.asarray(contact.clearance)),
+        law.limit(float(np.asarray(contact.clearance))),
+    )
     most = _BELOW_LIMIT * limit
     # Peaks depend on stiffness little, and it on them less: steps converge from any force.
     force = np.full(np.broadcast_shapes(np.shape(mass), np.shape(slope)), _OUTSET * limit)
     stays = np.zeros(force.shape, dtype=bool)
     for _ in range(_MOST_STEPS):
-        found = _at(mass, slope, law.stiffness(force, play), contact)
+        found = _at(mass, slope, law.stiffness(force, clearance), contact)
         # Without a peak the force goes on rising, and the contact with it gets stiffer.
         after = np.minimum(np.where(np.isnan(found.peak), 2.0 * force, found.peak), most)
         stays = np.abs(after - force) <= _STAYS * force
@@ -101,7 +104,8 @@ def estimates(mass: Array, slope: Array, contact: Contact) -> Estimates:
     if np.any(found.peak > most):
         raise ArgumentError(
             f"the peak exceeds {limit:.4g} N, from which on a line contact of {law.length:g} m "
-            f"with a play of {play:g} m has no stiffness; make it longer, or its seat softer"
+            f"with a clearance of {clearance:g} m has no stiffness; make it longer, or its "
+            "seat softer"
         )
     # Where no force has a stiffness that stops it there, there is no peak.
     peak, rigid, added = (np.where(stays, value, np.nan) for value in found[4:])
@@ -110,7 +114,7 @@ def estimates(mass: Array, slope: Array, contact: Contact) -> Estimates:
 
 def _at(mass: Array, slope: Array, stiffness: Array, contact: Contact) -> Estimates:
     """Return estimates with a given stiffness."""
-    numbers_of = mass, stiffness, 0.5 * np.asarray(contact.play), slope
+    numbers_of = mass, stiffness, 0.5 * np.asarray(contact.clearance), slope
     found = undamped(*numbers_of, start=contact.start)
     time, speed, peak = found.t_1, found.v_1, found.peak
     if np.any(contact.damping_ratio):
@@ -127,7 +131,7 @@ class ImpactModel:
     Attributes:
         mass: reduced mass m [kg].
         stiffness: c of the contact [N/m], or a geometry that decides it at the peak.
-        play: difference 2 s of the diameters of bush and pin [m].
+        clearance: difference 2 s of the diameters of bush and pin [m].
         slope: of the force at its reversal, F₀/t₀ [N/s].
         damping_ratio: as a fraction of critical damping with the reduced mass.
         start: "release", as a contact that unloads lets go, or "rest", as in the paper.
@@ -135,13 +139,13 @@ class ImpactModel:
 
     mass: float
     stiffness: float | PinGeometry
-    play: float
+    clearance: float
     slope: float
     damping_ratio: float = 0.0
     start: Start = "release"
 
     def __post_init__(self) -> None:
-        for name in ("mass", "stiffness", "play", "slope"):
+        for name in ("mass", "stiffness", "clearance", "slope"):
             value = getattr(self, name)
             if not isinstance(value, PinGeometry) or name != "stiffness":
                 object.__setattr__(self, name, positive(name, value))
@@ -151,7 +155,7 @@ class ImpactModel:
     @property
     def contact(self) -> Contact:
         """Stiffness, play, damping and start."""
-        return Contact(self.stiffness, self.play, self.damping_ratio, self.start)
+        return Contact(self.stiffness, self.clearance, self.damping_ratio, self.start)
 
     @cached_property
     def estimate(self) -> Estimates:
@@ -178,7 +182,7 @@ class ImpactModel:
             plain = peak_exponents(found.tau, start=self.start)
         law = self.stiffness
         if isinstance(law, PinGeometry) and not np.isnan(found.peak):
-            follows = plain.stiffness * law.hardening(found.peak, self.play)
-            followed = plain._replace(play=plain.play - follows)
+            follows = plain.stiffness * law.hardening(found.peak, self.clearance)
+            followed = plain._replace(clearance=plain.clearance - follows)
             plain = PeakExponents(*(value / (1.0 - follows) for value in followed))
         return plain

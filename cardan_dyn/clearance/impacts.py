@@ -1,4 +1,4 @@
-"""Impacts: what happens at the swings of pins that have play, of all of them at once."""
+"""Impacts: what happens at the swings of pins that have clearance, of all of them at once."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def _together(
         stiffness = max(every, key=lambda item: float(np.nan_to_num(item.peak))).stiffness
         ratio = float(np.asarray(pin.contact.damping_ratio))
         numbers = PinContactNumbers(
-            float(np.asarray(pin.contact.play)),
+            float(np.asarray(pin.contact.clearance)),
             stiffness,
             2.0 * ratio * float(np.sqrt(stiffness * pin.mean_mass)),
         )
@@ -153,15 +153,15 @@ def _longest(contact: Contact, mass: float, slope: float, least: float) -> float
         slope: of the force [N/s].
         least: force of the swing [N].
     """
-    play, law = float(np.asarray(contact.play)), contact.stiffness
-    from_rest = float(contact_time(mass, 0.5 * play, slope))
+    clearance, law = float(np.asarray(contact.clearance)), contact.stiffness
+    from_rest = float(contact_time(mass, 0.5 * clearance, slope))
     ratio = float(np.asarray(contact.damping_ratio))
     if not ratio or contact.start != "release":
         return from_rest
     if isinstance(law, PinGeometry):
         if least == 0.0:
             return np.inf
-        law = law.stiffness(np.asarray(min(least, _BELOW_LIMIT * law.limit(play))), play)
+        law = law.stiffness(np.asarray(min(least, _BELOW_LIMIT * law.limit(clearance))), clearance)
     stiffness = float(np.asarray(law))
     return max(from_rest, 2.0 * ratio * float(np.sqrt(mass / stiffness)))
 
@@ -183,7 +183,7 @@ def _estimated(cases: list[_Case]) -> list[Estimates]:
         if not name:
             contact = contact._replace(
                 stiffness=np.array([case.pin.contact.stiffness for case in some]),
-                play=np.array([case.pin.contact.play for case in some]),
+                clearance=np.array([case.pin.contact.clearance for case in some]),
             )
         contact = contact._replace(
             damping_ratio=np.array([case.contact.damping_ratio for case in some])
@@ -195,8 +195,8 @@ def _estimated(cases: list[_Case]) -> list[Estimates]:
                 values = estimates(masses, slopes, contact)
         except FloatingPointError:
             raise ArgumentError(
-                "play and stiffness are so great, or so small, that impacts overflow; play is in "
-                "m, stiffness in N/m"
+                "clearance and stiffness are so great, or so small, that impacts overflow; "
+                "clearance is in m, stiffness in N/m"
             ) from None
         except ArgumentError as error:
             raise ArgumentError(f"joint {name!r}: {error}" if name else str(error)) from error

@@ -15,7 +15,7 @@ from .impact_model import Contact, Estimates, ImpactModel, estimates
 from .joint_scan import Reversal
 from .pin_geometry import PinGeometry
 
-PARAMETERS = ("speed", "slope", "play", "mass", "stiffness")
+PARAMETERS = ("speed", "slope", "clearance", "mass", "stiffness")
 """What a peak depends on."""
 _FACTORS = np.geomspace(0.2, 5.0, 97)
 """Of a parameter, unless others are given; the middle one is 1."""
@@ -106,10 +106,10 @@ def _varied(model: ImpactModel, parameter: str, factor: Array) -> dict[str, Arra
     mass = model.mass * (factor if parameter == "mass" else ones)
     power = {"slope": 1.0, "speed": 3.0}.get(parameter, 0.0)
     slope, contact = model.slope * factor**power, model.contact
-    if parameter == "play" and isinstance(model.stiffness, PinGeometry):
+    if parameter == "clearance" and isinstance(model.stiffness, PinGeometry):
         # A geometry takes one play at a time.
         every = [
-            estimates(mass[:1], slope[:1], contact._replace(play=model.play * float(one)))
+            estimates(mass[:1], slope[:1], contact._replace(clearance=model.clearance * float(one)))
             for one in factor
         ]
         columns = [np.concatenate(column) for column in zip(*every, strict=True)]
@@ -122,8 +122,8 @@ def _varied(model: ImpactModel, parameter: str, factor: Array) -> dict[str, Arra
 
 def _scaled(contact: Contact, parameter: str, factor: Array) -> Contact:
     """Return a contact with factors on its play or stiffness."""
-    if parameter == "play":
-        return contact._replace(play=contact.play * factor)
+    if parameter == "clearance":
+        return contact._replace(clearance=contact.clearance * factor)
     if parameter == "stiffness" and not isinstance(contact.stiffness, PinGeometry):
         return contact._replace(stiffness=contact.stiffness * factor)
     return contact

@@ -1,4 +1,4 @@
-"""Joint scan: what play would do in one joint, and how far the estimate can be trusted."""
+"""Joint scan: what clearance would do in one joint, and how far the estimate can be trusted."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class Reversal:
         if self.motion is None:
             return math.nan
         contact = self.motion.contact
-        offset = 0.5 * contact.play + self.expected / contact.stiffness
+        offset = 0.5 * contact.clearance + self.expected / contact.stiffness
         return _MODEL + _PER_OFFSET * offset / self.motion.length
 
     @property
@@ -269,7 +269,7 @@ class Reversal:
         elif not math.isnan(self.way):
             doubts.append("the drive gives way, and the pin is not followed in its plane: verify")
         if self.motion is not None and self._margin > _LOOSE:
-            doubts.append("play and deflection are no longer small beside the mechanism")
+            doubts.append("clearance and deflection are no longer small beside the mechanism")
         if self.model.damping_ratio >= MOST_DAMPED:
             doubts.append("the contact is damped more than critically")
         elif self.motion is not None and self.model.damping_ratio < _LIVELY:
@@ -295,7 +295,7 @@ class Reversal:
             )
         law = self.model.stiffness
         if isinstance(law, PinGeometry) and not math.isnan(self.peak):
-            doubts.extend(law.doubts(self.peak, self.model.play))
+            doubts.extend(law.doubts(self.peak, self.model.clearance))
         return tuple(doubts)
 
     @property

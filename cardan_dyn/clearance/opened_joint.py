@@ -1,4 +1,4 @@
-"""Opened joint: how easily the two sides of a pin move apart where its bush has play."""
+"""Opened joint: how easily the two sides of a pin move apart where its bush has clearance."""
 
 from __future__ import annotations
 

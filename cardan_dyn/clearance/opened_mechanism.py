@@ -1,4 +1,4 @@
-"""Opened mechanism: what a mechanism can do where play gives some of its joints more freedom.
+"""Opened mechanism: what a mechanism can do where clearance gives some of its joints more freedom.
 
 Freedoms are added before turning joints, all other joints and loops stay closed, and the ways that
 are left carry the inertia of what they move.

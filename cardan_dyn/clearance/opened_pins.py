@@ -1,4 +1,4 @@
-"""Opened pins: how a universal joint gives way where bearings of its pins have play."""
+"""Opened pins: how a universal joint gives way where bearings of its pins have clearance."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class OpenedPins:
         rank = int(np.count_nonzero(sizes > _SAME * greatest))
         if not rank:
             raise ModelError(
-                f"with play in {names} alone nothing can move, since all other bearings are "
+                f"with clearance in {names} alone nothing can move, since all other bearings are "
                 "tight; open both bearings of a pin, or some on each of both pins"
             )
         movable = left[:, :rank]

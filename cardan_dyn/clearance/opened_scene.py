@@ -1,4 +1,4 @@
-"""Opened scene: a scene in which some pins are free in the play of their bushes.
+"""Opened scene: a scene in which some pins are free in the clearance of their bushes.
 
 The joint that turned about one axis slides across it as well (`planar`); or, if its pin has two
 bearings at a distance, it slides and tilts (`loose`) and is held along its axis alone. What is then
@@ -32,12 +32,12 @@ _ZERO = 1e-9
 of the greatest."""
 
 
-class Play(NamedTuple):
+class OpenPin(NamedTuple):
     """What is free in a joint.
 
     Attributes:
         joint: its name.
-        play: difference 2 s of the diameters of bush and pin [m].
+        clearance: difference 2 s of the diameters of bush and pin [m].
         law: of the contact.
         friction: coefficient.
         pin_radius: of the pin [m].
@@ -46,7 +46,7 @@ class Play(NamedTuple):
     """
 
     joint: str
-    play: float
+    clearance: float
     law: ContactLaw
     friction: float
     pin_radius: float
@@ -72,25 +72,25 @@ class Opened(NamedTuple):
     contacts: Mapping[str, tuple[int, ...]]
 
 
-def opened(scene: Scene, plays: Sequence[Play], rotor: float = 0.0) -> Opened:
+def opened(scene: Scene, pins: Sequence[OpenPin], rotor: float = 0.0) -> Opened:
     """Return a scene with open joints, closed as the scene with tight ones starts.
 
     Args:
         scene: with one drive.
-        plays: of joints that turn about one axis.
+        pins: of joints that turn about one axis.
         rotor: inertia that turns with the drive beside its link's [kg m²].
 
     Raises:
         ModelError: the loops leave an open joint no freedom, or a gear couples it.
         CardanError: as `Scene`.
     """
-    types = {item.joint: item.type for item in plays}
+    types = {item.joint: item.type for item in pins}
     source = scene.mechanism.description
     coupled = {
         name for item in source.couplings for name in (item.predecessor, item.successor)
     }.intersection(types)
     if coupled:
-        raise ModelError(f"joint {min(coupled)!r} cannot have play: a coupling depends on it")
+        raise ModelError(f"joint {min(coupled)!r} cannot have clearance: a coupling depends on it")
     description = source.with_types(types)
     if rotor:
         description = _with_rotor(description, scene.mechanism, scene.drives[0], rotor)
@@ -103,7 +103,7 @@ def opened(scene: Scene, plays: Sequence[Play], rotor: float = 0.0) -> Opened:
     free = _free_coordinates(mechanism, x, [drive, *held], list(types))
     contacts: dict[str, tuple[int, ...]] = {}
     elements = [_renamed_element(item, types) for item in scene.elements]
-    for item in plays:
+    for item in pins:
         added = _contacts(source, item)
         contacts[item.joint] = tuple(range(len(elements), len(elements) + len(added)))
         elements += added
@@ -209,7 +209,7 @@ def _free_coordinates(
         own = mechanism.joint(joint).coordinates[:-1]
         if np.linalg.norm(ways[[coordinates.named[name].rate for name in own]]) < _ZERO:
             raise ModelError(
-                f"the other joints hold the pin of joint {joint!r}, whatever play it has; a "
+                f"the other joints hold the pin of joint {joint!r}, whatever clearance it has; a "
                 "joint whose pin has two bearings opens with bearings={name: distance}"
             )
     if len(chosen) < ways.shape[1]:
@@ -234,23 +234,26 @@ def _independent(rows: Array) -> list[int]:
     return sorted(chosen)
 
 
-def _contacts(description: Description, play: Play) -> list[PinContact]:
+def _contacts(description: Description, pin: OpenPin) -> list[PinContact]:
     """Return the contacts of an open joint: one, or one for each of its bearings."""
-    bush, in_bush, pin, in_pin, axis = _sides(description, play.joint)
-    places = [(0.0, play.joint)]
-    if play.reach is not None:
-        places = [(play.reach, f"{play.joint}+"), (-play.reach, f"{play.joint}-")]
+    link_a, in_bush, link_b, in_pin, axis = _sides(description, pin.joint)
+    places = [(0.0, pin.joint)]
+    if pin.reach is not None:
+        places = [
+            (pin.reach, f"{pin.joint}+"),
+            (-pin.reach, f"{pin.joint}-"),
+        ]
     return [
         PinContact(
-            bush,
+            link_a,
             in_bush[:3, 3] + in_bush[:3, :3] @ (distance * axis),
             in_bush[:3, :3] @ axis,
-            pin,
+            link_b,
             in_pin[:3, 3] + in_pin[:3, :3] @ (distance * axis),
-            play.play,
-            play.law,
-            friction=play.friction,
-            radius=play.pin_radius,
+            pin.clearance,
+            pin.law,
+            friction=pin.friction,
+            radius=pin.pin_radius,
             name=name,
         )
         for distance, name in places

@@ -1,8 +1,8 @@
-"""Pin bearings: a universal joint with play between its cross and its forks.
+"""Pin bearings: a universal joint with clearance between its cross and its forks.
 
 A cross passes a moment on, and hardly a force: not its centre swings round, but the pair of forces
-in the two bearings of each pin. Where the moment reverses, the bearings cross their play together.
-The estimate is that of Dresig and Thümmel along the forces of all open bearings.
+in the two bearings of each pin. Where the moment reverses, the bearings cross their clearance
+together. The estimate is that of Dresig and Thümmel along the forces of all open bearings.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def scan_pins(
     joint: str,
     *,
     radius: float | Mapping[str, float],
-    play: float | Mapping[str, float],
+    clearance: float | Mapping[str, float],
     stiffness: float | Mapping[str, float],
     bearings: str | Collection[str] | None = None,
     damping_ratio: float = 0.0,
@@ -78,7 +78,7 @@ def scan_pins(
             that is the cross, which two turning joints hold.
         radius: r from the joint's centre to the middle of the bearings [m], of both pins or by
             name.
-        play: difference 2 s of the diameters of bush and pin [m], likewise.
+        clearance: difference 2 s of the diameters of bush and pin [m], likewise.
         stiffness: c of the contact in one bearing [N/m], likewise.
         bearings: names of those that have play, or of pins for both of theirs; all four if None.
         damping_ratio: of the contact, as a fraction of critical damping with the reduced mass.
@@ -99,7 +99,7 @@ def scan_pins(
         bearings; that, and the reduced mass, are own derivations.
     """
     speed, source = speed_of(speed), ForceSource(scene_of(scene))
-    given = {"radius": radius, "play": play, "stiffness": stiffness}
+    given = {"radius": radius, "clearance": clearance, "stiffness": stiffness}
     case = pin_case(source.problem, joint, given, bearings)
     impact = {"damping_ratio": damping_ratio_of(damping_ratio), "start": start_of(start)}
     return PinScanner(scene, source, case, rotor).scan(speed, impact)
@@ -154,7 +154,7 @@ class PinScanner:
             bearings=tuple(bearing.name for bearing in case.bearings),
             freedoms=self._at_start.freedoms,
             radius=dict(zip(names, case.radii[case.opened].tolist(), strict=True)),
-            play=dict(zip(names, case.plays[case.opened].tolist(), strict=True)),
+            clearance=dict(zip(names, case.clearances[case.opened].tolist(), strict=True)),
             stiffness=dict(zip(names, case.stiffnesses[case.opened].tolist(), strict=True)),
             speed=speed,
             made_of=self._made_of,
@@ -252,7 +252,7 @@ class PinScanner:
         return ImpactModel(
             mobility.mobility.reduced_mass(direction),
             case.stiffness(direction),
-            case.play(direction),
+            case.clearance(direction),
             float(np.max(case.shares(direction))) * swing.slope * abs(speed),
             **impact,
         )
@@ -321,8 +321,8 @@ def _check_moments(case: PinCase, forces: Array, decided: Array) -> None:
         if open_part > _OPEN * np.max(np.abs(forces)):
             raise IndeterminateError(
                 f"joint {case.pins[index].joint!r}: its moment across the pin is statically "
-                "indeterminate: other parts hold the joint where its bearings have play; free the "
-                "mechanism of what holds it twice"
+                "indeterminate: other parts hold the joint where its bearings have clearance; free "
+                "the mechanism of what holds it twice"
             )
 
 

@@ -1,4 +1,4 @@
-"""Pin case: which bearings of a universal joint have play, and what they are together."""
+"""Pin case: which bearings of a universal joint have clearance, and what they are together."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class PinCase(NamedTuple):
         bearings: that have play.
         opened: indices of the pins that have some of them.
         radii: `(2,)` from the joint's centre to the middle of the bearings [m].
-        plays: `(2,)` differences 2 s of the diameters of bush and pin [m].
+        clearances: `(2,)` differences 2 s of the diameters of bush and pin [m].
         stiffnesses: `(2,)` of a bearing's contact [N/m]; all three are NaN of a pin without play.
     """
 
@@ -36,21 +36,21 @@ class PinCase(NamedTuple):
     bearings: tuple[Bearing, ...]
     opened: list[int]
     radii: Array
-    plays: Array
+    clearances: Array
     stiffnesses: Array
 
     def shares(self, direction: Array) -> Array:
         """Return sizes `(B,)` of the bearings' forces along a unit direction `(2 B,)`."""
         return np.asarray(np.linalg.norm(direction.reshape(-1, 2), axis=1))
 
-    def play(self, direction: Array) -> float:
+    def clearance(self, direction: Array) -> float:
         """Return the play 2 s of all bearings for forces along a direction `(2 B,)` [m].
 
         Forces that are in equilibrium do the same work as one in the bearing that carries most:
         the ways of bearings one behind the other add up, those beside each other are one.
         """
         shares = self.shares(direction)
-        return float(np.max(shares) * (shares @ self.plays[self._of]))
+        return float(np.max(shares) * (shares @ self.clearances[self._of]))
 
     def stiffness(self, direction: Array) -> float:
         """Return the stiffness of all bearings for forces along a direction `(2 B,)` [N/m]."""
@@ -59,8 +59,8 @@ class PinCase(NamedTuple):
     def closing(self, direction: Array) -> Array:
         """Return the motion `(2 B,)` that closes every bearing along its own force [m]."""
         sizes = np.repeat(self.shares(direction), 2)
-        plays = np.repeat(self.plays[self._of], 2)
-        return np.asarray(plays * direction / np.where(sizes > 0.0, sizes, 1.0))
+        clearances = np.repeat(self.clearances[self._of], 2)
+        return np.asarray(clearances * direction / np.where(sizes > 0.0, sizes, 1.0))
 
     def split(self, direction: Array, movable: Array) -> float:
         """Return the part of the play, as a fraction, that cannot close in all bearings at once.
@@ -92,7 +92,7 @@ def pin_case(
     Args:
         problem: of the scene.
         joint: of type `universal`, or the link that is the cross.
-        given: `radius`, `play` and `stiffness`, of both pins or by name.
+        given: `radius`, `clearance` and `stiffness`, of both pins or by name.
         asked: names of bearings, or of pins for both of theirs; all four if None.
 
     Raises:
@@ -110,31 +110,32 @@ def pin_case(
         raise ArgumentError("bearings names none; leave it out for all four")
     opened = sorted({bearing.pin for bearing in bearings})
     values = np.full((3, 2), np.nan)
-    for row, label in zip(values, ("radius", "play", "stiffness"), strict=True):
+    for row, label in zip(values, ("radius", "clearance", "stiffness"), strict=True):
         for index in opened:
             row[index] = positive(*of_joint(label, given[label], pins[index].name))
-    radii, plays, stiffnesses = values
+    radii, clearances, stiffnesses = values
     length = problem.mechanism.characteristic_length
-    _check_lengths(radii[opened], plays[opened], length)
-    return PinCase(name, pins, bearings, opened, radii, plays, stiffnesses)
+    _check_lengths(radii[opened], clearances[opened], length)
+    return PinCase(name, pins, bearings, opened, radii, clearances, stiffnesses)
 
 
-def _check_lengths(radii: Array, plays: Array, length: float) -> None:
+def _check_lengths(radii: Array, clearances: Array, length: float) -> None:
     """Refuse radii beside which the mechanism would be lost in rounding, or they in it.
 
-    Play that is as wide as that turns the joint by angles that are no longer small.
+    OpenPin that is as wide as that turns the joint by angles that are no longer small.
 
     Raises:
         ArgumentError: one is out of range.
     """
     low, high = length / _LONGEST, length * _LONGEST
-    for radius, play in zip(radii.tolist(), plays.tolist(), strict=True):
+    for radius, clearance in zip(radii.tolist(), clearances.tolist(), strict=True):
         if not low <= radius <= high:
             raise ArgumentError(
                 f"radius is {radius:g} m; in a mechanism of {length:.3g} m it lies from {low:.3g} "
                 f"to {high:.3g} m"
             )
-        if not play < radius:
+        if not clearance < radius:
             raise ArgumentError(
-                f"play is {play:g} m, no less than the radius of {radius:g} m at which it is"
+                f"clearance is {clearance:g} m, no less than the radius of {radius:g} m at which "
+                "it is"
             )

@@ -63,28 +63,28 @@ class PinGeometry:
         pin = cylinder_compliance(self.pin_modulus, self.pin_poisson)
         return float(pin + cylinder_compliance(self.bush_modulus, self.bush_poisson))
 
-    def limit(self, play: float) -> float:
+    def limit(self, clearance: float) -> float:
         """Return the force from which on the formula of the contact gives no stiffness [N].
 
         Args:
-            play: difference of the diameters of bush and pin [m].
+            clearance: difference of the diameters of bush and pin [m].
 
         Raises:
             ArgumentError: the radii are not nearly equal.
         """
-        if play > 2.0 * _NEARLY_EQUAL * self.radius:
+        if clearance > 2.0 * _NEARLY_EQUAL * self.radius:
             raise ArgumentError(
-                f"play is {play:g} m in a bush about a pin of radius {self.radius:g} m; the line "
-                f"contact is one of nearly equal radii, up to {2.0 * _NEARLY_EQUAL:g} of it"
+                f"clearance is {clearance:g} m in a bush about a pin of radius {self.radius:g} m; "
+                f"the line contact is of nearly equal radii, up to {2.0 * _NEARLY_EQUAL:g} of it"
             )
-        return 2.0 * self.length * play / self.compliance
+        return 2.0 * self.length * clearance / self.compliance
 
-    def stiffness(self, force: Array, play: float) -> Array:
+    def stiffness(self, force: Array, clearance: float) -> Array:
         """Return the stiffness of contact and seat in series at forces [N/m].
 
         Args:
             force: [N], of any shape.
-            play: difference of the diameters of bush and pin [m].
+            clearance: difference of the diameters of bush and pin [m].
 
         Raises:
             ArgumentError: a force is beyond `limit`, or the radii are not nearly equal.
@@ -92,43 +92,44 @@ class PinGeometry:
         Source:
             ESDU 78035, see `analytic.contact_stiffness`.
         """
-        limit = self.limit(play)
+        limit = self.limit(clearance)
         if np.any(force >= limit):
             raise ArgumentError(
                 f"a force of {np.max(force):.4g} N is beyond what a line contact of "
-                f"{self.length:g} m with a play of {play:g} m has a stiffness for, {limit:.4g} N"
+                f"{self.length:g} m with a clearance of {clearance:g} m has a stiffness for, "
+                f"{limit:.4g} N"
             )
-        contact = contact_stiffness(force, self.compliance, self.length, 0.5 * play)
+        contact = contact_stiffness(force, self.compliance, self.length, 0.5 * clearance)
         if self.seat_stiffness is None:
             return np.asarray(contact)
         return np.asarray(contact * (self.seat_stiffness / (contact + self.seat_stiffness)))
 
-    def hardening(self, force: Array, play: float) -> Array:
+    def hardening(self, force: Array, clearance: float) -> Array:
         """Return by which power of the force the stiffness grows, d ln c / d ln F.
 
         It falls with the same power of the play.
 
         Args:
             force: [N], of any shape, below `limit`.
-            play: difference of the diameters of bush and pin [m].
+            clearance: difference of the diameters of bush and pin [m].
         """
-        alone = 1.0 / np.log(self.limit(play) / force)
+        alone = 1.0 / np.log(self.limit(clearance) / force)
         if self.seat_stiffness is None:
             return np.asarray(alone)
-        contact = contact_stiffness(force, self.compliance, self.length, 0.5 * play)
+        contact = contact_stiffness(force, self.compliance, self.length, 0.5 * clearance)
         return np.asarray(alone * (self.seat_stiffness / (contact + self.seat_stiffness)))
 
-    def spreads(self, force: float, play: float) -> float:
+    def spreads(self, force: float, clearance: float) -> float:
         """Return half the width of the contact as a fraction of the radius; Hertz."""
-        return 4.0 * float(np.sqrt(force / self.limit(play)))
+        return 4.0 * float(np.sqrt(force / self.limit(clearance)))
 
-    def doubts(self, force: float, play: float) -> tuple[str, ...]:
+    def doubts(self, force: float, clearance: float) -> tuple[str, ...]:
         """Return what speaks against the stiffness at a force."""
         found = []
         if self.seat_stiffness is None:
             found.append(
                 "a line contact alone is some hundred times too stiff: give seat_stiffness"
             )
-        if (width := self.spreads(force, play)) > _WIDE:
+        if (width := self.spreads(force, clearance)) > _WIDE:
             found.append(f"the contact is {width:.2f} of the radius wide to each side: no line")
         return tuple(found)

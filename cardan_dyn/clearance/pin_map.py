@@ -1,4 +1,4 @@
-"""Pin map: what play in the bearings of a universal joint would do, over speed and bend angle."""
+"""Pin map: clearance in the bearings of a universal joint, over speed and bend angle."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class PinMap:
         return (item for row in self.scans for item in row)
 
     def __str__(self) -> str:
-        lines = [f"play in bearings of {self.name}, estimated by theory"]
+        lines = [f"clearance in bearings of {self.name}, estimated by theory"]
         for row in self.rows():
             design = ", ".join(f"{name} {row[name]:.4g} {self.units[name]}" for name in self.held)
             text = f"{row['peak']:.4g} N instead of {row['rigid_peak']:.4g} N; {row['verdict']}"
@@ -121,7 +121,7 @@ def map_pins(
     *,
     held: Mapping[str, ArrayLike],
     radius: float | Mapping[str, float],
-    play: float | Mapping[str, float],
+    clearance: float | Mapping[str, float],
     stiffness: float | Mapping[str, float],
     bearings: str | Collection[str] | None = None,
     damping_ratio: float = 0.0,
@@ -137,7 +137,7 @@ def map_pins(
         held: joints that the scene holds, to their positions `(D,)`: a bend angle, or whatever
             else designs differ in. Several joints go through theirs together.
         radius: see `scan_pins`, as all that follows.
-        play: likewise.
+        clearance: likewise.
         stiffness: likewise.
         bearings: likewise.
         damping_ratio: likewise.
@@ -160,7 +160,7 @@ def map_pins(
         if name not in scene.held:
             raise ArgumentError(f"{name!r} is not held by the scene, and cannot take positions")
     impact = {"damping_ratio": damping_ratio_of(damping_ratio), "start": start_of(start)}
-    given = {"radius": radius, "play": play, "stiffness": stiffness}
+    given = {"radius": radius, "clearance": clearance, "stiffness": stiffness}
     scans = []
     for index in range(counts.pop()):
         design = scene.replace(held={name: values[index] for name, values in designs.items()})

@@ -128,7 +128,7 @@ class PinMotion:
         inside = [item for item in motion.touches if start <= item.time < end]
         hardest = max(inside, key=lambda item: item.speed, default=Touch(start, 0.0, 0.0))
         until = max(hardest.time, start + flight) + self.swing
-        gap = max((item.gap for item in inside), default=0.0) / (0.5 * self.contact.play)
+        gap = max((item.gap for item in inside), default=0.0) / (0.5 * self.contact.clearance)
         return (
             motion.greatest(start, end),
             motion.greatest(start, min(until, end)),

@@ -1,4 +1,4 @@
-"""Pin scan: what play in the bearings of a universal joint would do, and how far to trust it."""
+"""Pin scan: what clearance in the bearings of a universal joint would do."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class PinReversal(Reversal):
         """Why the estimate may be wrong; empty if its assumptions hold."""
         doubts = super().doubts
         if self.split > _TOGETHER:
-            part = f"{100 * self.split:.0f} % of the play"
+            part = f"{100 * self.split:.0f} % of the clearance"
             doubts = (*doubts, f"the bearings do not close together ({part})")
         return (*doubts, _NO_INTERVAL)
 
@@ -68,7 +68,7 @@ class PinScan(JointScan):
         bearings: names of the open bearings.
         freedoms: in how many ways they can move, the drive prescribed.
         radius: of each pin that has open bearings: from the joint's centre to their middle [m].
-        play: of the bearings of each of these pins [m].
+        clearance: of the bearings of each of these pins [m].
         stiffness: of one of these bearings [N/m].
         speed: of the drive [rad/s].
         made_of: see `Scan`.
@@ -77,19 +77,19 @@ class PinScan(JointScan):
     bearings: tuple[str, ...]
     freedoms: int
     radius: Mapping[str, float]
-    play: Mapping[str, float]
+    clearance: Mapping[str, float]
     stiffness: Mapping[str, float]
     speed: float
     made_of: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def torsional_play(self) -> float:
+    def torsional_clearance(self) -> float:
         """Angle between both ends, by which one side of the joint turns against the other [rad].
 
         2 s / r of each pin with both bearings open.
         """
         return sum(
-            self.play[pin] / self.radius[pin]
+            self.clearance[pin] / self.radius[pin]
             for pin in self.radius
             if {f"{pin}+", f"{pin}-"} <= set(self.bearings)
         )
@@ -116,7 +116,7 @@ class PinScan(JointScan):
 
     def __str__(self) -> str:
         opened = ", ".join(self.bearings)
-        return f"play in {opened} of {self.name} at {self.speed:g} rad/s: {self.summary}"
+        return f"clearance in {opened} of {self.name} at {self.speed:g} rad/s: {self.summary}"
 
     __repr__ = __str__
 

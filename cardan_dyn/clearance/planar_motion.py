@@ -1,14 +1,14 @@
-"""Planar motion: a pin that moves across its axis in the play of its bush.
+"""Planar motion: a pin that moves across its axis in the clearance of its bush.
 
 The estimate along a line knows one coordinate. A pin has two: it grazes the wall before it strikes,
 and slides along it. Here it moves in the plane of its bush, pushed by the force of the mechanism
-without play as that force turns, with the masses that the opened mechanism moves,
+without clearance as that force turns, with the masses that the opened mechanism moves,
 
     M(φ) ë + Ω C(φ) ė = -F(φ) - p e / |e|,   p = max(0, c δ + d δ̇),   δ = |e| - s,
 
 linear in the offset e, which is small beside the mechanism. Own derivation: C = dM/dφ and a
 gyroscopic part, from the velocities that the closure equations leave and their change along the
-motion without play.
+motion without clearance.
 """
 
 from __future__ import annotations
@@ -58,12 +58,12 @@ class PinContactNumbers(NamedTuple):
     """What a pin touches.
 
     Attributes:
-        play: difference 2 s of the diameters of bush and pin [m].
+        clearance: difference 2 s of the diameters of bush and pin [m].
         stiffness: c [N/m].
         damping: d [N s/m].
     """
 
-    play: float
+    clearance: float
     stiffness: float
     damping: float
 
@@ -158,7 +158,9 @@ class PlanarModel:
     def _seat(self, time: float) -> Array:
         force = self._force[round(time * self._per_time) % _GRID]
         size = float(np.hypot(*force))
-        return np.asarray(-force / size * (0.5 * self.contact.play + size / self.contact.stiffness))
+        return np.asarray(
+            -force / size * (0.5 * self.contact.clearance + size / self.contact.stiffness)
+        )
 
     @property
     def greatest(self) -> tuple[float, float]:
@@ -170,7 +172,7 @@ class PlanarModel:
     def _rates(self) -> Callable[..., tuple[float, float]]:
         """Return the accelerations as a function of time and state, free or pressed."""
         table, per_time, count = self._table, self._per_time, _GRID
-        half = 0.5 * self.contact.play
+        half = 0.5 * self.contact.clearance
         c, d = self.contact.stiffness, self.contact.damping
 
         def acceleration(
@@ -224,7 +226,7 @@ class _Run:
         self._contact = model.contact
         self._time, self._end = begin, end
         self._state = model.begun(begin)
-        self._half = 0.5 * model.contact.play
+        self._half = 0.5 * model.contact.clearance
         force = model.greatest[1]
         deepest = self._half + force / model.contact.stiffness
         # What a step may miss: of the play and the wall's deflection, and of the speeds there.

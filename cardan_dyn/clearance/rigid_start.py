@@ -1,4 +1,4 @@
-"""Rigid start: where a simulation of play begins, by the mechanism without play."""
+"""Rigid start: where a simulation of clearance begins, by the mechanism without clearance."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .arguments import drive_of, period_of, pins_of, scene_of, speed_of
 from .determinate import what_is_open
 from .force_source import across
 from .opened_joint import OpenedJoint, mean_positions
-from .opened_scene import Opened, Play
+from .opened_scene import Opened, OpenPin
 
 if TYPE_CHECKING:
     from ..mechanism.mechanism import Mechanism
@@ -64,7 +64,7 @@ class RigidStart:
         self._scene, self._rotor, self.speed = scene_of(scene), rotor, speed_of(speed)
         self._period = period_of(scene.solver)
         if joints is None:
-            raise ArgumentError("joints is None; name those that have play")
+            raise ArgumentError("joints is None; name those that have clearance")
         self.joints, _ = pins_of(scene.problem, joints)
         self.reach = self._reach(bearings)
         self.position = self._steady() if position is None else number("position", position)
@@ -79,7 +79,7 @@ class RigidStart:
         for name in given:
             if name not in self.joints:
                 raise ArgumentError(
-                    f"bearings names joint {name!r}, which has no play; joints: "
+                    f"bearings names joint {name!r}, which has no clearance; joints: "
                     f"{choices(self.joints)}"
                 )
         return {name: positive(f"bearings[{name!r}]", value) for name, value in given.items()}
@@ -112,15 +112,15 @@ class RigidStart:
         opened = OpenedJoint(scene.mechanism, name, fixed, rotors)
         return opened.mean_mass(sweep.motion._x, across(sweep, name))
 
-    def state(self, opened: Opened, plays: Sequence[Play], *, is_free: bool) -> dict[str, Any]:
+    def state(self, opened: Opened, pins: Sequence[OpenPin], *, is_free: bool) -> dict[str, Any]:
         """Return where and how fast a simulation begins, as `Scene.simulate` takes it.
 
         Args:
             opened: the scene with open joints.
-            plays: of the joints.
+            pins: of the joints.
             is_free: whether nobody moves the drive.
         """
-        begun = self._slides(opened.scene.mechanism, plays)
+        begun = self._slides(opened.scene.mechanism, pins)
         free = {name: begun[name] for name in opened.scene.coordinates if name != opened.drive}
         positions = {opened.drive: self.position, **{name: at for name, (at, _) in free.items()}}
         speeds = {name: rate for name, (_, rate) in free.items()}
@@ -128,44 +128,44 @@ class RigidStart:
             return {"position": positions, "speed": {opened.drive: self.speed, **speeds}}
         return {"position": positions, "speed": speeds, "motion": {opened.drive: self.speed}}
 
-    def _slides(self, opened: Mechanism, plays: Sequence[Play]) -> dict[str, tuple[float, float]]:
+    def _slides(self, opened: Mechanism, pins: Sequence[OpenPin]) -> dict[str, tuple[float, float]]:
         """Return positions and speeds of the slides and tilts of open joints by name.
 
         Those whose force is not unique begin in the middle of the play, at rest.
 
         Args:
             opened: the mechanism with open joints.
-            plays: of the joints.
+            pins: of the joints.
         """
         sweep = self._scene.sweep(self.position + _STEP * np.array([-1.0, 0.0, 1.0]), self.speed)
         result: dict[str, tuple[float, float]] = {}
-        for item in plays:
+        for item in pins:
             places = self._places(sweep, opened, item)
             rates = (places[2] - places[0]) * (self.speed / (2.0 * _STEP))
             moving = zip(places[1].tolist(), rates.tolist(), strict=True)
             result.update(zip(opened.joint(item.joint).coordinates[:-1], moving, strict=True))
         return result
 
-    def _places(self, sweep: Any, opened: Mechanism, play: Play) -> Array:
+    def _places(self, sweep: Any, opened: Mechanism, pin: OpenPin) -> Array:
         """Return the places `(N, k)` of a pin along its slides and tilts where walls bear it."""
-        force = self._force(sweep, play.joint, play.reach)
+        force = self._force(sweep, pin.joint, pin.reach)
         sizes = np.linalg.norm(force, axis=1)
-        parts = opened.joint(play.joint).parts
+        parts = opened.joint(pin.joint).parts
         result = np.zeros((len(force), len(parts) - 1))
         if not np.all(sizes > 0.0):
             return result
         # The wall pushes the pin back, into the middle.
         away = -force / sizes[:, None]
-        depths = np.array([_depth(play, size) for size in sizes.tolist()])
-        offsets = away * (0.5 * play.play + depths)[:, None]
-        axis, angles = parts[-1].axis, np.asarray(sweep.motion.position(play.joint))
-        child = np.asarray(sweep.rotation(play.joint))
+        depths = np.array([_depth(pin, size) for size in sizes.tolist()])
+        offsets = away * (0.5 * pin.clearance + depths)[:, None]
+        axis, angles = parts[-1].axis, np.asarray(sweep.motion.position(pin.joint))
+        child = np.asarray(sweep.rotation(pin.joint))
         for k in range(len(force)):
             bush = child[k] @ _turn(axis, -float(angles[k]))
-            if play.reach is None:
+            if pin.reach is None:
                 result[k] = [offsets[k] @ (bush @ part.axis) for part in parts[:2]]
                 continue
-            tilt = np.cross(bush @ axis, offsets[k]) / play.reach
+            tilt = np.cross(bush @ axis, offsets[k]) / pin.reach
             result[k, 2:] = [tilt @ (bush @ part.axis) for part in parts[2:4]]
         return result
 
@@ -178,7 +178,7 @@ class RigidStart:
         Args:
             sweep: without play.
             name: of the joint.
-            reach: of its bearings, see `Play`.
+            reach: of its bearings, see `OpenPin`.
         """
         none = np.zeros((len(sweep), 3))
         if reach is None:
@@ -192,20 +192,20 @@ class RigidStart:
         return np.asarray(np.cross(moment, axis) / (2.0 * reach))
 
 
-def _depth(play: Play, force: float) -> float:
+def _depth(pin: OpenPin, force: float) -> float:
     """Return how deep a force presses a pin into its wall [m]."""
     from scipy.optimize import brentq
 
     def excess(depth: float) -> float:
-        return float(play.law.force(depth, 0.0, np.inf)) - force
+        return float(pin.law.force(depth, 0.0, np.inf)) - force
 
-    deepest = play.play
+    deepest = pin.clearance
     while excess(deepest) < 0.0:
         deepest *= 2.0
-        if deepest > _DEEPEST * play.play:
+        if deepest > _DEEPEST * pin.clearance:
             raise ArgumentError(
-                f"joint {play.joint!r}: its force of {force:.3g} N presses the pin farther into "
-                f"the wall than {_DEEPEST:g} times the play; its contact is too soft"
+                f"joint {pin.joint!r}: its force of {force:.3g} N presses the pin farther "
+                f"into the wall than {_DEEPEST:g} times the clearance; its contact is too soft"
             )
     return float(brentq(excess, 0.0, deepest, xtol=1e-18))
 

@@ -1,7 +1,8 @@
-"""Scan: which joints of a mechanism would hammer if they had play, and how hard.
+"""Scan: which joints of a mechanism would hammer if they had clearance, and how hard.
 
 Dresig and Thümmel's estimate for every turning joint: where the force of the rigid mechanism swings
-round, the pin crosses the play and strikes the other side. Reduced masses come from the mechanism.
+round, the pin crosses the clearance and strikes the other side. Reduced masses come from the
+mechanism.
 """
 
 from __future__ import annotations
@@ -18,12 +19,12 @@ from ..elements.contact_laws import LinearContact
 from ..errors import ArgumentError, CardanError
 from ..frozen import read_only
 from .arguments import (
+    clearance_of,
     damping_ratio_of,
     drive_of,
     made_of,
     period_of,
     pins_of,
-    play_of,
     refuse_unknown,
     scene_of,
     speed_of,
@@ -54,7 +55,7 @@ def scan(
     scene: Scene | Response,
     speed: float,
     *,
-    play: float | Mapping[str, float],
+    clearance: float | Mapping[str, float],
     stiffness: float | PinGeometry | Mapping[str, float | PinGeometry],
     joints: str | Collection[str] | None = None,
     damping_ratio: float = 0.0,
@@ -68,7 +69,7 @@ def scan(
         scene: with one drive that turns through; its loads and gravity act. Or its response, from
             which scans at any number of speeds take their forces without a sweep.
         speed: constant speed of the drive [rad/s].
-        play: difference 2 s of the diameters of bush and pin [m], of all joints or by name.
+        clearance: difference 2 s of the diameters of bush and pin [m], of all joints or by name.
         stiffness: c of a contact [N/m], likewise: of pin, bush and seat in series; or a
             `PinGeometry`, which decides it at the force of the peak.
         joints: names of those to be scanned; all that turn about one axis if None.
@@ -102,10 +103,10 @@ def scan(
     period = period_of(source.solver)
     fixed, rotors = drive_of(source.problem, rotor)
     wanted, left_out = pins_of(source.problem, joints)
-    refuse_unknown(source.problem.mechanism.joints, play=play, stiffness=stiffness)
+    refuse_unknown(source.problem.mechanism.joints, clearance=clearance, stiffness=stiffness)
     length = source.problem.mechanism.characteristic_length
     contacts = {
-        name: Contact(stiffness_of(stiffness, name), play_of(play, name, length), *kind)
+        name: Contact(stiffness_of(stiffness, name), clearance_of(clearance, name, length), *kind)
         for name in wanted
     }
     found = source.forces(speed, period, wanted, left_out if joints is None else None)
@@ -145,7 +146,7 @@ def _verified(
                 scene,
                 scanned.speed,
                 joints=name,
-                play=worst.model.play,
+                clearance=worst.model.clearance,
                 law=law,
                 rotor=rotor,
                 turns=_VERIFIED * period / (2.0 * np.pi),

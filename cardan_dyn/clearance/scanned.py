@@ -1,4 +1,4 @@
-"""Scanned: the joints of a mechanism by how hard they would hammer if they had play."""
+"""Scanned: the joints of a mechanism by how hard they would hammer if they had clearance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Simulate: a whole mechanism with play in one or more of its pins, every impact located."""
+"""Simulate: a whole mechanism with clearance in one or more of its pins, every impact located."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from ..checks import described, number, positive
 from ..elements.contact_laws import ContactLaw, LinearContact
 from ..errors import ArgumentError
-from .arguments import damping_ratio_of, made_of, of_joint, play_of, refuse_unknown
+from .arguments import clearance_of, damping_ratio_of, made_of, of_joint, refuse_unknown
 from .contact_simulation import ContactSimulation
-from .opened_scene import Play, opened
+from .opened_scene import OpenPin, opened
 from .rigid_start import RigidStart
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def simulate(
     speed: float,
     *,
     joints: str | Collection[str],
-    play: float | Mapping[str, float],
+    clearance: float | Mapping[str, float],
     law: ContactLaw | Mapping[str, ContactLaw] | None = None,
     stiffness: float | Mapping[str, float] | None = None,
     damping_ratio: float = 0.0,
@@ -34,7 +34,7 @@ def simulate(
     rotor: float | None = None,
     turns: float = 2.0,
     position: float | None = None,
-    most_impacts: int = 100_000,
+    most_touches: int = 100_000,
     rtol: float = 1e-10,
     progress: bool | Callable[[float], object] = False,
 ) -> ContactSimulation:
@@ -48,7 +48,7 @@ def simulate(
         scene: with one drive that turns.
         speed: of the drive, the first one if it is free [rad/s].
         joints: names of the turning joints that have play.
-        play: difference 2 s of the diameters of bush and pin [m], of all joints or by name.
+        clearance: difference 2 s of the diameters of bush and pin [m], of all joints or by name.
         law: of the contact, likewise, such as `HuntCrossley`.
         stiffness: instead of a law, that of a `LinearContact`, likewise [N/m].
         damping_ratio: of that, as a scan with the same rotor has it: a fraction of critical damping
@@ -59,7 +59,7 @@ def simulate(
         rotor: inertia that turns with the drive, which then gives way [kg m²]; None if it does not.
         turns: of the drive at its speed, after which it ends.
         position: of the drive where it begins [rad]; far from reversals of forces if None.
-        most_impacts: touches after which it ends with what it has.
+        most_touches: of pins and walls after which it ends with what it has.
         rtol: relative tolerance of each step.
         progress: True for a bar, or a function of the fraction done.
 
@@ -69,14 +69,16 @@ def simulate(
         CardanError: as `Scene.simulate`.
     """
     begun = RigidStart(scene, speed, joints, position, bearings, rotor)
-    values = {"play": play, "law": law, "stiffness": stiffness, "friction": friction}
+    values = {"clearance": clearance, "law": law, "stiffness": stiffness, "friction": friction}
     refuse_unknown(scene.mechanism.joints, pin_radius=pin_radius, **values)
-    contact = _Contact(law, stiffness, damping_ratio_of(damping_ratio), play, friction, pin_radius)
-    plays = contact.plays(begun, scene.mechanism.characteristic_length)
-    found = opened(scene, plays, number("rotor", rotor or 0.0, least=0.0))
+    contact = _Contact(
+        law, stiffness, damping_ratio_of(damping_ratio), clearance, friction, pin_radius
+    )
+    pins = contact.pins(begun, scene.mechanism.characteristic_length)
+    found = opened(scene, pins, number("rotor", rotor or 0.0, least=0.0))
     duration = 2.0 * np.pi * positive("turns", turns) / abs(begun.speed)
-    start = begun.state(found, plays, is_free=rotor is not None)
-    limits: dict[str, Any] = {"rtol": rtol, "most_touches": most_impacts, "progress": progress}
+    start = begun.state(found, pins, is_free=rotor is not None)
+    limits: dict[str, Any] = {"rtol": rtol, "most_touches": most_touches, "progress": progress}
     if rotor is not None:
         found = found._replace(scene=found.scene.replace(free=found.scene.coordinates))
     trajectory = found.scene.simulate(duration, **start, **limits)
@@ -91,22 +93,22 @@ class _Contact(NamedTuple):
         given: a law, or None.
         stiffness: instead of it.
         ratio: of damping.
-        play, friction, pin_radius: see `simulate`.
+        clearance, friction, pin_radius: see `simulate`.
     """
 
     given: Any
     stiffness: Any
     ratio: float
-    play: Any
+    clearance: Any
     friction: Any
     pin_radius: Any
 
-    def plays(self, begun: RigidStart, length: float) -> list[Play]:
+    def pins(self, begun: RigidStart, length: float) -> list[OpenPin]:
         """Return what is free in every joint of a mechanism of some length, which has none yet."""
         return [
-            Play(
+            OpenPin(
                 name,
-                play_of(self.play, name, length),
+                clearance_of(self.clearance, name, length),
                 self._law(name, begun, has_bearings=name in begun.reach),
                 number(*of_joint("friction", self.friction, name), least=0.0),
                 number(*of_joint("pin_radius", self.pin_radius, name), least=0.0),

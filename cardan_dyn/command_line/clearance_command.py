@@ -30,7 +30,7 @@ _LESS = -0.1
 """Change of a parameter of which the table tells what it would buy."""
 _NAME = 7
 """Least width of names in the table [characters]."""
-_BOUGHT = ("speed", "play", "mass", "stiffness")
+_BOUGHT = ("speed", "clearance", "mass", "stiffness")
 
 
 class ScanOptions(NamedTuple):
@@ -40,7 +40,7 @@ class ScanOptions(NamedTuple):
         source: name of a bundled description, or a path.
         speed: of the drive [rad/s]; None if `speed_rpm` is given.
         speed_rpm: the same [1/min].
-        plays: as VALUE or JOINT=VALUE [m].
+        clearances: as VALUE or JOINT=VALUE [m].
         stiffnesses: likewise [N/m].
         pin: length and radius of steel pins [m], instead of a stiffness.
         seat_stiffness: of what holds them [N/m].
@@ -59,7 +59,7 @@ class ScanOptions(NamedTuple):
     source: str
     speed: float | None
     speed_rpm: float | None
-    plays: tuple[str, ...]
+    clearances: tuple[str, ...]
     stiffnesses: tuple[str, ...]
     pin: tuple[float, float] | None
     seat_stiffness: float | None
@@ -98,7 +98,7 @@ class ScanOptions(NamedTuple):
         return scan(
             scene,
             speed,
-            play=_by_joint(self.plays, "--play", "1e-4", mechanism),
+            clearance=_by_joint(self.clearances, "--clearance", "1e-4", mechanism),
             stiffness=stiffness,
             joints=self.joints or None,
             damping_ratio=self.damping_ratio,
@@ -173,7 +173,7 @@ def print_scan(scanned: Scan, console: Console) -> None:
         title=f"Impacts at {scanned.speed:.6g} rad/s ({rpm:.6g} 1/min)",
         title_justify="left",
         caption="peak, partial: where the force vanishes, and where it turns through; "
-        "less …: change of the peak with 10 % less speed, play, mass, stiffness [%]",
+        "less …: change of the peak with 10 % less speed, clearance, mass, stiffness [%]",
         caption_justify="left",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
@@ -295,7 +295,7 @@ def save_figures(scanned: Scan, directory: Path) -> None:
     striking = {name: item for name, item in worst.items() if item is not None}
     inertial = all(item.slope_growth == 3.0 for item in striking.values())
     if striking:
-        parameters = ("speed",) * inertial + ("slope", "play", "mass", "stiffness")
+        parameters = ("speed",) * inertial + ("slope", "clearance", "mass", "stiffness")
         figures.save(figures.peak_influence(striking, parameters), directory / "peak_influence")
 
 

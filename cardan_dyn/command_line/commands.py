@@ -195,8 +195,8 @@ def driveline(
 @click.option("--speed", type=float, help="Speed of the drive [rad/s].")
 @click.option("--speed-rpm", type=float, help="The same [1/min].")
 @click.option(
-    "--play",
-    "plays",
+    "--clearance",
+    "clearances",
     multiple=True,
     required=True,
     metavar="[JOINT=]VALUE",

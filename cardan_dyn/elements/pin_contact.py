@@ -1,4 +1,4 @@
-"""Pin contact: a pin in a bush with play, which strikes its wall and slides along it."""
+"""Pin contact: a pin in a bush with clearance, which strikes its wall and slides along it."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class PinContact(LinkElement):
         axis_a: `(3,)` of the bush, in the link's frame; of any length.
         link_b: of the pin.
         point_b: `(3,)` of the pin that strikes, in the link's frame [m].
-        play: difference 2 s of the diameters of bush and pin, positive [m].
+        clearance: difference 2 s of the diameters of bush and pin, positive [m].
         law: of the force that presses them apart.
         friction: coefficient, not negative.
         radius: of the pin, not negative: its surface slides as it turns [m].
@@ -102,7 +102,7 @@ class PinContact(LinkElement):
     axis_a: Array
     link_b: str
     point_b: Array
-    play: float
+    clearance: float
     law: ContactLaw
     friction: float = 0.0
     radius: float = 0.0
@@ -122,7 +122,7 @@ class PinContact(LinkElement):
             axis_a=axis / size,
             link_b=link_b,
             point_b=vector(f"{kind}: point_b", self.point_b, 3),
-            play=self._positive("play"),
+            clearance=self._positive("clearance"),
             friction=self._number("friction", least=0.0),
             radius=self._number("radius", least=0.0),
             transition=self._positive("transition"),
@@ -189,7 +189,7 @@ class PinContact(LinkElement):
         # In the middle of the play, no direction is needed.
         away = motion.offset / np.where(distance > 0.0, distance, 1.0)[:, None]
         along = np.cross(motion.axis, away)
-        depth = distance - 0.5 * self.play
+        depth = distance - 0.5 * self.clearance
         growth = np.einsum("ni,ni->n", away, motion.rate)
         slide = np.einsum("ni,ni->n", along, motion.rate) + self.radius * motion.spin
         pressure = self.pressure(depth, growth, time)

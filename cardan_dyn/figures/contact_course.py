@@ -1,4 +1,4 @@
-"""Contact course: the force in a joint with play over a drive, beside that without play."""
+"""Contact course: the force in a joint with clearance over a drive, beside that without."""
 
 from __future__ import annotations
 
@@ -51,7 +51,9 @@ def contact_course(
     position, force = _fine(simulation, joint, 2.0 * np.pi * turns)
     figure, axes = axes_grid(size=(7.2, 4.4))
     degrees = np.rad2deg(position)
-    axes.plot(degrees, force, **{**line_style(0), "linewidth": 1.0}, label="simulated, with play")
+    axes.plot(
+        degrees, force, **{**line_style(0), "linewidth": 1.0}, label="simulated, with clearance"
+    )
     if scanned is not None:
         _beside(axes, scanned[joint], scanned.speed, position)
     angle_axis(axes, f"rotation of {simulation.drive}, all turns counted [°]", position)
@@ -84,7 +86,7 @@ def _beside(axes: Axes, joint: JointScan, speed: float, position: Array) -> None
     period *= len(joint.position)
     rigid = np.linalg.norm(joint.force, axis=1)
     there = np.interp(position, joint.position, rigid, period=period)
-    axes.plot(np.rad2deg(position), there, **line_style(1), label="without play")
+    axes.plot(np.rad2deg(position), there, **line_style(1), label="without clearance")
     low, high = float(np.min(position)), float(np.max(position))
     for item in joint.reversals:
         if not item.strikes:

@@ -43,14 +43,14 @@ def impact_ranking(scanned: Scan, *, title: str = "") -> Figure:
     peaks = [joint.severity for joint in joints]
     partial = [joint.partial_severity for joint in joints]
     solid, open_bar = line_style(0)["color"], line_style(1)["color"]
-    forces.barh(places - _BAR, peaks, _BAR, color=solid, label="with play: peak of impacts")
+    forces.barh(places - _BAR, peaks, _BAR, color=solid, label="with clearance: peak of impacts")
     forces.barh(
         places,
         partial,
         _BAR,
         color=solid,
         alpha=0.4,
-        label="with play: where the force turns through",
+        label="with clearance: where the force turns through",
     )
     forces.barh(
         places + _BAR,
@@ -59,7 +59,7 @@ def impact_ranking(scanned: Scan, *, title: str = "") -> Figure:
         color="white",
         edgecolor=open_bar,
         hatch="///",
-        label="without play: greatest force",
+        label="without clearance: greatest force",
     )
     forces.set_xlabel("force [N]")
     forces.set_yticks(places, ranking)

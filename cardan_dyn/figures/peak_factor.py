@@ -1,4 +1,4 @@
-"""Peak factor: f(τ), by which the peak of an impact exceeds stiffness times half the play."""
+"""Peak factor: f(τ), by which the peak of an impact exceeds stiffness times half the clearance."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def peak_factor(
     lines = {
         "from rest": factor_of(tau),
         "from release": factor_of(tau, start="release"),
-        "24π/τ³: ramp without play": below,
+        "24π/τ³: ramp without clearance": below,
         "6/τ: impact alone": above,
     }
     # A joint has one damper, which is another fraction of critical at each of its reversals.
@@ -62,7 +62,7 @@ def peak_factor(
         axes.loglog(tau, values, **line_style(index), label=label)
     for index, (label, model) in enumerate(models.items()):
         found = model.estimate
-        value = float(found.peak) / (float(found.stiffness) * 0.5 * model.play)
+        value = float(found.peak) / (float(found.stiffness) * 0.5 * model.clearance)
         axes.plot(float(found.tau), value, **point_style(index), label=label)
     axes.set_xlabel("characteristic number τ [–]")
     axes.set_ylabel("f(τ) = peak / (c s) [–]")

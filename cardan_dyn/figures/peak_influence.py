@@ -16,7 +16,7 @@ from .style import Figure, axes_grid, legend, line_style, names, point_style
 _AXES = {
     "speed": (1.0, "speed Ω / Ω₀ [–]"),
     "slope": (1e-3, "slope F₀/t₀ [N/ms]"),
-    "play": (1e6, "play 2s [µm]"),
+    "clearance": (1e6, "clearance 2s [µm]"),
     "mass": (1.0, "reduced mass m [kg]"),
     "stiffness": (1e-6, "stiffness c [N/µm]"),
 }
@@ -35,8 +35,8 @@ def peak_influence(
 
     Args:
         of: a reversal of a scan, a two-mass model, or several by label.
-        parameters: of `speed`, `slope`, `play`, `mass` and `stiffness`. The speed is drawn as a
-            factor on that of the scan.
+        parameters: of `speed`, `slope`, `clearance`, `mass` and `stiffness`. The speed is drawn as
+            a factor on that of the scan.
         factors: `(N,)` on each parameter; from 0.2 to 5 if None.
         title: of the figure.
 

@@ -1,4 +1,4 @@
-"""Pin bearings: forces of a universal joint's bearings with and without play."""
+"""Pin bearings: forces of a universal joint's bearings with and without clearance."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def pin_forces(scanned: PinScan, *, title: str = "") -> Figure:
     for index, name in enumerate(scanned.bearings):
         axes.plot(angle, sizes[:, index], label=name, **curve_style(index, len(angle)))
     color = line_style(len(scanned.bearings))["color"]
-    for struck, label in ((True, "peak with play, by theory"), (False, "no impact")):
+    for struck, label in ((True, "peak with clearance, by theory"), (False, "no impact")):
         some = [item for item in scanned.reversals if item.strikes is struck]
         if some:
             axes.plot(
@@ -70,7 +70,7 @@ def pin_peaks(mapped: PinMap, *, title: str = "") -> Figure:
         label = f"{first} {np.rad2deg(value):.3g}°" if is_angle else f"{first} {value:.4g} m"
         axes.plot(speed, struck[index, order], label=f"{label}, by theory", **style)
         thin = {**style, "linewidth": 0.8, "marker": ""}
-        axes.plot(speed, mapped.rigid_peak[index, order], label=f"{label}, no play", **thin)
+        axes.plot(speed, mapped.rigid_peak[index, order], label=f"{label}, no clearance", **thin)
     axes.set_xlabel("speed of the drive [rad/s]")
     axes.set_ylabel("greatest force of a bearing [N]")
     figure.suptitle(title, fontsize=TITLE_SIZE)

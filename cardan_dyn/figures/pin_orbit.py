@@ -1,4 +1,4 @@
-"""Pin orbit: the way of a pin in the play of its bush, and where it touches the wall."""
+"""Pin orbit: the way of a pin in the clearance of its bush, and where it touches the wall."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def pin_orbit(
     figure, axes = axes_grid(size=(6.2, 6.6))
     turn = np.linspace(0.0, 2.0 * np.pi, _CIRCLE)
     circle = _MICRO * radius * np.stack([np.cos(turn), np.sin(turn)])
-    axes.plot(*circle, color="0.55", linewidth=3.0, label="bounds of the play")
+    axes.plot(*circle, color="0.55", linewidth=3.0, label="bounds of the clearance")
     for index, (label, state) in enumerate(lines.items()):
         style = {**line_style(index), "linewidth": 0.9}
         axes.plot(*np.where(state[:, None], way, np.nan).T, **style, label=label)

@@ -202,7 +202,7 @@ class ProvenElements:
         growth, moved = (np.einsum("in,in->n", way, seen) for way in (away, along))
         turning = np.einsum("in,in->n", axis, second.spin - first.spin)
         slip = (moved + element.radius * turning) / element.transition
-        depth = distance - element.play / 2.0
+        depth = distance - element.clearance / 2.0
         # What a law returns is given, not solved.
         pressure = element.pressure(depth, growth, np.broadcast_to(time, depth.shape))
         sideways = element.friction * pressure * slip / np.sqrt(1.0 + slip * slip)
@@ -210,7 +210,7 @@ class ProvenElements:
         wrench = np.stack([force, cross(second.origin + element.radius * away, force)])
         inside = np.maximum(depth, 0.0)
         steepness = np.divide(pressure, inside, out=np.zeros_like(inside), where=inside > 0.0)
-        reach = _norm(first.origin) + _norm(second.origin) + element.play
+        reach = _norm(first.origin) + _norm(second.origin) + element.clearance
         return wrench, self._length * (steepness * reach + pressure)
 
     def _of_bushing(

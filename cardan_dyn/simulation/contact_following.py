@@ -2,8 +2,8 @@
 
 Within a phase all forces are smooth, but for kinks of some laws, where steps end as well. A phase
 ends where a pin reaches the wall, where the wall no
-longer presses, or where it presses again before the pin is back in the play: that is located on the
-interpolated step, and the integration starts anew from there.
+longer presses, or where it presses again before the pin is back in the clearance: that is located
+on the interpolated step, and the integration starts anew from there.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class ContactFollowing:
         for pin, place in zip(self._pins, self._places(y), strict=True):
             is_pressed = place.depth > 0.0 and pin.pressure(place, np.inf) > 0.0
             pin.begin(0.0, is_pressed)
-            if place.depth > _AT_WALL * pin.play and not is_pressed:
+            if place.depth > _AT_WALL * pin.clearance and not is_pressed:
                 pin.part(0.0)
 
     @property
@@ -182,9 +182,9 @@ class _Pin:
         return self._contact.phases.last
 
     @property
-    def play(self) -> float:
+    def clearance(self) -> float:
         """Play of the contact [m]."""
-        return self._contact.play
+        return self._contact.clearance
 
     @property
     def is_pressed(self) -> bool:
@@ -246,7 +246,7 @@ class _Pin:
             abs(place.depth - kink) <= _AT_WALL * kink for kink in contact.law.kinks
         ):
             return []
-        if place.depth <= _AT_WALL * contact.play:
+        if place.depth <= _AT_WALL * contact.clearance:
             ended = self.touch(time)
             self.begin(time, False)
             return ended

@@ -78,7 +78,7 @@ class PinMotion:
         along = _cross(axis, away)
         slide = float(along @ seen) + element.radius * float(axis @ spin)
         touch = at + element.radius * away
-        depth = distance - 0.5 * element.play
+        depth = distance - 0.5 * element.clearance
         return PinPlace(depth, float(away @ seen), away, along, slide, touch)
 
     def add(self, efforts: Array, model: Any, data: Any, time: float) -> None:

@@ -171,7 +171,7 @@ def test_exponents_without_damping_and_without_peak() -> None:
     for start in ("rest", "release"):
         expected = undamped_exponents(tau, start=start)
         np.testing.assert_allclose(peak_exponents(tau, 0.0, start=start), expected, rtol=1e-12)
-    assert np.isnan(peak_exponents(1.5, 0.0).play)
+    assert np.isnan(peak_exponents(1.5, 0.0).clearance)
 
 
 def test_exponents_of_a_force_that_is_greatest_at_once() -> None:

@@ -20,7 +20,12 @@ def test_exponents_are_logarithmic_derivatives_of_the_equations_of_motion(start,
         return
     found = peak_exponents(tau, start=start)
     step = mp.mpf(10) ** -12
-    names = {"slope": "ramp", "play": "half_clearance", "mass": "mass", "stiffness": "stiffness"}
+    names = {
+        "slope": "ramp",
+        "clearance": "half_clearance",
+        "mass": "mass",
+        "stiffness": "stiffness",
+    }
     for name, parameter in names.items():
         peaks = [
             Motion(
@@ -50,15 +55,15 @@ def test_exponents_of_the_example(start, expected):
 def test_exponents_of_an_impact_alone(start):
     """F = v_1 sqrt(c m) with v_1 = cbrt(18 s^2 k / m)."""
     found = peak_exponents([1e12, 1e80], start=start)
-    expected = {"speed": 1.0, "slope": 1 / 3, "play": 2 / 3, "mass": 1 / 6, "stiffness": 0.5}
+    expected = {"speed": 1.0, "slope": 1 / 3, "clearance": 2 / 3, "mass": 1 / 6, "stiffness": 0.5}
     for name, value in expected.items():
         np.testing.assert_allclose(getattr(found, name), value, rtol=1e-10)
 
 
 def test_exponents_without_play_are_those_of_the_ramp():
     found = peak_exponents(1e-6)
-    assert found.play == pytest.approx(0.0, abs=1e-15)
+    assert found.clearance == pytest.approx(0.0, abs=1e-15)
     assert (found.slope, found.mass, found.stiffness) == pytest.approx((1.0, 0.5, -0.5))
     # Below tau = 1 play lowers the peak; there it neither does nor raises it.
-    assert peak_exponents(1.0).play == 0.0
-    assert peak_exponents(0.9).play < 0.0
+    assert peak_exponents(1.0).clearance == 0.0
+    assert peak_exponents(0.9).clearance < 0.0

@@ -122,7 +122,7 @@ def test_contacts_keep_energy_as_asked(
     scene = cd.Scene(cd.load(mechanism), drive="crank_bearing")
     rtol = 1e-7
     found = clearance.simulate(
-        scene, 100.0, joints="crank_pin", play=2e-4, law=law, turns=0.4, position=1.1,
+        scene, 100.0, joints="crank_pin", clearance=2e-4, law=law, turns=0.4, position=1.1,
         rtol=rtol, rotor=rotor,
     )  # fmt: skip
     assert found.energy_residual <= rtol

@@ -1,7 +1,7 @@
-"""Two masses across a play, as a scene: one slide, a pin contact and a force over time.
+"""Two masses across a clearance, as a scene: one slide, a pin contact and a force over time.
 
 References: Dresig and Thümmel's numbers, the closed forms of `analytic`, motions that SciPy
-integrates from equations written down here, and closed forms of the joint without play.
+integrates from equations written down here, and closed forms of the joint without clearance.
 """
 
 from __future__ import annotations
@@ -138,9 +138,9 @@ def test_a_vanishing_play_gives_the_elastic_joint() -> None:
     forced = amplitude / (1.0 - MASS * speed**2 / STIFFNESS)
     elastic = -forced * np.cos(speed * times) + (forced - amplitude) * np.cos(omega * times)
     errors = []
-    for play in (1e-7, 1e-8):
-        pair = scene(SPRING, lambda time: float(-amplitude * np.cos(speed * time)), 0.5 * play)
-        begun = -0.5 * play - amplitude / STIFFNESS
+    for clearance in (1e-7, 1e-8):
+        pair = scene(SPRING, lambda time: float(-amplitude * np.cos(speed * time)), 0.5 * clearance)
+        begun = -0.5 * clearance - amplitude / STIFFNESS
         motion = pair.simulate(lasts, position=begun, speed=0.0, rtol=1e-11).at(times)
         pressed = -motion.element_force[0].force[:, 0]
         errors.append(float(np.max(np.abs(pressed - elastic))) / amplitude)

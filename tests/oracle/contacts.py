@@ -1,4 +1,4 @@
-"""Bundled mechanisms with play in a pin: the energy is kept to the tolerance that was asked for.
+"""Bundled mechanisms with clearance in a pin: the energy is kept to the tolerance asked for.
 
 By all laws of contact, with and without friction, over the first impacts and slides.
 """
@@ -30,7 +30,7 @@ def ask(seed: int) -> tuple[list[str], list[str]]:
         clearance.ImpactFunction(stiffness, 1.5, 1e-4 * stiffness, 1e-6),
     )
     law = laws[rng.integers(len(laws))]
-    play, rtol = 10.0 ** rng.uniform(-5, -3), float(10.0 ** rng.uniform(-9, -4))
+    gap, rtol = 10.0 ** rng.uniform(-5, -3), float(10.0 ** rng.uniform(-9, -4))
     speed = 10.0 ** rng.uniform(1, 2.5)
     rotor = None if rng.random() < 0.5 else 10.0 ** rng.uniform(-3, 0)
     what = f"{mechanism} {joint} {type(law).__name__}, rtol {rtol:.1e}"
@@ -40,13 +40,13 @@ def ask(seed: int) -> tuple[list[str], list[str]]:
             scene,
             speed,
             joints=joint,
-            play=play,
+            clearance=gap,
             law=law,
             turns=0.15,
             rtol=rtol,
             rotor=rotor,
             position=rng.uniform(0.0, 6.0),
-            most_impacts=12,
+            most_touches=12,
             friction=0.1 * (rng.random() < 0.3),
         )
     except cd.CardanError as refused:

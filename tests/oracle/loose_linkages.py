@@ -1,4 +1,4 @@
-"""Random planar linkages with play in one pin: four-bars, slider-cranks, six-bars.
+"""Random planar linkages with clearance in one pin: four-bars, slider-cranks, six-bars.
 
 Lengths, masses, centres, loads, speeds and contacts are drawn; a crank always turns through, and
 its linkage stays away from dead positions. Nothing here looks at what the package makes of it but
@@ -180,8 +180,8 @@ def draw(seed: int) -> Loose | None:
     pins, loaded = _mechanism(drawer, kind)
     text = f'<robot name="{kind}">{"".join(drawer.parts)}</robot>'
     speed = float(np.exp(rng.uniform(np.log(20.0), np.log(400.0)))) * float(rng.choice([-1.0, 1.0]))
-    play = float(np.exp(rng.uniform(np.log(1e-5), np.log(3e-4))))
-    loose = Loose(kind, text, pins[0], speed, {"play": play}, {}, (0.0, 0.0, 0.0))
+    gap = float(np.exp(rng.uniform(np.log(1e-5), np.log(3e-4))))
+    loose = Loose(kind, text, pins[0], speed, {"clearance": gap}, {}, (0.0, 0.0, 0.0))
     if rng.random() < 0.35:
         plain = loose.scene.sweep(np.linspace(0.0, 2.0 * np.pi, 90), speed)
         most = float(np.max(np.linalg.norm(plain[loaded].force, axis=1)))
@@ -189,7 +189,7 @@ def draw(seed: int) -> Loose | None:
         loose = loose._replace(loads={loaded: float(rng.uniform(-0.4, 0.4)) * most * unit})
     ratio, tau = float(rng.uniform(0.1, 0.5)), float(np.exp(rng.uniform(np.log(2.0), np.log(20.0))))
     scanned = clearance.scan(
-        loose.scene, speed, play=play, stiffness=1e8, joints=pins, start="rest"
+        loose.scene, speed, clearance=gap, stiffness=1e8, joints=pins, start="rest"
     )
     least = {
         name: min(scanned[name].reversals, key=lambda item: item.turn_through)
@@ -201,7 +201,11 @@ def draw(seed: int) -> Loose | None:
         return None
     joint = near[0] if rng.random() < 0.6 else str(rng.choice(near))
     stiffness = 1e8 * (tau / least[joint].tau) ** 2
-    contact: dict[str, Any] = {"play": play, "stiffness": stiffness, "damping_ratio": ratio}
+    contact: dict[str, Any] = {
+        "clearance": gap,
+        "stiffness": stiffness,
+        "damping_ratio": ratio,
+    }
     return loose._replace(joint=joint, contact=contact)
 
 

@@ -1,7 +1,7 @@
-"""Scans of play in pin bearings against a free cross between two forks in space.
+"""Scans of clearance in pin bearings against a free cross between two forks in space.
 
 The cross is a disc of 0.5 kg, the shafts meet at 20° and shaft 1 turns at 150 rad/s, shaft 2 drives
-a flywheel. A bearing without play is a spring in the simulation: it is in series with the others.
+a flywheel. A bearing without clearance is a spring in the simulation, in series with the others.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from testkit.pin_rigs import THETA, rig, scene
 from analytic import single_joint
 from cardan_dyn import clearance
 from cardan_dyn.clearance import PinReversal, PinScan, scan_pins
-from cardan_dyn.clearance.opened_scene import Play, opened
+from cardan_dyn.clearance.opened_scene import OpenPin, opened
 
 BETA, SPEED, RADIUS, STIFFNESS, TIGHT = np.radians(20.0), 150.0, 0.05, 1e8, 1.5e8
 MASS, DISC, COMPACT = 0.5, (1.5e-4, 1.5e-4, 3e-4), (3e-4, 3e-4, 3e-4)
@@ -34,7 +34,7 @@ def moment(phi: float) -> float:
 @lru_cache(maxsize=8)
 def both(
     pins: tuple[str, ...],
-    play: float,
+    gap: float,
     inertia: tuple[float, float, float] = DISC,
     ratio: float = RATIO,
 ) -> tuple[PinScan, CrossInSpace, Run]:
@@ -47,13 +47,13 @@ def both(
         "cross",
         bearings=pins,
         radius=RADIUS,
-        play=play,
+        clearance=gap,
         stiffness=STIFFNESS / series,
         damping_ratio=ratio / np.sqrt(series),
     )
-    plays = tuple(0.5 * play if name in found.bearings else 0.0 for name in NAMES)
+    clearances = tuple(0.5 * gap if name in found.bearings else 0.0 for name in NAMES)
     damping = 2.0 * ratio * np.sqrt(STIFFNESS * found.reversals[1].reduced_mass)
-    first, second, third, fourth = plays
+    first, second, third, fourth = clearances
     model = CrossInSpace(
         beta=BETA,
         speed=SPEED,
@@ -61,7 +61,7 @@ def both(
         mass=MASS,
         cross_inertia=inertia,
         radius=RADIUS,
-        half_play=(first, second, third, fourth),
+        half_clearance=(first, second, third, fourth),
         stiffness=STIFFNESS,
         damping=damping,
         tight=TIGHT,
@@ -123,18 +123,18 @@ def test_a_compact_cross_is_doubted_for_a_reason() -> None:
 
 def test_the_package_simulates_the_same() -> None:
     """Both pins open, from the middle of the play: two impacts, by equations of other form."""
-    damping, play, start, turns = 8e3, 1e-5, 0.8, 0.175
+    damping, gap, start, turns = 8e3, 1e-5, 0.8, 0.175
     law = clearance.LinearContact(STIFFNESS, damping)
     reach = {"pin_in": RADIUS, "pin_out": RADIUS}
     still = scene(rig(MASS, DISC), BETA)
-    loose = opened(still, [Play(pin, play, law, 0.0, 0.0, r) for pin, r in reach.items()])
+    loose = opened(still, [OpenPin(pin, gap, law, 0.0, 0.0, r) for pin, r in reach.items()])
     duration, free = turns * 2.0 * np.pi / SPEED, dict.fromkeys(loose.scene.free, 0.0)
     trajectory = loose.scene.simulate(
         duration, position={loose.drive: start, **free}, speed=free, motion={loose.drive: SPEED},
         rtol=1e-10,
     )  # fmt: skip
     found = clearance.ContactSimulation(trajectory, loose.contacts, loose.drive, SPEED)
-    half = 0.5 * play
+    half = 0.5 * gap
     model = CrossInSpace(
         BETA,
         SPEED,
@@ -142,7 +142,7 @@ def test_the_package_simulates_the_same() -> None:
         MASS,
         DISC,
         RADIUS,
-        half_play=(half, half, half, half),
+        half_clearance=(half, half, half, half),
         stiffness=STIFFNESS,
         damping=damping,
         tight=TIGHT,
@@ -171,13 +171,13 @@ def test_the_package_simulates_what_it_expects(pin: str) -> None:
         "cross",
         bearings=pin,
         radius=RADIUS,
-        play=1e-5,
+        clearance=1e-5,
         stiffness=STIFFNESS,
         damping_ratio=RATIO,
     )
     item = scanned.reversals[1]
     law = clearance.LinearContact.of_ratio(STIFFNESS, RATIO, item.reduced_mass)
-    given = {"joints": pin, "play": 1e-5, "law": law, "bearings": {pin: RADIUS}}
+    given = {"joints": pin, "clearance": 1e-5, "law": law, "bearings": {pin: RADIUS}}
     found = clearance.simulate(still, SPEED, turns=0.165, position=0.8, rtol=1e-7, **given)
     struck = [impact for impact in found.impacts if impact.position > item.position]
     assert {impact.bearing for impact in struck} == set(scanned.bearings)
@@ -205,8 +205,8 @@ def balance(
     ways, _, arms, pins, _, _ = model.bearings(time, y)
     kinetic = 0.5 * model.mass * y[7:10] @ y[7:10] + 0.5 * model.inertia * y[14] ** 2
     kinetic += 0.5 * float(np.array(model.cross_inertia) @ y[10:13] ** 2)
-    has_play = np.array(model.half_play) > 0.0
-    depth = np.maximum(np.linalg.norm(ways, axis=1) - np.array(model.half_play), 0.0)
+    has_play = np.array(model.half_clearance) > 0.0
+    depth = np.maximum(np.linalg.norm(ways, axis=1) - np.array(model.half_clearance), 0.0)
     stiffness = np.where(has_play, model.stiffness, model.tight)
     elastic = 0.5 * float(stiffness @ depth**2) + 0.5 * model.tight * float(
         np.sum((pins @ y[:3]) ** 2)

@@ -10,11 +10,11 @@ import cardan_dyn as cd
 from cardan_dyn import ArgumentError
 from cardan_dyn.clearance import PinGeometry
 from cardan_dyn.clearance.arguments import (
+    clearance_of,
     damping_ratio_of,
     drive_of,
     period_of,
     pins_of,
-    play_of,
     positive,
     refuse_unknown,
     speed_of,
@@ -30,7 +30,7 @@ def test_good_ones_come_back() -> None:
     assert damping_ratio_of(0) == 0.0
     assert start_of("rest") == "rest"
     assert speed_of(-3) == -3.0
-    assert play_of({"a": 1e-4}, "a", 1.0) == play_of(1e-4, "a", 1.0) == 1e-4
+    assert clearance_of({"a": 1e-4}, "a", 1.0) == clearance_of(1e-4, "a", 1.0) == 1e-4
     assert stiffness_of({"a": PIN, "b": 1e8}, "a") is stiffness_of(PIN, "b") is PIN
 
 
@@ -51,12 +51,12 @@ def test_bad_ones_do_not(call: Any, given: Any, match: str) -> None:
 
 
 def test_of_joints() -> None:
-    with pytest.raises(ArgumentError, match=r"play\['a'\] is 0"):
-        play_of({"a": 0.0}, "a", 1.0)
+    with pytest.raises(ArgumentError, match=r"clearance\['a'\] is 0"):
+        clearance_of({"a": 0.0}, "a", 1.0)
     with pytest.raises(ArgumentError, match="stiffness has no value for joint 'b'"):
         stiffness_of({"a": PIN}, "b")
-    with pytest.raises(ArgumentError, match="play"):
-        play_of(PIN, "a", 1.0)
+    with pytest.raises(ArgumentError, match="clearance"):
+        clearance_of(PIN, "a", 1.0)
 
 
 def test_of_scenes() -> None:
@@ -76,18 +76,18 @@ def test_of_scenes() -> None:
 
 
 def test_names_of_no_joint_are_refused() -> None:
-    refuse_unknown(["a", "b"], play={"a": 1.0}, stiffness=3.0, law=None)
-    with pytest.raises(ArgumentError, match="play names 'c', which is no joint; a, b"):
-        refuse_unknown(["a", "b"], stiffness=1.0, play={"a": 1.0, "c": 2.0})
+    refuse_unknown(["a", "b"], clearance={"a": 1.0}, stiffness=3.0, law=None)
+    with pytest.raises(ArgumentError, match="clearance names 'c', which is no joint; a, b"):
+        refuse_unknown(["a", "b"], stiffness=1.0, clearance={"a": 1.0, "c": 2.0})
 
 
 def test_free_coordinates_are_refused_in_words() -> None:
     """Whether or not a position is given, of which a sweep would ask."""
     scene = cd.Scene(cd.load("slider_crank"), free="crank_bearing")
-    given = {"joints": "crank_pin", "play": 1e-4, "stiffness": 1e7}
+    given = {"joints": "crank_pin", "clearance": 1e-4, "stiffness": 1e7}
     for call in (cd.clearance.scan, cd.clearance.simulate):
         with pytest.raises(
-            cd.MobilityError, match=r"play in joints needs .* crank_bearing is free"
+            cd.MobilityError, match=r"clearance in joints needs .* crank_bearing is free"
         ):
             call(scene, 50.0, **given)
     with pytest.raises(cd.MobilityError, match="crank_bearing is free"):

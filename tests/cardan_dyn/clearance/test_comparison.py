@@ -20,12 +20,12 @@ def compared(
     drive: str,
     joint: str,
     speed: float,
-    play: float,
+    gap: float,
     stiffness: float,
     friction: float = 0.0,
 ) -> clearance.Comparison:
     scene = cd.Scene(cd.load(name), drive=drive)
-    contact = {"play": play, "stiffness": stiffness, "damping_ratio": 0.25}
+    contact = {"clearance": gap, "stiffness": stiffness, "damping_ratio": 0.25}
     scan = clearance.scan(scene, speed, joints=[joint], **contact)
     contact["friction"] = friction
     simulation = clearance.simulate(scene, speed, joints=joint, turns=2.6, rtol=1e-8, **contact)
@@ -33,7 +33,7 @@ def compared(
 
 
 @pytest.mark.parametrize(
-    ("joint", "speed", "play", "stiffness", "within"),
+    ("joint", "speed", "gap", "stiffness", "within"),
     [
         ("coupler_pin", 300.0, 1e-4, 1e8, 0.085),
         ("needle_pin", 150.0, 1e-4, 1e8, 0.1),
@@ -45,10 +45,10 @@ def compared(
     ],
 )
 def test_needle_drive_within_a_tenth_where_the_estimate_has_no_doubts(
-    joint: str, speed: float, play: float, stiffness: float, within: float
+    joint: str, speed: float, gap: float, stiffness: float, within: float
 ) -> None:
     """Where the force reverses, the ramp is straight, and tau is great enough."""
-    for item in compared("needle_drive", "main_shaft", joint, speed, play, stiffness):
+    for item in compared("needle_drive", "main_shaft", joint, speed, gap, stiffness):
         reversal = item.reversal
         assert reversal.turn_through < 0.03 and reversal.flown < 0.4 and reversal.tau > 3.0
         assert abs(item.error) < within
@@ -87,7 +87,7 @@ def test_tables() -> None:
 
 def test_what_does_not_belong_together_is_refused() -> None:
     scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
-    contact = {"play": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
+    contact = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
     short = clearance.simulate(scene, 300.0, joints="coupler_pin", turns=0.3, rtol=1e-7, **contact)
     scan = clearance.scan(scene, 300.0, joints=["coupler_pin"], **contact)
     with pytest.raises(cd.ArgumentError, match="simulate more turns"):
@@ -103,7 +103,7 @@ def test_what_does_not_belong_together_is_refused() -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"play": 2e-4}, "a play of 0.0002 m, the scan one of 0.0001"),
+        ({"clearance": 2e-4}, "a clearance of 0.0002 m, the scan one of 0.0001"),
         ({"stiffness": 2e8}, "a stiffness of 2e+08 N/m, the scan one of 1e+08"),
         ({"damping_ratio": 0.3}, "a damping of"),
         (
@@ -114,7 +114,7 @@ def test_what_does_not_belong_together_is_refused() -> None:
 )
 def test_contacts_that_differ_are_not_compared(change: dict[str, Any], said: str) -> None:
     scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
-    contact: dict[str, Any] = {"play": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
+    contact: dict[str, Any] = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
     scan = clearance.scan(scene, 300.0, joints=["coupler_pin"], **contact)
     other = clearance.simulate(
         scene, 300.0, joints="coupler_pin", turns=0.01, **{**contact, **change}
@@ -127,7 +127,7 @@ def test_what_is_no_scan_or_no_simulation_is_refused() -> None:
     with pytest.raises(cd.ArgumentError, match="scan is 3, expected a scan"):
         clearance.compare(3, 3)  # type: ignore[arg-type]
     scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
-    scan = clearance.scan(scene, 300.0, joints="coupler_pin", play=1e-4, stiffness=1e8)
+    scan = clearance.scan(scene, 300.0, joints="coupler_pin", clearance=1e-4, stiffness=1e8)
     with pytest.raises(cd.ArgumentError, match=r"expected one of clearance\.simulate"):
         clearance.compare(scan, scan)  # type: ignore[arg-type]
 
@@ -135,10 +135,10 @@ def test_what_is_no_scan_or_no_simulation_is_refused() -> None:
 def test_bearings_of_a_pin() -> None:
     """Thoma's rig with a disc for a cross, both bearings of a pin open: each has its share."""
     rig = scene(disc(0.5, (1.5e-4, 1.5e-4, 3e-4)), np.radians(20.0))
-    contact = {"radius": 0.05, "play": 4e-5, "stiffness": 1e7, "damping_ratio": 0.25}
+    contact = {"radius": 0.05, "clearance": 4e-5, "stiffness": 1e7, "damping_ratio": 0.25}
     scan = clearance.scan_pins(rig, 150.0, "cross", bearings="pin_in", **contact)
     law = clearance.LinearContact.of_ratio(1e7, 0.25, scan.reversals[0].reduced_mass)
-    given = {"play": 4e-5, "law": law, "bearings": {"pin_in": 0.05}}
+    given = {"clearance": 4e-5, "law": law, "bearings": {"pin_in": 0.05}}
     simulation = clearance.simulate(rig, 150.0, joints="pin_in", turns=1.45, rtol=1e-6, **given)
     found = clearance.compare(scan, simulation)
     assert [item.joint for item in found] == ["pin_in+"] * 4 + ["pin_in-"] * 4
@@ -151,7 +151,7 @@ def test_bearings_of_a_pin() -> None:
 
 def test_it_does_not_matter_at_which_times_a_simulation_is_looked_at() -> None:
     scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
-    contact = {"play": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
+    contact = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
     simulation = clearance.simulate(
         scene, 300.0, joints="coupler_pin", turns=2.3, rtol=1e-7, **contact
     )
@@ -201,7 +201,7 @@ SPRING, STRONGER = cd.JointSpring("guide", 100.0, 1.0), cd.JointSpring("guide", 
 )
 def test_scenes_that_differ_are_not_compared(change: dict[str, Any], said: str) -> None:
     """Of copies of the same scene, everything is alike; what is given twice alike as well."""
-    contact: dict[str, Any] = {"play": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
+    contact: dict[str, Any] = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
 
     def both(mass: float = 1.0, rotor: float | None = None, **given: Any) -> tuple[Any, ...]:
         acts = {"elements": [SPRING], **given}
@@ -227,19 +227,19 @@ def test_scenes_that_differ_are_not_compared(change: dict[str, Any], said: str) 
 def test_pin_bearings_that_differ_are_not_compared() -> None:
     rig = scene(disc(0.5, (1.5e-4, 1.5e-4, 3e-4)), np.radians(20.0))
     contact: dict[str, Any] = {
-        **{"radius": 0.05, "play": 4e-5, "stiffness": 1e7, "damping_ratio": 0.25},
+        **{"radius": 0.05, "clearance": 4e-5, "stiffness": 1e7, "damping_ratio": 0.25},
         "bearings": "pin_in",
     }
     scan = clearance.scan_pins(rig, 150.0, "cross", **contact)
     law = clearance.LinearContact.of_ratio(1e7, 0.25, scan.reversals[0].reduced_mass)
-    given = {"play": 4e-5, "law": law, "bearings": {"pin_in": 0.05}}
+    given = {"clearance": 4e-5, "law": law, "bearings": {"pin_in": 0.05}}
     simulation = clearance.simulate(rig, 150.0, joints="pin_in", turns=0.02, **given)
     with pytest.raises(cd.ArgumentError, match="too short"):
         clearance.compare(scan, simulation)
     changes: list[tuple[dict[str, Any], str]] = [
         ({"radius": 0.04}, "bearings 0.05 m from its origin, the scan a radius of 0.04 m"),
         ({"damping_ratio": 0.3}, "a damping of"),
-        ({"play": 5e-5}, "a play of"),
+        ({"clearance": 5e-5}, "a clearance of"),
         ({"stiffness": 2e7}, "a stiffness of"),
         ({"bearings": ["pin_in", "pin_out"]}, "bearings move together"),
         ({"rotor": 0.1}, "differ in their rotor"),

@@ -1,4 +1,4 @@
-"""Results of simulations of play."""
+"""Results of simulations of clearance."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cardan_dyn import clearance
 def found() -> clearance.ContactSimulation:
     scene = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
     return clearance.simulate(
-        scene, 300.0, joints="coupler_pin", play=1e-4, stiffness=1e8, damping_ratio=0.25,
+        scene, 300.0, joints="coupler_pin", clearance=1e-4, stiffness=1e8, damping_ratio=0.25,
         turns=1.0, rtol=1e-11,
     )  # fmt: skip
 
@@ -54,7 +54,7 @@ def test_copies_and_texts(found: clearance.ContactSimulation) -> None:
     again = copy.deepcopy(found)
     np.testing.assert_array_equal(again["coupler_pin"].force, found["coupler_pin"].force)
     assert "coupler_pin" in repr(found) and list(found) == ["coupler_pin"] and len(found) == 1
-    with pytest.raises(cd.ModelError, match="no joint 'needle_pin' has play"):
+    with pytest.raises(cd.ModelError, match="no joint 'needle_pin' has clearance"):
         found["needle_pin"]
     with pytest.raises(cd.ArgumentError, match="reach beyond"):
         found.at([9.0])

@@ -12,7 +12,7 @@ import cardan_dyn as cd
 from cardan_dyn import IndeterminateError, clearance
 from cardan_dyn.clearance.determinate import what_is_open
 
-CONTACT: dict[str, Any] = {"play": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
+CONTACT: dict[str, Any] = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
 URDF = Path(__file__).parents[3] / "urdf" / "slider_crank.urdf"
 LINK = (
     '<link name="{}"><inertial><origin xyz="{} 0 0"/><mass value="1"/><inertia ixx="0.01" '
@@ -83,5 +83,5 @@ def test_no_damping_ratio_without_a_mass() -> None:
     with pytest.raises(IndeterminateError, match=r"damping_ratio of joint 'pin_two'.*give law="):
         clearance.simulate(scene, 100.0, joints="pin_two", **CONTACT)
     law = clearance.LinearContact(1e7, damping=1e3)
-    found = clearance.simulate(scene, 100.0, joints="pin_two", play=1e-4, law=law, turns=0.01)
+    found = clearance.simulate(scene, 100.0, joints="pin_two", clearance=1e-4, law=law, turns=0.01)
     assert found["pin_two"].depth[0] < 0.0

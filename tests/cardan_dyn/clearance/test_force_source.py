@@ -13,7 +13,7 @@ from cardan_dyn.clearance import scan
 from cardan_dyn.clearance.force_source import ForceSource
 from cardan_dyn.dynamics.problem_solver import ProblemSolver
 
-CONTACT: dict[str, Any] = {"play": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
+CONTACT: dict[str, Any] = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.25}
 LOADED: dict[str, Any] = {"loads": {"piston_guide": -40.0}, "gravity": (0.0, -9.81, 0.0)}
 
 

@@ -49,7 +49,7 @@ def test_the_stiffness_is_that_at_the_peak(seat: float | None, damping: float) -
 def test_exponents_are_those_of_differences(law: Any, damping: float, start: Any) -> None:
     model = ImpactModel(2.0, law, 1e-4, 1e6, damping, start)
     steps = 1e-4 * np.array([-2.0, -1.0, 1.0, 2.0])
-    for name in ("mass", "play", "slope", "stiffness"):
+    for name in ("mass", "clearance", "slope", "stiffness"):
         if name == "stiffness" and isinstance(law, PinGeometry):
             continue
         given = getattr(model, name)
@@ -113,8 +113,8 @@ def test_whole_arrays() -> None:
     [
         ({"mass": 0.0}, "mass is 0"),
         ({"stiffness": float("inf")}, "stiffness is not finite"),
-        ({"play": -1.0}, "play is -1"),
-        ({"play": PIN}, "play"),
+        ({"clearance": -1.0}, "clearance is -1"),
+        ({"clearance": PIN}, "clearance"),
         ({"slope": [1.0, 2.0]}, r"slope has shape \(2,\), expected a number"),
         ({"damping_ratio": 1.0}, "damping_ratio"),
         ({"start": "run"}, "start is 'run'"),

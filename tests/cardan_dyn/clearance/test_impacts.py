@@ -22,13 +22,17 @@ def drive() -> cd.Scene:
 
 def test_numbers_and_geometries_side_by_side(drive: cd.Scene) -> None:
     laws: dict[str, Any] = {"coupler_pin": PIN, "needle_pin": 1e8, "rocker_pin": 3e7}
-    plays = {"coupler_pin": 1e-4, "needle_pin": 5e-5, "rocker_pin": 2e-4}
-    found = scan(drive, 300.0, joints=list(laws), play=plays, stiffness=laws, damping_ratio=0.2)
+    clearances = {"coupler_pin": 1e-4, "needle_pin": 5e-5, "rocker_pin": 2e-4}
+    found = scan(
+        drive, 300.0, joints=list(laws), clearance=clearances, stiffness=laws, damping_ratio=0.2
+    )
     for name, law in laws.items():
-        alone = scan(drive, 300.0, joints=name, play=plays, stiffness=laws, damping_ratio=0.2)
+        alone = scan(
+            drive, 300.0, joints=name, clearance=clearances, stiffness=laws, damping_ratio=0.2
+        )
         for item, other in zip(found[name].reversals, alone[name].reversals, strict=True):
             ratio = item.model.damping_ratio
-            model = ImpactModel(item.reduced_mass, law, plays[name], item.force_slope, ratio)
+            model = ImpactModel(item.reduced_mass, law, clearances[name], item.force_slope, ratio)
             assert item.model == model
             assert item.peak == pytest.approx(float(model.estimate.peak), rel=1e-12)
             assert item.peak == pytest.approx(other.peak, rel=1e-12)
@@ -39,14 +43,14 @@ def test_numbers_and_geometries_side_by_side(drive: cd.Scene) -> None:
 def test_what_no_contact_carries_names_its_joint(drive: cd.Scene) -> None:
     thin = {"coupler_pin": PinGeometry(2e-5, 0.01), "needle_pin": 1e8}
     with pytest.raises(ArgumentError, match="joint 'coupler_pin': the peak exceeds"):
-        scan(drive, 300.0, joints=list(thin), play=1e-4, stiffness=thin)
+        scan(drive, 300.0, joints=list(thin), clearance=1e-4, stiffness=thin)
 
 
 def test_contact_alone_is_noted(drive: cd.Scene) -> None:
     bare = PinGeometry(0.02, 0.01)
-    found = scan(drive, 300.0, play=1e-4, stiffness={**dict.fromkeys(drive.outputs, PIN)})
+    found = scan(drive, 300.0, clearance=1e-4, stiffness={**dict.fromkeys(drive.outputs, PIN)})
     assert found.notes == ()
-    stiff = scan(drive, 300.0, joints="needle_pin", play=1e-4, stiffness=bare)
+    stiff = scan(drive, 300.0, joints="needle_pin", clearance=1e-4, stiffness=bare)
     assert "about a hundredfold" in stiff.notes[0] and "needle_pin" in stiff.notes[0]
     assert "- note: needle_pin" in str(stiff)
     assert any("line contact alone" in doubt for doubt in stiff["needle_pin"].reversals[0].doubts)
@@ -56,7 +60,7 @@ def test_swings_far_from_zero_are_counted_and_dropped() -> None:
     scene = cd.Scene(
         cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": -1000.0}
     )
-    found = scan(scene, 100.0, joints="piston_pin", play=1e-4, stiffness=1e8)["piston_pin"]
+    found = scan(scene, 100.0, joints="piston_pin", clearance=1e-4, stiffness=1e8)["piston_pin"]
     assert found.reversals == () and found.turning == 2
     assert "turns through 2 times" in found.verdict
     sizes = np.linalg.norm(found.force, axis=1)
@@ -70,10 +74,10 @@ def test_swings_far_from_zero_ask_for_no_stiffness() -> None:
         cd.load("slider_crank"), drive="crank_bearing", loads={"piston_guide": -1000.0}
     )
     weak = PinGeometry(1e-6, 0.01)
-    found = scan(scene, 100.0, joints="piston_pin", play=1e-4, stiffness=weak)["piston_pin"]
+    found = scan(scene, 100.0, joints="piston_pin", clearance=1e-4, stiffness=weak)["piston_pin"]
     assert found.turning == 2
     with pytest.raises(ArgumentError, match="joint 'crank_bearing': the peak exceeds"):
-        scan(scene, 100.0, joints="crank_bearing", play=1e-4, stiffness=weak)
+        scan(scene, 100.0, joints="crank_bearing", clearance=1e-4, stiffness=weak)
 
 
 @pytest.mark.parametrize("stiffness", [1e7, PinGeometry(2.0, 0.01, seat_stiffness=1e7)])
@@ -81,7 +85,7 @@ def test_released_with_damping_flights_may_last_longer_than_from_rest(
     drive: cd.Scene, stiffness: float | PinGeometry
 ) -> None:
     """A swing is judged by its own flight: its force may exceed what the ramp gains from rest."""
-    contact: dict[str, Any] = {"play": 1e-7, "stiffness": stiffness, "damping_ratio": 0.9}
+    contact: dict[str, Any] = {"clearance": 1e-7, "stiffness": stiffness, "damping_ratio": 0.9}
     found = scan(drive, 600.0, joints=["main_shaft", "eccentric_pin"], **contact)
     for name in found:
         assert len(found[name].reversals) == 2

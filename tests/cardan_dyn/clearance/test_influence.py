@@ -20,19 +20,19 @@ PIN = PinGeometry(0.02, 0.01, seat_stiffness=3e7)
 
 
 @pytest.mark.parametrize("model", [PAPER, DAMPED])
-@pytest.mark.parametrize("name", ["mass", "play", "slope", "stiffness", "speed"])
+@pytest.mark.parametrize("name", ["mass", "clearance", "slope", "stiffness", "speed"])
 def test_peaks_are_those_of_the_closed_form_at_each_value(model: ImpactModel, name: str) -> None:
     found = influence(model, name)
     assert found.factor[0] == pytest.approx(0.2) and found.factor[-1] == pytest.approx(5.0)
     for index in (0, 20, 48, 96):
         factor = float(found.factor[index])
-        values = {key: getattr(model, key) for key in ("mass", "stiffness", "play", "slope")}
+        values = {key: getattr(model, key) for key in ("mass", "stiffness", "clearance", "slope")}
         if name == "speed":
             values["slope"] *= factor**3
         else:
             values[name] *= factor
             assert found.value[index] == pytest.approx(values[name])
-        contact = values["mass"], values["stiffness"], 0.5 * values["play"], values["slope"]
+        contact = values["mass"], values["stiffness"], 0.5 * values["clearance"], values["slope"]
         undamped = impact.reversal(*contact, start=model.start)
         peak, speed = undamped.peak, undamped.v_1
         if model.damping_ratio:
@@ -55,7 +55,7 @@ def test_bild_8_has_a_least_peak_over_the_stiffness() -> None:
     assert float(at.exponents.stiffness) == pytest.approx(0.0, abs=0.01)
 
 
-@pytest.mark.parametrize("name", ["mass", "play", "slope", "speed"])
+@pytest.mark.parametrize("name", ["mass", "clearance", "slope", "speed"])
 def test_a_geometry_follows_force_and_play(name: str) -> None:
     model = ImpactModel(2.0, PIN, 1e-4, 1e6, 0.2)
     found = influence(model, name, [0.8, 2.0])
@@ -74,7 +74,7 @@ def test_the_stiffness_of_a_geometry_is_varied_from_that_at_the_peak() -> None:
 
 def test_the_speed_of_a_scanned_joint_is_that_of_other_scans() -> None:
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
-    options: dict[str, Any] = {"joints": "coupler_pin", "play": 1e-4, "stiffness": 1e8}
+    options: dict[str, Any] = {"joints": "coupler_pin", "clearance": 1e-4, "stiffness": 1e8}
     item = scan(drive, 200.0, **options)["coupler_pin"].reversals[0]
     found = influence(item, "speed", [0.5, 2.0])
     for speed, peak in zip((100.0, 400.0), found.peak, strict=True):
@@ -89,9 +89,9 @@ def test_the_speed_of_a_scanned_joint_is_that_of_other_scans() -> None:
     ("arguments", "match"),
     [
         ((PAPER, "length"), "parameter 'length' is unknown"),
-        ((3.0, "play"), "expected a reversal"),
-        ((PAPER, "play", [1.0, 0.0]), "positive"),
-        ((PAPER, "play", [[1.0]]), r"factors has shape \(1, 1\)"),
+        ((3.0, "clearance"), "expected a reversal"),
+        ((PAPER, "clearance", [1.0, 0.0]), "positive"),
+        ((PAPER, "clearance", [[1.0]]), r"factors has shape \(1, 1\)"),
     ],
 )
 def test_bad_input(arguments: tuple[Any, ...], match: str) -> None:
@@ -101,4 +101,4 @@ def test_bad_input(arguments: tuple[Any, ...], match: str) -> None:
 
 def test_nothing_can_be_written_to() -> None:
     with pytest.raises(ValueError, match="read-only"):
-        influence(PAPER, "play").peak[0] = 0.0
+        influence(PAPER, "clearance").peak[0] = 0.0

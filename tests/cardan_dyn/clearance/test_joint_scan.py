@@ -116,15 +116,15 @@ def test_exponents_and_what_changes_would_buy() -> None:
     loaded = replace(GOOD, slope_growth=5.0).exponents
     assert loaded.speed == pytest.approx(5.0 * expected.slope)
     # Half the play makes so much less of a peak of which a small change is known.
-    assert GOOD.effects(-1e-6)["play"] == pytest.approx(-1e-6 * expected.play, rel=1e-5)
+    assert GOOD.effects(-1e-6)["clearance"] == pytest.approx(-1e-6 * expected.clearance, rel=1e-5)
     undamped = replace(GOOD, model=replace(MODEL, damping_ratio=0.0, start="rest"))
-    found = undamped.exponents.play
-    assert found == pytest.approx(float(peak_exponents.peak_exponents(tau).play), rel=1e-14)
+    found = undamped.exponents.clearance
+    assert found == pytest.approx(float(peak_exponents.peak_exponents(tau).clearance), rel=1e-14)
 
 
 def test_rows_hold_numbers_and_words_alone() -> None:
     assert GOOD.exponents is GOOD.exponents
     row = GOOD.row()
     assert all(isinstance(value, (float, str)) for value in row.values())
-    assert row["exponent_play"] == GOOD.exponents.play
+    assert row["exponent_clearance"] == GOOD.exponents.clearance
     assert row["verdict"] == "impact"

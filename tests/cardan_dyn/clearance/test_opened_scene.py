@@ -7,17 +7,17 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn.clearance.opened_joint import OpenedJoint
-from cardan_dyn.clearance.opened_scene import Opened, Play, opened
+from cardan_dyn.clearance.opened_scene import Opened, OpenPin, opened
 
 LAW = cd.LinearContact(1e8)
 
 
-def play(joint: str, reach: float | None = None) -> Play:
-    return Play(joint, 2e-4, LAW, 0.0, 0.0, reach)
+def clearance(joint: str, reach: float | None = None) -> OpenPin:
+    return OpenPin(joint, 2e-4, LAW, 0.0, 0.0, reach)
 
 
 def loose(name: str, drive: str, joint: str, reach: float | None = None, **more: float) -> Opened:
-    return opened(cd.Scene(cd.load(name), drive=drive), [play(joint, reach)], **more)
+    return opened(cd.Scene(cd.load(name), drive=drive), [clearance(joint, reach)], **more)
 
 
 @pytest.mark.parametrize(
@@ -60,13 +60,13 @@ def test_freedoms_of_the_pins_of_a_universal_joint() -> None:
     mechanism = cd.load("universal_joint")
     pins = ["pin_in", "pin_out"]
     scene = cd.Scene(mechanism, drive="bearing_in", held={"joint_angle": 0.35})
-    one = opened(scene, [play(pins[0], 0.03)])
+    one = opened(scene, [clearance(pins[0], 0.03)])
     assert len(one.scene.coordinates) == 1 + 2
-    both = opened(scene, [play(pin, 0.03) for pin in pins])
+    both = opened(scene, [clearance(pin, 0.03) for pin in pins])
     assert len(both.scene.coordinates) == 1 + 5
     assert [len(indices) for indices in both.contacts.values()] == [2, 2]
     with pytest.raises(cd.ModelError, match="hold the pin"):
-        opened(scene, [play(pins[0])])
+        opened(scene, [clearance(pins[0])])
 
 
 def test_arguments_of_the_scene_are_kept() -> None:
@@ -76,7 +76,7 @@ def test_arguments_of_the_scene_are_kept() -> None:
         mechanism, drive="crank_bearing", loads={"piston_guide": -5.0, "crank_pin": 0.5},
         gravity=(0.0, -9.81, 0.0), elements=[spring],
     )  # fmt: skip
-    found = opened(scene, [play("crank_pin")])
+    found = opened(scene, [clearance("crank_pin")])
     assert dict(found.scene.loads) == {"piston_guide": -5.0, "crank_pin.turn": 0.5}
     np.testing.assert_array_equal(found.scene.gravity, [0.0, -9.81, 0.0])
     assert found.scene.elements[0].joints == ("crank_pin.turn",)
@@ -117,4 +117,4 @@ def test_joints_of_gears_are_refused() -> None:
     </robot>"""
     scene = cd.Scene(cd.load(text), drive="first")
     with pytest.raises(cd.ModelError, match="a coupling depends on it"):
-        opened(scene, [play("second")])
+        opened(scene, [clearance("second")])

@@ -1,4 +1,4 @@
-"""Scans of universal joints with play, against Thoma's moments and the closed forms of impacts."""
+"""Scans of universal joints with clearance, against Thoma's moments and closed forms."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cardan_dyn import ArgumentError, IndeterminateError, ModelError
 from cardan_dyn.clearance import PinReversal, scan_pins
 
 BETA, SPEED, RADIUS = np.radians(20.0), 150.0, 0.05
-GIVEN: dict[str, Any] = {"radius": RADIUS, "play": 1e-5, "stiffness": 1e8}
+GIVEN: dict[str, Any] = {"radius": RADIUS, "clearance": 1e-5, "stiffness": 1e8}
 GREATEST = float(THETA * SPEED**2 * single_joint.greatest_acceleration(BETA))
 """Torque that the flywheel takes at most [N m]."""
 
@@ -56,7 +56,7 @@ def test_one_pin_by_closed_forms(name: str, start: Any) -> None:
     options: dict[str, Any] = {"bearings": name, "start": start, **GIVEN}
     found = scan_pins(scene("thoma_rig", BETA), SPEED, "cross", **options)
     assert found.freedoms == 2
-    assert found.torsional_play == pytest.approx(1e-5 / RADIUS)
+    assert found.torsional_clearance == pytest.approx(1e-5 / RADIUS)
     quarters = 0.5 * np.pi * np.arange(4)
     positions = [item.position for item in found.reversals]
     np.testing.assert_allclose(positions, quarters, atol=1e-12)
@@ -84,20 +84,20 @@ def test_one_pin_by_closed_forms(name: str, start: Any) -> None:
 
 def test_both_pins_act_in_series() -> None:
     """ψ = s₁/r₁ + s₂/r₂ each way and 1/k = Σ 1/(2 c r²), as one torsional spring with play."""
-    radius, play = {"pin_in": 0.05, "pin_out": 0.04}, {"pin_in": 1e-5, "pin_out": 2e-5}
+    radius, clearance = {"pin_in": 0.05, "pin_out": 0.04}, {"pin_in": 1e-5, "pin_out": 2e-5}
     stiffness = {"pin_in": 1e8, "pin_out": 6e7}
     found = scan_pins(
         scene("thoma_rig", BETA),
         SPEED,
         "cross",
         radius=radius,
-        play=play,
+        clearance=clearance,
         stiffness=stiffness,
         damping_ratio=0.2,
     )
     assert found.freedoms == 5
-    turn = sum(play[pin] / radius[pin] for pin in radius)
-    assert found.torsional_play == pytest.approx(turn)
+    turn = sum(clearance[pin] / radius[pin] for pin in radius)
+    assert found.torsional_clearance == pytest.approx(turn)
     spring = 1.0 / sum(1.0 / (2.0 * stiffness[pin] * radius[pin] ** 2) for pin in radius)
     for item in found.reversals:
         assert isinstance(item, PinReversal)
@@ -199,8 +199,8 @@ def test_a_cross_with_mass_moves_where_its_inertia_pulls() -> None:
 
 def test_bearings_that_cannot_close_together_are_named() -> None:
     """With one bearing open on each pin the cross turns in one way; one bearing closes first."""
-    play = {"pin_in": 1e-5, "pin_out": 4e-5}
-    options = {**GIVEN, "play": play, "bearings": ("pin_in+", "pin_out+")}
+    clearance = {"pin_in": 1e-5, "pin_out": 4e-5}
+    options = {**GIVEN, "clearance": clearance, "bearings": ("pin_in+", "pin_out+")}
     found = scan_pins(cd_scene("universal_joint"), SPEED, "cross", **options)
     assert found.freedoms == 1
     worst = found.worst
@@ -231,11 +231,15 @@ def test_gravity_and_hanging_shafts() -> None:
 @pytest.mark.parametrize(
     ("changes", "error", "message"),
     [
-        ({"play": 0.0}, ArgumentError, "play is 0, expected a positive number"),
-        ({"play": -1e-5}, ArgumentError, "play is -1e-05"),
+        ({"clearance": 0.0}, ArgumentError, "clearance is 0, expected a positive number"),
+        ({"clearance": -1e-5}, ArgumentError, "clearance is -1e-05"),
         ({"stiffness": np.inf}, ArgumentError, "stiffness"),
         ({"radius": np.nan}, ArgumentError, "radius"),
-        ({"play": 0.06}, ArgumentError, "play is 0.06 m, no less than the radius of 0.05 m"),
+        (
+            {"clearance": 0.06},
+            ArgumentError,
+            "clearance is 0.06 m, no less than the radius of 0.05 m",
+        ),
         ({"radius": 1e-9}, ArgumentError, "radius is 1e-09 m; in a mechanism of"),
         ({"radius": 1e200}, ArgumentError, r"radius is 1e\+200 m"),
         ({"radius": {"pin_in": 0.05}}, ArgumentError, "radius has no value for joint 'pin_out'"),

@@ -1,4 +1,4 @@
-"""Play and stiffness of several bearings together, by virtual work and springs by hand."""
+"""OpenPin and stiffness of several bearings together, by virtual work and springs by hand."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cardan_dyn.clearance.pin_case import PinCase, pin_case
 
 GIVEN = {
     "radius": {"pin_in": 0.05, "pin_out": 0.04},
-    "play": {"pin_in": 1e-5, "pin_out": 3e-5},
+    "clearance": {"pin_in": 1e-5, "pin_out": 3e-5},
     "stiffness": {"pin_in": 1e8, "pin_out": 5e7},
 }
 
@@ -25,7 +25,7 @@ def test_a_pair_of_forces_is_one_bearing() -> None:
     """Both move by the same way under the same force: side by side."""
     pair = np.array([1.0, 0.0, -1.0, 0.0]) / np.sqrt(2.0)
     one = case("pin_in")
-    assert one.play(pair) == pytest.approx(1e-5)
+    assert one.clearance(pair) == pytest.approx(1e-5)
     assert one.stiffness(pair) == pytest.approx(1e8)
     np.testing.assert_allclose(one.closing(pair), [1e-5, 0.0, -1e-5, 0.0])
 
@@ -41,7 +41,7 @@ def test_pins_one_behind_the_other_add_up() -> None:
     # The stacked force is |F| = M √(2 Σ 1/(2r)²); what it moves, it moves by M ψ / |F|.
     stacked = np.sqrt(2.0 * np.sum((0.5 * sizes) ** 2))
     greatest = 0.5 * sizes[1] / stacked
-    assert every.play(direction) == pytest.approx(greatest * turn / stacked)
+    assert every.clearance(direction) == pytest.approx(greatest * turn / stacked)
     assert every.stiffness(direction) == pytest.approx(torsional * stacked**2)
     np.testing.assert_allclose(every.shares(direction)[[0, 2]], 0.5 * sizes / stacked)
 
@@ -61,7 +61,7 @@ def test_split_is_what_cannot_close_at_once() -> None:
 
 def test_values_of_pins_without_play_are_not_needed() -> None:
     problem = scene("thoma_rig", 0.3)._problem
-    given = {"radius": {"pin_in": 0.05}, "play": 1e-5, "stiffness": {"pin_in": 1e8}}
+    given = {"radius": {"pin_in": 0.05}, "clearance": 1e-5, "stiffness": {"pin_in": 1e8}}
     found = pin_case(problem, "cross", given, "pin_in-")
     assert found.opened == [0]
     np.testing.assert_array_equal(found.radii, [0.05, np.nan])

@@ -47,8 +47,8 @@ def test_hardening_is_that_of_differences(pin: PinGeometry) -> None:
     up, down = np.exp(step), np.exp(-step)
     expected = (log(up, 1.0) - log(down, 1.0)) / (2.0 * step)
     assert float(pin.hardening(force, PLAY)) == pytest.approx(expected, rel=1e-7)
-    by_play = (log(1.0, up) - log(1.0, down)) / (2.0 * step)
-    assert by_play == pytest.approx(-expected, rel=1e-7)
+    by_clearance = (log(1.0, up) - log(1.0, down)) / (2.0 * step)
+    assert by_clearance == pytest.approx(-expected, rel=1e-7)
 
 
 def test_the_width_is_hertzs() -> None:

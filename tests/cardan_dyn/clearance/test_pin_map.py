@@ -13,7 +13,7 @@ from cardan_dyn.clearance import PinMap, map_pins, scan_pins
 
 GIVEN: dict[str, Any] = {
     "radius": 0.018,
-    "play": 2e-5,
+    "clearance": 2e-5,
     "stiffness": 2e8,
     "bearings": "pin_in",
     "damping_ratio": 0.2,
@@ -52,7 +52,9 @@ def test_table_and_text(found: PinMap) -> None:
     np.testing.assert_allclose(frame["speed"], np.tile(SPEEDS, 3))
     np.testing.assert_allclose(frame["peak"], found.peak.ravel())
     assert frame["tau"].isna().sum() == 2
-    assert str(found).startswith("play in bearings of cross, estimated by theory\n- joint_angle")
+    assert str(found).startswith(
+        "clearance in bearings of cross, estimated by theory\n- joint_angle"
+    )
     assert found.units == {"joint_angle": "rad"}
 
 

@@ -11,7 +11,7 @@ from cardan_dyn.clearance import ImpactModel, PinReversal, PinScan
 
 
 def reversal(**changes: Any) -> PinReversal:
-    model = ImpactModel(mass=2.0, stiffness=1e8, play=1e-5, slope=1e5)
+    model = ImpactModel(mass=2.0, stiffness=1e8, clearance=1e-5, slope=1e5)
     found = {name: float(value) for name, value in model.estimate._asdict().items()}
     given: dict[str, Any] = {
         "position": 1.0,
@@ -44,7 +44,7 @@ def scan(*reversals: PinReversal) -> PinScan:
         bearings=("a+", "a-", "b+", "b-"),
         freedoms=5,
         radius={"a": 0.05, "b": 0.04},
-        play={"a": 1e-5, "b": 2e-5},
+        clearance={"a": 1e-5, "b": 2e-5},
         stiffness={"a": 1e8, "b": 1e8},
         speed=12.0,
     )
@@ -58,7 +58,7 @@ def test_energy_is_that_of_all_bearings() -> None:
 
 def test_bearings_that_do_not_close_together_are_a_doubt() -> None:
     doubt, _ = reversal(tau=5.0, split=0.2).doubts
-    assert doubt == "the bearings do not close together (20 % of the play)"
+    assert doubt == "the bearings do not close together (20 % of the clearance)"
     assert reversal(split=0.2).row()["split"] == 0.2
 
 
@@ -77,8 +77,8 @@ def test_the_greatest_force_is_that_of_one_bearing() -> None:
     assert scan(reversal()).peak == pytest.approx(reversal().peak)
 
 
-def test_torsional_play_is_of_pins_with_both_bearings_open() -> None:
-    assert scan().torsional_play == pytest.approx(1e-5 / 0.05 + 2e-5 / 0.04)
+def test_torsional_clearance_is_of_pins_with_both_bearings_open() -> None:
+    assert scan().torsional_clearance == pytest.approx(1e-5 / 0.05 + 2e-5 / 0.04)
 
 
 def test_table_and_text() -> None:
@@ -86,7 +86,7 @@ def test_table_and_text() -> None:
     assert list(frame["position"]) == [1.0, 2.0]
     assert set(frame["joint"]) == {"cross"}
     text = str(scan(reversal()))
-    assert text.startswith("play in a+, a-, b+, b- of cross at 12 rad/s: 1 reversal,")
+    assert text.startswith("clearance in a+, a-, b+, b- of cross at 12 rad/s: 1 reversal,")
 
 
 def test_each_bearing_has_its_share() -> None:

@@ -26,11 +26,11 @@ def plane_of_mass(mass: float, force: np.ndarray) -> Plane:
 @pytest.mark.parametrize("speed", [50.0, -50.0])
 def test_a_force_that_rotates_makes_the_pin_ride_round(speed: float) -> None:
     """In a circle of radius r: p = F + m r Ω², r = s + p / c."""
-    mass, size, c, play = 2.0, 3000.0, 1e8, 4e-4
+    mass, size, c, clearance = 2.0, 3000.0, 1e8, 4e-4
     force = size * np.stack([np.cos(PHI), np.sin(PHI)], axis=1)
-    model = PlanarModel(plane_of_mass(mass, force), PinContactNumbers(play, c, 2e3), speed)
+    model = PlanarModel(plane_of_mass(mass, force), PinContactNumbers(clearance, c, 2e3), speed)
     found = model.run(3.0)
-    expected = (size + mass * speed**2 * 0.5 * play) / (1.0 - mass * speed**2 / c)
+    expected = (size + mass * speed**2 * 0.5 * clearance) / (1.0 - mass * speed**2 / c)
     np.testing.assert_allclose(found.pressure[found.time > 0.1], expected, rtol=1e-3)
     assert found.touches == ()
     assert found.end - found.time[0] == pytest.approx(3.0 * PERIOD / abs(speed), rel=1e-6)
@@ -39,24 +39,24 @@ def test_a_force_that_rotates_makes_the_pin_ride_round(speed: float) -> None:
 @pytest.mark.parametrize("ratio", [0.1, 0.3])
 def test_along_a_line_it_is_the_two_mass_model(ratio: float) -> None:
     """Where a force goes to and fro in one direction, with a ramp that hardly bends."""
-    mass, c, play, speed, size = 2.0, 1e8, 2e-5, 20.0, 4e4
+    mass, c, clearance, speed, size = 2.0, 1e8, 2e-5, 20.0, 4e4
     force = np.stack([size * np.sin(PHI), 0.0 * PHI], axis=1)
-    contact = PinContactNumbers(play, c, 2.0 * ratio * np.sqrt(c * mass))
+    contact = PinContactNumbers(clearance, c, 2.0 * ratio * np.sqrt(c * mass))
     found = PlanarModel(plane_of_mass(mass, force), contact, speed).run(1.0)
-    numbers = mass, c, 0.5 * play, size * speed, ratio
+    numbers = mass, c, 0.5 * clearance, size * speed, ratio
     flown = flight(*numbers)
     reversal = np.pi / speed
     first = found.touches[0]
     assert first.time - reversal == pytest.approx(float(flown.t_1), rel=5e-3)
     assert first.speed == pytest.approx(float(flown.v_1), rel=5e-3)
     # The play, but for what the spring has not yet let go.
-    assert first.gap == pytest.approx(0.5 * play, rel=1e-3)
+    assert first.gap == pytest.approx(0.5 * clearance, rel=1e-3)
     peak = found.greatest(first.time, first.time + 2e-4)
     assert peak == pytest.approx(float(damped_peak(*numbers)), rel=5e-3)
 
 
-@pytest.mark.parametrize(("speed", "play"), [(300.0, 1e-4), (-120.0, 5e-5)])
-def test_slider_crank_by_equations_written_by_hand(speed: float, play: float) -> None:
+@pytest.mark.parametrize(("speed", "clearance"), [(300.0, 1e-4), (-120.0, 5e-5)])
+def test_slider_crank_by_equations_written_by_hand(speed: float, clearance: float) -> None:
     """Lagrange's equations of the loose rod and piston, integrated by SciPy from the same start."""
     c, d = 1e8, 8e3
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
@@ -66,9 +66,9 @@ def test_slider_crank_by_equations_written_by_hand(speed: float, play: float) ->
     drive = scene.mechanism.coordinates.rates_of(["crank_bearing"])
     opened = OpenedJoint(scene.mechanism, "crank_pin", drive, {})
     plane = opened.plane(motion._x, motion.v, force, PERIOD)
-    model = PlanarModel(plane, PinContactNumbers(play, c, d), speed)
+    model = PlanarModel(plane, PinContactNumbers(clearance, c, d), speed)
     begin = 1.0 / abs(speed)
-    hand = LooseSliderCrank.bundled(speed, play, c, d)
+    hand = LooseSliderCrank.bundled(speed, clearance, c, d)
 
     def place(time: float) -> np.ndarray:
         """Piston and rod for the pin where it begins, riding on: along y and -x of the crank."""

@@ -1,4 +1,4 @@
-"""Where simulations of play begin."""
+"""Where simulations of clearance begin."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 import cardan_dyn as cd
 from cardan_dyn import clearance
 from cardan_dyn.clearance.opened_joint import OpenedJoint
-from cardan_dyn.clearance.opened_scene import Play, opened
+from cardan_dyn.clearance.opened_scene import OpenPin, opened
 from cardan_dyn.clearance.rigid_start import RigidStart
 
 
@@ -31,9 +31,9 @@ def test_pins_begin_pressed_by_the_force_without_play_and_move_with_it(
     joint: str, law: cd.LinearContact
 ) -> None:
     begun = RigidStart(scene(), 200.0, joint, 0.8)
-    plays = [Play(joint, 1e-4, law, 0.0, 0.0, None)]
-    found = opened(scene(), plays)
-    start = begun.state(found, plays, is_free=False)
+    clearances = [OpenPin(joint, 1e-4, law, 0.0, 0.0, None)]
+    found = opened(scene(), clearances)
+    start = begun.state(found, clearances, is_free=False)
     # Touches that the start does not know give the spring alone.
     motion = found.scene.simulate(1e-7, **start, rtol=1e-10)
     force = motion.at([0.0]).element_force[0]
@@ -58,7 +58,7 @@ def mean(masses: list[float], sizes: list[float]) -> float:
 
 def test_damping_follows_from_the_masses_that_the_force_moves_over_a_turn() -> None:
     """By experiments at eight positions: what a push along the force moves in a short time."""
-    found = opened(scene(), [Play("crank_pin", 1e-4, cd.LinearContact(1e8), 0.0, 0.0, None)])
+    found = opened(scene(), [OpenPin("crank_pin", 1e-4, cd.LinearContact(1e8), 0.0, 0.0, None)])
     axes = [part.axis[:2] for part in found.scene.mechanism.joint("crank_pin").parts[:2]]
     masses, sizes = [], []
     for phi in 0.25 * np.pi * np.arange(8):
@@ -89,7 +89,7 @@ def test_damping_follows_from_the_masses_that_the_force_moves_over_a_turn() -> N
 
 def test_a_damping_ratio_means_one_damper_in_scans_and_simulations() -> None:
     """Wherever the simulation begins, and at every reversal."""
-    contact = {"play": 1e-4, "stiffness": 1e8, "damping_ratio": 0.2}
+    contact = {"clearance": 1e-4, "stiffness": 1e8, "damping_ratio": 0.2}
     for joint, rotor in (("piston_pin", None), ("crank_bearing", None), ("piston_pin", 0.01)):
         scanned = clearance.scan(scene(), 200.0, joints=joint, rotor=rotor, **contact)[joint]
         dampers = [item.damping for item in scanned.reversals]
@@ -111,9 +111,9 @@ def test_bearings_begin_pressed_by_the_moment_that_they_pass_on(pins: list[str])
     )
     begun = RigidStart(tight, 150.0, pins, 0.7)
     law = cd.LinearContact(1e8)
-    plays = [Play(pin, 1e-5, law, 0.0, 0.0, 0.05) for pin in pins]
-    found = opened(tight, plays)
-    motion = found.scene.simulate(1e-7, **begun.state(found, plays, is_free=False))
+    clearances = [OpenPin(pin, 1e-5, law, 0.0, 0.0, 0.05) for pin in pins]
+    found = opened(tight, clearances)
+    motion = found.scene.simulate(1e-7, **begun.state(found, clearances, is_free=False))
     expected = tight.sweep([0.7], 150.0).motion.acceleration("bearing_out")[0]
     at = motion.at([0.0])
     assert at.motion.acceleration("bearing_out")[0] == pytest.approx(expected, rel=0.02)
@@ -151,7 +151,7 @@ def test_damping_follows_from_the_mass_of_a_drive_that_gives_way() -> None:
             scene(),
             200.0,
             joints="crank_pin",
-            play=1e-4,
+            clearance=1e-4,
             stiffness=1e8,
             damping_ratio=0.2,
             position=0.8,

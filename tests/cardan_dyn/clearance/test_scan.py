@@ -14,7 +14,7 @@ from analytic.damped_impact import damped_peak, flight
 from cardan_dyn import AccuracyError, ArgumentError, IndeterminateError, ModelError
 from cardan_dyn.clearance import Scan, scan, simulate
 
-CONTACT: dict[str, Any] = {"play": 1e-4, "stiffness": 1e8}
+CONTACT: dict[str, Any] = {"clearance": 1e-4, "stiffness": 1e8}
 
 
 @pytest.fixture(scope="module")
@@ -81,13 +81,15 @@ def test_turning_backwards_mirrors_nothing_but_the_way(drive: cd.Scene, found: S
 
 
 def test_play_and_stiffness_by_name_and_rotors(drive: cd.Scene, found: Scan) -> None:
-    play, stiffness = {"coupler_pin": 1e-4}, {"coupler_pin": 1e8}
+    clearance, stiffness = {"coupler_pin": 1e-4}, {"coupler_pin": 1e8}
     options = {"joints": ["coupler_pin"], "damping_ratio": 0.25}
-    one = scan(drive, 300.0, play=play, stiffness=stiffness, **options)
+    one = scan(drive, 300.0, clearance=clearance, stiffness=stiffness, **options)
     assert one["coupler_pin"].peak == pytest.approx(found["coupler_pin"].peak, rel=1e-12)
     held = one["coupler_pin"].reversals[0].reduced_mass
     masses = [
-        scan(drive, 300.0, play=play, stiffness=stiffness, rotor=inertia, **options)["coupler_pin"]
+        scan(drive, 300.0, clearance=clearance, stiffness=stiffness, rotor=inertia, **options)[
+            "coupler_pin"
+        ]
         .reversals[0]
         .reduced_mass
         for inertia in (0.0, 1e5)
@@ -211,7 +213,7 @@ def test_exponents_are_those_of_other_scans(drive: cd.Scene, found: Scan) -> Non
     """A per mille more of speed, play and stiffness in scans of the whole mechanism."""
     step = 1e-3
     options: dict[str, Any] = {"speed": 300.0, "joints": "rocker_pin", "damping_ratio": 0.25}
-    for name in ("speed", "play", "stiffness"):
+    for name in ("speed", "clearance", "stiffness"):
         peaks = []
         for factor in np.exp([-step, step]):
             given = {**options, **CONTACT}
@@ -232,15 +234,15 @@ def test_numbers_that_overflow_are_named(drive: cd.Scene) -> None:
 @pytest.mark.parametrize(
     ("change", "error", "match"),
     [
-        ({"play": 0.0}, ArgumentError, "play is 0"),
-        ({"play": float("nan")}, ArgumentError, "play"),
+        ({"clearance": 0.0}, ArgumentError, "clearance is 0"),
+        ({"clearance": float("nan")}, ArgumentError, "clearance"),
         ({"stiffness": -1.0}, ArgumentError, "stiffness is -1"),
-        ({"play": {"coupler_pin": 1e-4}}, ArgumentError, "play has no value for joint"),
+        ({"clearance": {"coupler_pin": 1e-4}}, ArgumentError, "clearance has no value for joint"),
         ({"speed": 0.0}, ArgumentError, "speed is 0"),
         ({"joints": 3}, ArgumentError, "joints is 3"),
         ({"joints": []}, ArgumentError, "joints is empty"),
         ({"joints": ["coupler_pin"] * 2}, ArgumentError, "names a joint twice"),
-        ({"play": 0.2}, ArgumentError, "no less than the mechanism of 0.15 m"),
+        ({"clearance": 0.2}, ArgumentError, "no less than the mechanism of 0.15 m"),
         ({"stiffness": 1e3}, ArgumentError, "farther than the mechanism is long"),
         ({"stiffness": 1e300}, ArgumentError, "impacts overflow"),
         ({"start": np.array([1.0, 2.0])}, ArgumentError, "start is"),

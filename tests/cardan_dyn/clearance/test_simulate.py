@@ -1,4 +1,4 @@
-"""Whole mechanisms with play, against equations written by hand."""
+"""Whole mechanisms with clearance, against equations written by hand."""
 
 from __future__ import annotations
 
@@ -21,19 +21,21 @@ def scene() -> cd.Scene:
 @pytest.fixture(scope="module")
 def loose() -> clearance.ContactSimulation:
     law = cd.LinearContact(STIFFNESS, DAMPING)
-    return clearance.simulate(scene(), SPEED, joints="crank_pin", play=PLAY, law=law, turns=1.2)
+    return clearance.simulate(
+        scene(), SPEED, joints="crank_pin", clearance=PLAY, law=law, turns=1.2
+    )
 
 
 @pytest.mark.parametrize(
-    ("speed", "play", "stiffness", "damping", "position"),
+    ("speed", "gap", "stiffness", "damping", "position"),
     [(300.0, 2e-4, 1e8, 5e3, None), (40.0, 1e-3, 1e7, 0.0, 1.1)],
 )
 def test_slider_crank_moves_as_by_equations_written_by_hand(
-    speed: float, play: float, stiffness: float, damping: float, position: float | None
+    speed: float, gap: float, stiffness: float, damping: float, position: float | None
 ) -> None:
     law = cd.LinearContact(stiffness, damping)
     found = clearance.simulate(
-        scene(), speed, joints="crank_pin", play=play, law=law, turns=0.7, position=position,
+        scene(), speed, joints="crank_pin", clearance=gap, law=law, turns=0.7, position=position,
         rtol=1e-11,
     )  # fmt: skip
     # Bounces without damping are chaotic: the first three impacts are compared.
@@ -44,7 +46,7 @@ def test_slider_crank_moves_as_by_equations_written_by_hand(
     motion = begun.motion
     turn, rate = (of("crank_pin")[0, 2] for of in (motion.position, motion.velocity))
     guide = motion.position("piston_guide")[0], motion.velocity("piston_guide")[0]
-    hand = LooseSliderCrank.bundled(speed, play, stiffness, damping)
+    hand = LooseSliderCrank.bundled(speed, gap, stiffness, damping)
     start = np.array([0.195 + guide[0], angle + turn, guide[1], speed + rate])
     expected = hand.forces(angle, start, times)
     force = found.at(times)["crank_pin"].force
@@ -71,7 +73,9 @@ def test_energy_is_accounted_for(loose: clearance.ContactSimulation) -> None:
 
 def test_impacts_hold_the_greatest_force() -> None:
     law = cd.LinearContact(1e7, 20.0)
-    found = clearance.simulate(scene(), 40.0, joints="crank_pin", play=1e-3, law=law, position=1.1)
+    found = clearance.simulate(
+        scene(), 40.0, joints="crank_pin", clearance=1e-3, law=law, position=1.1
+    )
     course = found.evenly(20_001)["crank_pin"]
     assert course.peak == pytest.approx(np.max(course.force), rel=1e-3)
     assert course.peak >= np.max(course.force[course.time > course.struck[0].start])
@@ -92,7 +96,13 @@ def test_impacts_hold_the_greatest_force() -> None:
 def test_no_contact_is_missed() -> None:
     """The same impacts with steps a hundred times smaller, from the first flight on."""
     law = cd.LinearContact(1e7, 20.0)
-    arguments = {"joints": "crank_pin", "play": 1e-3, "law": law, "position": 1.1, "turns": 0.18}
+    arguments = {
+        "joints": "crank_pin",
+        "clearance": 1e-3,
+        "law": law,
+        "position": 1.1,
+        "turns": 0.18,
+    }
     found = clearance.simulate(scene(), 40.0, **arguments)
     few = found.trajectory
     solver = few._solver
@@ -125,8 +135,8 @@ def test_damped_peaks_converge_over_a_turn_and_undamped_ones_for_three_impacts()
         law, peaks = cd.LinearContact(1e8, damping), []
         for rtol in (1e-10, 1e-12):
             found = clearance.simulate(
-                needles, 300.0, joints="coupler_pin", play=1e-4, law=law, turns=1.0, rtol=rtol,
-                most_impacts=100_000 if count is None else count + 1,
+                needles, 300.0, joints="coupler_pin", clearance=1e-4, law=law, turns=1.0, rtol=rtol,
+                most_touches=100_000 if count is None else count + 1,
             )  # fmt: skip
             peaks.append([item.peak for item in found["coupler_pin"].struck[:count]])
         assert len(peaks[0]) == len(peaks[1]) >= (count or 2)
@@ -138,7 +148,13 @@ def test_damped_peaks_converge_over_a_turn_and_undamped_ones_for_three_impacts()
 
 def test_free_drive_gives_way_and_a_heavy_rotor_does_not() -> None:
     law = cd.LinearContact(1e8, 5e3)
-    arguments = {"joints": "crank_pin", "play": 1e-4, "law": law, "turns": 0.5, "position": 0.3}
+    arguments = {
+        "joints": "crank_pin",
+        "clearance": 1e-4,
+        "law": law,
+        "turns": 0.5,
+        "position": 0.3,
+    }
     held = clearance.simulate(scene(), 100.0, **arguments)
     heavy = clearance.simulate(scene(), 100.0, rotor=1e6, **arguments)
     light = clearance.simulate(scene(), 100.0, rotor=0.0, **arguments)
@@ -156,10 +172,10 @@ def test_free_drive_gives_way_and_a_heavy_rotor_does_not() -> None:
 @pytest.mark.parametrize("joint", ["crank_bearing", "piston_pin"])
 def test_driven_joints_and_loops_can_have_play(joint: str) -> None:
     found = clearance.simulate(
-        scene(), 200.0, joints=joint, play=1e-4, stiffness=1e8, damping_ratio=0.3, turns=0.6
+        scene(), 200.0, joints=joint, clearance=1e-4, stiffness=1e8, damping_ratio=0.3, turns=0.6
     )
     rigid = clearance.scan(
-        scene(), 200.0, play=1e-4, stiffness=1e8, damping_ratio=0.3, joints=[joint]
+        scene(), 200.0, clearance=1e-4, stiffness=1e8, damping_ratio=0.3, joints=[joint]
     )
     course = found.evenly(300)[joint]
     tight = np.interp(
@@ -172,7 +188,7 @@ def test_driven_joints_and_loops_can_have_play(joint: str) -> None:
 
 def test_two_joints_at_once_and_copies() -> None:
     found = clearance.simulate(
-        scene(), 200.0, joints=["crank_pin", "piston_pin"], play={"crank_pin": 1e-4,
+        scene(), 200.0, joints=["crank_pin", "piston_pin"], clearance={"crank_pin": 1e-4,
         "piston_pin": 5e-5}, stiffness=1e8, damping_ratio=0.3, turns=0.3,
     )  # fmt: skip
     assert list(found) == ["crank_pin", "piston_pin"]
@@ -191,7 +207,7 @@ def test_bearings_of_a_universal_joint_strike_in_pairs(pins: list[str]) -> None:
     reach = dict.fromkeys(pins, 0.03)
     law = cd.LinearContact(1e7, 1000.0)
     found = clearance.simulate(
-        joint, 150.0, joints=pins, bearings=reach, play=1e-4, law=law, turns=0.8
+        joint, 150.0, joints=pins, bearings=reach, clearance=1e-4, law=law, turns=0.8
     )
     assert list(found) == [f"{pin}{side}" for pin in pins for side in "+-"]
     assert found.trajectory.energy_residual < 1e-8 and found.energy_residual < 1e-5
@@ -224,7 +240,7 @@ def test_bearings_of_a_universal_joint_strike_in_pairs(pins: list[str]) -> None:
 def test_it_ends_after_as_many_impacts_as_it_may() -> None:
     law = cd.LinearContact(1e7)
     found = clearance.simulate(
-        scene(), 40.0, joints="crank_pin", play=1e-3, law=law, position=1.1, most_impacts=3
+        scene(), 40.0, joints="crank_pin", clearance=1e-3, law=law, position=1.1, most_touches=3
     )
     assert found.reason == "3 touches of pins" and len(found.impacts) == 3
     assert "ended by: 3 touches" in str(found)
@@ -238,12 +254,16 @@ def test_it_ends_after_as_many_impacts_as_it_may() -> None:
         ({"joints": 3}, cd.ArgumentError, "joints is 3"),
         ({"joints": []}, cd.ArgumentError, "joints is empty"),
         ({"joints": ["crank_pin", "crank_pin"]}, cd.ArgumentError, "twice"),
-        ({"play": 0.0}, cd.ArgumentError, "play is 0, expected a positive number"),
-        ({"play": np.nan}, cd.ArgumentError, "play"),
-        ({"play": 0.2}, cd.ArgumentError, "no less than the mechanism of 0.15 m"),
+        ({"clearance": 0.0}, cd.ArgumentError, "clearance is 0, expected a positive number"),
+        ({"clearance": np.nan}, cd.ArgumentError, "clearance"),
+        ({"clearance": 0.2}, cd.ArgumentError, "no less than the mechanism of 0.15 m"),
         ({"joints": None}, cd.ArgumentError, "joints is None"),
-        ({"play": {"piston_pin": 1e-4}}, cd.ArgumentError, "play has no value for joint"),
-        ({"play": {"crank_pin": 1e-4, "pin": 1e-4}}, cd.ArgumentError, "'pin', which is no joint"),
+        ({"clearance": {"piston_pin": 1e-4}}, cd.ArgumentError, "clearance has no value for joint"),
+        (
+            {"clearance": {"crank_pin": 1e-4, "pin": 1e-4}},
+            cd.ArgumentError,
+            "'pin', which is no joint",
+        ),
         ({"stiffness": -1.0}, cd.ArgumentError, "stiffness is -1"),
         ({"stiffness": None}, cd.ArgumentError, "either law= or stiffness="),
         ({"law": cd.LinearContact(1e8)}, cd.ArgumentError, "either law= or stiffness="),
@@ -251,19 +271,19 @@ def test_it_ends_after_as_many_impacts_as_it_may() -> None:
         ({"damping_ratio": 1.0}, cd.ArgumentError, "damping_ratio is 1"),
         ({"friction": -0.1}, cd.ArgumentError, "friction is -0.1"),
         ({"pin_radius": np.inf}, cd.ArgumentError, "pin_radius"),
-        ({"bearings": {"piston_pin": 0.1}}, cd.ArgumentError, "has no play"),
+        ({"bearings": {"piston_pin": 0.1}}, cd.ArgumentError, "has no clearance"),
         ({"bearings": {"crank_pin": 0.1}, "damping_ratio": 0.2}, cd.ArgumentError, "of_ratio"),
         ({"bearings": {"crank_pin": 0.0}}, cd.ArgumentError, "expected a positive number"),
         ({"rotor": -1.0}, cd.ArgumentError, "rotor is -1"),
         ({"turns": 0.0}, cd.ArgumentError, "turns is 0"),
-        ({"most_impacts": 0}, cd.ArgumentError, "most_touches"),
+        ({"most_touches": 0}, cd.ArgumentError, "most_touches"),
         ({"stiffness": 1.0}, cd.ArgumentError, "too soft"),
     ],
 )
 def test_bad_input_is_refused(
     changes: dict[str, object], error: type[cd.CardanError], message: str
 ) -> None:
-    arguments: dict[str, object] = {"joints": "crank_pin", "play": 1e-4, "stiffness": 1e8}
+    arguments: dict[str, object] = {"joints": "crank_pin", "clearance": 1e-4, "stiffness": 1e8}
     with pytest.raises(error, match=message):
         clearance.simulate(scene(), 100.0, **{**arguments, **changes})  # type: ignore[arg-type]
 
@@ -274,11 +294,11 @@ def test_a_response_is_no_scene() -> None:
             scene().response(),
             100.0,
             joints="crank_pin",
-            play=1e-4,
+            clearance=1e-4,
             stiffness=1e8,  # type: ignore[arg-type]
         )
 
 
 def test_a_scene_without_speed_is_refused() -> None:
     with pytest.raises(cd.ArgumentError, match="speed is 0"):
-        clearance.simulate(scene(), 0.0, joints="crank_pin", play=1e-4, stiffness=1e8)
+        clearance.simulate(scene(), 0.0, joints="crank_pin", clearance=1e-4, stiffness=1e8)

@@ -13,7 +13,7 @@ import cardan_dyn as cd
 from cardan_dyn.clearance import PinGeometry, scan
 from cardan_dyn.command_line import commands as cli
 
-CONTACT = ("--play", "1e-4", "--stiffness", "1e8")
+CONTACT = ("--clearance", "1e-4", "--stiffness", "1e8")
 
 
 def run(*arguments: str) -> Result:
@@ -31,7 +31,7 @@ def test_prints_joints_by_severity_doubts_and_what_was_not_scanned() -> None:
     assert result.exit_code == 0
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
     speed = 100.0 * math.pi
-    found = scan(drive, speed, play=1e-4, stiffness=1e8, damping_ratio=0.25)
+    found = scan(drive, speed, clearance=1e-4, stiffness=1e8, damping_ratio=0.25)
     places = [result.output.index(f" {name} ") for name in found.ranking]
     assert places == sorted(places)
     first = next(line for line in result.output.splitlines() if " rocker_bearing " in line)
@@ -39,7 +39,7 @@ def test_prints_joints_by_severity_doubts_and_what_was_not_scanned() -> None:
     assert worst is not None
     assert f"{worst.severity:.5g}" in first and f"{worst.tau:.2f}" in first
     assert f"{worst.least:.5g}" in first and f"{worst.greatest:.5g}" in first
-    assert f"{100 * (0.9**worst.exponents.play - 1):+.1f}" in first
+    assert f"{100 * (0.9**worst.exponents.clearance - 1):+.1f}" in first
     assert "3000 1/min" in result.output
     assert "main_shaft: no impact: the pin stays on its wall" in result.output
     assert "needle_guide: not scanned, it has no pin" in result.output
@@ -54,7 +54,16 @@ def test_says_where_nothing_strikes() -> None:
 
 
 def test_json_of_numbers_and_geometries() -> None:
-    options = ("--speed", "300", "--play", "crank_pin=1e-4", "--joint", "crank_pin", "--rotor", "2")
+    options = (
+        "--speed",
+        "300",
+        "--clearance",
+        "crank_pin=1e-4",
+        "--joint",
+        "crank_pin",
+        "--rotor",
+        "2",
+    )
     pin = ("--pin", "0.02", "0.01", "--seat-stiffness", "5e7", "--damping-ratio", "0.2")
     content = json.loads(run("slider_crank", *options, *pin, "--json").output)
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing")
@@ -62,7 +71,7 @@ def test_json_of_numbers_and_geometries() -> None:
     expected = scan(
         scene,
         300.0,
-        play=1e-4,
+        clearance=1e-4,
         stiffness=geometry,
         joints="crank_pin",
         damping_ratio=0.2,
@@ -75,11 +84,11 @@ def test_json_of_numbers_and_geometries() -> None:
     assert len(joint["reversals"]) == len(expected.reversals) > 0
     for row, item in zip(joint["reversals"], expected.reversals, strict=True):
         assert row["peak"] == pytest.approx(item.peak)
-        assert row["exponent_play"] == pytest.approx(float(item.exponents.play))
+        assert row["exponent_clearance"] == pytest.approx(float(item.exponents.clearance))
 
 
 def test_what_is_no_number_is_null_in_json() -> None:
-    soft = ("--speed", "300", "--play", "1e-5", "--stiffness", "1e6")
+    soft = ("--speed", "300", "--clearance", "1e-5", "--stiffness", "1e6")
     content = json.loads(run("needle_drive", *soft, "--json").output)
     peaks = [row["peak"] for joint in content["joints"] for row in joint["reversals"]]
     assert peaks and set(peaks) == {None}
@@ -103,16 +112,19 @@ def test_figures(tmp_path: Path) -> None:
     [
         (CONTACT, "either by --speed or by --speed-rpm"),
         (("--speed", "1", "--speed-rpm", "1", *CONTACT), "either by --speed or by --speed-rpm"),
-        (("--speed", "300", "--play", "1e-4"), "either by --stiffness or by --pin"),
+        (("--speed", "300", "--clearance", "1e-4"), "either by --stiffness or by --pin"),
         (("--speed", "300", *CONTACT, "--pin", "0.1", "0.1"), "either by --stiffness or by --pin"),
         (("--speed", "300", *CONTACT, "--seat-stiffness", "1"), "--seat-stiffness goes with --pin"),
-        (("--speed", "300", "--play", "x", "--stiffness", "1e8"), "--play 'x' is no number"),
-        (("--speed", "300", "--play", "a=x", "--stiffness", "1e8"), "is not JOINT=VALUE"),
-        (("--speed", "300", *CONTACT, "--play", "coupler=1e-4"), "did you mean 'coupler_pin'"),
-        (("--speed", "300", *CONTACT, "--play", "2e-4"), "--play is 1e-4 and 2e-4"),
+        (
+            ("--speed", "300", "--clearance", "x", "--stiffness", "1e8"),
+            "--clearance 'x' is no number",
+        ),
+        (("--speed", "300", "--clearance", "a=x", "--stiffness", "1e8"), "is not JOINT=VALUE"),
+        (("--speed", "300", *CONTACT, "--clearance", "coupler=1e-4"), "did you mean 'coupler_pin'"),
+        (("--speed", "300", *CONTACT, "--clearance", "2e-4"), "--clearance is 1e-4 and 2e-4"),
         (("--speed", "0", *CONTACT), "speed is 0"),
         (("--speed", "300", *CONTACT, "--joint", "needle_guide"), "has no pin"),
-        (("--speed", "300", "--play", "-1", "--stiffness", "1e8"), "play is -1"),
+        (("--speed", "300", "--clearance", "-1", "--stiffness", "1e8"), "clearance is -1"),
     ],
 )
 def test_messages(options: tuple[str, ...], message: str) -> None:
@@ -123,11 +135,13 @@ def test_messages(options: tuple[str, ...], message: str) -> None:
 
 def test_one_joint_may_differ_from_all_others() -> None:
     options = ("--speed", "300", *CONTACT, "--damping-ratio", "0.25", "--json")
-    result = run("needle_drive", *options, "--play", "coupler_pin=2e-4")
+    result = run("needle_drive", *options, "--clearance", "coupler_pin=2e-4")
     found = {item["joint"]: item["peak"] for item in json.loads(result.output)["joints"]}
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
-    for name, play in (("coupler_pin", 2e-4), ("needle_pin", 1e-4)):
-        expected = scan(drive, 300.0, play=play, stiffness=1e8, damping_ratio=0.25)[name].peak
+    for name, clearance in (("coupler_pin", 2e-4), ("needle_pin", 1e-4)):
+        expected = scan(drive, 300.0, clearance=clearance, stiffness=1e8, damping_ratio=0.25)[
+            name
+        ].peak
         assert found[name] == pytest.approx(expected, rel=1e-9)
 
 

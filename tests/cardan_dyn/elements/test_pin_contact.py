@@ -1,4 +1,4 @@
-"""Pins with play: their law by hand, where they act, and what they refuse."""
+"""Pins with clearance: their law by hand, where they act, and what they refuse."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LAW = cd.LinearContact(1e5, damping=10.0)
 
 
 def contact(**changes: object) -> cd.PinContact:
-    given = {"play": 2e-3, "law": LAW, **changes}
+    given = {"clearance": 2e-3, "law": LAW, **changes}
     return cd.PinContact("a", ORIGIN, Z, "b", ORIGIN, **given)  # type: ignore[arg-type]
 
 
@@ -65,9 +65,9 @@ def test_laws_that_need_the_speed_of_touch_are_refused_outside_simulations() -> 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"play": 0.0}, "play is 0, expected a positive number"),
-        ({"play": -1e-3}, "play is -0.001"),
-        ({"play": np.nan}, "play"),
+        ({"clearance": 0.0}, "clearance is 0, expected a positive number"),
+        ({"clearance": -1e-3}, "clearance is -0.001"),
+        ({"clearance": np.nan}, "clearance"),
         ({"law": 1e8}, "law is 1e\\+08|law is 100000000.0|expected a contact law"),
         ({"friction": -0.1}, "friction is -0.1"),
         ({"radius": -0.1}, "radius is -0.1"),

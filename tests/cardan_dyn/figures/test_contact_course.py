@@ -1,4 +1,4 @@
-"""The force over the drive's position: simulated, without play, and estimated peaks."""
+"""The force over the drive's position: simulated, without clearance, and estimated peaks."""
 
 from __future__ import annotations
 
@@ -64,9 +64,9 @@ def test_bad_turns(turns: Any) -> None:
 
 
 def test_what_does_not_belong_together() -> None:
-    with pytest.raises(cd.ModelError, match="has play"):
+    with pytest.raises(cd.ModelError, match="has clearance"):
         figures.contact_course(simulated(), "rocker_pin")
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
-    other = scan(drive, 200.0, joints=JOINT, play=1e-4, stiffness=1e8)
+    other = scan(drive, 200.0, joints=JOINT, clearance=1e-4, stiffness=1e8)
     with pytest.raises(cd.ArgumentError, match="of 200 rad/s, the simulation of 300"):
         figures.contact_course(simulated(), JOINT, scanned=other)

@@ -20,7 +20,7 @@ from cardan_dyn.clearance import Scan, scan
 @pytest.fixture(scope="module")
 def scanned() -> Scan:
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
-    return scan(drive, 300.0, play=1e-4, stiffness=1e8)
+    return scan(drive, 300.0, clearance=1e-4, stiffness=1e8)
 
 
 def test_every_joint_has_its_diagram_and_its_reversals(scanned: Scan, tmp_path: Path) -> None:
@@ -47,7 +47,7 @@ def test_every_joint_has_its_diagram_and_its_reversals(scanned: Scan, tmp_path: 
 def test_arrows_of_what_does_not_strike_are_dashed() -> None:
     loads = {"piston_guide": -300.0}
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads=loads)
-    found = scan(scene, 120.0, play=1e-4, stiffness=1e8, damping_ratio=0.25)
+    found = scan(scene, 120.0, clearance=1e-4, stiffness=1e8, damping_ratio=0.25)
     for name in ("piston_pin", "crank_pin"):
         (axes,) = figures.force_reversals(found, name, plane="xy").axes
         styles = [text.arrow_patch.get_linestyle() for text in axes.texts if text.arrow_patch]

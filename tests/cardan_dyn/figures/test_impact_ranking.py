@@ -17,7 +17,7 @@ from cardan_dyn.clearance import Scan, scan
 def test_bars_are_forces_and_points_what_less_would_buy(tmp_path: Path) -> None:
     loads = {"piston_guide": -300.0}
     scene = cd.Scene(cd.load("slider_crank"), drive="crank_bearing", loads=loads)
-    found = scan(scene, 120.0, play=1e-4, stiffness=1e8, damping_ratio=0.2)
+    found = scan(scene, 120.0, clearance=1e-4, stiffness=1e8, damping_ratio=0.2)
     figure = figures.impact_ranking(found)
     assert all(path.stat().st_size > 5000 for path in figures.save(figure, tmp_path / "ranking"))
     forces, effects = figure.axes

@@ -18,7 +18,7 @@ from cardan_dyn.clearance import ImpactModel, scan
 
 def test_points_lie_on_their_lines(tmp_path: Path) -> None:
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
-    found = scan(drive, 300.0, play=1e-4, stiffness=1e8, damping_ratio=0.25)
+    found = scan(drive, 300.0, clearance=1e-4, stiffness=1e8, damping_ratio=0.25)
     figure = figures.peak_factor(found)
     check_units_and_files(figure, tmp_path)
     lines = {line.get_label(): line for line in figure.axes[0].get_lines()}

@@ -1,4 +1,4 @@
-"""Figures of play in pin bearings, against the scans that they show."""
+"""Figures of clearance in pin bearings, against the scans that they show."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from testkit.pin_rigs import scene
 from cardan_dyn import ArgumentError, figures
 from cardan_dyn.clearance import map_pins, scan_pins
 
-GIVEN: dict[str, Any] = {"radius": 0.018, "play": 2e-5, "stiffness": 5e7, "bearings": "pin_in"}
+GIVEN: dict[str, Any] = {"radius": 0.018, "clearance": 2e-5, "stiffness": 5e7, "bearings": "pin_in"}
 HELD = {"joint_angle": np.radians([10.0, 30.0])}
 
 

@@ -1,4 +1,4 @@
-"""The orbit of a pin: in the play where it is free, beyond its bounds where it is pressed."""
+"""The orbit of a pin: in the clearance where it is free, beyond its bounds where it is pressed."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_the_lines_are_the_simulated_orbit() -> None:
 
 
 def test_bad_input() -> None:
-    with pytest.raises(cd.ModelError, match="has play"):
+    with pytest.raises(cd.ModelError, match="has clearance"):
         figures.pin_orbit(simulated(), "rocker_pin")
     with pytest.raises(cd.ArgumentError, match="plane"):
         figures.pin_orbit(simulated(), JOINT, plane="xz")

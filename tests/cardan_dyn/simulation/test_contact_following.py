@@ -115,7 +115,7 @@ def test_methods_that_leap_over_touches_are_refused() -> None:
     for method in ("Radau", "quadrature", "response"):
         with pytest.raises(cd.ArgumentError, match="every touch is located"):
             scene.simulate(0.01, method=method)
-    assert "pins with play strike" in scene.plan().simulation
+    assert "pins with clearance strike" in scene.plan().simulation
 
 
 def test_first_falls() -> None:

@@ -1,10 +1,10 @@
-"""A universal joint with play in space: a free cross between two forks, by Newton and Euler.
+"""A universal joint with clearance in space: a free cross between two forks, by Newton and Euler.
 
 Nothing here knows of the package. Fork 1 turns at constant speed about x, shaft 2 turns freely
 about an axis at the angle beta in the plane z = 0, and the cross is a free body that touches both
-forks in four bearings. A bearing is a bush of radial play, whose wall is a linear spring with a
-damper, or it is tight: a stiff spring without play, whose damper has the same relaxation time. Pins
-are held along their axes by such springs.
+forks in four bearings. A bearing is a bush of radial clearance, whose wall is a linear spring with
+a damper, or it is tight: a stiff spring without clearance, whose damper has the same relaxation
+time. Pins are held along their axes by such springs.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class CrossInSpace:
     mass: float
     cross_inertia: tuple[float, float, float]
     radius: float
-    half_play: tuple[float, float, float, float]
+    half_clearance: tuple[float, float, float, float]
     stiffness: float
     damping: float
     tight: float = 1e9
@@ -88,7 +88,7 @@ class CrossInSpace:
         sizes = np.linalg.norm(ways, axis=1)
         outward = ways / np.maximum(sizes, 1e-300)[:, None]
         closing = np.sum(rates * outward, axis=1)
-        depth = sizes - np.array(self.half_play)
+        depth = sizes - np.array(self.half_clearance)
         return self.stiffness * depth + self.damping * closing, depth, outward
 
     def forces(self, time: float, y: np.ndarray) -> np.ndarray:
@@ -98,7 +98,7 @@ class CrossInSpace:
 
     def _forces(self, ways: np.ndarray, rates: np.ndarray) -> np.ndarray:
         pressure, depth, outward = self.pressures(ways, rates)
-        has_play = np.array(self.half_play) > 0.0
+        has_play = np.array(self.half_clearance) > 0.0
         free = -(np.maximum(pressure, 0.0) * (depth > 0.0))[:, None] * outward
         stuck = -self.tight * ways - self.tight * self.damping / self.stiffness * rates
         return np.where(has_play[:, None], free, stuck)
@@ -153,8 +153,8 @@ class CrossInSpace:
         # Dampers let springs lag behind the force.
         force = moment(phi_1 - self.speed * self.damping / self.stiffness) / (2.0 * self.radius)
         gives = [
-            np.sign(force) * play + force / (self.stiffness if play else self.tight)
-            for play in (self.half_play[0], self.half_play[2])
+            np.sign(force) * clearance + force / (self.stiffness if clearance else self.tight)
+            for clearance in (self.half_clearance[0], self.half_clearance[2])
         ]
         phi_2 -= sum(gives) / self.radius / (axis @ np.cross(*pins))
         # Both pins of the cross stand in the plane of the forks' pins, where nothing tilts it.
@@ -175,7 +175,7 @@ class CrossInSpace:
         """Simulate from one angle of shaft 1 to another, every contact located as an event."""
         time, y = phi_1 / self.speed, self.start(phi_1, moment)
         last = end / self.speed
-        with_play = np.nonzero(np.array(self.half_play) > 0.0)[0]
+        with_play = np.nonzero(np.array(self.half_clearance) > 0.0)[0]
         inside = self._depths(time, y) > 0.0
         times, states, found, touches = [], [], [], 0
         while time < last:

@@ -1,4 +1,4 @@
-"""A needle drive with play in its needle pin, scanned and simulated once."""
+"""A needle drive with clearance in its needle pin, scanned and simulated once."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ SPEED = 300.0
 def scanned() -> Scan:
     """Return the estimate of its impacts."""
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
-    return scan(drive, SPEED, joints=JOINT, play=PLAY, stiffness=1e8, damping_ratio=0.25)
+    return scan(drive, SPEED, joints=JOINT, clearance=PLAY, stiffness=1e8, damping_ratio=0.25)
 
 
 @cache
 def simulated() -> ContactSimulation:
     """Return a turn and a half of it."""
     drive = cd.Scene(cd.load("needle_drive"), drive="main_shaft")
-    contact = {"play": PLAY, "stiffness": 1e8, "damping_ratio": 0.25}
+    contact = {"clearance": PLAY, "stiffness": 1e8, "damping_ratio": 0.25}
     return simulate(drive, SPEED, joints=JOINT, turns=1.5, rtol=1e-7, **contact)

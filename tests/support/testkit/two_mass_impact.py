@@ -1,4 +1,4 @@
-"""The two-mass model of an impact across a play, by its equations of motion at 50 digits."""
+"""The two-mass model of an impact across a clearance, by its equations of motion at 50 digits."""
 
 from __future__ import annotations
 
