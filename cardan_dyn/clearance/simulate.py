@@ -34,7 +34,7 @@ def simulate(
     rotor: float | None = None,
     turns: float = 2.0,
     position: float | None = None,
-    most_touches: int = 100_000,
+    max_touches: int = 100_000,
     rtol: float = 1e-10,
     progress: bool | Callable[[float], object] = False,
 ) -> ContactSimulation:
@@ -59,7 +59,7 @@ def simulate(
         rotor: inertia that turns with the drive, which then gives way [kg m²]; None if it does not.
         turns: of the drive at its speed, after which it ends.
         position: of the drive where it begins [rad]; far from reversals of forces if None.
-        most_touches: of pins and walls after which it ends with what it has.
+        max_touches: of pins and walls after which it ends with what it has.
         rtol: relative tolerance of each step.
         progress: True for a bar, or a function of the fraction done.
 
@@ -78,7 +78,7 @@ def simulate(
     found = opened(scene, pins, number("rotor", rotor or 0.0, least=0.0))
     duration = 2.0 * np.pi * positive("turns", turns) / abs(begun.speed)
     start = begun.state(found, pins, is_free=rotor is not None)
-    limits: dict[str, Any] = {"rtol": rtol, "most_touches": most_touches, "progress": progress}
+    limits: dict[str, Any] = {"rtol": rtol, "max_touches": max_touches, "progress": progress}
     if rotor is not None:
         found = found._replace(scene=found.scene.replace(free=found.scene.coordinates))
     trajectory = found.scene.simulate(duration, **start, **limits)

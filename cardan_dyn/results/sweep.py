@@ -31,7 +31,7 @@ column per value. Flat names select by `frame.filter(like=".bending")`, plot by
   `spring.element_energy`, `spring.element_dissipation`, and `elastic_energy` of all,
 - `pin_in.position`, `pin_in.velocity`, `pin_in.acceleration`.
 
-Those of a trajectory have its times, and its energies, besides: see `simulation.trajectory_tables`.
+Those of a trajectory have its times, and its energies, besides: see `Trajectory.table`.
 
 Its `attrs` hold `units` (column to unit), `unique` and `coupling_unique`, and the attributes of a
 Dataset.
@@ -57,15 +57,12 @@ from ..kinematics.loops.idle_rods import rods_by_name
 from ..problem.problem import Problem
 from .motion import Motion
 from .prescribed import Prescribed
-from .result import Result
+from .result import MotionResult
 from .source import Source
 from .table import Table, Variable
 from .wrench import WITHOUT_AXIS, JointWrench, named_components
 
 if TYPE_CHECKING:
-    import pandas
-    import xarray
-
     from .element_results import ElementResults
 
 FRAMES = ("joint", "parent", "world")
@@ -94,7 +91,7 @@ _MOST_EVALUATED = 100_000
 are read, and a grid of millions would take seconds for a cell that only names it."""
 
 
-class Sweep(Result, Prescribed):
+class Sweep(MotionResult, Prescribed):
     """Joint wrenches, drive efforts and motion of a scene over N samples.
 
     `sweep["bearing_out"]` is the `JointWrench` of a joint in its own frame; `wrench(name, frame)`
@@ -405,32 +402,6 @@ class Sweep(Result, Prescribed):
             motion: whether to include the motion of the joints.
         """
         return _table_of(self, motion)
-
-    def to_xarray(self, *, motion: bool = True) -> xarray.Dataset:
-        """Return all results as a dataset with units; `results.sweep` lists what it holds.
-
-        Args:
-            motion: whether to include the motion of the joints. A `Response` solves it directly,
-                which may take longer than all the rest.
-
-        Raises:
-            MissingExtraError: xarray is not installed.
-        """
-        return self.table(motion=motion).to_xarray()
-
-    def to_dataframe(self, *, motion: bool = True) -> pandas.DataFrame:
-        """Return all results, a row per sample and a column per value; see `results.sweep`.
-
-        Columns are called `drive_effort`, `bearing_out.bending`, `bearing_out.force_x` and so on.
-        `frame.attrs["units"]` maps them to their units.
-
-        Args:
-            motion: see `to_xarray`.
-
-        Raises:
-            MissingExtraError: pandas is not installed.
-        """
-        return self.table(motion=motion).to_dataframe()
 
     def _repr_html_(self) -> str:
         """Return the greatest wrenches, then the residuals."""

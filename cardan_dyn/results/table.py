@@ -125,7 +125,10 @@ class Table:
                     variable.units if isinstance(variable.units, str) else variable.units[index[-1]]
                 )
         sizes = list(self.samples.values())
-        index = pandas.RangeIndex(int(np.prod(sizes)), name=next(iter(self.samples), None))
+        # A dimension with values, such as times, is a column.
+        first = next(iter(self.samples), "sample")
+        name = "sample" if first in columns else first
+        index = pandas.RangeIndex(int(np.prod(sizes)), name=name)
         if len(sizes) > 1:
             index = pandas.MultiIndex.from_product(map(range, sizes), names=list(self.samples))
         frame = pandas.DataFrame(columns, index=index)

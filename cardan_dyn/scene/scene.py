@@ -545,7 +545,7 @@ class Scene(Prescribed):
         step: float | None = None,
         settle: bool = False,
         events: Any = (),
-        most_touches: int = 100_000,
+        max_touches: int = 100_000,
         progress: bool | Callable[[float], object] = False,
     ) -> Trajectory:
         """Simulate how the free coordinates of the scene move.
@@ -572,7 +572,7 @@ class Scene(Prescribed):
             step: length of all steps [s], instead of tolerances.
             settle: start where the fast modes of stiff springs rest, near the given start.
             events: `Event`, or functions like those of loads that pass through zero.
-            most_touches: touches of pins with play (`PinContact`) after which it ends.
+            max_touches: touches of pins with play (`PinContact`) after which it ends.
             progress: True for a bar, or a function of the fraction done, or of that and of what is
                 to be said, such as that steps are many and when they would end.
 
@@ -585,26 +585,23 @@ class Scene(Prescribed):
             SingularConfigurationError: driven and free coordinates do not decide the motion there.
             SimulationError: it could not go on; with the trajectory up to there.
         """
-        from ..simulation.setup import Asked
         from ..simulation.simulate import simulated  # Most scripts simulate nothing.
 
         return simulated(
             self._solver,
-            Asked(
-                duration=duration,
-                position=position,
-                speed=speed,
-                motion=motion,
-                loads=loads,
-                rtol=rtol,
-                atol=atol,
-                method=method,
-                events=events,
-                progress=progress,
-                step=step,
-                settle=settle,
-                most_touches=most_touches,
-            ),
+            duration=duration,
+            position=position,
+            speed=speed,
+            motion=motion,
+            loads=loads,
+            rtol=rtol,
+            atol=atol,
+            method=method,
+            step=step,
+            settle=settle,
+            events=events,
+            max_touches=max_touches,
+            progress=progress,
         )
 
     def equilibrium(

@@ -25,15 +25,6 @@ from .setup import Setup
 from .system import System
 from .trajectory import Course, Trajectory
 
-_EXACT, _INTEGRATED = 1e-8, 1e-5
-"""Differences of positions from the integrals of speeds over time, as fractions of the way, that
-are refused: of a quadrature, and of steps at most as exact as that."""
-_OF_STEPS = 100.0
-"""Such a difference of steps, in relative tolerances."""
-_OF_ABSOLUTE = 10.0
-"""Absolute tolerances of steps by which states may be off, however little they move."""
-_CLOSED = 1e-12
-"""Error of closed loops by which states may be off likewise [rad, or a fraction of the length]."""
 _DOUBTFUL = 1e-10
 """Doubt of positions after a period that is told [rad]."""
 _GROWS = 100.0
@@ -57,17 +48,13 @@ _STEPS_AT_ONCE = 256
 
 def by_quadrature(setup: Setup) -> Trajectory:
     """Simulate one conservative free coordinate by its energy integral."""
-    solver = setup.solver
-    problem = solver.problem
-    coordinate = problem.mechanism.coordinates.named[problem.independent[0]]
-    position = setup.x[coordinate.column] + 2.0 * np.pi * setup.turns[coordinate.column]
-    functions = energy_functions(solver, setup.forces)
-    integral = EnergyIntegral(functions, float(position), float(setup.v[coordinate.rate]))
+    functions = energy_functions(setup.solver, setup.forces)
+    integral = EnergyIntegral(functions, *setup.drive_start)
     count = 1 + _SAMPLES_PER_PERIOD
     if np.isfinite(integral.period):
         count += int(_SAMPLES_PER_PERIOD * setup.duration / integral.period)
     times = np.linspace(0.0, setup.duration, min(count, _MOST_SAMPLES))
-    run = OneCoordinateRun(solver, times, integral.at, integral.period, is_exact=True)
+    run = OneCoordinateRun(setup.solver, times, integral.at, integral.period, is_exact=True)
     happened: list[Happened] = []
     ended, reason = setup.duration, ""
     if setup.events:
@@ -80,7 +67,9 @@ def by_quadrature(setup: Setup) -> Trajectory:
         pass  # All was computed.
     finally:
         setup.progress.close()
-    return _trajectory(setup, run, "quadrature", reason, happened, _doubt(integral, ended))
+    notes = *setup.notes, *_doubt(integral, ended)
+    course = Course(setup, run, setup.start, "quadrature", reason, tuple(happened), notes)
+    return Trajectory(course, run.times)
 
 
 def _doubt(integral: EnergyIntegral, duration: float) -> list[str]:
@@ -185,12 +174,9 @@ def forces_names(setup: Setup, x: Array, v: Array) -> tuple[Named, Named]:
 
 def by_response(setup: Setup) -> Trajectory:
     """Simulate one free coordinate by its scalar equation."""
-    solver, problem = setup.solver, setup.solver.problem
-    coordinate = problem.mechanism.coordinates.named[problem.independent[0]]
-    functions = energy_functions(solver)
-    equation = ScalarEquation(solver, functions, setup.forces)
-    position = setup.x[coordinate.column] + 2.0 * np.pi * setup.turns[coordinate.column]
-    y = np.array([position, setup.v[coordinate.rate]])
+    solver = setup.solver
+    equation = ScalarEquation(solver, energy_functions(solver), setup.forces)
+    y = np.array(setup.drive_start)
     atol = setup.atol * np.array([1.0, abs(y[1]) or 1.0])
     integration = Integration(
         equation,
@@ -210,13 +196,14 @@ def by_response(setup: Setup) -> Trajectory:
     return _integrated(setup, integration, equation.named, run, "response")
 
 
-def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
-    """Simulate by constrained dynamics in all coordinates, by the method that suits if None."""
+def in_all_coordinates(setup: Setup) -> Trajectory:
+    """Simulate by constrained dynamics in all coordinates."""
+    method = setup.method
     system = System(_model(setup), setup.forces, setup.motions, setup.x)
     y = system.begin(setup.x, setup.turns, setup.v)
     following = None
     if setup.contacts:
-        following = ContactFollowing(system, setup.contacts, setup.most_touches)
+        following = ContactFollowing(system, setup.contacts, setup.max_touches)
         following.begin(y)
     coordinates = system.model.mechanism.coordinates
     speed = _speed(system, y)
@@ -224,7 +211,7 @@ def in_all_coordinates(setup: Setup, method: str | None = None) -> Trajectory:
     crossings = Crossings(system.model, system.size)
     crossings.check_start(y)
     notes: list[str] = []
-    if setup.has_elements and setup.step is None and not following:
+    if setup.solver.problem.elements and setup.step is None and not following:
         start = Start(system, y, unit, setup.atol * unit + setup.rtol * np.abs(y))
         y = start.settled(speed) if setup.settle else y
         is_stiff, notes = start.judged(y, setup.duration, speed)
@@ -402,8 +389,19 @@ def _integrated(
         following.close(integration.time)
         touches = following.touches
     evaluations = integration.equations.evaluations
-    course = method, failure or reason, search.happened, notes, evaluations, touches
-    trajectory = _trajectory(setup, run(), *course, begun)
+    states = run()
+    course = Course(
+        setup,
+        states,
+        begun or setup.start,
+        method,
+        failure or reason,
+        tuple(search.happened),
+        (*setup.notes, *notes),
+        evaluations,
+        tuple(touches),
+    )
+    trajectory = Trajectory(course, states.times)
     if failure is not None:
         raise SimulationError(
             f"the simulation ended at {integration.time:.6g} s of {setup.duration:g} s: {failure}",
@@ -411,31 +409,3 @@ def _integrated(
             time=integration.time,
         )
     return trajectory
-
-
-def _trajectory(
-    setup: Setup,
-    run: Run,
-    method: str,
-    reason: str,
-    happened: list[Happened],
-    notes: list[str] | None = None,
-    evaluations: int = 0,
-    touches: list[Touch] | None = None,
-    start: tuple[Array, Array] | None = None,
-) -> Trajectory:
-    tolerance = _EXACT if run.is_exact else max(_INTEGRATED, _OF_STEPS * setup.rtol)
-    course = Course(
-        method,
-        reason,
-        tuple(happened),
-        (*setup.notes, *(notes or ())),
-        tuple(setup.motions),
-        evaluations,
-        (setup.x + 2.0 * np.pi * setup.turns, setup.v) if start is None else start,
-        tolerance if setup.step is None and not setup.contacts else np.inf,
-        (_CLOSED if run.is_exact else _OF_ABSOLUTE * setup.atol) / tolerance,
-        tuple(touches or ()),
-        setup.rtol if setup.step is None else np.inf,
-    )
-    return Trajectory(setup.solver, run, setup.forces, course, run.times)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ..dynamics.problem_solver import ProblemSolver
 from ..elements.pin_contact import PinContact
 from ..elements.recorded_contact import RecordedContact
 from ..errors import ArgumentError
+from ..mechanism.mechanism import Mechanism
 from ..problem.arguments import split_loads
 from .crossings import notes_of_rounding, refuse_rounding
 from .events import Watched, watched
@@ -20,14 +21,10 @@ from .forces import Forces, StateFunction, state_function
 from .prescribed_motion import begun_at, prescribed_motions
 from .progress import Progress
 from .start_state import closed_start, drive_positions, rounding_of_speeds
-from .suitable import Traits, traits
 from .system import Motion
 
 _FINEST = 2.5e-14
 """Least relative tolerance: below, steps cannot be judged in rounding arithmetic."""
-
-MOST_TOUCHES = 100_000
-"""Touches of pins with play after which a simulation ends, unless asked for others."""
 
 _FARTHEST = 1e12
 """Angle [rad], or slide in lengths of the mechanism, up to which a motion keeps four digits."""
@@ -36,26 +33,9 @@ _FEWEST_STEPS = 200
 steps that leap over a pulse."""
 
 
-class Asked(NamedTuple):
-    """What a simulation is asked for, unchecked; see `Scene.simulate`."""
-
-    duration: Any
-    position: Any = None
-    speed: Any = None
-    motion: Any = None
-    loads: Any = None
-    rtol: Any = 1e-10
-    atol: Any = None
-    method: Any = None
-    events: Any = ()
-    progress: Any = False
-    step: Any = None
-    settle: Any = False
-    most_touches: Any = MOST_TOUCHES
-
-
-class Setup(NamedTuple):
-    """A checked simulation.
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """A checked simulation; see `Scene.simulate`.
 
     Attributes:
         solver: of the scene, all of whose loops it closes.
@@ -63,12 +43,13 @@ class Setup(NamedTuple):
         motions: prescribed drives to how they move.
         x, turns, v: closed coordinates and velocities at the start.
         forces: what acts beside the weight.
-        rtol, atol: tolerances of a step; atol for angles and lengths as fractions, or None.
+        rtol, atol: tolerances of a step; atol for angles and lengths as fractions.
+        method: that is asked for, None if any suits.
         step: length of all steps [s]; None where the error decides.
         events: to be located.
         progress: shows how far it got.
         settle: whether fast modes rest at the start.
-        most_touches: of pins in their bushes, after which it ends.
+        max_touches: of pins in their bushes, after which it ends.
         notes: what is known of it before it begins.
     """
 
@@ -81,12 +62,35 @@ class Setup(NamedTuple):
     forces: Forces
     rtol: float
     atol: float
+    method: str | None
     step: float | None
     events: list[Watched]
     progress: Progress
     settle: bool
-    most_touches: int
+    max_touches: int
     notes: tuple[str, ...] = ()
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Results can be copied, whatever users' functions were called while they were found.
+        functions = {"motions": dict.fromkeys(self.motions), "events": []}
+        return {**self.__dict__, **functions, "progress": Progress(False, self.duration)}
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism."""
+        return self.solver.problem.mechanism
+
+    @property
+    def start(self) -> tuple[Array, Array]:
+        """Coordinates `(size,)`, all turns counted, and velocities `(nv,)` at time 0."""
+        return self.x + 2.0 * np.pi * self.turns, self.v
+
+    @property
+    def drive_start(self) -> tuple[float, float]:
+        """Position and speed of the first coordinate at time 0."""
+        drive = self.mechanism.coordinates.named[self.solver.problem.independent[0]]
+        x, v = self.start
+        return float(x[drive.column]), float(v[drive.rate])
 
     @property
     def contacts(self) -> list[tuple[int, RecordedContact]]:
@@ -95,24 +99,13 @@ class Setup(NamedTuple):
         return [(index, item) for index, item in elements if isinstance(item, RecordedContact)]
 
     @property
-    def has_elements(self) -> bool:
-        """Whether force elements act."""
-        return bool(self.solver.problem.elements)
-
-    @property
     def longest_step(self) -> float:
         """Longest step [s] that overlooks nothing of what users' functions do; inf without any."""
         has_functions = self.forces.has_functions or bool(self.motions)
         return self.duration / _FEWEST_STEPS if has_functions else np.inf
 
-    @property
-    def traits(self) -> Traits:
-        """What decides which methods may be tried."""
-        given = {"prescribed": bool(self.motions), "given_steps": self.step is not None}
-        return traits(self.solver, self.forces, **given)
 
-
-def with_all_loops(solver: ProblemSolver) -> ProblemSolver:
+def _with_all_loops(solver: ProblemSolver) -> ProblemSolver:
     """Return the solver that closes all loops, and keeps the outputs where they need all."""
     decided = set(solver.assembly.decided.tolist())
     if decided.issuperset(solver.problem.passive_columns.tolist()):
@@ -122,7 +115,7 @@ def with_all_loops(solver: ProblemSolver) -> ProblemSolver:
     return ProblemSolver(replace(problem, outputs=joints, all_outputs=True))
 
 
-def with_recorded_contacts(solver: ProblemSolver) -> ProblemSolver:
+def _with_recorded_contacts(solver: ProblemSolver) -> ProblemSolver:
     """Return a solver whose pins with play keep what one simulation finds out about them."""
     problem = solver.problem
     if not any(isinstance(element, PinContact) for element in problem.elements):
@@ -134,44 +127,62 @@ def with_recorded_contacts(solver: ProblemSolver) -> ProblemSolver:
     return ProblemSolver(replace(problem, elements=elements), like=solver)
 
 
-def setup_of(solver: ProblemSolver, asked: Asked) -> Setup:
-    """Return a simulation after all its arguments were checked.
+def setup_of(
+    scene_solver: ProblemSolver,
+    *,
+    duration: Any,
+    position: Any = None,
+    speed: Any = None,
+    motion: Any = None,
+    loads: Any = None,
+    rtol: Any = 1e-10,
+    atol: Any = None,
+    method: Any = None,
+    step: Any = None,
+    settle: Any = False,
+    events: Any = (),
+    max_touches: Any = 100_000,
+    progress: Any = False,
+) -> Setup:
+    """Return a simulation after all its arguments were checked, but for the method.
 
     Raises:
         ArgumentError, ModelError, AssemblyError, SingularConfigurationError: see `Scene.simulate`.
     """
+    solver = _with_recorded_contacts(_with_all_loops(scene_solver))
     problem = solver.problem
-    duration = positive("duration", asked.duration)
-    rtol = positive("rtol", asked.rtol)
+    duration = positive("duration", duration)
+    rtol = positive("rtol", rtol)
     if rtol < _FINEST:
         raise ArgumentError(f"rtol is {rtol:g}, below rounding; the least is {_FINEST:g}")
     if rtol >= 1.0:
         raise ArgumentError(f"rtol is {rtol:g}; expected a fraction, such as 1e-10")
-    motions, starts = prescribed_motions(problem.drives, problem.free, asked.motion, duration)
-    positions = drive_positions(solver, asked.position, starts)
+    motions, starts = prescribed_motions(problem.drives, problem.free, motion, duration)
+    positions = drive_positions(solver, position, starts)
     motions = begun_at(motions, dict(zip(problem.independent, positions.tolist(), strict=True)))
-    speeds = {name: motion(0.0)[1] for name, motion in motions.items()}
+    speeds = {name: item(0.0)[1] for name, item in motions.items()}
     with np.errstate(over="ignore", invalid="ignore"):  # Such speeds are refused right here.
-        begun = closed_start(solver, positions, asked.speed, speeds)
+        begun = closed_start(solver, positions, speed, speeds)
     rounding = rounding_of_speeds(solver, positions, begun)
     refuse_rounding(rounding)
     _refuse_distances(problem.mechanism.coordinates.rate_scale, begun.v[0], duration)
     return Setup(
-        solver,
-        duration,
-        motions,
-        begun._x[0].copy(),
-        begun._turns[0].copy(),
-        begun.v[0].copy(),
-        forces_of(solver, asked.loads),
-        rtol,
-        rtol if asked.atol is None else positive("atol", asked.atol),
-        None if asked.step is None else positive("step", asked.step),
-        watched(asked.events),
-        Progress(asked.progress, duration),
-        flag("settle", asked.settle),
-        whole("most_touches", asked.most_touches),
-        tuple(notes_of_rounding(rounding, rtol)),
+        solver=solver,
+        duration=duration,
+        motions=motions,
+        x=begun._x[0].copy(),
+        turns=begun._turns[0].copy(),
+        v=begun.v[0].copy(),
+        forces=forces_of(solver, loads),
+        rtol=rtol,
+        atol=rtol if atol is None else positive("atol", atol),
+        method=method,
+        step=None if step is None else positive("step", step),
+        events=watched(events),
+        progress=Progress(progress, duration),
+        settle=flag("settle", settle),
+        max_touches=whole("max_touches", max_touches),
+        notes=tuple(notes_of_rounding(rounding, rtol)),
     )
 
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast, overload
 
 import numpy as np
 
 from ..arrays import Array
 from ..checks import numbers, whole
-from ..dynamics.problem_solver import ProblemSolver
 from ..dynamics.velocity_ratios import VelocityRatios
+from ..elements.link_loads import Wrench
 from ..errors import (
     AccuracyError,
     ArgumentError,
@@ -23,18 +25,24 @@ from ..frozen import frozen, read_only
 from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..problem.samples import Acting, acting_on
 from ..results.collect import Scattered, sweep_of
+from ..results.element_results import ElementResults
 from ..results.motion import Motion
+from ..results.prescribed import Prescribed
+from ..results.result import MotionResult
 from ..results.sweep import Sweep
+from ..results.table import Table, Variable
+from ..results.wrench import JointWrench
 from .contact_following import Touch
 from .continuity import Continuity, States
 from .energy import WeightEnergy, element_power, gained, open_efforts
 from .events import Happened
-from .forces import Forces
 from .runs import OfDrives, Rows, Run
-from .trajectory_tables import Tabled
+from .setup import Setup
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+    from typing_extensions import Self
+
 
 _GREATEST_ERROR = 1e-6
 """Effort residual above which accelerations and wrenches are refused. Away from singular
@@ -46,6 +54,15 @@ _NEARLY_SINGULAR = 1e4
 _EXACT_TIMES = 33
 """Times up to a period, at most, between which exact states are compared first."""
 
+_EXACT, _INTEGRATED = 1e-8, 1e-5
+"""Differences of positions from the integrals of speeds over time, as fractions of the way, that
+are refused: of a quadrature, and of steps at most as exact as that."""
+_OF_STEPS = 100.0
+"""Such a difference of steps, in relative tolerances."""
+_OF_ABSOLUTE = 10.0
+"""Absolute tolerances of steps by which states may be off, however little they move."""
+_CLOSED = 1e-12
+"""Error of closed loops by which states may be off likewise [rad, or a fraction of the length]."""
 _ROUNDED = 2e-15
 """Error of a drive's position by which it may be off however little it moves [rad or m]."""
 
@@ -53,95 +70,102 @@ _FAR_BEYOND = 1e3
 """Energy residual, in tolerances of a step, above which notes tell of it..."""
 _FAINT = 1e-9
 """...and the least residual of which they tell."""
-
-
 _STEPS_PER_PERIOD = 64
 """Steps over which the power of a motion that repeats is integrated by Gauss's rule."""
+_ENERGIES = {
+    "kinetic_energy": "kinetic energy of all bodies",
+    "potential_energy": "potential energy of the weight and of springs",
+    "work": "work of all but weight and springs since time 0",
+}
+_FIRST = ("time", "position", "speed", "acceleration")
+"""Columns of tables that stand before the energies, as far as there are any."""
 
 
-class Course(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Course:
     """How a simulation went.
 
     Attributes:
+        setup: what was simulated.
+        run: its states.
+        start: coordinates `(size,)`, all turns counted, and velocities `(nv,)` at time 0.
         method: how it was solved.
         reason: why it ended before its time; empty if it did not.
         events: those that happened.
         notes: what a user should know of it.
-        prescribed: names of the drives whose motion was prescribed.
         evaluations: how often accelerations were computed.
-        start: coordinates `(size,)`, all turns counted, and velocities `(nv,)` at time 0.
-        tolerance: of states, as a fraction of the way of a coordinate; inf for steps of a given
-            length, whose errors are the user's, and where pins strike between the steps.
-        least_way: least way [rad, or lengths of the mechanism] that the tolerance is relative to.
         touches: of pins with play, in the order in which they ended.
-        rtol: relative tolerance of a step; inf where steps have a given length.
     """
 
-    method: str
-    reason: str
-    events: tuple[Happened, ...]
-    notes: tuple[str, ...]
-    prescribed: tuple[str, ...]
-    evaluations: int
+    setup: Setup
+    run: Run
     start: tuple[Array, Array]
-    tolerance: float
-    least_way: float
+    method: str
+    reason: str = ""
+    events: tuple[Happened, ...] = ()
+    notes: tuple[str, ...] = ()
+    evaluations: int = 0
     touches: tuple[Touch, ...] = ()
-    rtol: float = np.inf
 
+    def __getstate__(self) -> dict[str, object]:
+        # Proofs hold functions, and are made anew where a copy is read.
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
-class Motions:
-    """The motion that the states of a run are proven by, of the drives alone and of all joints."""
+    @property
+    def rtol(self) -> float:
+        """Relative tolerance of a step; inf where steps have a given length."""
+        return self.setup.rtol if self.setup.step is None else np.inf
 
-    def __init__(self, solver: ProblemSolver, run: Run, course: Course) -> None:
-        """Keep the run; each motion is followed when states are first read.
+    @property
+    def is_proven(self) -> bool:
+        """Whether states are held to a tolerance.
 
-        Args:
-            solver: of the scene.
-            run: what a method found.
-            course: how it went.
+        Errors of steps of a given length are the user's; pins strike between the steps.
         """
-        self._run, self._course = run, course
-        coordinates = solver.problem.mechanism.coordinates
+        return self.setup.step is None and not self.setup.contacts
+
+    @property
+    def tolerance(self) -> float:
+        """Error of states, as a fraction of the way of a coordinate, that is refused."""
+        return _EXACT if self.run.is_exact else max(_INTEGRATED, _OF_STEPS * self.setup.rtol)
+
+    @property
+    def _scalars(self) -> tuple[Array, Array, Array]:
+        """Columns and rates of all turns and slides that are proven, and the units of ways."""
+        coordinates = self.setup.mechanism.coordinates
         columns, rates = coordinates.scalars
         # Rules for positions between times need speeds that are bounded.
-        bounded = ~np.isin(rates, list(run.boundless))
-        self._columns, self._rates = columns[bounded], rates[bounded]
-        self._units = coordinates.scale[self._columns]
-        drives = solver.problem.independent
-        self._driven = coordinates.columns_of(drives), coordinates.rates_of(drives)
+        bounded = ~np.isin(rates, list(self.run.boundless))
+        return columns[bounded], rates[bounded], coordinates.scale[columns[bounded]]
 
     def states(self, rows: Rows) -> States:
         """Return the states of all turns and slides, in rad and fractions of the length.
 
         But for angles that are read off rotations.
         """
-        x = (rows.x + 2.0 * np.pi * rows.turns)[:, self._columns]
-        v, a = (rates[:, self._rates] for rates in (rows.v, rows.a))
-        return States(*(values * self._units for values in (x, v, a)))
+        columns, rates, units = self._scalars
+        x = (rows.x + 2.0 * np.pi * rows.turns)[:, columns]
+        return States(x * units, rows.v[:, rates] * units, rows.a[:, rates] * units)
 
     @cached_property
     def of_drives(self) -> Continuity:
-        """Motion of the drives alone."""
-        run = self._run
+        """Motion of the drives alone; only where the run knows of it."""
+        coordinates, drives = self.setup.mechanism.coordinates, self.setup.solver.problem
+        columns = coordinates.columns_of(drives.independent)
+        rates = coordinates.rates_of(drives.independent)
 
         def look(times: Array) -> States:
-            drives = run.drives_alone(times)
-            if drives is None:  # Only where there are any is it asked.
-                raise AccuracyError("the run knows nothing of drives alone")
-            return States(*drives)
+            return States(*cast("OfDrives", self.run.drives_alone(times)))
 
-        x, v = self._course.start
-        columns, rates = self._driven
-        is_exact = self._run.is_exact
-        return self._continuity(look, (x[columns], v[rates]), closes_loops=not is_exact)
+        start = self.start[0][columns], self.start[1][rates]
+        return self._continuity(look, start, closes_loops=not self.run.is_exact)
 
     @cached_property
     def of_all(self) -> Continuity:
         """Motion of all turns and slides."""
-        x, v = self._course.start
-        start = x[self._columns] * self._units, v[self._rates] * self._units
-        return self._continuity(lambda times: self.states(self._run.rows(times)), start)
+        columns, rates, units = self._scalars
+        start = self.start[0][columns] * units, self.start[1][rates] * units
+        return self._continuity(lambda times: self.states(self.run.rows(times)), start)
 
     def _continuity(
         self,
@@ -150,28 +174,46 @@ class Motions:
         *,
         closes_loops: bool = True,
     ) -> Continuity:
-        run = self._run
-        times = run.times
+        run, times = self.run, self.run.times
         if run.is_exact:
             times = np.linspace(0.0, min(run.period, float(times[-1])), _EXACT_TIMES)
+        off = _CLOSED if run.is_exact else _OF_ABSOLUTE * self.setup.atol
         return Continuity(
             look,
             times,
             start,
-            tolerance=self._course.tolerance,
+            tolerance=self.tolerance,
             is_exact=run.is_exact,
-            least=self._course.least_way if closes_loops else _ROUNDED / self._course.tolerance,
+            least=(off if closes_loops else _ROUNDED) / self.tolerance,
             period=run.period if run.period < run.times[-1] else np.inf,
         )
 
 
-class Trajectory(Tabled):
+_Member = TypeVar("_Member")
+
+
+class _OfSweep(Generic[_Member]):
+    """A member of the sweep along a trajectory, under its own name."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name, self.__doc__ = name, f"See `Sweep.{name}`."
+
+    @overload
+    def __get__(self, trajectory: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, trajectory: Trajectory, owner: type) -> _Member: ...
+    def __get__(self, trajectory: Trajectory | None, owner: type) -> Any:
+        return self if trajectory is None else getattr(trajectory.sweep, self._name)
+
+
+class Trajectory(MotionResult, Prescribed):
     """Motion, energies and joint wrenches of a simulation over N times.
 
     `trajectory["bearing_out"]` is a `JointWrench` as that of a sweep; `at` gives the same
-    simulation at any other times. Wrenches are computed when they are first read, by inverse
-    dynamics with the accelerations that the simulation found: so `effort_residual`, what free
-    drives would have to exert for this motion, proves it. Nothing in it can be changed.
+    simulation at any other times. Wrenches, and all else that a `Sweep` has, are computed when they
+    are first read, by inverse dynamics with the accelerations that the simulation found: so
+    `effort_residual`, what free drives would have to exert for this motion, proves it; reading them
+    raises what `sweep` raises. Nothing in it can be changed.
 
     Attributes:
         time: times `(N,)` [s]: the steps of the method, or those that `at` was given.
@@ -180,25 +222,49 @@ class Trajectory(Tabled):
         events: `(name, time)` of the events that happened.
         evaluations: how often accelerations were computed.
         touches: of pins with play and the walls of their bushes, in the order in which they ended.
+        drive_effort: what the drives exert, as `Sweep.drive_effort`: of free ones zero but for
+            errors.
+        acceleration: of `coordinates` [rad/s² or m/s²], like `position`; proven, as wrenches are.
+        wrench, rotation, origin: of a joint, see `Sweep`.
+        unique, holding_effort, loads, gravity, condition, elastic_energy: see `Sweep`.
+        loop_residual, balance_residual, power_residual, rate_residual: see `Sweep`.
     """
 
-    def __init__(
-        self,
-        solver: ProblemSolver,
-        run: Run,
-        forces: Forces,
-        course: Course,
-        time: Array,
-        motions: Motions | None = None,
-    ) -> None:
-        self._solver, self._run, self._forces, self._course = solver, run, forces, course
-        self._motions = Motions(solver, run, course) if motions is None else motions
-        self._problem = solver.problem
+    acceleration = _OfSweep[Array]()
+    balance_residual = _OfSweep[float]()
+    condition = _OfSweep[Array]()
+    drive_effort = _OfSweep[Array]()
+    elastic_energy = _OfSweep[Array]()
+    gravity = _OfSweep[Array]()
+    holding_effort = _OfSweep[Mapping[str, Array]]()
+    loads = _OfSweep[Mapping[str, Array | Wrench]]()
+    loop_residual = _OfSweep[float]()
+    origin = _OfSweep[Callable[[str], Array]]()
+    power_residual = _OfSweep[float]()
+    rate_residual = _OfSweep[float]()
+    rotation = _OfSweep[Callable[[str], Array]]()
+    unique = _OfSweep[Array]()
+    wrench = _OfSweep[Callable[..., JointWrench]]()
+
+    def __init__(self, course: Course, time: Array) -> None:
+        self._course, self._run, self._forces = course, course.run, course.setup.forces
+        self._solver = course.setup.solver
+        self._problem = self._solver.problem
         self.time = read_only(time)
         self.method, self.reason = course.method, course.reason
         self.events = course.events
         self.evaluations, self.touches = course.evaluations, course.touches
         self._freeze()
+
+    def __getitem__(self, joint: str) -> JointWrench:
+        return self.sweep[joint]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the joints whose wrenches are results."""
+        return iter(self.outputs)
+
+    def __contains__(self, joint: object) -> bool:
+        return isinstance(joint, str) and joint in self.outputs
 
     def __len__(self) -> int:
         return len(self.time)
@@ -214,9 +280,8 @@ class Trajectory(Tabled):
         allowed = max(_FAR_BEYOND * course.rtol, _FAINT)
         if not np.isfinite(allowed):
             return notes
-        whole = Trajectory(self._solver, self._run, self._forces, course, self._run.times)
         try:
-            residual = whole.energy_residual
+            residual = Trajectory(course, self._run.times).energy_residual
         except CardanError as error:
             return (*notes, f"its energy could not be checked: {error}")
         if residual <= allowed:
@@ -228,8 +293,7 @@ class Trajectory(Tabled):
         )
 
     def __reduce__(self) -> tuple[object, ...]:
-        made_of = self._solver, self._run, self._forces, self._course, self.time
-        return Trajectory, made_of
+        return Trajectory, (self._course, self.time)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -261,9 +325,7 @@ class Trajectory(Tabled):
                 f"times from {np.min(values):g} to {np.max(values):g} s reach beyond the "
                 f"simulation, 0 to {end:g} s"
             )
-        t = np.minimum(values, end)
-        made_of = self._solver, self._run, self._forces, self._course
-        return Trajectory(*made_of, t, self._motions)
+        return Trajectory(self._course, np.minimum(values, end))
 
     def evenly(self, count: int) -> Trajectory:
         """Return the same simulation at equidistant times, as an animation shows it.
@@ -276,21 +338,16 @@ class Trajectory(Tabled):
     @cached_property
     def _rows(self) -> Rows:
         rows = self._run.rows(self.time, self._drives_alone)
-        if self._is_proven:
-            self._prove(self._motions.of_all, self._motions.states(rows))
+        if self._course.is_proven:
+            self._prove(self._course.of_all, self._course.states(rows))
         return rows
 
     @cached_property
     def _drives_alone(self) -> OfDrives | None:
         drives = self._run.drives_alone(self.time)
-        if drives is not None and self._is_proven:
-            self._prove(self._motions.of_drives, States(*drives))
+        if drives is not None and self._course.is_proven:
+            self._prove(self._course.of_drives, States(*drives))
         return drives
-
-    @property
-    def _is_proven(self) -> bool:
-        """Whether the method has a tolerance that states can be held to."""
-        return bool(np.isfinite(self._course.tolerance))
 
     def _prove(self, motion: Continuity, states: States) -> None:
         """Refuse states that are not on the motion from the start.
@@ -324,13 +381,9 @@ class Trajectory(Tabled):
     def _of_drives(self) -> OfDrives:
         if self._drives_alone is not None:
             return self._drives_alone
-        coordinates, rows = self.mechanism.coordinates, self._rows
-        columns, rates = (
-            coordinates.columns_of(self.coordinates),
-            coordinates.rates_of(self.coordinates),
-        )
-        x = rows.x[:, columns] + 2.0 * np.pi * rows.turns[:, columns]
-        return OfDrives(x, rows.v[:, rates], rows.a[:, rates])
+        of, rows = self.mechanism.coordinates, self._rows
+        columns, rates = of.columns_of(self.coordinates), of.rates_of(self.coordinates)
+        return OfDrives(self._counted()[0][:, columns], rows.v[:, rates], rows.a[:, rates])
 
     @property
     def position(self) -> Array:
@@ -351,13 +404,8 @@ class Trajectory(Tabled):
         return _squeezed(np.where(exist[:, rates], self._of_drives.v, np.nan))
 
     @property
-    def acceleration(self) -> Array:
-        """Drive accelerations [rad/s² or m/s²], like `position`; proven, as wrenches are."""
-        return self.sweep.acceleration
-
-    @property
     def sweep(self) -> Sweep:
-        """The motion as a sweep of the scene: wrenches, efforts and residuals at the times `t`.
+        """The motion as a sweep of the scene: wrenches, efforts and residuals at the times.
 
         What is not known at singular configurations is NaN there, see `singular`.
 
@@ -528,9 +576,21 @@ class Trajectory(Tabled):
             time=self.time,
         )
 
+    @property
+    def _prescribed(self) -> tuple[str, ...]:
+        """Names of the drives whose motion was prescribed."""
+        return tuple(self._course.setup.motions)
+
     def _counted(self) -> tuple[Array, Array]:
         """Return coordinates with all turns, and velocities."""
         return self._rows.x + 2.0 * np.pi * self._rows.turns, self._rows.v
+
+    @cached_property
+    def element_force(self) -> ElementResults:
+        """What the force elements exert, see `Sweep.element_force`; this needs no wrenches."""
+        forces = self._problem.element_forces
+        each = [] if forces is None else forces.each(*self._counted(), self.time)
+        return ElementResults(forces, each)
 
     @property
     def effort_residual(self) -> float:
@@ -544,7 +604,7 @@ class Trajectory(Tabled):
     def _effort_errors(self, sweep: Sweep) -> Array:
         """Return `(N,)` the effort of the free coordinates, see `effort_residual`."""
         coordinates, drives = self.mechanism.coordinates, self.coordinates
-        is_free = np.array([name not in self._course.prescribed for name in drives])
+        is_free = np.array([name not in self._prescribed for name in drives])
         scale = coordinates.rate_scale[coordinates.rates_of(drives)]
         efforts = np.abs(sweep.drive_effort.reshape(len(self), -1)) * scale
         return np.asarray(np.max(efforts[:, is_free], axis=1) / (self._effort_scale or 1.0))
@@ -603,12 +663,12 @@ class Trajectory(Tabled):
     @property
     def _is_idle(self) -> bool:
         """Whether nothing does work but weight and springs."""
-        return self._forces.does_no_work and not self._course.prescribed
+        return self._forces.does_no_work and not self._prescribed
 
     def _power(self, times: Array) -> Array:
         """Return the power of loads and prescribed drives at times `(K,)` [W]."""
         there = self.at(times)
-        if self._course.prescribed and np.any(there.singular):
+        if self._prescribed and np.any(there.singular):
             raise AccuracyError(
                 "the work of prescribed drives is not known where they are singular"
             )
@@ -618,10 +678,10 @@ class Trajectory(Tabled):
         elements = self._problem.element_forces
         if elements is not None:
             power = power + element_power(elements, x, v, times)
-        if self._course.prescribed:
+        if self._prescribed:
             # What is wrong with an effort shows in the balance of energy, which takes it.
             efforts = there._unproven.drive_effort.reshape(len(times), -1)
-            chosen = [self.coordinates.index(name) for name in self._course.prescribed]
+            chosen = [self.coordinates.index(name) for name in self._prescribed]
             power += np.sum(efforts[:, chosen] * there._of_drives.v[:, chosen], axis=1)
         return np.asarray(power)
 
@@ -666,6 +726,47 @@ class Trajectory(Tabled):
         efforts = np.abs(forces.all_efforts(mechanism, self.time, x, rest))
         greatest = np.max(efforts * mechanism.coordinates.rate_scale, initial=0.0)
         return max(weight, float(greatest))
+
+    def table(self, *, motion: bool = True) -> Table:
+        """Return all results as a table over `time`, energies and work included.
+
+        It holds what the table of a sweep does, see `results.sweep`, and `kinetic_energy`,
+        `potential_energy` (of the weight and of springs; `elastic_energy` is the part of springs)
+        and `work` [J]. Attributes tell `method`, `effort_residual`, `energy_residual`, the `reason`
+        for which it ended before its time, and as JSON its `notes` and `events`.
+
+        Args:
+            motion: whether to include the motion of the joints.
+
+        Raises:
+            CardanError: as `sweep`.
+        """
+        swept = self.sweep.table(motion=motion)
+        variables = {
+            name: variable._replace(
+                dims=tuple("time" if dim == "sample" else dim for dim in variable.dims)
+            )
+            for name, variable in swept.variables
+        }
+        first = {name: variables.pop(name) for name in _FIRST if name in variables}
+        energies = {
+            name: Variable(("time",), getattr(self, name), "J", label)
+            for name, label in _ENERGIES.items()
+        }
+        told = {
+            "method": self.method,
+            "reason": self.reason,
+            "notes": json.dumps(self.notes, ensure_ascii=False),
+            "events": json.dumps([[name, float(time)] for name, time in self.events]),
+            "effort_residual": self.effort_residual,
+            "energy_residual": self.energy_residual,
+        }
+        return replace(
+            swept,
+            variables=list({**first, **energies, **variables}.items()),
+            samples={"time": len(self.time)},
+            attributes={**swept.attributes, **told},
+        )
 
 
 def _squeezed(values: Array) -> Array:

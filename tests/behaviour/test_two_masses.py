@@ -122,7 +122,7 @@ def test_a_force_that_swings_drives_from_side_to_side(law: ContactLaw) -> None:
     "law", [LinearContact.of_ratio(STIFFNESS, 0.2, MASS), HuntCrossley(3e9, 1.5, 0.8)]
 )
 def test_free_impacts_lose_what_the_law_says(law: ContactLaw) -> None:
-    motion = scene(law).simulate(1.0, position=0.0, speed=0.3, rtol=1e-11, most_touches=4)
+    motion = scene(law).simulate(1.0, position=0.0, speed=0.3, rtol=1e-11, max_touches=4)
     speeds = [item.speed for item in motion.touches]
     assert len(speeds) == 4
     for before, after in pairwise(speeds):
@@ -154,7 +154,7 @@ def test_undamped_impacts_are_chaotic_after_the_first() -> None:
     def impacts(shift: float) -> list[float]:
         pair = scene(LinearContact(1e8), lambda time: float(900.0 * np.sin(400.0 * time)), 5e-4)
         motion = pair.simulate(
-            1.0, position=-5e-4 + 1e-3 * shift, speed=0.0, rtol=1e-12, most_touches=26
+            1.0, position=-5e-4 + 1e-3 * shift, speed=0.0, rtol=1e-12, max_touches=26
         )
         return [item.peak for item in motion.touches]
 

@@ -46,7 +46,7 @@ def ask(seed: int) -> tuple[list[str], list[str]]:
             rtol=rtol,
             rotor=rotor,
             position=rng.uniform(0.0, 6.0),
-            most_touches=12,
+            max_touches=12,
             friction=0.1 * (rng.random() < 0.3),
         )
     except cd.CardanError as refused:

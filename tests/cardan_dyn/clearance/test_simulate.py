@@ -136,7 +136,7 @@ def test_damped_peaks_converge_over_a_turn_and_undamped_ones_for_three_impacts()
         for rtol in (1e-10, 1e-12):
             found = clearance.simulate(
                 needles, 300.0, joints="coupler_pin", clearance=1e-4, law=law, turns=1.0, rtol=rtol,
-                most_touches=100_000 if count is None else count + 1,
+                max_touches=100_000 if count is None else count + 1,
             )  # fmt: skip
             peaks.append([item.peak for item in found["coupler_pin"].struck[:count]])
         assert len(peaks[0]) == len(peaks[1]) >= (count or 2)
@@ -240,7 +240,7 @@ def test_bearings_of_a_universal_joint_strike_in_pairs(pins: list[str]) -> None:
 def test_it_ends_after_as_many_impacts_as_it_may() -> None:
     law = cd.LinearContact(1e7)
     found = clearance.simulate(
-        scene(), 40.0, joints="crank_pin", clearance=1e-3, law=law, position=1.1, most_touches=3
+        scene(), 40.0, joints="crank_pin", clearance=1e-3, law=law, position=1.1, max_touches=3
     )
     assert found.reason == "3 touches of pins" and len(found.impacts) == 3
     assert "ended by: 3 touches" in str(found)
@@ -276,7 +276,7 @@ def test_it_ends_after_as_many_impacts_as_it_may() -> None:
         ({"bearings": {"crank_pin": 0.0}}, cd.ArgumentError, "expected a positive number"),
         ({"rotor": -1.0}, cd.ArgumentError, "rotor is -1"),
         ({"turns": 0.0}, cd.ArgumentError, "turns is 0"),
-        ({"most_touches": 0}, cd.ArgumentError, "most_touches"),
+        ({"max_touches": 0}, cd.ArgumentError, "max_touches"),
         ({"stiffness": 1.0}, cd.ArgumentError, "too soft"),
     ],
 )

@@ -95,7 +95,7 @@ def test_friction_turns_the_pin_and_takes_energy() -> None:
 
 
 def test_it_ends_after_as_many_touches_as_it_may() -> None:
-    found = ball(cd.LinearContact(1e6)).simulate(9.0, speed={"p.slide_1": 0.3}, most_touches=4)
+    found = ball(cd.LinearContact(1e6)).simulate(9.0, speed={"p.slide_1": 0.3}, max_touches=4)
     assert found.reason == "4 touches of pins" and len(found.touches) == 4
     assert found.time[-1] == found.touches[-1].end
 

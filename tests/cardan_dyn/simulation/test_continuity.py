@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -74,8 +75,7 @@ def simulated(method: str, start: str) -> Trajectory:
 
 
 def again(trajectory: Trajectory, run: Any, times: np.ndarray = TIMES) -> Trajectory:
-    made_of = trajectory._solver, run, trajectory._forces, trajectory._course
-    return Trajectory(*made_of, times)
+    return Trajectory(replace(trajectory._course, run=run), times)
 
 
 @pytest.mark.parametrize("method", METHODS)

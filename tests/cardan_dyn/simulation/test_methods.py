@@ -1,4 +1,4 @@
-"""Methods: each from a checked setup to a trajectory, and where each of them ends."""
+"""Methods: what suits which scene, that all find one motion, and where each of them ends."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ from testkit.simulated import ABOUT_PIN, GRAVITY, pendulum
 
 import cardan_dyn as cd
 from cardan_dyn.simulation.forces import Named
-from cardan_dyn.simulation.methods import by_quadrature, by_response, in_all_coordinates
-from cardan_dyn.simulation.setup import Asked, setup_of
 
-RUNS = (by_quadrature, by_response, in_all_coordinates)
+METHODS = ("quadrature", "response", "DOP853")
 
 
 @pytest.fixture
@@ -22,20 +20,48 @@ def scene(joint: cd.Mechanism) -> cd.Scene:
     return universal(joint, 0.6).replace(loads=None, free="bearing_in")
 
 
-@pytest.mark.parametrize("run", RUNS)
-def test_all_reach_the_same_end(scene: cd.Scene, run) -> None:
-    setup = setup_of(scene.solver, Asked(1.5, 0.2, 8.0, rtol=1e-11))
-    reference = by_quadrature(setup_of(scene.solver, Asked(1.5, 0.2, 8.0)))
-    found = run(setup)
+@pytest.mark.parametrize(
+    ("changed", "asked", "out"),
+    [
+        ({}, {}, set()),
+        ({"free": ["pin_in"], "drive": "bearing_in"}, {}, {"quadrature", "response"}),
+        ({"elements": [cd.JointSpring("pin_in", 0.0, 1.0)]}, {}, {"quadrature"}),
+        ({}, {"loads": {"pin_in": lambda time: 0.0}}, {"quadrature"}),
+        ({}, {"step": 0.01}, {"quadrature", "Radau"}),
+    ],
+)
+def test_methods_that_would_leave_something_out_are_refused(
+    scene: cd.Scene, changed: dict[str, object], asked: dict[str, object], out: set[str]
+) -> None:
+    if "drive" in changed:
+        shaft = cd.load("double_shaft_z")
+        held = {"joint_angle_1": 0.2}
+        scene = cd.Scene(shaft, drive="bearing_in", free="joint_angle_2", held=held)
+        asked = {"motion": {"bearing_in": 1.0}}
+    else:
+        scene = scene.replace(**changed)
+    for method in (*METHODS, "Radau"):
+        if method in out:
+            with pytest.raises(cd.ArgumentError, match=f"'{method}' does not suit the scene: it"):
+                scene.simulate(0.02, method=method, **asked)
+        else:
+            assert scene.simulate(0.02, method=method, **asked).method.startswith(method)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_all_reach_the_same_end(scene: cd.Scene, method: str) -> None:
+    reference = scene.simulate(1.5, position=0.2, speed=8.0)
+    assert reference.method == "quadrature"
+    found = scene.simulate(1.5, position=0.2, speed=8.0, rtol=1e-11, method=method)
     assert found.time[0] == 0.0
     assert found.time[-1] == 1.5
     assert found.position[-1] == pytest.approx(reference.position[-1], abs=1e-8)
 
 
-@pytest.mark.parametrize("run", RUNS)
-def test_events_end_each_of_them(scene: cd.Scene, run) -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_events_end_each_of_them(scene: cd.Scene, method: str) -> None:
     event = cd.Event(lambda time, position, speed: position["bearing_in"] - 5.0, True, name="five")
-    found = run(setup_of(scene.solver, Asked(3.0, 0.0, 8.0, rtol=1e-11, events=event)))
+    found = scene.simulate(3.0, speed=8.0, rtol=1e-11, events=event, method=method)
     assert found.reason == "event 'five'"
     assert found.events == (("five", found.time[-1]),)
     assert found.position[-1] == pytest.approx(5.0, abs=1e-9)
@@ -47,10 +73,9 @@ def test_a_load_that_fails_ends_with_what_was_computed(scene: cd.Scene) -> None:
             raise ZeroDivisionError("as told")
         return 0.0
 
-    for run in RUNS[1:]:
-        setup = setup_of(scene.solver, Asked(1.0, 0.0, 8.0, loads={"bearing_out": load}))
+    for method in METHODS[1:]:
         with pytest.raises(cd.SimulationError, match="ZeroDivisionError: as told") as raised:
-            run(setup)
+            scene.simulate(1.0, speed=8.0, loads={"bearing_out": load}, method=method)
         assert 0.0 < raised.value.time <= 0.5
         assert raised.value.trajectory.time[-1] == raised.value.time
 
@@ -60,8 +85,8 @@ def test_an_interruption_returns_what_was_computed(scene: cd.Scene) -> None:
         if done > 0.3:
             raise KeyboardInterrupt
 
-    for run in RUNS[1:]:
-        found = run(setup_of(scene.solver, Asked(1.0, 0.0, 8.0, progress=interrupt)))
+    for method in METHODS[1:]:
+        found = scene.simulate(1.0, speed=8.0, progress=interrupt, method=method)
         assert found.reason == "interrupted"
         assert 0.3 < found.time[-1] < 1.0
 
@@ -72,7 +97,7 @@ def test_an_interrupted_search_for_events_returns_what_was_searched(scene: cd.Sc
             raise KeyboardInterrupt
         return time - 0.2
 
-    found = by_quadrature(setup_of(scene.solver, Asked(1.0, 0.0, 8.0, events=interrupt)))
+    found = scene.simulate(1.0, speed=8.0, events=interrupt)
     assert found.reason == "interrupted"
     assert 0.4 < found.time[-1] <= 0.5
     assert [event.time for event in found.events] == [pytest.approx(0.2, abs=1e-14)]
@@ -87,8 +112,7 @@ def test_a_quadrature_of_few_times_misses_nothing_between_them(
     def half_turn(time: float, position: Named, speed: Named) -> float:
         return math.sin(position["bearing_in"])
 
-    asked = Asked(7.3, 0.1, 8.0, loads={"pin_in": 0.5}, events=half_turn)
-    found = by_quadrature(setup_of(scene.solver, asked))
+    found = scene.simulate(7.3, position=0.1, speed=8.0, loads={"pin_in": 0.5}, events=half_turn)
     assert len(found) == 2
     assert len(found.events) == math.floor(found.position[-1] / math.pi) > 16
     several = found.at([7.3, 0.4, 6.1])

@@ -90,4 +90,5 @@ def test_several_drives_and_a_single_time_have_tables_too() -> None:
     assert trajectory.to_xarray().position.dims == ("time", "drive")
     frame = trajectory.at(0.005).to_dataframe()
     assert len(frame) == 1
-    assert list(frame.columns[:2]) == ["time", "kinetic_energy"]
+    assert frame.columns[0] == "time"
+    assert "kinetic_energy" in frame
