@@ -16,10 +16,10 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ModelError, choices
+from .beside import placements_at_zero
 from .description import LoopDescription
 from .elements import DIRECTION_TOLERANCE
 from .left_out import forces_left_out
-from .loop_closures import placements_at_zero
 from .sdf.frames import WORLD, Frames
 from .sdf.joints import GEARBOX, Edge, edge, kind_of
 from .words import check_words

@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..errors import ModelError, choices
-from .beside import Beside, ChangedType, loop_closures_of
+from .beside import ChangedType, file_beside, unread_files
 from .description import (
     CouplingDescription,
     Description,
@@ -43,7 +43,6 @@ from .elements import (
     only,
     placement,
 )
-from .gepetto import gepetto, unread_files
 from .left_out import dynamics_left_out, elements_left_out
 from .notations import agreed
 from .words import check_words
@@ -86,7 +85,7 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
     # Thousands of joints ask whether a link exists: a dictionary answers without a search, and
     # keeps the links in file order.
     link_names = dict.fromkeys(link.name for link in links)
-    beside = _file_beside(robot, where, path, strict)
+    beside = None if path is None else file_beside(robot, where, path, strict)
     changed_types: Mapping[str, ChangedType] = {} if beside is None else beside.joint_types
     joints = [
         _joint(element, link_names, changed_types, where) for element in robot.findall("joint")
@@ -125,31 +124,6 @@ def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: boo
         warnings=(*unknown, *warnings, *left_out),
         source=None if beside is None else SourceText("", path, beside.text),
     )
-
-
-def _file_beside(
-    robot: ElementTree.Element, where: str, path: Path | None, strict: bool
-) -> Beside | None:
-    """Return what a YAML file says about a URDF, None where there is no such file.
-
-    Raises:
-        ModelError: there are two.
-    """
-    joint_names = set(names(robot, "joint", where))
-    if path is None:
-        return None
-    named = gepetto(path, robot, joint_names, strict)
-    file = loop_closures_of(path)
-    if file is None:
-        return named
-    from .loop_closures import loop_closures  # Few descriptions have such a file.
-
-    found = loop_closures(path, file, robot, joint_names, strict)
-    if named and found:
-        raise ModelError(
-            f"{where}: both {named.path} and {found.path} list its loops; keep one of them"
-        )
-    return named or found
 
 
 def _check_namespaces(robot: ElementTree.Element, where: str) -> None:

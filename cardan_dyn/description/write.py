@@ -1,4 +1,4 @@
-"""Write: a description as URDF+ text that `read` turns into an equal description.
+"""Write: a description as a file, or as URDF+ text that `read` turns into an equal description.
 
 Names, masses, lengths, ratios, offsets and limits come back to the last bit. Rotations are written
 as roll, pitch and yaw, and axes are scaled to the length 1 when they are read, so their entries may
@@ -16,15 +16,18 @@ Visuals, comments and warnings are no part of a description and are not written.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import ModelError, choices
+from ..checks import described
+from ..errors import ArgumentError, ModelError, choices
 from .elements import DYNAMICS_WORDS, LOOP_TYPES, TREE_TYPES, rotation
 from .mimics import check_mimics, default_name
 
@@ -38,9 +41,59 @@ if TYPE_CHECKING:
         LoopDescription,
     )
 
+_SUFFIXES = (".urdf", ".xml", ".mjcf")
 _ROTATION_TOLERANCE = 1e-9
 """Greatest difference between a matrix and the rotation that is written for it. Rotations that were
 read differ by some 1e-15; whatever is no rotation (a reflection, a scaled one) by much more."""
+
+
+def write(description: Description, path: str | os.PathLike[str]) -> Path:
+    """Write a description to a file, in place of what it contained; return its path.
+
+    Args:
+        description: what to write.
+        path: `.urdf` for URDF+, `.xml` or `.mjcf` for MJCF.
+
+    Raises:
+        ArgumentError: the suffix is unknown, or the file cannot be written.
+        ModelError: the notation cannot say something of the description.
+    """
+    target = _path(path)
+    if target.suffix.lower() == ".urdf":
+        text = to_urdf(description)
+    else:
+        from .mjcf.writer import to_mjcf
+
+        text = to_mjcf(description)
+    try:
+        target.write_text(text, encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise ArgumentError(f"{target}: cannot be written ({error})") from error
+    return target
+
+
+def _path(path: object) -> Path:
+    """Return where to write.
+
+    Raises:
+        ArgumentError: it is no path, of no known notation, or in no directory.
+    """
+    try:
+        target = Path(os.fspath(path))  # type: ignore[call-overload]
+    except Exception as error:  # The path may be an object of any class, which may raise anything.
+        raise ArgumentError(f"path is {described(path)}, expected a path") from error
+    if target.suffix.lower() not in _SUFFIXES:
+        raise ArgumentError(
+            f"{target}: the suffix {target.suffix!r} names no notation; write .urdf for URDF+, "
+            ".xml or .mjcf for MJCF"
+        )
+    try:
+        exists = target.parent.is_dir()
+    except (OSError, ValueError):  # A name that is too long, or contains a null character.
+        exists = False
+    if not exists:
+        raise ArgumentError(f"{target}: the directory {str(target.parent)!r} does not exist")
+    return target
 
 
 def to_urdf(description: Description) -> str:

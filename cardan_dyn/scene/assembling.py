@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import Array
-from ..description.files import write as write_description
+from ..description.write import write as write_description
 from ..dynamics.problem_solver import ProblemSolver
 from ..errors import ArgumentError, AssemblyError, MobilityError
 from ..kinematics.assembly_modes import without_turns
