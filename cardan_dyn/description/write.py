@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     )
 
 _SUFFIXES = (".urdf", ".xml", ".mjcf")
-_ROTATION_TOLERANCE = 1e-9
+ROTATION_TOLERANCE = 1e-9
 """Greatest difference between a matrix and the rotation that is written for it. Rotations that were
 read differ by some 1e-15; whatever is no rotation (a reflection, a scaled one) by much more."""
 
@@ -200,13 +200,13 @@ def _write_link(robot: Element, link: LinkDescription) -> None:
             raise ModelError(f"link {link.name!r}: an inertia without a mass cannot be written")
         return
     inertial = SubElement(element, "inertial")
-    SubElement(inertial, "origin", xyz=_words(link.centre))
-    SubElement(inertial, "mass", value=_words([link.mass]))
+    SubElement(inertial, "origin", xyz=words(link.centre))
+    SubElement(inertial, "mass", value=words([link.mass]))
     # Rotated inertias are symmetric up to rounding.
     tensor = 0.5 * (link.inertia + link.inertia.T)
     axes = "xyz"
     moments = {
-        f"i{axes[row]}{axes[column]}": _words([tensor[row, column]])
+        f"i{axes[row]}{axes[column]}": words([tensor[row, column]])
         for row in range(3)
         for column in range(row, 3)
     }
@@ -237,15 +237,15 @@ def _write_dynamics(element: Element, joint: JointDescription | LoopDescription)
     if joint.stiffness or joint.rest:
         stated |= {"spring_stiffness": joint.stiffness, "spring_reference": joint.rest}
     if any(stated.values()):
-        SubElement(element, "dynamics", {name: _words([value]) for name, value in stated.items()})
+        SubElement(element, "dynamics", {name: words([value]) for name, value in stated.items()})
 
 
 def _write_mimic(joint: Element, coupling: CouplingDescription) -> None:
     """Add a `<mimic>` to a joint; with a name where it is not the one that the joint gives it."""
     mimic = SubElement(joint, "mimic", joint=coupling.predecessor)
-    mimic.set("multiplier", _words([coupling.ratio]))
+    mimic.set("multiplier", words([coupling.ratio]))
     if coupling.offset:
-        mimic.set("offset", _words([coupling.offset]))
+        mimic.set("offset", words([coupling.offset]))
     if coupling.name != default_name(coupling.successor):
         mimic.set("name", coupling.name)
 
@@ -258,7 +258,7 @@ def _write_limits(joint: Element, limits: Limits, kind: str, at: str) -> None:
         lower, upper = values.pop("lower"), values.pop("upper")
         if math.isfinite(lower) or math.isfinite(upper):
             raise ModelError(f"{at}: a continuous joint has no limits of position")
-    SubElement(joint, "limit", {name: _words([value]) for name, value in values.items()})
+    SubElement(joint, "limit", {name: words([value]) for name, value in values.items()})
 
 
 def _write_loop(robot: Element, loop: LoopDescription) -> None:
@@ -278,7 +278,7 @@ def _write_coupling(robot: Element, coupling: CouplingDescription) -> None:
     element = SubElement(robot, "coupling", name=coupling.name)
     SubElement(element, "predecessor", link=coupling.predecessor)
     SubElement(element, "successor", link=coupling.successor)
-    SubElement(element, "ratio", value=_words([coupling.ratio]))
+    SubElement(element, "ratio", value=words([coupling.ratio]))
 
 
 def _check_type(kind: str, types: Iterable[str], at: str) -> None:
@@ -287,19 +287,19 @@ def _check_type(kind: str, types: Iterable[str], at: str) -> None:
 
 
 def _write_axes(element: Element, joint: JointDescription | LoopDescription) -> None:
-    SubElement(element, "axis", xyz=_words(joint.axis))
+    SubElement(element, "axis", xyz=words(joint.axis))
     if joint.type == "universal":
-        SubElement(element, "axis2", xyz=_words(joint.axis_2))
+        SubElement(element, "axis2", xyz=words(joint.axis_2))
 
 
 def _write_origin(element: Element, placement: Array, at: str) -> None:
     """Add an `<origin>` for a `(4, 4)` placement."""
-    origin = SubElement(element, "origin", xyz=_words(placement[:3, 3]))
+    origin = SubElement(element, "origin", xyz=words(placement[:3, 3]))
     angles = angles_of(placement[:3, :3])
-    if not np.allclose(rotation(*angles), placement[:3, :3], rtol=0.0, atol=_ROTATION_TOLERANCE):
+    if not np.allclose(rotation(*angles), placement[:3, :3], rtol=0.0, atol=ROTATION_TOLERANCE):
         raise ModelError(f"{at}: {placement[:3, :3].tolist()} is no rotation")
     if any(angles):
-        origin.set("rpy", _words(angles))
+        origin.set("rpy", words(angles))
 
 
 def angles_of(turn: Array) -> tuple[float, float, float]:
@@ -318,7 +318,7 @@ def angles_of(turn: Array) -> tuple[float, float, float]:
     return roll, pitch, yaw
 
 
-def _words(values: Iterable[float]) -> str:
+def words(values: Iterable[float]) -> str:
     """Return numbers as text from which they are read back to the last bit."""
     # Adding zero removes the sign of negative zeros.
     return " ".join(repr(float(value) + 0.0) for value in values)

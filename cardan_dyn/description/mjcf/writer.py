@@ -28,26 +28,20 @@ from ...arrays import Array, inverse
 from ...errors import ModelError, choices
 from ..description import Description, JointDescription, LinkDescription, LoopDescription
 from ..elements import SINGLE_TYPES, unique
-from .rigid_groups import RigidGroups
-from .written_elements import (
-    check_kinds,
-    check_rotation,
-    dynamics_of,
-    elementary_joints,
-    inertial_of,
-    pose_of,
-    range_of,
-    words,
-)
+from ..write import ROTATION_TOLERANCE, words
+from .elements import rotation_of_quaternion
+from .inertia import Mass, total
 
 _DIRECT = {"spherical": "connect", "fixed": "weld"}
 """Types of loops that are an equality, and its kind."""
 _WORLD = "world"
 """Name of MuJoCo's outermost body."""
+_MOST_FREEDOMS = 6
+"""Freedoms that MuJoCo allows between a body and the one that carries it."""
 
 
 @dataclass
-class _Body:
+class _WrittenBody:
     """A body to be written.
 
     Attributes:
@@ -60,7 +54,7 @@ class _Body:
     name: str
     placement: Array
     lines: list[str] = field(default_factory=list)
-    children: list[_Body] = field(default_factory=list)
+    children: list[_WrittenBody] = field(default_factory=list)
 
 
 def to_mjcf(description: Description) -> str:
@@ -70,17 +64,17 @@ def to_mjcf(description: Description) -> str:
         ModelError: something has no notation in MJCF: a moving link without mass, a coupling of
             links that several joints move from their common ancestor, a matrix that is no rotation.
     """
-    return _Writer(description).text()
+    return _MjcfWriter(description).text()
 
 
-class _Writer:
+class _MjcfWriter:
     """Writes a description."""
 
     def __init__(self, description: Description) -> None:
         self._description = description
         self._groups = RigidGroups(description)
-        self._bodies: dict[str, _Body] = {}
-        self._world = _Body("", np.eye(4))
+        self._bodies: dict[str, _WrittenBody] = {}
+        self._world = _WrittenBody("", np.eye(4))
         self._equalities: list[str] = []
         joints = [item.name for item in description.joints]
         joints += [item.name for item in description.loops]
@@ -209,7 +203,7 @@ class _Writer:
         chain: list[JointDescription | LoopDescription],
         name: str,
         child_placement: Array,
-    ) -> _Body:
+    ) -> _WrittenBody:
         """Return the new body behind one or several joints.
 
         Args:
@@ -235,7 +229,7 @@ class _Writer:
 
     def _free(
         self, chain: list[JointDescription | LoopDescription], name: str, placement: Array
-    ) -> _Body:
+    ) -> _WrittenBody:
         """Return the body of a joint with all freedoms, which MuJoCo knows in the world only."""
         joint = chain[0]
         if not isinstance(joint, JointDescription) or len(chain) > 1:
@@ -247,9 +241,9 @@ class _Writer:
         body.lines.append(f"<freejoint name={quoteattr(joint.name)}/>")
         return body
 
-    def _add(self, carrier: _Body, name: str, placement: Array) -> _Body:
+    def _add(self, carrier: _WrittenBody, name: str, placement: Array) -> _WrittenBody:
         check_rotation(placement, name)
-        body = _Body(name, placement)
+        body = _WrittenBody(name, placement)
         carrier.children.append(body)
         return body
 
@@ -325,10 +319,12 @@ def _origin(item: JointDescription | LoopDescription) -> Array:
     return item.origin if isinstance(item, JointDescription) else item.predecessor_origin
 
 
-def _of_world(world: _Body) -> list[str]:
+def _of_world(world: _WrittenBody) -> list[str]:
     """Return the lines of `<worldbody>` with all bodies in it; nested ones without recursion."""
     lines = ["  <worldbody>", *(f"    {line}" for line in world.lines)]
-    waiting: list[tuple[_Body, int, bool]] = [(body, 2, True) for body in reversed(world.children)]
+    waiting: list[tuple[_WrittenBody, int, bool]] = [
+        (body, 2, True) for body in reversed(world.children)
+    ]
     while waiting:
         body, depth, is_opened = waiting.pop()
         indent = "  " * depth
@@ -340,3 +336,196 @@ def _of_world(world: _Body) -> list[str]:
         waiting.append((body, depth, False))
         waiting += [(child, depth + 1, True) for child in reversed(body.children)]
     return [*lines, "  </worldbody>"]
+
+
+class RigidGroups:
+    """The groups of links of a description that move as one body."""
+
+    def __init__(self, description: Description) -> None:
+        self._links = {link.name: link for link in description.links}
+        self._carriers = {joint.child: joint for joint in description.joints}
+        self._root = description.root
+        self._first: dict[str, str] = {}
+        self._placements: dict[str, Array] = {}
+        for name in self._links:
+            self._place(name)
+        self._members: dict[str, list[LinkDescription]] = {}
+        for link in description.links:
+            self._members.setdefault(self._first[link.name], []).append(link)
+        self._shares: dict[str, int] = {}
+        for loop in description.loops:
+            if loop.type not in ("spherical", "fixed"):
+                first = self._first[loop.successor]
+                self._shares[first] = self._shares.get(first, 1) + 1
+
+    def _place(self, name: str) -> None:
+        """Find the first link of the group of a link, and the placement of the link there."""
+        path = []
+        while name not in self._first:
+            joint = self._carriers.get(name)
+            if joint is None or joint.type != "fixed":
+                self._first[name], self._placements[name] = name, np.eye(4)
+                break
+            path.append(joint)
+            name = joint.parent
+        for joint in reversed(path):
+            self._first[joint.child] = self._first[joint.parent]
+            placement = self._placements[joint.parent] @ joint.origin @ joint.child_placement
+            self._placements[joint.child] = placement
+
+    def link(self, name: str) -> LinkDescription:
+        """Return a link by name."""
+        return self._links[name]
+
+    def placement(self, link: str) -> Array:
+        """Return the `(4, 4)` placement of a link in the first link of its group."""
+        return self._placements[link]
+
+    def is_fixed(self, link: str) -> bool:
+        """Return whether a link stands still."""
+        return self._first[link] == self._root
+
+    def members(self, link: str) -> list[LinkDescription]:
+        """Return all links that move as one with a link."""
+        return self._members[self._first[link]]
+
+    def mass(self, link: str) -> float:
+        """Return the mass [kg] of all links that move as one with a link."""
+        return sum(item.mass for item in self.members(link))
+
+    def shares(self, link: str) -> int:
+        """Return among how many bodies the inertia of a link's group is split."""
+        return 1 if self.is_fixed(link) else self._shares.get(self._first[link], 1)
+
+    def helper(self, loop: LoopDescription, name: str) -> LinkDescription:
+        """Return the mass of the body that carries a loop's joint, in the joint's frame.
+
+        It is a share of its successor's. A successor that stands still has none that counts: a
+        mass of the size of the others keeps the model regular and is held by the weld alone.
+        """
+        if self.is_fixed(loop.successor):
+            masses = [link.mass for link in self._links.values() if link.mass > 0.0]
+            mass = float(np.mean(masses)) if masses else 1.0
+            return LinkDescription(name, mass, np.zeros(3), mass * np.eye(3))
+        frame = self._placements[loop.successor] @ loop.successor_origin
+        parts = []
+        for link in self.members(loop.successor):
+            placement = inverse(frame) @ self._placements[link.name]
+            turn = placement[:3, :3]
+            centre = turn @ link.centre + placement[:3, 3]
+            parts.append(Mass(link.mass, centre, turn @ link.inertia @ turn.T))
+        whole, count = total(parts), self.shares(loop.successor)
+        if whole is None:
+            raise ModelError(
+                f"loop {loop.name!r}: its successor {loop.successor!r} moves and has no mass, "
+                "which MuJoCo does not accept; give it one"
+            )
+        return LinkDescription(name, whole.mass / count, whole.centre, whole.inertia / count)
+
+    def path(self, link: str) -> list[JointDescription]:
+        """Return the moving joints from a link to the root."""
+        joints = []
+        while link in self._carriers:
+            joint = self._carriers[link]
+            if joint.type != "fixed":
+                joints.append(joint)
+            link = joint.parent
+        return joints
+
+
+def elementary_joints(kind: str, axis: Array, axis_2: Array) -> list[tuple[str, Array]]:
+    """Return MJCF's words and axes for the coordinates of a joint type, outermost first."""
+    x, y, z = np.eye(3)
+    if kind == "planar":
+        first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+        first /= np.linalg.norm(first)
+        return [("slide", first), ("slide", np.cross(axis, first)), ("hinge", axis)]
+    return {
+        "fixed": [],
+        "revolute": [("hinge", axis)],
+        "continuous": [("hinge", axis)],
+        "prismatic": [("slide", axis)],
+        "cylindrical": [("slide", axis), ("hinge", axis)],
+        "universal": [("hinge", axis), ("hinge", axis_2)],
+        "spherical": [("ball", axis)],
+        "floating": [("slide", x), ("slide", y), ("slide", z), ("ball", x)],
+    }[kind]
+
+
+def check_kinds(kinds: list[str], body: str) -> None:
+    """Refuse joints that MuJoCo does not combine in one body."""
+    freedoms = sum(3 if kind == "ball" else 1 for kind in kinds)
+    balls = [index for index, kind in enumerate(kinds) if kind == "ball"]
+    turns_after = balls and any(kind != "slide" for kind in kinds[balls[0] + 1 :])
+    if freedoms > _MOST_FREEDOMS or turns_after:
+        raise ModelError(
+            f"body {body!r}: {', '.join(kinds)} cannot be its joints together in MuJoCo; give the "
+            "massless links between them a mass"
+        )
+
+
+def range_of(joint: JointDescription) -> str:
+    """Return the attribute of a joint's limits; empty where MJCF has no notation for them."""
+    lower, upper = joint.limits.lower, joint.limits.upper
+    if not (np.isfinite([lower, upper]).all() and lower < upper):
+        return ""
+    return f' range="{words([lower, upper])}"'
+
+
+def dynamics_of(joint: JointDescription | LoopDescription) -> str:
+    """Return the attributes of what rubs and springs along a hinge or slide of a joint."""
+    stated = {
+        "damping": joint.damping,
+        "frictionloss": joint.friction,
+        "stiffness": joint.stiffness,
+        "springref": joint.rest if joint.stiffness else 0.0,
+    }
+    return "".join(f' {name}="{words([value])}"' for name, value in stated.items() if value)
+
+
+def inertial_of(link: LinkDescription) -> str:
+    """Return the `<inertial>` of a link with mass."""
+    tensor = 0.5 * (link.inertia + link.inertia.T)
+    if np.count_nonzero(tensor - np.diag(np.diag(tensor))):
+        moments = [tensor[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+        inertia = f'fullinertia="{words(moments)}"'
+    else:
+        inertia = f'diaginertia="{words(np.diag(tensor))}"'
+    return f'<inertial pos="{words(link.centre)}" mass="{words([link.mass])}" {inertia}/>'
+
+
+def pose_of(placement: Array) -> str:
+    """Return the attributes of a `(4, 4)` placement."""
+    result = f' pos="{words(placement[:3, 3])}"'
+    if not np.array_equal(placement[:3, :3], np.eye(3)):
+        result += f' quat="{words(quaternion_of(placement[:3, :3]))}"'
+    return result
+
+
+def check_rotation(placement: Array, name: str) -> None:
+    """Refuse a `(4, 4)` matrix that is no placement.
+
+    Raises:
+        ModelError: it reflects or scales.
+    """
+    turn = placement[:3, :3]
+    written = rotation_of_quaternion(quaternion_of(turn), name)
+    if not np.allclose(written, turn, rtol=0.0, atol=ROTATION_TOLERANCE):
+        raise ModelError(f"{name!r}: {turn.tolist()} is no rotation")
+
+
+def quaternion_of(turn: Array) -> Array:
+    """Return the unit quaternion w x y z of a rotation `(3, 3)`, accurate for any angle.
+
+    Source: S. W. Shepperd, Quaternion from rotation matrix, 1978: the greatest component is found
+    first, so that none is divided by a small number.
+    """
+    xx, yy, zz = np.diag(turn)
+    squares = np.array([1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz])
+    w = np.array([0.0, turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    rows = np.zeros((4, 4))
+    rows[0] = rows[:, 0] = w
+    rows[1:, 1:] = turn + turn.T
+    rows[np.diag_indices(4)] = squares
+    row = rows[int(np.argmax(squares))]
+    return np.asarray(row / np.linalg.norm(row))

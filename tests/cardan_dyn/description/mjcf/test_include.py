@@ -9,7 +9,7 @@ import pytest
 from testkit.mjcf import CONNECTS, HALVES, ROCKER, same_as_urdf
 
 import cardan_dyn as cd
-from cardan_dyn.description.mjcf.include import DEPTH, with_includes
+from cardan_dyn.description.mjcf.reader import DEPTH, with_includes
 from cardan_dyn.description.read import read
 
 

@@ -12,7 +12,7 @@ from testkit.mjcf import of_body
 import cardan_dyn as cd
 from cardan_dyn.description.description import JointDescription, Limits
 from cardan_dyn.description.mjcf.elements import Compiler
-from cardan_dyn.description.mjcf.joints import joint
+from cardan_dyn.description.mjcf.reader import joint
 from cardan_dyn.description.read import read
 
 

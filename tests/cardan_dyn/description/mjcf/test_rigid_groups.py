@@ -8,7 +8,7 @@ import pytest
 
 import cardan_dyn as cd
 from cardan_dyn.description.description import Description
-from cardan_dyn.description.mjcf.rigid_groups import RigidGroups
+from cardan_dyn.description.mjcf.writer import RigidGroups
 from cardan_dyn.description.read import read
 
 LINK = """<link name="{}"><inertial><origin xyz="0.1 0.2 0.3" rpy="0.1 0.2 0.3"/><mass value="{}"/>

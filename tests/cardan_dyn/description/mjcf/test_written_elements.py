@@ -15,7 +15,7 @@ import cardan_dyn as cd
 from cardan_dyn.description.description import JointDescription, Limits, LinkDescription
 from cardan_dyn.description.elements import TREE_TYPES
 from cardan_dyn.description.mjcf.elements import rotation_of_quaternion
-from cardan_dyn.description.mjcf.written_elements import (
+from cardan_dyn.description.mjcf.writer import (
     check_kinds,
     check_rotation,
     elementary_joints,
@@ -23,8 +23,8 @@ from cardan_dyn.description.mjcf.written_elements import (
     pose_of,
     quaternion_of,
     range_of,
-    words,
 )
+from cardan_dyn.description.write import words
 from cardan_dyn.mechanism.joints import elementary
 
 ANGLES = st.one_of(
