@@ -41,6 +41,9 @@ so that a vector of them had components but no length."""
 DIRECTION_TOLERANCE = 1e-9
 """Greatest sine between axes of one direction, and greatest cosine between those at right angles:
 what axes written with ten digits have."""
+ROTATION_TOLERANCE = 1e-9
+"""Greatest difference between a matrix and the rotation that is written for it. Rotations that were
+read differ by some 1e-15; whatever is no rotation (a reflection, a scaled one) by much more."""
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 """A decimal number as XML Schema has it."""
 
@@ -231,6 +234,12 @@ def numbers(text: str | None, count: int, default: str, at: str) -> np.ndarray:
         )
     values[np.abs(values) < _LEAST] = 0.0
     return values
+
+
+def words(values: Iterable[float]) -> str:
+    """Return numbers as text from which they are read back to the last bit."""
+    # Adding zero removes the sign of negative zeros.
+    return " ".join(repr(float(value) + 0.0) for value in values)
 
 
 def number(text: str | None, default: str, at: str) -> float:

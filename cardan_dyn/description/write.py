@@ -28,7 +28,7 @@ import numpy as np
 from ..arrays import Array
 from ..checks import described
 from ..errors import ArgumentError, ModelError, choices
-from .elements import DYNAMICS_WORDS, LOOP_TYPES, TREE_TYPES, rotation
+from .elements import DYNAMICS_WORDS, LOOP_TYPES, ROTATION_TOLERANCE, TREE_TYPES, rotation, words
 from .mimics import check_mimics, default_name
 
 if TYPE_CHECKING:
@@ -42,9 +42,6 @@ if TYPE_CHECKING:
     )
 
 _SUFFIXES = (".urdf", ".xml", ".mjcf")
-ROTATION_TOLERANCE = 1e-9
-"""Greatest difference between a matrix and the rotation that is written for it. Rotations that were
-read differ by some 1e-15; whatever is no rotation (a reflection, a scaled one) by much more."""
 
 
 def write(description: Description, path: str | os.PathLike[str]) -> Path:
@@ -316,9 +313,3 @@ def angles_of(turn: Array) -> tuple[float, float, float]:
         sine * turn[0, 2] - cosine * turn[1, 2], cosine * turn[1, 1] - sine * turn[0, 1]
     )
     return roll, pitch, yaw
-
-
-def words(values: Iterable[float]) -> str:
-    """Return numbers as text from which they are read back to the last bit."""
-    # Adding zero removes the sign of negative zeros.
-    return " ".join(repr(float(value) + 0.0) for value in values)

@@ -27,8 +27,7 @@ import numpy as np
 from ...arrays import Array, inverse
 from ...errors import ModelError, choices
 from ..description import Description, JointDescription, LinkDescription, LoopDescription
-from ..elements import SINGLE_TYPES, unique
-from ..write import ROTATION_TOLERANCE, words
+from ..elements import ROTATION_TOLERANCE, SINGLE_TYPES, unique, words
 from .elements import rotation_of_quaternion
 from .inertia import Mass, total
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import cardan_dyn as cd
 from cardan_dyn.description.description import JointDescription, Limits, LinkDescription
-from cardan_dyn.description.elements import TREE_TYPES
+from cardan_dyn.description.elements import TREE_TYPES, words
 from cardan_dyn.description.mjcf.elements import rotation_of_quaternion
 from cardan_dyn.description.mjcf.writer import (
     check_kinds,
@@ -24,7 +24,6 @@ from cardan_dyn.description.mjcf.writer import (
     quaternion_of,
     range_of,
 )
-from cardan_dyn.description.write import words
 from cardan_dyn.mechanism.joints import elementary
 
 ANGLES = st.one_of(
