@@ -19,7 +19,7 @@ from typing import Any, Literal
 
 from analytic._data import read
 
-__all__ = ["ERRATA", "Erratum", "PrintedNumber", "as_markdown", "errata"]
+__all__ = ["ERRATA", "Erratum", "PrintedNumber", "errata"]
 
 
 @dataclass(frozen=True)
@@ -83,41 +83,3 @@ def errata(source: str | None = None) -> tuple[Erratum, ...]:
         names = ", ".join(repr(name) for name in dict.fromkeys(e.source for e in ERRATA))
         raise ValueError(f"source = {source!r} is not one of {names}")
     return matching
-
-
-def as_markdown() -> str:
-    """The errata as the page of the documentation.
-
-    Returns:
-        Text in Markdown.
-
-    Source:
-        `ERRATA`.
-    """
-    lines = [
-        "# Errata of the sources",
-        "",
-        "Errors found while the formulas were derived anew. The kinds: *wrong*, as printed it",
-        "gives a wrong value; *scan*, introduced by the scanning of the copy in circulation, or",
-        "not to be told from that; *scope*, right, but only under a condition that is not stated.",
-        "The same table is `analytic.errata.ERRATA`.",
-    ]
-    for source in dict.fromkeys(erratum.source for erratum in ERRATA):
-        lines += ["", f"## {source}"]
-        for erratum in errata(source):
-            lines += [
-                "",
-                f"### {erratum.place} ({erratum.key})",
-                "",
-                f"- Kind: {erratum.kind}",
-                f"- Printed: {erratum.printed}",
-                f"- Right: {erratum.right}",
-            ]
-            if erratum.numbers:
-                lines += ["", "| number | printed | right |", "|---|---|---|"]
-            for number in erratum.numbers:
-                printed = "none" if number.printed is None else f"{number.printed:g}"
-                # A vertical bar within a cell would end this cell of the table.
-                what = number.what.replace("|", "\\|")
-                lines.append(f"| {what} | {printed} | {number.right:.6g} |")
-    return "\n".join(lines) + "\n"

@@ -27,10 +27,10 @@ from analytic._first_peak import Flown, Start, first_peak, flown
 from analytic.clearance import natural_frequency
 from analytic.clearance import tau as tau_of
 
-__all__ = ["Reversal", "Start", "contact_force", "exciting_force", "reversal"]
+__all__ = ["GapCrossing", "Start", "contact_force", "exciting_force", "reversal"]
 
 
-class Reversal(NamedTuple):
+class GapCrossing(NamedTuple):
     """What happens at one reversal of the force.
 
     Attributes:
@@ -59,7 +59,7 @@ def reversal(
     ramp: ArrayLike,
     *,
     start: Start = "rest",
-) -> Reversal:
+) -> GapCrossing:
     """Times, speeds and forces of one reversal.
 
     Args:
@@ -70,7 +70,7 @@ def reversal(
         start: "rest" or "release", see the module's text.
 
     Returns:
-        A `Reversal`, each field in the broadcast shape. Without clearance and from rest, the
+        A `GapCrossing`, each field in the broadcast shape. Without clearance and from rest, the
         peak is 2 pi ramp / omega. With start="release", what belongs to the peak is NaN below
         tau = 1.8386.
 
@@ -96,7 +96,7 @@ def reversal(
         unit * (flight + angle),
         unit * root,
     )
-    return Reversal(*(filled(value, tau_0.shape) for value in values))
+    return GapCrossing(*(filled(value, tau_0.shape) for value in values))
 
 
 def exciting_force(

@@ -35,10 +35,10 @@ from analytic.support_forces import (
     _turned,
 )
 
-__all__ = ["LineForces", "line_moments", "line_support_forces"]
+__all__ = ["LineSupportForces", "line_moments", "line_support_forces"]
 
 
-class LineForces(NamedTuple):
+class LineSupportForces(NamedTuple):
     """Forces that the shafts exert on their bearings [N].
 
     A and B: far and near bearing of the input shaft; E and F: near and far bearing of the output
@@ -100,7 +100,7 @@ def line_support_forces(
     centres: ArrayLike,
     spans: Spans,
     fork_offsets: ArrayLike | None = None,
-) -> LineForces:
+) -> LineSupportForces:
     """Forces of a line of joints on the bearings of its shafts.
 
     Args:
@@ -154,7 +154,7 @@ def line_support_forces(
     far_1, near_1 = _on_bearings(-front, -moments[..., 0, :], -shafts[..., 0, :], b, a)
     middle = np.stack(carried[::-1], axis=-2) if carried else np.zeros((*shape, 0, 3))
     ends = [filled(force, (*shape, 3)) for force in (far_1, near_1, near_2, far_2)]
-    return LineForces(ends[0], ends[1], middle, ends[2], ends[3])
+    return LineSupportForces(ends[0], ends[1], middle, ends[2], ends[3])
 
 
 def _line(

@@ -16,9 +16,8 @@ from types import MappingProxyType
 from typing import Any
 
 from analytic._data import read
-from analytic.limits import CRITICAL_CONSTANTS, LIMITS, POWER_FACTORS, SERVICE_FACTORS, Limit
 
-__all__ = ["RULES", "Rule", "as_markdown"]
+__all__ = ["RULES", "Rule"]
 
 
 @dataclass(frozen=True)
@@ -55,63 +54,3 @@ RULES: Mapping[str, Rule] = MappingProxyType(
     {key: _rule(key, row) for key, row in read("rules.toml").items()}
 )
 """Rules by name, in the order in which a shaft is designed."""
-
-
-def as_markdown() -> str:
-    """The rules and limits as the page of the documentation.
-
-    Returns:
-        Text in Markdown.
-
-    Source:
-        `RULES` and `analytic.limits`.
-    """
-    lines = [
-        "# Rules of practice",
-        "",
-        "What makers and builders of drive lines compute, in the package `analytic`: formula,",
-        "source, what must hold for it, and a worked example or an independent derivation that a",
-        "test holds it against. The same table is `analytic.rules.RULES`; the figures at the end",
-        "are `analytic.limits`, and any of them can be replaced. Symbols in formulas are those of",
-        "the sources; functions take SI units and radians.",
-        "",
-        "Three ratings of joints look alike and are not: the rated torque T_D of the life formula",
-        "(5000 h at n beta = 300 degrees/min), the capacity factor L_C, and the torque of a",
-        "maker's own table, such as Klein's T = C R or T_e = T K_1 K_2 K_3. For 1000 N m,",
-        "1450/min, 7 degrees and 2000 h the first is 2185 N m, Klein's 1339 N m.",
-    ]
-    for rule in RULES.values():
-        lines += ["", f"## {rule.title} ({rule.key})", "", f"- Formula: {rule.formula}"]
-        lines.append("- Functions: " + ", ".join(f"`{name}`" for name in rule.functions))
-        if rule.limits:
-            lines.append("- Limits: " + ", ".join(f"`{name}`" for name in rule.limits))
-        lines += [f"- Source: {rule.source}", f"- Holds if: {' '.join(rule.assumptions)}"]
-        lines.append(f"- Example: {rule.example}")
-    lines += ["", "## Limits and constants", "", *_table(LIMITS)]
-    lines += [
-        "",
-        "Constants C of omega = C sqrt(D^2 + d^2) / L^2:",
-        "",
-        *_table(CRITICAL_CONSTANTS),
-    ]
-    factors = {
-        f"{load}, {end}": limit
-        for load, pair in SERVICE_FACTORS.items()
-        for end, limit in zip(("least", "greatest"), pair, strict=True)
-    }
-    lines += ["", "Service factors K by load, and factors K_3 by prime mover:", ""]
-    lines += _table({**factors, **POWER_FACTORS})
-    lines += [
-        "",
-        "Speeds and angles by size of joint are `analytic.limits.JOINT_SIZES`, factors of",
-    ]
-    lines += ["precision joints `analytic.limits.DIN_808_FACTORS`."]
-    return "\n".join(lines) + "\n"
-
-
-def _table(limits: Mapping[str, Limit]) -> list[str]:
-    rows = [
-        f"| `{name}` | {limit.value:.6g} | {limit.unit} | {limit.bound} | {limit.source} |"
-        for name, limit in limits.items()
-    ]
-    return ["| name | value | unit | bound | source |", "|---|---|---|---|---|", *rows]

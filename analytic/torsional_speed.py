@@ -20,8 +20,8 @@ from analytic._arrays import filled
 from analytic._checks import FloatArray, joint_angle, positive, real, refuse, same_shape
 
 __all__ = [
-    "CriticalSpeeds",
     "ParametricZone",
+    "TorsionalSpeeds",
     "critical_speeds",
     "parametric_speed",
     "parametric_zone",
@@ -29,7 +29,7 @@ __all__ = [
 ]
 
 
-class CriticalSpeeds(NamedTuple):
+class TorsionalSpeeds(NamedTuple):
     """Speeds of rotation [rad/s] at which order 2 and order 4 meet a natural frequency."""
 
     order_2: FloatArray
@@ -74,7 +74,7 @@ def two_inertia_frequency(
     return np.sqrt(stiffness * (1.0 / first + 1.0 / second))
 
 
-def critical_speeds(frequency: ArrayLike) -> CriticalSpeeds:
+def critical_speeds(frequency: ArrayLike) -> TorsionalSpeeds:
     """Speeds of rotation at which the joint's orders excite a natural frequency.
 
     Args:
@@ -90,7 +90,7 @@ def critical_speeds(frequency: ArrayLike) -> CriticalSpeeds:
         n = 60 f / 2 and 60 f / 4 (AE-7); orders of the speed ratio, `single_joint`.
     """
     frequency = positive("frequency", frequency)
-    return CriticalSpeeds(frequency / 2.0, frequency / 4.0)
+    return TorsionalSpeeds(frequency / 2.0, frequency / 4.0)
 
 
 def parametric_speed(frequency: ArrayLike, zone: ArrayLike = 1) -> FloatArray:

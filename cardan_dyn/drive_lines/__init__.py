@@ -5,7 +5,7 @@ from .analysis import Analysis, LineForces
 from .drive_line import DriveLine
 from .geometry import Geometry
 from .layout import Layout
-from .parts import Bearing, Centring, DutyPoint, Joint, Shaft, Spline, Tube
+from .parts import Bearing, Centring, DutyPoint, Shaft, ShaftJoint, Spline, Tube
 from .phasing import Alternative, Phasing
 from .toml_files import examples, toml_schema
 from .variants import Variants
@@ -21,11 +21,11 @@ __all__ = [
     "DutyPoint",
     "Geometry",
     "Inverse",
-    "Joint",
     "Layout",
     "LineForces",
     "Phasing",
     "Shaft",
+    "ShaftJoint",
     "Spline",
     "Tube",
     "Variants",

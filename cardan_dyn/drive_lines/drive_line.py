@@ -17,7 +17,7 @@ from .analysis import Analysis
 from .closed_chain import urdf
 from .layout import layout
 from .line_data import LineData
-from .parts import Joint
+from .parts import ShaftJoint
 from .phasing import phasing
 from .solving import Task, analysed, scene_of
 from .supports import supports
@@ -225,7 +225,7 @@ class DriveLine(LineData):
             raise ModelError(
                 f"a DriveLine has no field {name!r}; fields: {choices(known, name)}", name=name
             )
-        if "shafts" in changes and not any(joint != Joint() for joint in self.joints):
+        if "shafts" in changes and not any(joint != ShaftJoint() for joint in self.joints):
             changes = {"joints": (), **changes}  # As many plain ones as there will be joints.
         return dataclasses.replace(self, **changes)
 

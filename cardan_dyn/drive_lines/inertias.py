@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from .line_data import LineData
-from .parts import Joint
+from .parts import ShaftJoint
 from .supports import spline_distance
 
 
@@ -60,7 +60,7 @@ def shaft_bodies(line: LineData, index: int) -> tuple[Body | None, Body | None]:
     return front, _piece(mass, inertia, length, cut, length)
 
 
-def cross_inertia(joint: Joint) -> tuple[float, float]:
+def cross_inertia(joint: ShaftJoint) -> tuple[float, float]:
     """Return the inertias of a cross about its pins and about their normal [kg·m²].
 
     Two slender rods of half the mass each, m s²/24 and m s²/12.

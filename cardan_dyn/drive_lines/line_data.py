@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import ModelError, choices
 from .fields import flag, parts, quantity, settle, text, unusual
 from .geometry import Geometry, called, geometry
-from .parts import Bearing, DutyPoint, Joint, Shaft
+from .parts import Bearing, DutyPoint, Shaft, ShaftJoint
 
 if TYPE_CHECKING:
     from ..arrays import Array
@@ -31,7 +31,7 @@ class LineData:
     """The data of a `DriveLine` and what follows from them alone; attributes are told there."""
 
     shafts: tuple[Shaft, ...] = parts(Shaft, "shafts along the power flow", dataclasses.MISSING)
-    joints: tuple[Joint, ...] = parts(Joint, "joints, each between a shaft and the next")
+    joints: tuple[ShaftJoint, ...] = parts(ShaftJoint, "joints, each between a shaft and the next")
     name: str = text("name of the line", "drive_line")
     speed: float | None = quantity("speed", "speed of the input shaft", None, usual=(1e-3, 5e3))
     torque: float | None = quantity("torque", "torque of the input shaft", None, usual=(1e-3, 1e8))
@@ -58,7 +58,7 @@ class LineData:
                 "with a joint between them"
             )
         if not self.joints:
-            object.__setattr__(self, "joints", (Joint(),) * count)
+            object.__setattr__(self, "joints", (ShaftJoint(),) * count)
         if len(self.joints) != count:
             raise ModelError(
                 f"joints of a DriveLine: there are {len(self.joints)} joints between {count + 1} "

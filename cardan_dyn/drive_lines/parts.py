@@ -191,7 +191,7 @@ class Centring:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Joint:
+class ShaftJoint:
     """A joint between two shafts: a universal joint with a cross, or one of constant velocity.
 
     A joint of constant velocity (Rzeppa, other ball joints, tripod) is the ideal one: both shafts
@@ -257,7 +257,7 @@ class Joint:
         settle(self)
         if self.kind not in JOINT_KINDS:
             raise ModelError(
-                f"kind of a Joint is {self.kind!r}; kinds: {choices(JOINT_KINDS, self.kind)}"
+                f"kind of a ShaftJoint is {self.kind!r}; kinds: {choices(JOINT_KINDS, self.kind)}"
             )
         if self.kind != "cross":
             for field in ("cross_span", "rated_torque", "capacity", "pin_radius", "pin_friction"):
@@ -265,7 +265,7 @@ class Joint:
                     raise refuse(self, field, f"is that of a cross, and its kind is {self.kind!r}")
         if self.din_808 not in ("", *PRECISION_BEARINGS):
             raise ModelError(
-                f"din_808 of a Joint is {self.din_808!r}; kinds: "
+                f"din_808 of a ShaftJoint is {self.din_808!r}; kinds: "
                 f"{choices(PRECISION_BEARINGS, self.din_808)}"
             )
 

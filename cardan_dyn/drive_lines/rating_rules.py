@@ -11,7 +11,7 @@ import numpy as np
 from analytic import installation, joint_rating, precision_joint, shaft_design
 from analytic.limits import DIN_808_FACTORS, Limit
 
-from .parts import Joint
+from .parts import ShaftJoint
 from .verdict_case import Case, OperatingPoint
 from .verdict_rows import Inverse, VerdictRow, judged, not_judged
 
@@ -170,7 +170,7 @@ def _duty_life(case: Case, k: int, kind: str, duty: list[OperatingPoint]) -> Ver
     )
 
 
-def _life_at(case: Case, joint: Joint, kind: str, beta: float, point: OperatingPoint) -> float:
+def _life_at(case: Case, joint: ShaftJoint, kind: str, beta: float, point: OperatingPoint) -> float:
     """Return the B10 life at a point [h]; infinite at rest or without torque."""
     torque, speed = abs(point.torque or 0.0), point.speed or 0.0
     if torque == 0.0 or speed == 0.0:

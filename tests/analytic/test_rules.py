@@ -2,6 +2,7 @@
 
 import importlib
 import inspect
+import runpy
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from analytic import limits, rules
 from analytic._data import read
 
 TESTED = Path(__file__).parent / "tested_rules.toml"
-PAGE = Path(__file__).parents[2] / "docs" / "practice.md"
+DOCS = Path(__file__).parents[2] / "docs"
 RULES = list(rules.RULES.values())
 PRACTICE = (
     "axial_force",
@@ -87,7 +88,10 @@ def test_own_derivations_say_against_what_they_were_held():
         assert any(word in rule.example for word in ("own derivation", "finite elements"))
 
 
-def test_page_and_table_agree():
-    page = PAGE.read_text(encoding="utf-8")
-    assert page == rules.as_markdown()
-    assert all(f"| `{name}` |" in page for name in limits.LIMITS)
+def test_pages_and_data_agree():
+    pages = runpy.run_path(str(DOCS / "write_pages.py"))["PAGES"]
+    assert {path.name for path in pages} == {"practice.md", "errata.md"}
+    for path, page in pages.items():
+        assert path.read_text(encoding="utf-8") == page()
+    text = (DOCS / "practice.md").read_text(encoding="utf-8")
+    assert all(f"| `{name}` |" in text for name in limits.LIMITS)

@@ -19,8 +19,8 @@ from cardan_dyn.drive_lines import (
     Centring,
     DriveLine,
     DutyPoint,
-    Joint,
     Shaft,
+    ShaftJoint,
     Spline,
     Tube,
 )
@@ -119,10 +119,10 @@ def draw(seed: int) -> tuple[DriveLine, Worst]:
     joints = []
     for k in range(1, count + 1):
         if rng.random() < 0.15 and not {k - 1, k} & {piece}:
-            joints.append(Joint(kind="constant_velocity", largest_angle=rng.uniform(0.1, 0.5)))
+            joints.append(ShaftJoint(kind="constant_velocity", largest_angle=rng.uniform(0.1, 0.5)))
             continue
         joints.append(
-            Joint(
+            ShaftJoint(
                 largest_angle=rng.choice([None, rng.uniform(0.1, 0.5)]),
                 largest_speed=rng.choice([None, rng.uniform(800, 4000) * RPM]),
                 largest_n_beta=rng.choice([None, np.radians(rng.uniform(6000, 60000)) * RPM]),

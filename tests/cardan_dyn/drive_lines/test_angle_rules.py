@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from testkit.line_data import double_shaft, random_line
 
-from cardan_dyn.drive_lines import DriveLine, Joint, Shaft, VerdictRow
+from cardan_dyn.drive_lines import DriveLine, Shaft, ShaftJoint, VerdictRow
 from cardan_dyn.drive_lines.angle_rules import inertia_ratio
 
 RPM = np.pi / 30
@@ -159,7 +159,7 @@ def test_joint_angles_of_a_vehicle_and_of_any_line() -> None:
 
 def test_speed_and_angle_by_size() -> None:
     # Dana: joint 2040 at 10 degrees may turn at 2000/min.
-    joints = [Joint(size="2040"), Joint(largest_n_beta=1.0, largest_speed=1.0)]
+    joints = [ShaftJoint(size="2040"), ShaftJoint(largest_n_beta=1.0, largest_speed=1.0)]
     line = planar(10.0, 10.0, joints=joints, speed=2000 * RPM)
     found = rows(line, "n_beta")
     assert [row.status for row in found] == ["pass", "pass", "fail", "fail"]
@@ -177,7 +177,7 @@ def test_slopes_are_compared_with_sums_of_squares() -> None:
 
 
 def test_a_size_in_no_table_is_said_to_be_so() -> None:
-    line = planar(5.0, 5.0, joints=[Joint(size="2056"), Joint(size="2055")], speed=100.0)
+    line = planar(5.0, 5.0, joints=[ShaftJoint(size="2056"), ShaftJoint(size="2055")], speed=100.0)
     found = {(row.where, row.quantity): row for row in rows(line, "n_beta")}
     for quantity in ("speed", "speed times angle"):
         row = found["joint_1", quantity]

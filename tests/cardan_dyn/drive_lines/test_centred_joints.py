@@ -14,8 +14,8 @@ from cardan_dyn.drive_lines import (
     Bearing,
     Centring,
     DriveLine,
-    Joint,
     Shaft,
+    ShaftJoint,
     Spline,
     Tube,
     arrangements,
@@ -86,7 +86,7 @@ def random_centred(seed: int, count: int = 4) -> DriveLine:
                 place = rng.uniform(0.7, 0.95) * length
                 bearings = (Bearing(name=f"centre {k}", distance=place),)
         shafts.append(Shaft(length=length, spline=spline, bearings=bearings, **slopes, **fork))
-    return DriveLine(shafts=shafts, joints=[Joint(kind=str(kind)) for kind in kinds])
+    return DriveLine(shafts=shafts, joints=[ShaftJoint(kind=str(kind)) for kind in kinds])
 
 
 def along_left_up(line: DriveLine, shaft: int, force: Array) -> Array:
@@ -183,7 +183,7 @@ def test_constant_velocity_at_any_angle_and_its_moment() -> None:
         ends[1] = dataclasses.replace(
             ends[1], mass=5.0 if inertia else 0.0, inertia=inertia or None
         )
-        line = DriveLine(shafts=ends, joints=[Joint(kind="constant_velocity")] * 2)
+        line = DriveLine(shafts=ends, joints=[ShaftJoint(kind="constant_velocity")] * 2)
         found = line.analyse(speed=100.0, torque=50.0)
         np.testing.assert_array_equal(found.ratio, np.ones_like(found.ratio))
         for side in ("in", "out"):
@@ -204,7 +204,11 @@ def test_one_uneven_joint_stays_among_even_ones() -> None:
             Shaft(length=0.5, slope_plan=0.3, spline=Spline()),
             Shaft(),
         ],
-        joints=[Joint(kind="constant_velocity"), Joint(), Joint(kind="constant_velocity")],
+        joints=[
+            ShaftJoint(kind="constant_velocity"),
+            ShaftJoint(),
+            ShaftJoint(kind="constant_velocity"),
+        ],
         speed=100.0,
         torque=10.0,
     )
@@ -264,12 +268,12 @@ def test_a_piece_with_a_tube_bends_as_a_mass_at_its_centring() -> None:
         (lambda: Shaft(length=0.1, bearings=[Bearing(distance=0.1)], centring=Centring()), "carry"),
         (lambda: Centring(kind="disk"), "did you mean 'disc'"),
         (lambda: Centring(equal_at=0.5), "equal_at"),
-        (lambda: Joint(kind="rzeppa"), "constant_velocity"),
-        (lambda: Joint(kind="constant_velocity", rated_torque=1.0), "is that of a cross"),
+        (lambda: ShaftJoint(kind="rzeppa"), "constant_velocity"),
+        (lambda: ShaftJoint(kind="constant_velocity", rated_torque=1.0), "is that of a cross"),
         (lambda: DriveLine(shafts=[Shaft(length=1, centring=Centring()), Shaft()]), "two shafts"),
         (
             lambda: wide_angle(30.0, Centring()).replace(
-                joints=[Joint(kind="constant_velocity")] * 3
+                joints=[ShaftJoint(kind="constant_velocity")] * 3
             ),
             "have a cross",
         ),

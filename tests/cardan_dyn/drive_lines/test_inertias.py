@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from cardan_dyn.drive_lines import Bearing, DriveLine, Joint, Shaft, Spline, Tube
+from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, ShaftJoint, Spline, Tube
 from cardan_dyn.drive_lines.inertias import cross_inertia, shaft_bodies
 
 TUBE = Tube(outer_diameter=0.1, wall=0.006)
@@ -61,6 +61,6 @@ def test_nothing_weighs_nothing() -> None:
 
 
 def test_a_cross_of_two_rods() -> None:
-    pin, normal = cross_inertia(Joint(cross_mass=1.2, cross_span=0.1))
+    pin, normal = cross_inertia(ShaftJoint(cross_mass=1.2, cross_span=0.1))
     rod = 0.6 * 0.1**2 / 12
     assert (pin, normal) == pytest.approx((rod, 2 * rod), rel=1e-14)

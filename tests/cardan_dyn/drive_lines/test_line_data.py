@@ -10,8 +10,8 @@ from cardan_dyn.drive_lines import (
     Bearing,
     DriveLine,
     DutyPoint,
-    Joint,
     Shaft,
+    ShaftJoint,
     Spline,
     Tube,
     examples,
@@ -25,13 +25,13 @@ def double_shaft(**changes: object) -> DriveLine:
 
 
 def test_defaults_and_names() -> None:
-    line = double_shaft(joints=[Joint(), Joint(name="rear")])
+    line = double_shaft(joints=[ShaftJoint(), ShaftJoint(name="rear")])
     assert line.count == 2
     assert line.shaft_names == ("input", "shaft_1", "output")
     assert line.joint_names == ("joint_1", "rear")
     assert line.fork_offsets.tolist() == [0.2]
     assert line.joint_angles == pytest.approx([0.1, 0.1], rel=1e-14)
-    assert double_shaft().joints == (Joint(), Joint())
+    assert double_shaft().joints == (ShaftJoint(), ShaftJoint())
 
 
 def test_lines_are_values() -> None:
@@ -67,7 +67,7 @@ def test_fork_offsets_of_any_size(offset: float) -> None:
     [
         ({"shafts": []}, "there are 0; a line has two shafts at least"),
         ({"shafts": [Shaft()]}, "there are 1; a line has two shafts"),
-        ({"joints": [Joint()]}, "there are 1 joints between 3 shafts; give 2"),
+        ({"joints": [ShaftJoint()]}, "there are 1 joints between 3 shafts; give 2"),
         ({"speed": "3"}, "speed of a DriveLine is '3'"),
         ({"torque": float("nan")}, "torque of a DriveLine is nan"),
         (
@@ -124,7 +124,8 @@ def test_names_differ_from_those_of_parts_without_a_name() -> None:
         DriveLine(shafts=[Shaft(name="output"), Shaft()])
     with pytest.raises(ModelError, match="joints of a DriveLine: the name 'joint_2' occurs twice"):
         DriveLine(
-            shafts=[Shaft(), Shaft(length=1.0), Shaft()], joints=[Joint(name="joint_2"), Joint()]
+            shafts=[Shaft(), Shaft(length=1.0), Shaft()],
+            joints=[ShaftJoint(name="joint_2"), ShaftJoint()],
         )
 
 
@@ -149,6 +150,6 @@ def test_data_whose_unit_may_be_wrong_are_remarked_on() -> None:
 @pytest.mark.parametrize("field", ["speed", "torque"])
 def test_numbers_whose_powers_overflow_fail(field: str) -> None:
     """Squares of speeds and damage by torques ended in an OverflowError of Python."""
-    joints = [Joint(rated_torque=1.0)] * 2
+    joints = [ShaftJoint(rated_torque=1.0)] * 2
     line = double_shaft(joints=joints, life=1e5, speed=10.0, torque=1.0, application="vehicle")
     assert not line.replace(**{field: 1e300}).verdict().passed

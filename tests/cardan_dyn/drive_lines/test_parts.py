@@ -4,7 +4,7 @@ import pytest
 from scipy.integrate import quad
 
 from cardan_dyn import ModelError
-from cardan_dyn.drive_lines import Bearing, DutyPoint, Joint, Shaft, Spline, Tube
+from cardan_dyn.drive_lines import Bearing, DutyPoint, Shaft, ShaftJoint, Spline, Tube
 
 
 def test_a_tube_by_integration() -> None:
@@ -30,7 +30,7 @@ def test_a_solid_shaft_has_a_wall_of_half_its_diameter() -> None:
         (lambda: Spline(friction=0.1), "friction = 0.1 .* needs the mean radius"),
         (lambda: Spline(friction=-0.1), "friction of a Spline is -0.1, expected .* at least 0"),
         (lambda: Bearing(distance=0), "distance of a Bearing is 0, expected .* greater than 0"),
-        (lambda: Joint(largest_angle=2.0), "largest_angle of a Joint is 2.0"),
+        (lambda: ShaftJoint(largest_angle=2.0), "largest_angle of a ShaftJoint is 2.0"),
         (lambda: Shaft(slope_side=math.pi / 2), "slope_side of a Shaft is 1.57.* less than 1.5708"),
         (lambda: Shaft(slope_side=0.1, end=(1, 0, 0)), "slope_side = 0.1 .* goes with a length"),
         (lambda: Shaft(start=(1, 0, 0)), "start of a Shaft needs the other end"),
@@ -49,4 +49,4 @@ def test_what_no_part_can_be(make: object, message: str) -> None:
 
 def test_zero_masses_are_valid() -> None:
     assert Shaft(mass=0).mass == 0.0
-    assert Joint(cross_mass=0).cross_mass == 0.0
+    assert ShaftJoint(cross_mass=0).cross_mass == 0.0

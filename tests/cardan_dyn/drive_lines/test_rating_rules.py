@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from testkit.line_data import double_shaft, random_line
 
-from cardan_dyn.drive_lines import DriveLine, DutyPoint, Joint, VerdictRow
+from cardan_dyn.drive_lines import DriveLine, DutyPoint, ShaftJoint, VerdictRow
 
 RPM = np.pi / 30
 HOUR = 3600.0
@@ -16,15 +16,15 @@ def rows(line: DriveLine, rule: str) -> list[VerdictRow]:
     return [row for row in line.verdict() if row.rule == rule]
 
 
-def line(angle: float, joint: Joint, **fields: object) -> DriveLine:
+def line(angle: float, joint: ShaftJoint, **fields: object) -> DriveLine:
     """Two joints in Z, of an angle in degrees."""
     slopes = (0.0, float(np.radians(angle)), 0.0)
-    return double_shaft((0.0, 0.0, 0.0), slopes).replace(joints=[joint, Joint()], **fields)
+    return double_shaft((0.0, 0.0, 0.0), slopes).replace(joints=[joint, ShaftJoint()], **fields)
 
 
 def test_life_at_the_makers_reference() -> None:
     # AISCO rates at 5000 h, 100/min and 3 degrees.
-    case = line(3.0, Joint(rated_torque=800.0), speed=100 * RPM, torque=800.0)
+    case = line(3.0, ShaftJoint(rated_torque=800.0), speed=100 * RPM, torque=800.0)
     row = rows(case, "joint_life")[0]
     assert row.value / HOUR == pytest.approx(5000.0, rel=1e-9)
     assert row.status == "not judged" and "life" in row.note
@@ -33,10 +33,12 @@ def test_life_at_the_makers_reference() -> None:
 
 
 def test_kleins_case_needs_another_rating() -> None:
-    case = line(7.0, Joint(rated_torque=1.0), speed=1450 * RPM, torque=1000.0, life=2000 * HOUR)
+    case = line(
+        7.0, ShaftJoint(rated_torque=1.0), speed=1450 * RPM, torque=1000.0, life=2000 * HOUR
+    )
     needed = rows(case, "joint_life")[0].inverses[0]
     assert needed.value == pytest.approx(2185.0, abs=0.5)
-    enough = case.replace(joints=[Joint(rated_torque=needed.value), Joint()])
+    enough = case.replace(joints=[ShaftJoint(rated_torque=needed.value), ShaftJoint()])
     assert rows(enough, "joint_life")[0].value == pytest.approx(2000 * HOUR, rel=1e-12)
 
 
@@ -48,8 +50,8 @@ def test_required_rating_of_a_duty_cycle(field: str) -> None:
         DutyPoint(share=0.3, speed=0.0, torque=0.0, name="rest"),
     ]
     fields = {"duty_cycle": cycle, "life": 1234 * HOUR, "service_factor": 1.5}
-    (row,) = rows(line(8.0, Joint(**{field: 900.0}), **fields), "duty_cycle")
-    joint = Joint(**{field: row.inverses[0].value})
+    (row,) = rows(line(8.0, ShaftJoint(**{field: 900.0}), **fields), "duty_cycle")
+    joint = ShaftJoint(**{field: row.inverses[0].value})
     (enough,) = rows(line(8.0, joint, **fields), "duty_cycle")
     assert enough.value == pytest.approx(1234 * HOUR, rel=1e-12)
     assert enough.status == "pass"
@@ -68,7 +70,7 @@ def test_one_joint_has_one_life_by_both_ratings() -> None:
     """L_C = 1.5e-4 T_D^(10/3) with T_D in kN·m is the same joint, whatever the shock factor."""
     for shock in (None, 1.5, 3.0):
         fields = {"speed": 90.0, "torque": 700.0, "service_factor": shock, "life": 2e6}
-        joint = Joint(rated_torque=1300.0, capacity=1.5e-4 * 1.3 ** (10 / 3))
+        joint = ShaftJoint(rated_torque=1300.0, capacity=1.5e-4 * 1.3 ** (10 / 3))
         one, two = (row for row in rows(line(8.0, joint, **fields), "joint_life")[:2])
         assert one.value == pytest.approx(two.value, rel=1e-12)
         n_beta = 90.0 / RPM * 8.0
@@ -80,13 +82,13 @@ def test_one_joint_has_one_life_by_both_ratings() -> None:
 
 def test_a_cycle_at_rest_has_no_life() -> None:
     cycle = [DutyPoint(share=1.0, speed=0.0, torque=10.0)]
-    (row,) = rows(line(8.0, Joint(rated_torque=1.0), duty_cycle=cycle), "duty_cycle")
+    (row,) = rows(line(8.0, ShaftJoint(rated_torque=1.0), duty_cycle=cycle), "duty_cycle")
     assert row.status == "not judged" and "never turns" in row.note
 
 
 def test_later_joints_bear_more_torque() -> None:
     # Behind a joint the torque varies between T cos beta and T / cos beta.
-    case = line(30.0, Joint(torque_limit=100.0), torque=100.0)
+    case = line(30.0, ShaftJoint(torque_limit=100.0), torque=100.0)
     first, _, second, _ = rows(case, "static_ratings")
     assert first.value == pytest.approx(100.0, rel=1e-9)
     assert first.status == "pass"
@@ -105,13 +107,13 @@ def test_without_torque_inertia_alone_acts() -> None:
 def test_a_duty_cycle_counts_instead_of_the_rated_point() -> None:
     cycle = [DutyPoint(share=1.0, speed=100.0, torque=1.0)]
     fields = {"speed": 200.0, "torque": 1e3, "life": HOUR, "duty_cycle": cycle}
-    case = line(5.0, Joint(rated_torque=100.0), **fields)
+    case = line(5.0, ShaftJoint(rated_torque=100.0), **fields)
     assert rows(case, "joint_life")[0].status == "stated"
     assert rows(case, "duty_cycle")[0].status == "pass"
 
 
 def test_service_factor_and_sense_of_the_torque() -> None:
-    joint = Joint(torque_limit=150.0, pulsating_limit=160.0, reversing_limit=140.0)
+    joint = ShaftJoint(torque_limit=150.0, pulsating_limit=160.0, reversing_limit=140.0)
     case = line(1.0, joint, torque=100.0, service_factor=1.5)
     assert [row.status for row in rows(case, "static_ratings")[:2]] == ["pass", "pass"]
     turned = rows(case.replace(reversing=True), "static_ratings")[1]
@@ -122,7 +124,7 @@ def test_service_factor_and_sense_of_the_torque() -> None:
 
 def test_precision_joint_of_jw_winco() -> None:
     # 27 N m at 30 degrees ask for 61 N m by the chart, 27 x 2.2 by the table.
-    case = line(30.0, Joint(din_808="plain", table_torque=60.0), torque=27.0, speed=230 * RPM)
+    case = line(30.0, ShaftJoint(din_808="plain", table_torque=60.0), torque=27.0, speed=230 * RPM)
     speed, torque = rows(case, "precision_joint")
     assert torque.value == pytest.approx(59.4) and torque.status == "pass"
     assert speed.status == "pass"
@@ -131,14 +133,16 @@ def test_precision_joint_of_jw_winco() -> None:
 
 
 def test_efficiency_of_rubbing_pins() -> None:
-    joint = Joint(pin_radius=0.01, pin_friction=0.1, cross_span=0.08)
+    joint = ShaftJoint(pin_radius=0.01, pin_friction=0.1, cross_span=0.08)
     (row,) = rows(line(10.0, joint), "efficiency")
     assert row.value == pytest.approx(1 - 4 / np.pi * 0.1 * 0.25 * np.radians(10.0))
 
 
 def test_says_what_is_missing() -> None:
     notes = {
-        row.rule: row.note for row in line(5.0, Joint()).verdict() if row.status == "not judged"
+        row.rule: row.note
+        for row in line(5.0, ShaftJoint()).verdict()
+        if row.status == "not judged"
     }
     assert "torque" in notes["static_ratings"]
     assert "rated_torque" in notes["joint_life"]

@@ -12,8 +12,8 @@ from cardan_dyn.drive_lines import (
     Bearing,
     DriveLine,
     DutyPoint,
-    Joint,
     Shaft,
+    ShaftJoint,
     Spline,
     Tube,
     VerdictRow,
@@ -84,7 +84,7 @@ def test_centre_bearing_shortens_and_softens() -> None:
         )
         behind = dataclasses.replace(given.shafts[2], tube=tube)
         shafts = [given.shafts[0], shaft, behind, given.shafts[3]]
-        joints = [Joint(cross_mass=2.0)] * 3
+        joints = [ShaftJoint(cross_mass=2.0)] * 3
         case = given.replace(shafts=shafts, joints=joints, speed=10.0)
         return rows(case, "bending_speed")[0]
 

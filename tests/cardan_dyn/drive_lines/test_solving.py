@@ -9,7 +9,7 @@ from testkit.shaft_line import ShaftLine, dot
 
 from analytic import drive_line, shaft_design, support_forces
 from cardan_dyn import AssemblyError
-from cardan_dyn.drive_lines import Bearing, DriveLine, Joint, Shaft, Spline, Tube
+from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, ShaftJoint, Spline, Tube
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
 SPANS = support_forces.Spans(a=SPAN[0], b=NEAR[0], e=NEAR[1], f=SPAN[1])
@@ -273,7 +273,7 @@ def test_a_cross_turns_about_the_normal_of_its_pins() -> None:
     # At the turning points of a steep joint its spin about the normal n has the rate 0 or sin β,
     # so that the power of the drive is the change of the kinetic energy of the cross alone.
     line = DriveLine(
-        shafts=[Shaft(), Shaft(slope_plan=0.7)], joints=[Joint(cross_mass=6.0, cross_span=0.2)]
+        shafts=[Shaft(), Shaft(slope_plan=0.7)], joints=[ShaftJoint(cross_mass=6.0, cross_span=0.2)]
     )
     fine = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)
     torque = line.analyse(speed=20.0, torque=0, positions=fine).total.drive_torque

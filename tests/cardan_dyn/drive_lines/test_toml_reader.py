@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from cardan_dyn import ModelError
-from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Joint, Shaft, Spline, Tube
+from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Shaft, ShaftJoint, Spline, Tube
 
 TEXT = """
 name = "rear axle"            # any text
@@ -60,7 +60,7 @@ def test_every_kind_of_field() -> None:
         speed=3000 * (2 * math.pi / 60),
         torque=400,
         shafts=[gearbox, tube, rear],
-        joints=[Joint(rated_torque=2000), Joint(largest_angle=math.radians(25))],
+        joints=[ShaftJoint(rated_torque=2000), ShaftJoint(largest_angle=math.radians(25))],
         duty_cycle=[DutyPoint(share=1, speed=1200 * (2 * math.pi / 60), torque=500)],
     )
 

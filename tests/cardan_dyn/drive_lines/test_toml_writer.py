@@ -6,7 +6,7 @@ import pytest
 import tomlkit
 
 from cardan_dyn import ModelError
-from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Joint, Shaft, Spline, Tube
+from cardan_dyn.drive_lines import Bearing, DriveLine, DutyPoint, Shaft, ShaftJoint, Spline, Tube
 
 
 def random_line(seed: int) -> DriveLine:
@@ -27,7 +27,7 @@ def random_line(seed: int) -> DriveLine:
         )
         for index in range(count + 1)
     ]
-    joints = [Joint(cross_mass=rng.uniform(0, 2), size="0.109") for _ in range(count)]
+    joints = [ShaftJoint(cross_mass=rng.uniform(0, 2), size="0.109") for _ in range(count)]
     duty = [DutyPoint(share=0.5, speed=rng.uniform(0, 400), torque=rng.uniform(0, 900))] * 2
     return DriveLine(shafts=shafts, joints=joints, duty_cycle=duty, speed=rng.uniform(1, 400))
 

@@ -9,12 +9,12 @@ import pytest
 from testkit.line_data import random_line
 
 from analytic.rules import RULES
-from cardan_dyn.drive_lines import DriveLine, Joint, Verdict
+from cardan_dyn.drive_lines import DriveLine, ShaftJoint, Verdict
 
 
 @pytest.fixture(scope="module")
 def line() -> DriveLine:
-    joints = [Joint(rated_torque=2000.0, torque_limit=300.0)] * 3
+    joints = [ShaftJoint(rated_torque=2000.0, torque_limit=300.0)] * 3
     return random_line(3, 1, mass=True).replace(
         joints=[dataclasses.replace(j, name=f"<{k}>") for k, j in enumerate(joints)],
         speed=150.0,

@@ -1,6 +1,6 @@
 from xml.etree import ElementTree
 
-from cardan_dyn.drive_lines import Bearing, DriveLine, Joint, Shaft, Spline, Tube
+from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, ShaftJoint, Spline, Tube
 from cardan_dyn.drive_lines.visuals import cross_visuals, shaft_visuals
 
 LINE = DriveLine(
@@ -9,7 +9,7 @@ LINE = DriveLine(
         Shaft(length=0.9, tube=Tube(outer_diameter=0.1, wall=0.01), spline=Spline()),
         Shaft(length=0.4),
     ],
-    joints=[Joint(cross_span=0.12), Joint()],
+    joints=[ShaftJoint(cross_span=0.12), ShaftJoint()],
 )
 
 

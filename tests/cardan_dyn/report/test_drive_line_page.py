@@ -17,7 +17,7 @@ pytest.importorskip("meshcat", reason="the page has a scene")
 from testkit.line_data import double_shaft, random_line
 
 from cardan_dyn.command_line.driveline_command import as_json
-from cardan_dyn.drive_lines import DriveLine, Joint
+from cardan_dyn.drive_lines import DriveLine, ShaftJoint
 from cardan_dyn.report import drive_line_page as page
 
 
@@ -28,7 +28,7 @@ def reported(line: DriveLine) -> page.LineReport:
 
 @pytest.fixture(scope="module")
 def report() -> page.LineReport:
-    line = random_line(3, 2).replace(name="<line>", joints=[Joint(size="2040")] * 3)
+    line = random_line(3, 2).replace(name="<line>", joints=[ShaftJoint(size="2040")] * 3)
     return reported(line)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cardan_dyn.drive_lines import Bearing, DriveLine, Joint, Shaft, Spline, Tube
+from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, ShaftJoint, Spline, Tube
 
 Array = np.ndarray
 
@@ -63,7 +63,7 @@ def random_line(count: int, seed: int, bend: float = 0.3, *, mass: bool = False)
             else:
                 fields["bearings"] = [Bearing(distance=rng.uniform(0.6, 0.95) * length)]
         shafts.append(Shaft(**fields))
-    joints = [Joint(cross_mass=1.0 if mass else 0.0, cross_span=0.1)] * count
+    joints = [ShaftJoint(cross_mass=1.0 if mass else 0.0, cross_span=0.1)] * count
     return DriveLine(shafts=shafts, joints=joints)
 
 

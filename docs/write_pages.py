@@ -1,0 +1,104 @@
+"""Writes the pages that come from data: `practice.md` and `errata.md`.
+
+Run it after a change of the rules, limits or errata of `analytic`: python docs/write_pages.py
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from analytic import errata, limits, rules
+
+HERE = Path(__file__).parent
+
+
+def practice() -> str:
+    """Return the page of the rules and limits."""
+    lines = [
+        "# Rules of practice",
+        "",
+        "What makers and builders of drive lines compute, in the package `analytic`: formula,",
+        "source, what must hold for it, and a worked example or an independent derivation that a",
+        "test holds it against. The same table is `analytic.rules.RULES`; the figures at the end",
+        "are `analytic.limits`, and any of them can be replaced. Symbols in formulas are those of",
+        "the sources; functions take SI units and radians.",
+        "",
+        "Three ratings of joints look alike and are not: the rated torque T_D of the life formula",
+        "(5000 h at n beta = 300 degrees/min), the capacity factor L_C, and the torque of a",
+        "maker's own table, such as Klein's T = C R or T_e = T K_1 K_2 K_3. For 1000 N m,",
+        "1450/min, 7 degrees and 2000 h the first is 2185 N m, Klein's 1339 N m.",
+    ]
+    for rule in rules.RULES.values():
+        lines += ["", f"## {rule.title} ({rule.key})", "", f"- Formula: {rule.formula}"]
+        lines.append("- Functions: " + ", ".join(f"`{name}`" for name in rule.functions))
+        if rule.limits:
+            lines.append("- Limits: " + ", ".join(f"`{name}`" for name in rule.limits))
+        lines += [f"- Source: {rule.source}", f"- Holds if: {' '.join(rule.assumptions)}"]
+        lines.append(f"- Example: {rule.example}")
+    lines += ["", "## Limits and constants", "", *_table(limits.LIMITS)]
+    lines += [
+        "",
+        "Constants C of omega = C sqrt(D^2 + d^2) / L^2:",
+        "",
+        *_table(limits.CRITICAL_CONSTANTS),
+    ]
+    factors = {
+        f"{load}, {end}": limit
+        for load, pair in limits.SERVICE_FACTORS.items()
+        for end, limit in zip(("least", "greatest"), pair, strict=True)
+    }
+    lines += ["", "Service factors K by load, and factors K_3 by prime mover:", ""]
+    lines += _table({**factors, **limits.POWER_FACTORS})
+    lines += [
+        "",
+        "Speeds and angles by size of joint are `analytic.limits.JOINT_SIZES`, factors of",
+    ]
+    lines += ["precision joints `analytic.limits.DIN_808_FACTORS`."]
+    return "\n".join(lines) + "\n"
+
+
+def _table(listed: Mapping[str, limits.Limit]) -> list[str]:
+    rows = [
+        f"| `{name}` | {limit.value:.6g} | {limit.unit} | {limit.bound} | {limit.source} |"
+        for name, limit in listed.items()
+    ]
+    return ["| name | value | unit | bound | source |", "|---|---|---|---|---|", *rows]
+
+
+def sources() -> str:
+    """Return the page of the errors found in the sources."""
+    lines = [
+        "# Errata of the sources",
+        "",
+        "Errors found while the formulas were derived anew. The kinds: *wrong*, as printed it",
+        "gives a wrong value; *scan*, introduced by the scanning of the copy in circulation, or",
+        "not to be told from that; *scope*, right, but only under a condition that is not stated.",
+        "The same table is `analytic.errata.ERRATA`.",
+    ]
+    for source in dict.fromkeys(erratum.source for erratum in errata.ERRATA):
+        lines += ["", f"## {source}"]
+        for erratum in errata.errata(source):
+            lines += [
+                "",
+                f"### {erratum.place} ({erratum.key})",
+                "",
+                f"- Kind: {erratum.kind}",
+                f"- Printed: {erratum.printed}",
+                f"- Right: {erratum.right}",
+            ]
+            if erratum.numbers:
+                lines += ["", "| number | printed | right |", "|---|---|---|"]
+            for number in erratum.numbers:
+                printed = "none" if number.printed is None else f"{number.printed:g}"
+                # A vertical bar within a cell would end this cell of the table.
+                what = number.what.replace("|", "\\|")
+                lines.append(f"| {what} | {printed} | {number.right:.6g} |")
+    return "\n".join(lines) + "\n"
+
+
+PAGES = {HERE / "practice.md": practice, HERE / "errata.md": sources}
+
+if __name__ == "__main__":
+    for path, page in PAGES.items():
+        path.write_text(page(), encoding="utf-8")
