@@ -1,16 +1,16 @@
 """Drive lines: shafts and universal joints as data, their closed-chain description and analysis."""
 
 from . import arrangements
-from .analysis import Analysis, LineForces
+from .design.layout import Layout
+from .design.phasing import Alternative, Phasing
 from .drive_line import DriveLine
-from .geometry import Geometry
-from .layout import Layout
-from .parts import Bearing, Centring, DutyPoint, Shaft, ShaftJoint, Spline, Tube
-from .phasing import Alternative, Phasing
-from .toml_files import examples, toml_schema
-from .variants import Variants
-from .verdict import Verdict
-from .verdict_rows import Inverse, VerdictRow
+from .line.files import examples, toml_schema
+from .line.geometry import Geometry
+from .line.parts import Bearing, Centring, DutyPoint, Shaft, ShaftJoint, Spline, Tube
+from .verdict.analysis import Analysis, LineForces
+from .verdict.rows import Inverse, VerdictRow
+from .verdict.variants import Variants
+from .verdict.verdict import Verdict
 
 __all__ = [
     "Alternative",

@@ -22,10 +22,10 @@ from analytic import compound_angle
 
 from ..checks import described
 from ..errors import ArgumentError, choices
+from .design.fork_choice import halved
+from .design.phasing import phasing
 from .drive_line import DriveLine
-from .fork_choice import halved
-from .parts import Bearing, Centring, Shaft, Spline
-from .phasing import phasing
+from .line.parts import Bearing, Centring, Shaft, Spline
 
 PARALLEL = ("common", "input", "output")
 

@@ -13,17 +13,17 @@ import numpy as np
 from ..checks import described, number, numbers, several, vector, whole
 from ..errors import ArgumentError, ModelError, choices
 from ..mechanism.mechanism import Mechanism, load
-from .analysis import Analysis
-from .closed_chain import urdf
-from .layout import layout
-from .line_data import LineData
-from .parts import ShaftJoint
-from .phasing import phasing
-from .solving import Task, analysed, scene_of
-from .supports import supports
-from .toml_files import read, write
-from .variants import Variants, variants
-from .verdict import Verdict, verdict
+from .design.layout import layout
+from .design.phasing import phasing
+from .line.closed_chain import urdf
+from .line.data import LineData
+from .line.files import read, write
+from .line.parts import ShaftJoint
+from .line.supports import supports
+from .verdict.analysis import Analysis
+from .verdict.solving import Task, analysed, scene_of
+from .verdict.variants import Variants, variants
+from .verdict.verdict import Verdict, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

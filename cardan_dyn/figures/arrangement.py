@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..checks import described
-from ..drive_lines.line_data import LineData
+from ..drive_lines.drive_line import DriveLine
 from ..errors import ArgumentError
 from .style import TITLE_SIZE, Axes, Figure, axes_grid, line_style
 
@@ -20,7 +20,7 @@ _NEAR = 0.12
 _SMALL = 8
 
 
-def arrangement(line: LineData, *, title: str = "") -> Figure:
+def arrangement(line: DriveLine, *, title: str = "") -> Figure:
     """Draw a line at rest, seen from its right side and from above.
 
     Across the line the scale is larger than along it. Joints are circles with their joint angles β,
@@ -35,7 +35,7 @@ def arrangement(line: LineData, *, title: str = "") -> Figure:
         ArgumentError: it is no drive line.
         MissingExtraError: matplotlib is not installed.
     """
-    if not isinstance(line, LineData):
+    if not isinstance(line, DriveLine):
         raise ArgumentError(f"the line is {described(line)}, expected a DriveLine")
     points = line_points(line)
     figure, axes = axes_grid(2, size=_SIZE, share_x=True)
@@ -49,7 +49,7 @@ def arrangement(line: LineData, *, title: str = "") -> Figure:
     return figure
 
 
-def line_points(line: LineData) -> Array:
+def line_points(line: DriveLine) -> Array:
     """Return the ends of all shafts `(n + 2, 3)` [m]: both ends of the line and the joints between.
 
     An end shaft goes on to its farthest bearing, or by a stub.
@@ -67,7 +67,7 @@ def line_points(line: LineData) -> Array:
     return np.vstack([first, found.centres, last])
 
 
-def _view(panel: Axes, line: LineData, points: Array, axis: int) -> None:
+def _view(panel: Axes, line: DriveLine, points: Array, axis: int) -> None:
     """Draw one view: points `(n + 2, 2)`."""
     for k, name in enumerate(line.shaft_names):
         style = line_style(k)
@@ -105,7 +105,7 @@ def _view(panel: Axes, line: LineData, points: Array, axis: int) -> None:
     panel.set_aspect("auto")
 
 
-def _bearings(line: LineData) -> Array:
+def _bearings(line: DriveLine) -> Array:
     """Return the places of all bearings `(m, 3)` [m]."""
     found = line.geometry
     places = np.zeros((0, 3))

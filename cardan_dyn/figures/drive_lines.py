@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..checks import described
-from ..drive_lines.analysis import Analysis
+from ..drive_lines.verdict.analysis import Analysis
 from ..errors import ArgumentError
 from .style import TITLE_SIZE, Figure, angle_axis, axes_grid, curve_style
 

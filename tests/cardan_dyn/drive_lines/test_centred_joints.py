@@ -20,8 +20,8 @@ from cardan_dyn.drive_lines import (
     Tube,
     arrangements,
 )
-from cardan_dyn.drive_lines.support_loads import support_loads
-from cardan_dyn.drive_lines.supports import supports
+from cardan_dyn.drive_lines.design.support_loads import support_loads
+from cardan_dyn.drive_lines.line.supports import supports
 from cardan_dyn.errors import ArgumentError, ModelError
 
 HALF_PIECE = 0.06

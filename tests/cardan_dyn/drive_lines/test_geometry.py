@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from analytic import compound_angle
 from cardan_dyn import ModelError
 from cardan_dyn.drive_lines import Shaft
-from cardan_dyn.drive_lines.geometry import geometry
+from cardan_dyn.drive_lines.line.geometry import geometry
 
 
 def line(*slopes: tuple[float, float], offsets: tuple[float, ...] = ()) -> list[Shaft]:

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import cardan_dyn as cd
-from cardan_dyn.drive_lines.robot import Robot, numbers, rpy
+from cardan_dyn.drive_lines.line.closed_chain import Robot, numbers, rpy
 
 X, Y, Z = np.eye(3)
 

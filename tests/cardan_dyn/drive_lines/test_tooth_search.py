@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analytic import drive_line
-from cardan_dyn.drive_lines.tooth_search import best_steps
+from cardan_dyn.drive_lines.design.fork_choice import best_steps
 
 
 @pytest.mark.parametrize("seed", range(30))

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from cardan_dyn import ModelError
-from cardan_dyn.drive_lines import units
+from cardan_dyn.drive_lines.line import units
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from testkit.line_data import double_shaft, random_line
 
 from analytic.limits import LIMITS, Limit
 from cardan_dyn.drive_lines import Analysis, DriveLine, DutyPoint
-from cardan_dyn.drive_lines.verdict_case import USED, Case
+from cardan_dyn.drive_lines.verdict.case import USED, Case
 from cardan_dyn.errors import ArgumentError
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from analytic.limits import Limit
 from cardan_dyn.drive_lines import Inverse, VerdictRow
-from cardan_dyn.drive_lines.verdict_rows import HEADINGS, as_text, judged, not_judged
+from cardan_dyn.drive_lines.verdict.rows import HEADINGS, as_text, judged, not_judged
 
 MOST, LEAST = Limit(2.0, "m", "someone"), Limit(2.0, "m", "someone", "least")
 

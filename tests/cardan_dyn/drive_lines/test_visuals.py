@@ -1,7 +1,7 @@
 from xml.etree import ElementTree
 
 from cardan_dyn.drive_lines import Bearing, DriveLine, Shaft, ShaftJoint, Spline, Tube
-from cardan_dyn.drive_lines.visuals import cross_visuals, shaft_visuals
+from cardan_dyn.drive_lines.line.closed_chain import cross_visuals, shaft_visuals
 
 LINE = DriveLine(
     shafts=[

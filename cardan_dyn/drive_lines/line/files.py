@@ -9,14 +9,14 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from ..checks import described
-from ..errors import ModelError, choices
+from ...checks import described
+from ...errors import ModelError, choices
+from .data import LineData
 from .fields import Entry, entries, items, number
-from .line_data import LineData
 from .units import DIMENSIONS, Unit, keys, plain, si, spellings, written
 from .units import read as read_unit
 
-_EXAMPLES = Path(__file__).parent / "lines"
+_EXAMPLES = Path(__file__).parent / "examples"
 _NUMBER = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"
 
 

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import ModelError, choices
+from ...errors import ModelError, choices
 from .fields import flag, parts, quantity, settle, text, unusual
-from .geometry import Geometry, called, geometry
+from .geometry import Geometry, Zero, called, geometry, zero
 from .parts import Bearing, DutyPoint, Shaft, ShaftJoint
 
 if TYPE_CHECKING:
-    from ..arrays import Array
+    from ...arrays import Array
 
 _SHOWN = 6
 """Joints whose angles a text of a line shows."""
@@ -148,6 +148,12 @@ class LineData:
     def geometry(self) -> Geometry:
         """Where shafts and joints are; see `Geometry`."""
         return geometry(self.shafts)
+
+    @cached_property
+    def zero(self) -> Zero:
+        """How pins and shafts stand while the input fork's pin is horizontal."""
+        even = [joint.kind == "constant_velocity" for joint in self.joints]
+        return zero(self.geometry, self.fork_offsets, even)
 
     @property
     def joint_angles(self) -> Array:

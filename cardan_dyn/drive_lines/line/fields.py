@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..checks import described, shortened
-from ..errors import ModelError
+from ...checks import described, shortened
+from ...errors import ModelError
 from .units import Unit, si
 
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..checks import mapping, numbers
-from ..errors import ArgumentError, ModelError, choices
-from ..frozen import FrozenDict
-from .line_data import LineData
-from .parts import Shaft
-from .supports import spline_distance, supports
+from ...arrays import Array
+from ...checks import mapping, numbers
+from ...errors import ArgumentError, ModelError, choices
+from ...frozen import FrozenDict
+from ..line.data import LineData
+from ..line.parts import Shaft
+from ..line.supports import spline_distance, supports
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

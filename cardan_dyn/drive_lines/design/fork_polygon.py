@@ -26,7 +26,7 @@ import numpy as np
 
 from analytic import drive_line
 
-from ..arrays import Array
+from ...arrays import Array
 
 _BISECTIONS = 80
 """More than a double has digits, so that limits are exact to rounding."""

@@ -16,11 +16,11 @@ import numpy as np
 from analytic import single_joint, uniformity
 from analytic.limits import CRITICAL_CONSTANTS, LIMITS, Limit
 
-from ..arrays import Array
-from ..checks import described, mapping
-from ..errors import ArgumentError, CardanError, choices
+from ...arrays import Array
+from ...checks import described, mapping
+from ...errors import ArgumentError, CardanError, choices
+from ..line.data import LineData
 from .analysis import Analysis, LineForces
-from .line_data import LineData
 
 GIVEN = "the caller"
 """Source of a limit that is given as a number."""

@@ -1,8 +1,8 @@
 """Line motion: rotations, speeds and accelerations of the shafts from the pins of their joints.
 
-With the crosses' turns a and b about the driving and the driven pin, the next shaft is ahead by the
-lead of `zero`, and its speed is that of this shaft times cos a cos b plus a' sin b: the driven pin
-is normal to the next shaft, the driving pin has the component sin b along it.
+With the crosses' turns a and b about the driving and the driven pin, the next shaft is ahead by
+`lead`, and its speed is that of this shaft times cos a cos b plus a' sin b: the driven pin is
+normal to the next shaft, the driving pin has the component sin b along it.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..results.sweep import Sweep
-from .zero import Zero, lead
+from ...arrays import Array
+from ...results.sweep import Sweep
+from ..line.geometry import Zero, lead
 
 _FEWEST, _MOST = 32, 65536
 """Positions over half a turn, in which leads repeat, whose mean is that over a turn: leads of joint

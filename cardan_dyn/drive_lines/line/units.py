@@ -10,7 +10,7 @@ import math
 import re
 from typing import NamedTuple
 
-from ..errors import ModelError, choices
+from ...errors import ModelError, choices
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _DIGITS = 17

@@ -11,12 +11,12 @@ import numpy as np
 from analytic import bending_speed, installation, shaft_design, torsional_speed, tube
 from analytic.limits import Limit
 
-from ..errors import ModelError
-from .geometry import centring_places
-from .parts import Shaft, Tube
-from .supports import Support, supports
-from .verdict_case import Case
-from .verdict_rows import FAIL, NOT_JUDGED, PASS, Inverse, VerdictRow, judged, not_judged
+from ...errors import ModelError
+from ..line.geometry import centring_places
+from ..line.parts import Shaft, Tube
+from ..line.supports import Support, supports
+from .case import Case
+from .rows import FAIL, NOT_JUDGED, PASS, Inverse, VerdictRow, judged, not_judged
 
 _STEEL = (2.1e11, 7850.0)
 """Modulus and density of the makers' constants [Pa, kg/m³]."""

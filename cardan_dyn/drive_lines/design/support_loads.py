@@ -25,11 +25,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..errors import ModelError
-from .geometry import centring_places
-from .line_data import LineData
-from .supports import Support, spline_distance, supports
+from ...arrays import Array
+from ...errors import ModelError
+from ..line.data import LineData
+from ..line.geometry import centring_places
+from ..line.supports import Support, spline_distance, supports
 
 _OPEN = 1e-9
 """Factor from which on a force depends on what statics leaves open, or a balance is missed; factors

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..errors import ModelError
-from .line_data import LineData
+from ...errors import ModelError
+from .data import LineData
 from .parts import Bearing, Shaft
 
 _PLACES = 2

@@ -13,20 +13,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..errors import AssemblyError
-from ..frozen import FrozenDict, read_only
-from ..mechanism.mechanism import Mechanism
-from ..results.sweep import Sweep
-from ..results.wrench import JointWrench
-from ..scene.scene import Scene
+from ...arrays import Array
+from ...errors import AssemblyError
+from ...frozen import FrozenDict, read_only
+from ...mechanism.mechanism import Mechanism
+from ...results.sweep import Sweep
+from ...results.wrench import JointWrench
+from ...scene.scene import Scene
+from ..line.data import LineData
+from ..line.geometry import MEETING, Geometry, Zero, leftwards
+from ..line.supports import Supports, hangs_by_rear, spline_distance, supports
 from .analysis import Analysis, LineForces
-from .geometry import MEETING, Geometry, leftwards
-from .line_data import LineData
 from .line_motion import LineMotion, line_motion
-from .supports import Supports, hangs_by_rear, spline_distance, supports
 from .variants import Adjustable, Variants
-from .zero import Zero, line_zero
 
 _Moved = Mapping[Adjustable, Array]
 """Adjustable joints to their positions `(d, 1)` in some designs, which count from the data."""
@@ -199,7 +198,7 @@ class _Arrays:
 
 def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
     """Return the scene, with all joint angles held and what varies from design to design."""
-    stand, held_by = line_zero(line), supports(line)
+    stand, held_by = line.zero, supports(line)
     seats = [_Seat(f"support_{item.name}", item.name, item.shaft) for item in held_by.bearings]
     # What turns on its place alone stands there as its pins do, and bearings straight.
     seats += [

@@ -11,9 +11,9 @@ import numpy as np
 from analytic import installation, joint_rating, precision_joint, shaft_design
 from analytic.limits import DIN_808_FACTORS, Limit
 
-from .parts import ShaftJoint
-from .verdict_case import Case, OperatingPoint
-from .verdict_rows import Inverse, VerdictRow, judged, not_judged
+from ..line.parts import ShaftJoint
+from .case import Case, OperatingPoint
+from .rows import Inverse, VerdictRow, judged, not_judged
 
 HOUR = 3600.0
 _LEAST_ANGLE = math.radians(3.0)

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._version import __version__
-from ..arrays import Array
-from ..frozen import FrozenDict, read_only
-from ..results.result import Result
-from ..results.table import Table, Variable
+from ..._version import __version__
+from ...arrays import Array
+from ...frozen import FrozenDict, read_only
+from ...results.result import Result
+from ...results.table import Table, Variable
 from .variants import Adjustable
 
 _MOTION: tuple[tuple[str, tuple[str, ...], str, str], ...] = (

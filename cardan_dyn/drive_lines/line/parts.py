@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ..errors import ModelError, choices
+from ...errors import ModelError, choices
 from .fields import flag, part, parts, point, quantity, refuse, settle, text
 
 _QUARTER = math.pi / 2

@@ -12,12 +12,12 @@ from analytic import axial_force, drive_line, fork_couples, line_forces
 from analytic.limits import Limit
 from analytic.support_forces import Spans
 
-from ..arrays import Array
+from ...arrays import Array
+from ..line.parts import Bearing, Shaft
+from ..line.supports import supports
 from .analysis import Analysis
-from .parts import Bearing, Shaft
-from .supports import supports
-from .verdict_case import Case
-from .verdict_rows import NOT_JUDGED, PASS, Inverse, VerdictRow, judged, not_judged
+from .case import Case
+from .rows import NOT_JUDGED, PASS, Inverse, VerdictRow, judged, not_judged
 
 _HALF_RIGHT = math.pi / 4
 _SMALL = 1e-9

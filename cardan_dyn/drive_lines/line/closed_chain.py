@@ -37,18 +37,25 @@ the data; `support_A_y` and `support_A_z` do so with a bearing.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+from xml.etree import ElementTree
 
 import numpy as np
 
-from .geometry import centring_places, leftwards
-from .inertias import Body, cross_inertia, shaft_bodies
-from .line_data import LineData
-from .robot import Robot, rpy
+from ...arrays import Array
+from .data import LineData
+from .geometry import Zero, centring_places, leftwards
+from .parts import ShaftJoint
 from .supports import Support, Supports, hangs_by_rear, spline_distance, supports
-from .visuals import cross_visuals, shaft_visuals
-from .zero import Zero, line_zero
 
 X, Y, Z = np.eye(3)
+_RANGE = {"revolute": 3.15, "prismatic": 1.0}
+"""Limits that URDF asks for [rad, m]; scenes do not regard them."""
+_SLENDERNESS = 12.0
+"""Length of a shaft over its diameter where no tube says its diameter."""
+_ALONG_X = f"0 {math.pi / 2!r} 0"
+_ALONG_Y = f"{math.pi / 2!r} 0 0"
 
 
 def urdf(line: LineData) -> str:
@@ -65,6 +72,135 @@ def urdf(line: LineData) -> str:
     return writer.text()
 
 
+class Robot:
+    """A description that is being written.
+
+    Attributes:
+        element: the `<robot>`.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.element = ElementTree.Element("robot", name=name)
+
+    def text(self) -> str:
+        """Return the description as text."""
+        ElementTree.indent(self.element)
+        return ElementTree.tostring(self.element, encoding="unicode") + "\n"
+
+    def link(
+        self,
+        name: str,
+        *,
+        mass: float = 0.0,
+        centre: float = 0.0,
+        moments: Sequence[float] = (0.0, 0.0, 0.0),
+        visuals: Iterable[ElementTree.Element] = (),
+    ) -> None:
+        """Write a link.
+
+        Args:
+            name: of the link.
+            mass: [kg]; no inertia without it.
+            centre: x of its centre of mass [m].
+            moments: principal moments of inertia about it, in axes of the link [kg·m²].
+            visuals: its shapes.
+        """
+        link = ElementTree.SubElement(self.element, "link", name=name)
+        if mass:
+            inertial = ElementTree.SubElement(link, "inertial")
+            ElementTree.SubElement(inertial, "origin", xyz=numbers((centre, 0.0, 0.0)))
+            ElementTree.SubElement(inertial, "mass", value=repr(float(mass)))
+            values = dict(zip(("ixx", "iyy", "izz"), map(repr, map(float, moments)), strict=True))
+            products = dict.fromkeys(("ixy", "ixz", "iyz"), "0")
+            ElementTree.SubElement(inertial, "inertia", values | products)
+        link.extend(visuals)
+
+    def joint(
+        self,
+        name: str,
+        kind: str,
+        parent: str,
+        child: str,
+        axis: Array,
+        *,
+        xyz: Iterable[float] = (0.0, 0.0, 0.0),
+        rpy: Iterable[float] = (0.0, 0.0, 0.0),
+        axis2: Array | None = None,
+    ) -> ElementTree.Element:
+        """Write a tree joint."""
+        joint = ElementTree.SubElement(self.element, "joint", name=name, type=kind)
+        ElementTree.SubElement(joint, "parent", link=parent)
+        ElementTree.SubElement(joint, "child", link=child)
+        ElementTree.SubElement(joint, "origin", xyz=numbers(xyz), rpy=numbers(rpy))
+        if kind != "fixed":
+            ElementTree.SubElement(joint, "axis", xyz=numbers(axis))
+        if axis2 is not None:
+            ElementTree.SubElement(joint, "axis2", xyz=numbers(axis2))
+        if kind == "prismatic":
+            _limit(joint, kind)
+        return joint
+
+    def mimic(self, element: ElementTree.Element, of: str) -> None:
+        """Let a joint follow another one of the tree."""
+        ElementTree.SubElement(element, "mimic", joint=of, multiplier="1", offset="0")
+
+    def adjustable(
+        self,
+        name: str,
+        kind: str,
+        parent: str,
+        child: str,
+        axis: Array,
+        *,
+        xyz: Iterable[float] = (0.0, 0.0, 0.0),
+        rpy: Iterable[float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Write a joint that is fixed unless a scene holds it."""
+        joint = self.joint(name, "fixed", parent, child, axis, xyz=xyz, rpy=rpy)
+        joint.set("adjustable", kind)
+        ElementTree.SubElement(joint, "axis", xyz=numbers(axis))
+        _limit(joint, kind)
+
+    def loop(
+        self,
+        name: str,
+        kind: str,
+        predecessor: tuple[str, Iterable[float], Iterable[float]],
+        successor: tuple[str, Iterable[float], Iterable[float]],
+        axis: Array | None = None,
+    ) -> None:
+        """Write a loop between two links, with the place and turn of its frame in each."""
+        loop = ElementTree.SubElement(self.element, "loop", name=name, type=kind)
+        sides = {"predecessor": predecessor, "successor": successor}
+        for side, (link, xyz, rpy) in sides.items():
+            end = ElementTree.SubElement(loop, side, link=link)
+            ElementTree.SubElement(end, "origin", xyz=numbers(xyz), rpy=numbers(rpy))
+        if axis is not None:
+            ElementTree.SubElement(loop, "axis", xyz=numbers(axis))
+
+
+def rpy(rotation: Array) -> tuple[float, float, float]:
+    """Return the angles [rad] about the fixed axes x, then y, then z, of a rotation `(3, 3)`."""
+    (xx, _, _), (yx, _, _), (zx, zy, zz) = rotation.tolist()
+    pitch = math.atan2(-zx, math.hypot(xx, yx))
+    if math.hypot(xx, yx) > 1e-9:
+        return math.atan2(zy, zz), pitch, math.atan2(yx, xx)
+    # Upright: roll and yaw are about the same axis.
+    return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
+
+
+def numbers(values: Iterable[float]) -> str:
+    """Return numbers as an attribute lists them, to the last digit."""
+    # Adding zero turns -0.0 into 0.0.
+    return " ".join(f"{float(value) + 0.0!r}".removesuffix(".0") for value in values)
+
+
+def _limit(joint: ElementTree.Element, kind: str) -> None:
+    size = _RANGE[kind]
+    limit = {"lower": f"{-size}", "upper": f"{size}", "effort": "1e6", "velocity": "10"}
+    ElementTree.SubElement(joint, "limit", limit)
+
+
 class _Writer(Robot):
     """Writes one line."""
 
@@ -75,7 +211,7 @@ class _Writer(Robot):
     def __init__(self, line: LineData) -> None:
         self.line = line
         self.supports = supports(line)
-        self.zero = line_zero(line)
+        self.zero = line.zero
         self.rears: dict[int, str] = {}
         super().__init__(line.name or "drive_line")
 
@@ -313,3 +449,121 @@ class _Writer(Robot):
 def _along(item: Support) -> float:
     """Return x of a bearing in the frame of its shaft; that of the input shaft ends at joint 1."""
     return item.distance if item.shaft else -item.distance
+
+
+class Body(NamedTuple):
+    """A body that is symmetric about x.
+
+    Attributes:
+        mass: [kg]; greater than 0.
+        centre: x of its centre of mass in its link [m].
+        inertia: about x [kg·m²].
+        transverse: about y and z through its centre of mass [kg·m²].
+    """
+
+    mass: float
+    centre: float
+    inertia: float
+    transverse: float
+
+
+def shaft_bodies(line: LineData, index: int) -> tuple[Body | None, Body | None]:
+    """Return the bodies of a shaft: before its spline, or all of it, and behind its spline.
+
+    Distances count from the joint at its front, for the input shaft from joint 1 with x along the
+    power flow. A shaft with a spline is divided there like a rod of constant cross section, unless
+    its centre or transverse inertia is given; then all of its mass is before the spline.
+    """
+    shaft = line.shafts[index]
+    given = float(line.geometry.lengths[index])
+    length = 0.0 if math.isnan(given) else given
+    tube = shaft.tube
+    mass = shaft.mass
+    if mass is None:
+        mass = tube.density * tube.area * length if tube else 0.0
+    if mass == 0.0:
+        return None, None
+    inertia = shaft.inertia
+    if inertia is None:
+        # J = m (D² + d²) / 8
+        squares = tube.outer_diameter**2 + tube.inner_diameter**2 if tube else 0.0
+        inertia = mass * squares / 8.0
+    centre = length / 2.0 if shaft.centre is None else shaft.centre
+    transverse = shaft.transverse_inertia
+    if transverse is None:
+        transverse = mass * length**2 / 12.0 + inertia / 2.0
+    if index == 0:
+        return Body(mass, -centre, inertia, transverse), None
+    if shaft.spline is None or shaft.centre is not None or shaft.transverse_inertia is not None:
+        return Body(mass, centre, inertia, transverse), None
+    cut = spline_distance(line, index)
+    front = _piece(mass, inertia, length, 0.0, cut)
+    return front, _piece(mass, inertia, length, cut, length)
+
+
+def cross_inertia(joint: ShaftJoint) -> tuple[float, float]:
+    """Return the inertias of a cross about its pins and about their normal [kg·m²].
+
+    Two slender rods of half the mass each, m s²/24 and m s²/12.
+    """
+    square = joint.cross_mass * joint.cross_span**2
+    return square / 24.0, square / 12.0
+
+
+def _piece(mass: float, inertia: float, length: float, start: float, end: float) -> Body | None:
+    """Return a piece of a rod; its centre counts from the start of the rod."""
+    share = (end - start) / length
+    if share <= 0.0:
+        return None
+    own, about = mass * share, inertia * share
+    return Body(own, (start + end) / 2.0, about, own * (end - start) ** 2 / 12.0 + about / 2.0)
+
+
+def shaft_visuals(line: LineData, index: int) -> list[ElementTree.Element]:
+    """Return the shape of a shaft: a cylinder along x from its joint."""
+    length = _length(line, index)
+    gap = min(_diameter(line), 0.2 * length)
+    front = gap if index else -length
+    rear = -gap if index == 0 else length - (gap if index < line.count else 0.0)
+    middle = (front + rear) / 2.0
+    return [_cylinder(f"tube_{index}", middle, _ALONG_X, _radius(line, index), rear - front)]
+
+
+def cross_visuals(line: LineData, number: int) -> list[ElementTree.Element]:
+    """Return the shape of a cross: a cylinder for each pin."""
+    span = line.joints[number - 1].cross_span or 1.5 * _diameter(line)
+    return [
+        _cylinder(f"pin_{number}_{end}", 0.0, turn, 0.12 * span, span)
+        for end, turn in (("in", _ALONG_Y), ("out", "0 0 0"))
+    ]
+
+
+def _length(line: LineData, index: int) -> float:
+    """Return the length of a shaft, of an end shaft up to its last bearing if nothing else says."""
+    length = float(line.geometry.lengths[index])
+    if not math.isnan(length):
+        return length
+    distances = [bearing.distance for bearing in line.shafts[index].bearings]
+    return max(distances, default=4.0 * _diameter(line))
+
+
+def _diameter(line: LineData) -> float:
+    """Return the greatest diameter of the tubes, or one that goes with the lengths."""
+    diameters = [shaft.tube.outer_diameter for shaft in line.shafts if shaft.tube]
+    lengths = [float(length) for length in line.geometry.lengths if not math.isnan(length)]
+    return max(diameters, default=min(lengths, default=1.0) / _SLENDERNESS)
+
+
+def _radius(line: LineData, index: int) -> float:
+    tube = line.shafts[index].tube
+    return (tube.outer_diameter if tube else _diameter(line)) / 2.0
+
+
+def _cylinder(name: str, x: float, turn: str, radius: float, length: float) -> ElementTree.Element:
+    visual = ElementTree.Element("visual", name=name)
+    ElementTree.SubElement(visual, "origin", xyz=f"{x!r} 0 0", rpy=turn)
+    geometry = ElementTree.SubElement(visual, "geometry")
+    ElementTree.SubElement(
+        geometry, "cylinder", radius=repr(float(radius)), length=repr(float(length))
+    )
+    return visual

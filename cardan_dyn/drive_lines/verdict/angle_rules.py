@@ -12,10 +12,10 @@ import numpy as np
 from analytic import drive_acceleration, drive_line, installation, single_joint, uniformity
 from analytic.limits import JOINT_SIZES, Limit
 
-from ..arrays import Array
-from ..errors import choices
-from .verdict_case import Case
-from .verdict_rows import Inverse, VerdictRow, judged, not_judged
+from ...arrays import Array
+from ...errors import choices
+from .case import Case
+from .rows import Inverse, VerdictRow, judged, not_judged
 
 SQUARE = 1e-6
 """Distance of fork phases from multiples of 90° up to which signs + and - hold [rad]."""

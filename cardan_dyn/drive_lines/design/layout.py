@@ -9,12 +9,13 @@ from typing import Any, Generic, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..checks import described
-from ..errors import ArgumentError, ModelError, choices
-from .descent import descended
+from ...arrays import Array
+from ...checks import described
+from ...errors import ArgumentError, ModelError, choices
+from ..line.supports import supports
 from .fork_choice import Allowed, least_residual, phases_of, tooth_offsets
 from .fork_polygon import angle, distance, least_greatest
+from .fork_search import descended
 from .phasing import (
     ForkTask,
     Line,
@@ -27,7 +28,6 @@ from .phasing import (
     with_forks,
 )
 from .support_loads import SupportLoads, support_loads
-from .supports import supports
 
 _OF_SHAFT = ("length", "slope_side", "slope_plan")
 _POINTS = tuple(f"{end}_{axis}" for end in ("start", "end") for axis in "xyz")

@@ -9,22 +9,22 @@ from typing import TYPE_CHECKING
 from analytic.limits import Limit
 from analytic.rules import RULES
 
-from ..errors import MissingExtraError
-from ..markup import table
+from ...errors import MissingExtraError
+from ...markup import table
 from .angle_rules import angle_rules
+from .case import Case
 from .force_rules import force_rules
 from .rating_rules import rating_rules
+from .rows import FAIL, HEADINGS, NOT_JUDGED, PASS, STATED, VerdictRow
 from .shaft_rules import shaft_rules
-from .verdict_case import Case
-from .verdict_rows import FAIL, HEADINGS, NOT_JUDGED, PASS, STATED, VerdictRow
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import pandas
 
+    from ..line.data import LineData
     from .analysis import Analysis
-    from .line_data import LineData
 
 _NARROW = ("where", "quantity", "value", "by the rule", "limit", "margin", "verdict")
 """Columns of the plain text."""

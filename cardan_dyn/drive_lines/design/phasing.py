@@ -11,13 +11,13 @@ import numpy as np
 
 from analytic import drive_line
 
-from ..arrays import Array
-from ..checks import described
-from ..errors import ArgumentError, ModelError, choices
+from ...arrays import Array
+from ...checks import described
+from ...errors import ArgumentError, ModelError, choices
+from ..line.data import LineData
 from .fork_choice import Allowed, Choice, halved, least_residual, phases_of, tooth_offsets
 from .fork_polygon import angle, distance, least_greatest
 from .fork_search import minima
-from .line_data import LineData
 from .support_loads import SupportLoads, support_loads
 
 Line = TypeVar("Line", bound=LineData)

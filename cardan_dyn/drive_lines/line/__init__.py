@@ -1,0 +1,1 @@
+"""The line as it is: its data, geometry, supports, files and description."""
