@@ -62,7 +62,7 @@ def _slowest(scene: cd.Scene, _: dict[str, Any]) -> float:
 
 
 def _bennett() -> cd.Scene:
-    return cd.Scene(cd.load(bennett()), free="hinge_1", start=bennett_angles(1.0), gravity=_FALL)
+    return cd.Scene(cd.load(bennett()), free="hinge_1", near=bennett_angles(1.0), gravity=_FALL)
 
 
 def _four_bar() -> cd.Scene:

@@ -20,7 +20,7 @@ from .pin_geometry import PinGeometry
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
-_MOVES = ("description", "drives", "held", "start", "start of balls", "branch")
+_MOVES = ("description", "drives", "held", "near", "near of balls", "branch")
 """What an identity holds that decides how a mechanism moves."""
 
 

@@ -119,7 +119,7 @@ def opened(scene: Scene, pins: Sequence[OpenPin], rotor: float = 0.0) -> Opened:
         held=held,
         loads={_renamed(name, types): value for name, value in scene.loads.items()},
         gravity=scene.gravity,
-        start=start,
+        near=start,
         elements=elements,
     )
     return Opened(result, drive, contacts)

@@ -340,7 +340,7 @@ class Assembly:
         states = [search.closed_start()]
         try:
             search.bring_held(states)
-            if problem.start:
+            if problem.near:
                 states.append(search.at_start(states[-1]))
         except CardanError:
             # A MobilityError explains the failure better than a closure error does.

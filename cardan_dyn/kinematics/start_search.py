@@ -63,31 +63,31 @@ class StartSearch:
             AssemblyError: the loops cannot be closed.
         """
         zero = self._problem.mechanism.zero
-        wanted = self._with(zero, self._problem.start)
-        for joint, quaternion in self._problem.start_balls.items():
+        wanted = self._with(zero, self._problem.near)
+        for joint, quaternion in self._problem.near_balls.items():
             columns = self._problem.mechanism.coordinates.columns[joint]
             wanted[columns.stop - 4 : columns.stop] = quaternion
         if self._is_complete():
             mechanism, problem = self._problem.mechanism, self._problem
-            named = (*problem.start, *problem.start_balls, *problem.held)
+            named = (*problem.near, *problem.near_balls, *problem.held)
             fitting = mechanism.fitted(wanted, mechanism.coordinates.rates_of(named))
             state = self._kinematics.evaluate(fitting[None, :])
             if state.residual[0] < CLOSURE_TOLERANCE:
                 return fitting
-        if self._problem.start_balls:
-            return self._closed_near(wanted, self._free(self._problem.start))
+        if self._problem.near_balls:
+            return self._closed_near(wanted, self._free(self._problem.near))
         try:
             return self._moved_to_start(self._closed_zero(zero))
         except (AssemblyError, SingularConfigurationError) as first:
-            if not self._problem.start:
+            if not self._problem.near:
                 raise
             try:
-                return self._closed_near(wanted, self._free(self._problem.start))
+                return self._closed_near(wanted, self._free(self._problem.near))
             except AssemblyError as error:
                 # An end of the way says more: how far the joints could be followed.
                 if isinstance(first, AssemblyError):
                     raise first from error
-                raise self._not_closed(self._problem.start, error) from error
+                raise self._not_closed(self._problem.near, error) from error
 
     def at_start(self, state: Array) -> Array:
         """Return closed coordinates `(size,)` in which all of `start` is met as well as `held`.
@@ -110,7 +110,7 @@ class StartSearch:
                 return moved
         except (AssemblyError, SingularConfigurationError):
             moved = state
-        prescribed = {**self._problem.start, **self._problem.held}
+        prescribed = {**self._problem.near, **self._problem.held}
         try:
             return self._closed_near(self._with(moved, prescribed), self._free(prescribed))
         except AssemblyError as error:
@@ -139,19 +139,19 @@ class StartSearch:
 
         Only then does it say in which assembly mode the loops are, and how many turns joints made.
         """
-        mechanism, start = self._problem.mechanism, self._problem.start
+        mechanism, start = self._problem.mechanism, self._problem.near
         closing = {loop.joint for loop in mechanism.loops}
-        return bool(start or self._problem.start_balls) and all(
+        return bool(start or self._problem.near_balls) and all(
             coordinate in start
             or (coordinate not in mechanism.coordinates.named and joint.name in balls)
-            for balls in (self._problem.start_balls,)
+            for balls in (self._problem.near_balls,)
             for joint in mechanism.joints.values()
             for coordinate in joint.coordinates
             if self._system.is_on_loops(joint.name) and joint.name not in closing
         )
 
     def _is_at_start(self, state: Array) -> bool:
-        wanted = self._with(state, self._problem.start)
+        wanted = self._with(state, self._problem.near)
         difference = (wanted - state) * self._problem.mechanism.coordinates.scale
         return bool(np.all(np.abs(difference) < _SAME_POSITION))
 
@@ -227,7 +227,7 @@ class StartSearch:
         problem = self._problem
         coordinates = problem.mechanism.coordinates
         (free,) = np.nonzero(self._free(problem.held))
-        for joint, value in problem.start.items():
+        for joint, value in problem.near.items():
             passives = free[free != coordinates.named[joint].rate]
             state = self.moved(state, joint, value, passives)
         return state
@@ -267,7 +267,7 @@ class StartSearch:
         except (AssemblyError, SingularConfigurationError) as error:
             from .following.reach import Aim, out_of_reach  # Imported here: only errors need it.
 
-            role = "held" if joint in self._problem.held else "start"
+            role = "held" if joint in self._problem.held else "near:"
             slides = self._problem.mechanism.drivable[joint].slides
             who = f"{role} joint {joint!r} cannot be brought to"
             raise out_of_reach(Aim(who, value, slides, joint=joint), error) from error

@@ -155,7 +155,7 @@ class Mechanism(Frozen):
             *described,
             f"{self.name}: loops are open at the description's zero: "
             f"{'; '.join(listed[:_MOST_LISTED])}{more}; scenes start where they can be closed near "
-            "it, unless start= says where",
+            "it, unless near= says where",
         )
 
     @cached_property

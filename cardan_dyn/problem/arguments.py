@@ -52,7 +52,7 @@ def checked(
     outputs: Sequence[str] | None = None,
     compliance: Mapping[str, ArrayLike] | None = None,
     strict: bool = False,
-    start: Configuration | Mapping[str, float | Array] | None = None,
+    near: Configuration | Mapping[str, float | Array] | None = None,
     branch: str = "A",
     elements: Iterable[Element] | None = None,
 ) -> Problem:
@@ -61,7 +61,7 @@ def checked(
         raise ArgumentError(
             f"a scene needs a mechanism from load(), not {type(mechanism).__name__}"
         )
-    held, start, loads = mapping("held", held), starting(start), mapping("loads", loads)
+    held, near, loads = mapping("held", held), starting(near), mapping("loads", loads)
     if drive is None and not free:
         drive = [name for name in mechanism.independent_coordinates if name not in held]
     drive = names("drive", () if drive is None else drive)
@@ -75,16 +75,16 @@ def checked(
         acting = listed(elements)
         efforts += [name for element in acting for name in element.joints]
     moving = (*independent, *held)
-    mechanism = with_named(mechanism, (*moving, *start, *efforts), moving)
+    mechanism = with_named(mechanism, (*moving, *near, *efforts), moving)
     if acting:
         acting = elements_on(mechanism, acting)
     held_at = held_positions(mechanism, held, "held")
-    start_at, start_balls = start_positions(mechanism, start)
-    for name in held_at.keys() & start_at.keys():
-        if held_at[name] != start_at[name]:
+    near_at, near_balls = near_positions(mechanism, near)
+    for name in held_at.keys() & near_at.keys():
+        if held_at[name] != near_at[name]:
             raise ArgumentError(
                 f"joint {name!r} is held at {held_at[name]:g} and cannot start at "
-                f"{start_at[name]:g}; leave it out of start"
+                f"{near_at[name]:g}; leave it out of near"
             )
     joint_loads, link_loads = split_loads(mechanism, loads)
     return Problem(
@@ -92,8 +92,8 @@ def checked(
         independent=_independent(mechanism, drive, free, held_at),
         free=free,
         held=frozen(held_at),
-        start=frozen(start_at),
-        start_balls=frozen(start_balls),
+        near=frozen(near_at),
+        near_balls=frozen(near_balls),
         branch=text("branch", branch),
         joint_loads=frozen(joint_loads),
         link_loads=frozen(link_loads),
@@ -171,21 +171,21 @@ def held_positions(mechanism: Mechanism, given: object, role: str) -> dict[str, 
     return positions
 
 
-def starting(start: object) -> dict[str, Any]:
-    """Return the argument `start` as a mapping, which may be a configuration.
+def starting(near: object) -> dict[str, Any]:
+    """Return the argument `near` as a mapping, which may be a configuration.
 
     Raises:
         ArgumentError: it is neither.
     """
-    if isinstance(start, Configuration):
-        start = start.positions
-    return mapping("start", start)
+    if isinstance(near, Configuration):
+        near = near.positions
+    return mapping("near", near)
 
 
-def start_positions(
+def near_positions(
     mechanism: Mechanism, given: object
 ) -> tuple[dict[str, float], dict[str, Array]]:
-    """Return positions of coordinates, and unit quaternions `(4,)` of balls, from `start`.
+    """Return positions of coordinates, and unit quaternions `(4,)` of balls, from `near`.
 
     A joint of several coordinates may be given by all of them in a row, as
     `Configuration.positions` has it.
@@ -200,7 +200,7 @@ def start_positions(
         if joint is None or joint.nv == 1 or not joint.coordinates or np.ndim(value) != 1:
             rest[name] = value
             continue
-        row = _row(mechanism, joint, numbers(f"start[{name!r}]", value))
+        row = _row(mechanism, joint, numbers(f"near[{name!r}]", value))
         columns = mechanism.coordinates.columns[name]
         scalars = [item for item in joint.coordinates if item in mechanism.coordinates.named]
         for coordinate in scalars:
@@ -208,7 +208,7 @@ def start_positions(
             rest.setdefault(coordinate, row[column - columns.start])
         if len(scalars) < joint.nv:
             balls[name] = row[-4:]
-    return held_positions(mechanism, rest, "start"), balls
+    return held_positions(mechanism, rest, "near"), balls
 
 
 def _row(mechanism: Mechanism, joint: Joint, values: Array) -> Array:
@@ -225,7 +225,7 @@ def _row(mechanism: Mechanism, joint: Joint, values: Array) -> Array:
     has_angles = turns and len(values) == joint.nv
     if len(values) != size and not (has_quaternion or has_angles):
         raise ArgumentError(
-            f"start[{joint.name!r}] has shape {values.shape}, expected ({size},); or "
+            f"near[{joint.name!r}] has shape {values.shape}, expected ({size},); or "
             f"{coordinates_of(mechanism, joint.name)}"
         )
     if has_angles and size > len(values):
@@ -236,7 +236,7 @@ def _row(mechanism: Mechanism, joint: Joint, values: Array) -> Array:
     length = float(np.linalg.norm(quaternion))
     if abs(length - 1.0) > _UNIT:
         raise ArgumentError(
-            f"start[{joint.name!r}]: the quaternion {quaternion.tolist()} has length {length:g}, "
+            f"near[{joint.name!r}]: the quaternion {quaternion.tolist()} has length {length:g}, "
             "expected 1"
         )
     quaternion = quaternion / length

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..elements.element_forces import ElementForces
 
 _DECIDE_ASSEMBLY = frozenset(
-    {"mechanism", "independent", "held", "start", "start_balls", "branch", "outputs", "all_outputs"}
+    {"mechanism", "independent", "held", "near", "near_balls", "branch", "outputs", "all_outputs"}
 )
 """Attributes of a problem that decide how its loops are closed."""
 
@@ -37,8 +37,8 @@ class Problem:
             `Mechanism.drivable`.
         free: those among them whose motion is to be found.
         held: joints whose position is fixed, to that position [rad or m].
-        start: joints that are brought to a position before the drives take over.
-        start_balls: joints whose balls start at a unit quaternion `(4,)`.
+        near: joints that are brought to a position before the drives take over.
+        near_balls: joints whose balls start at a unit quaternion `(4,)`.
         branch: name of the assembly mode.
         joint_loads: joint to the effort added there, of any shape [N·m or N].
         link_loads: link to the wrench that acts on it.
@@ -54,8 +54,8 @@ class Problem:
     independent: tuple[str, ...]
     free: tuple[str, ...]
     held: FrozenDict[str, float]
-    start: FrozenDict[str, float]
-    start_balls: FrozenDict[str, Array]
+    near: FrozenDict[str, float]
+    near_balls: FrozenDict[str, Array]
     branch: str
     joint_loads: FrozenDict[str, Array]
     link_loads: FrozenDict[str, LinkLoad]

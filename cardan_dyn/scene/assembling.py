@@ -21,7 +21,7 @@ from ..kinematics.tolerances import CLOSURE_TOLERANCE
 from ..mechanism.configuration import Configuration
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.rezero import is_closed, rezeroed
-from ..problem.arguments import start_positions, starting, with_named
+from ..problem.arguments import near_positions, starting, with_named
 
 _STEP = 0.1
 """Greatest part of a turn [rad], or of the characteristic length, by which the joints of `near`
@@ -56,7 +56,7 @@ def assemble(
     structure = Structure(mechanism)
     zero = mechanism.zero
     zero_residual = _residual(structure, zero)
-    wanted, balls = start_positions(mechanism, near)
+    wanted, balls = near_positions(mechanism, near)
     given = zero.copy()
     for name, value in wanted.items():
         given[mechanism.coordinates.named[name].column] = value
@@ -136,7 +136,7 @@ def configuration_of(solver: ProblemSolver) -> Configuration:
             x = assembly.with_all_loops(problem.branch).start
         except MobilityError:  # What nothing decides may be closed anywhere near.
             x, _ = assembled_near(structure, x, left_out, left_out)
-    x = without_turns(mechanism, (*problem.independent, *problem.held, *problem.start), x)
+    x = without_turns(mechanism, (*problem.independent, *problem.held, *problem.near), x)
     residual = _residual(structure, x)
     if not residual < CLOSURE_TOLERANCE:
         raise unclosed(mechanism, residual)

@@ -55,7 +55,7 @@ class Scene(Prescribed):
             of a sweep, or the motions of a simulation. With those that are free as many as the
             mechanism has mobility once the held joints are held. If neither is given, the joints
             that the description calls independent are driven, as far as they are not held. Of a
-            joint with several coordinates, here and in `free`, `held`, `loads` and `start`, the
+            joint with several coordinates, here and in `free`, `held`, `loads` and `near`, the
             name of one of them, `joint.coordinate`; `Mechanism.drivable` lists them. To name an
             angle of a ball makes it three turns, see `Mechanism.variant`, in `Scene.mechanism` as
             well.
@@ -75,7 +75,7 @@ class Scene(Prescribed):
             a symmetric `(6, 6)`, force first [m/N, rad/(N·m)]. What the laws of motion leave open
             is then what makes the elastic energy least, instead of the least norm.
         strict: refuse to choose what the laws of motion leave open.
-        start: joints to positions [rad or m] at which the scene begins, up to a complete
+        near: joints to positions [rad or m] at which the scene begins, up to a complete
             configuration, or a `Configuration`; together with `held` they have to close the loops.
             They are followed there from the description's zero; where that leads past a dead
             point or through open loops, the mechanism is assembled there.
@@ -105,7 +105,7 @@ class Scene(Prescribed):
         outputs: Sequence[str] | None = None,
         compliance: Mapping[str, ArrayLike] | None = None,
         strict: bool = False,
-        start: Configuration | Mapping[str, float | Array] | None = None,
+        near: Configuration | Mapping[str, float | Array] | None = None,
         branch: str = "A",
         elements: Sequence[Element] | None = None,
     ) -> None:
@@ -119,7 +119,7 @@ class Scene(Prescribed):
             outputs=outputs,
             compliance=compliance,
             strict=strict,
-            start=start,
+            near=near,
             branch=branch,
             elements=elements,
         )
@@ -200,7 +200,7 @@ class Scene(Prescribed):
             "outputs": None if problem.all_outputs else problem.outputs,
             "compliance": problem.compliance,
             "strict": problem.strict,
-            "start": self.start,
+            "near": self.near,
             "branch": problem.branch,
             "elements": problem.elements,
         }
@@ -342,14 +342,14 @@ class Scene(Prescribed):
         return self._problem.strict
 
     @property
-    def start(self) -> Mapping[str, float | Array]:
+    def near(self) -> Mapping[str, float | Array]:
         """What is brought to a position before anything moves [rad or m].
 
         Coordinates by name; joints with balls by all of theirs, with unit quaternions.
         """
         problem = self._problem
-        result: dict[str, float | Array] = dict(problem.start)
-        for joint, quaternion in problem.start_balls.items():
+        result: dict[str, float | Array] = dict(problem.near)
+        for joint, quaternion in problem.near_balls.items():
             scalars = [
                 result.pop(name)
                 for name in problem.mechanism.joints[joint].coordinates

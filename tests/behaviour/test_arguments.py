@@ -42,7 +42,7 @@ NO_MAPPINGS = {
 }
 
 
-@pytest.mark.parametrize("role", ["held", "loads", "compliance", "start"])
+@pytest.mark.parametrize("role", ["held", "loads", "compliance", "near"])
 @pytest.mark.parametrize("value", NO_MAPPINGS.values(), ids=NO_MAPPINGS.keys())
 def test_no_mapping(role: str, value: object) -> None:
     expected = f"{role} is .*a mapping of names|a key of {role} is .*expected a string"
@@ -53,7 +53,7 @@ def test_no_mapping(role: str, value: object) -> None:
 @pytest.mark.parametrize("kind", [dict, OrderedDict, lambda value: MappingProxyType(dict(value))])
 def test_any_mapping(kind: Callable[[object], object]) -> None:
     held = kind({np.str_("joint_angle"): np.float32(0.5)})
-    made = scene(held=held, loads=None, start=None, compliance=None)
+    made = scene(held=held, loads=None, near=None, compliance=None)
     assert made.held == {"joint_angle": 0.5} and type(next(iter(made.held))) is str
 
 
@@ -94,7 +94,7 @@ def test_no_numbers(value: object) -> None:
     turning = scene()
     attempts: dict[str, Callable[[], object]] = {
         r"held\['joint_angle'\]": lambda: scene(held={"joint_angle": value}),
-        r"start\['pin_in'\]": lambda: scene(start={"pin_in": value}),
+        r"near\['pin_in'\]": lambda: scene(near={"pin_in": value}),
         r"loads\['bearing_out'\]": lambda: scene(loads={"bearing_out": value}),
         r"loads\['cross'\]": lambda: scene(loads={"cross": value}),
         r"loads\['cross'\].force": lambda: scene(loads={"cross": cd.Wrench(force=value)}),
@@ -167,7 +167,7 @@ def test_unknown_names() -> None:
         {"drive": "x"},
         {"outputs": ["x"]},
         {"held": {"x": 1.0}},
-        {"start": {"x": 1.0}},
+        {"near": {"x": 1.0}},
         {"compliance": {"x": [1.0] * 6}},
         {"drive": "\ud800"},
     ):
@@ -206,7 +206,7 @@ def test_shapes_of_wrenches(shape: tuple[int, ...]) -> None:
         scene(loads={"cross": cd.Wrench(np.zeros(shape))})
 
 
-@pytest.mark.parametrize("role", ["held", "start"])
+@pytest.mark.parametrize("role", ["held", "near"])
 @pytest.mark.parametrize("angle", [1e9, -1e12, 1e300, 6284.0])
 def test_angles_of_very_many_turns(role: str, angle: float) -> None:
     """They would be followed through all of them."""
@@ -219,7 +219,7 @@ def test_angles_of_very_many_turns(role: str, angle: float) -> None:
 
 def test_angles_of_some_turns() -> None:
     near, far = (
-        cd.Scene(cd.load("four_bar"), drive="crank_bearing", start={"crank_bearing": angle})
+        cd.Scene(cd.load("four_bar"), drive="crank_bearing", near={"crank_bearing": angle})
         for angle in (0.4, 0.4 + 6.0 * np.pi)
     )
     ratios = [made.sweep([0.5]).motion.ratio("rocker_bearing") for made in (near, far)]

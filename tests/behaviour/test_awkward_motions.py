@@ -99,7 +99,7 @@ def test_responses_of_gears_repeat_after_several_turns(ratio: float) -> None:
 def test_dead_points_of_slides_do_not_depend_on_the_unit_of_length(length: float) -> None:
     """Crank 1, rod from (1, 0) to (3, 0.2): dead points where both lie in line."""
     mechanism = cd.load(tilted_slider_crank(length, planar=False))
-    scene = cd.Scene(mechanism, drive="guide", start={"crank_bearing": 1.0})
+    scene = cd.Scene(mechanism, drive="guide", near={"crank_bearing": 1.0})
     rod = np.hypot(2.0, 0.2)
     exact = [np.sqrt((rod + sign) ** 2 - 0.2**2) - 3.0 for sign in (-1.0, 1.0)]
     low, high = (end / length for end in scene.motion_range())

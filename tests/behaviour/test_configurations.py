@@ -34,9 +34,9 @@ def test_complete_configurations_are_taken_back() -> None:
     for start in (there, there.positions):
         np.testing.assert_allclose(cd.assemble(mechanism, near=start).x, there.x, atol=1e-15)
     legs = [name for name in mechanism if name.startswith("leg_")]
-    scene = cd.Scene(mechanism, drive=legs, start=there)
+    scene = cd.Scene(mechanism, drive=legs, near=there)
     np.testing.assert_allclose(scene.configuration().x, there.x, atol=1e-15)
-    np.testing.assert_array_equal(scene.start["ball_2"], there.positions["ball_2"])
+    np.testing.assert_array_equal(scene.near["ball_2"], there.positions["ball_2"])
     again = scene.replace(loads={"leg_1": 3.0})
     np.testing.assert_allclose(again.configuration().x, there.x, atol=1e-15)
     assert scene.sweep([[there.positions[leg] for leg in legs]]).loop_residual < 1e-14
@@ -61,7 +61,7 @@ def test_quaternions_and_angles_of_balls_say_the_same() -> None:
         mechanism,
         drive="f.x",
         held=dict(zip(names[1:], (2.0, 3.0, 0.3, -0.5, 1.2), strict=True)),
-        start={"f.x": 1.0},
+        near={"f.x": 1.0},
     )
     np.testing.assert_allclose(
         both.configuration().positions["f"], by_name.positions["f"], atol=1e-15
@@ -71,7 +71,7 @@ def test_quaternions_and_angles_of_balls_say_the_same() -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ([1.0, 2.0], r"start\['f'\] has shape \(2,\), expected \(7,\); or name one of its coord"),
+        ([1.0, 2.0], r"near\['f'\] has shape \(2,\), expected \(7,\); or name one of its coord"),
         ([0.0] * 6 + [2.0], "the quaternion .* has length 2, expected 1"),
         ([[0.0] * 7], r"'f' is a floating joint; name one of its coordinates"),
     ],
@@ -102,7 +102,7 @@ def test_mimics_hold_in_files_of_another_zero(tmp_path: Path) -> None:
 
 def test_names_of_branches_do_not_depend_on_outputs() -> None:
     mechanism = two_linkages()
-    options = {"drive": "crank_0", "start": {"crank_0": 0.4}, "loads": {"rocker_1": -5.0}}
+    options = {"drive": "crank_0", "near": {"crank_0": 0.4}, "loads": {"rocker_1": -5.0}}
     full = cd.Scene(mechanism, **options).branches()
     for outputs in (["end_1"], ["end_0"]):
         few = cd.Scene(mechanism, **options, outputs=outputs)

@@ -226,7 +226,7 @@ def test_positions_and_designs_may_be_reached_or_not(joint: cd.Mechanism) -> Non
 
 def test_the_range_of_one_drive_is_what_can_be_reached() -> None:
     crank = cd.load("slider_crank")
-    scene = cd.Scene(crank, drive="piston_guide", start={"crank_bearing": 1.0})
+    scene = cd.Scene(crank, drive="piston_guide", near={"crank_bearing": 1.0})
     low, high = scene.motion_range()
     inside = np.linspace(low, high, 9)[1:-1]
     position = np.array([low - 0.01, *inside, high + 0.01])

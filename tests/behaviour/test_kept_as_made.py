@@ -29,7 +29,7 @@ def four_bar(**options: object) -> cd.Scene:
 
 
 def in_another_mode() -> cd.Scene:
-    return four_bar(branch="B", start={"crank_bearing": 0.3})
+    return four_bar(branch="B", near={"crank_bearing": 0.3})
 
 
 def under_link_loads() -> cd.Scene:
@@ -215,7 +215,7 @@ def test_scenes_of_several_gravities_share_nothing() -> None:
 
 
 def test_positions_of_errors_are_numbers_for_one_drive_and_arrays_for_several() -> None:
-    slider = cd.Scene(cd.load("slider_crank"), drive="piston_guide", start={"crank_bearing": 1.0})
+    slider = cd.Scene(cd.load("slider_crank"), drive="piston_guide", near={"crank_bearing": 1.0})
     with pytest.raises(cd.CardanError) as caught:
         slider.sweep([10.0])
     assert isinstance(caught.value.position, float)

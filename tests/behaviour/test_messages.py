@@ -43,14 +43,14 @@ RAISED: dict[str, tuple[type[cd.CardanError], Callable[[], object]]] = {
         lambda: cd.Scene(five_bar(), drive=["A", "D"]).sweep([[1.5, -1.5]]),
     ),
     "assembly: response": (cd.AssemblyError, lambda: rocker().response(interval=(-1.0, 1.0))),
-    "assembly: start": (cd.AssemblyError, lambda: cd.Scene(four_bar(), drive="A", start={"D": 2})),
+    "assembly: near": (cd.AssemblyError, lambda: cd.Scene(four_bar(), drive="A", near={"D": 2})),
     "assembly: held": (
         cd.AssemblyError,
-        lambda: cd.Scene(five_bar(), drive="A", start={"A": 1.5}, held={"D": -1.5}),
+        lambda: cd.Scene(five_bar(), drive="A", near={"A": 1.5}, held={"D": -1.5}),
     ),
     "assembly: contradiction": (
         cd.AssemblyError,
-        lambda: universal(start={"pin_in": 0.1, "pin_out": 0.4}),
+        lambda: universal(near={"pin_in": 0.1, "pin_out": 0.4}),
     ),
     "assembly: zero": (cd.AssemblyError, lambda: cd.Scene(open_loop(), drive="a")),
     "assembly: describe": (cd.AssemblyError, lambda: cd.describe(open_loop())),
@@ -125,7 +125,7 @@ def test_errors_of_assembly_carry_their_numbers(name: str) -> None:
     for attribute, empty in (("position", None), ("nearest", None), ("finding", "")):
         value = getattr(error, attribute)
         assert (value is empty or np.array_equal(value, empty)) == (attribute in silent), attribute
-    assert (error.joint is not None) == (name in ("assembly: start", "assembly: held"))
+    assert (error.joint is not None) == (name in ("assembly: near", "assembly: held"))
     assert (error.sample is not None) == ("sweep" in name or "several" in name)
 
 
@@ -160,7 +160,7 @@ def test_errors_of_indeterminate_components_name_them() -> None:
 NAMES: dict[str, Callable[[], object]] = {
     "drive": lambda: universal(drive="bearing_inn"),
     "held": lambda: universal(held={"bearing_inn": 0.1}),
-    "start": lambda: universal(start={"bearing_inn": 0.1}),
+    "near": lambda: universal(near={"bearing_inn": 0.1}),
     "loads": lambda: universal(loads={"bearing_inn": 0.1}),
     "outputs": lambda: universal(outputs=["bearing_inn"]),
     "compliance": lambda: universal(compliance={"bearing_inn": np.ones(6)}),

@@ -96,14 +96,14 @@ def test_a_response_along_a_coordinate(drive: str, tmp_path: object) -> None:
 
 
 def test_a_scene_starts_with_coordinates_at_their_positions() -> None:
-    found, reference = pair("crank", drive="r", start={"s.y": 0.1})
+    found, reference = pair("crank", drive="r", near={"s.y": 0.1})
     positions = found.branches()["A"]
     assert positions["s.y"] == pytest.approx(0.1, abs=1e-12)
     assert_same(found.sweep([0.05, 0.1]), reference.sweep([0.05, 0.1]))
     expected = reference.branches()["A"]
     assert positions == pytest.approx({name: expected[NAMES[name]] for name in positions})
     # All of them together are a complete configuration, which is taken as it is.
-    complete = cd.Scene(cd.load(crank_and_slider()), drive="u.turn_1", start=positions)
+    complete = cd.Scene(cd.load(crank_and_slider()), drive="u.turn_1", near=positions)
     turn = complete.sweep([positions["u.turn_1"]])
     for name, value in positions.items():
         assert turn.motion.position(name)[0] == pytest.approx(value, abs=1e-12)

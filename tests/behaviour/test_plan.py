@@ -210,9 +210,9 @@ def test_each_output_alone_equals_the_full_result(name: str) -> None:
 def test_a_zero_that_is_a_dead_point() -> None:
     """The slider-crank is drawn at its outer dead centre: the piston cannot start it."""
     mechanism = cd.load("slider_crank")
-    with pytest.raises(cd.SingularConfigurationError, match=r"is a dead point: .*Give start="):
+    with pytest.raises(cd.SingularConfigurationError, match=r"is a dead point: .*Give near="):
         cd.Scene(mechanism, drive="piston_guide")
-    scene = cd.Scene(mechanism, drive="piston_guide", start={"crank_bearing": 1.0})
+    scene = cd.Scene(mechanism, drive="piston_guide", near={"crank_bearing": 1.0})
     low, high = scene.motion_range()
     assert high - low == pytest.approx(0.09, abs=1e-9)
     crank = cd.Scene(mechanism, drive="crank_bearing").sweep([1.0, 1.2])

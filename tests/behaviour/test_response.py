@@ -55,7 +55,7 @@ def test_a_turn_begins_where_the_scene_starts() -> None:
             scene.mechanism,
             drive="crank_bearing",
             loads={"rocker_bearing": -5.0},
-            start={"crank_bearing": start},
+            near={"crank_bearing": start},
         )
         if known:
             begun.sweep(known)

@@ -207,7 +207,7 @@ def test_a_start_of_the_tree_alone_is_taken_as_it_is() -> None:
     start = {"a": 0.4, "b": coupler, "d": mirrored}
     mechanism = cd.load(text)
     assert cd.assemble(mechanism, start).positions["d"] == mirrored
-    turn = cd.Scene(mechanism, drive="a", start=start).sweep([0.4])
+    turn = cd.Scene(mechanism, drive="a", near=start).sweep([0.4])
     np.testing.assert_allclose(turn.motion.position("d"), mirrored, atol=1e-13)
 
 

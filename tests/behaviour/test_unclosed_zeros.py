@@ -80,22 +80,22 @@ def test_the_same_start_every_time() -> None:
 
 def test_a_start_beyond_a_singular_zero_is_reached() -> None:
     mechanism = parallelogram_in_line()
-    scene = cd.Scene(mechanism, drive="A", start={"A": 0.5, "D": 0.5})
+    scene = cd.Scene(mechanism, drive="A", near={"A": 0.5, "D": 0.5})
     turn = scene.sweep(np.linspace(0.3, 2.8, 9))
     np.testing.assert_allclose(turn.motion.position("D"), np.linspace(0.3, 2.8, 9), atol=1e-12)
     # The same drive position also closes as an antiparallelogram, in which the half angles of its
     # cranks have tangents of a constant ratio.
     crossed = 2.0 * np.arctan(np.tan(0.25) * (2.0 + 1.0) / (2.0 - 1.0))
-    swept = cd.Scene(mechanism, drive="A", start={"A": 0.5, "D": -crossed}).sweep([0.5])
+    swept = cd.Scene(mechanism, drive="A", near={"A": 0.5, "D": -crossed}).sweep([0.5])
     assert swept.motion.position("D")[0] == pytest.approx(-crossed, abs=1e-12)
     with pytest.raises(cd.AssemblyError, match=r"all joints of start .*\(A: 0.5, D: -0.4\)"):
-        cd.Scene(mechanism, drive="A", start={"A": 0.5, "D": -0.4})
+        cd.Scene(mechanism, drive="A", near={"A": 0.5, "D": -0.4})
 
 
 def test_a_complete_configuration_that_closes_is_taken_as_it_is() -> None:
     mechanism = parallelogram_in_line()
     start = {"A": 0.5, "B": -0.5, "D": 0.5, "C": 0.5}
-    turn = cd.Scene(mechanism, drive="A", start=start).sweep([0.5])
+    turn = cd.Scene(mechanism, drive="A", near=start).sweep([0.5])
     for name, position in start.items():
         assert turn.motion.position(name)[0] == pytest.approx(position, abs=1e-15)
 

@@ -158,7 +158,7 @@ def imbalance(
         reasons.append(
             f"{choices(drives)} would decide the motion, but this position is so close to a "
             "singular configuration, where assembly modes meet, that rounding decides which way "
-            "they lead; give start={joint: position} to begin farther from it"
+            "they lead; give near={joint: position} to begin farther from it"
         )
     return MobilityError(
         f"{mechanism.name}: driven by {choices(drives)}{held_text}, {loops}: {'; '.join(reasons)}",
@@ -204,7 +204,7 @@ def _dead_point(
     note = gimbal_note(mechanism.coordinates, here.x, passives)
     return SingularConfigurationError(
         f"{mechanism.name}: position {as_text(position)} of {choices(scene.drives)}, where the "
-        f"scene starts, is singular: {singularity.text}. Give start={{joint: position}} to begin "
+        f"scene starts, is singular: {singularity.text}. Give near={{joint: position}} to begin "
         f"elsewhere, or choose another drive{note}",
         position=as_position(position),
         condition=condition,

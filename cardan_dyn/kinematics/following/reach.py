@@ -102,7 +102,7 @@ def out_of_reach(
         return SingularConfigurationError(
             f"{what}{where}: position {_number(nearest)} is singular (condition "
             f"{error.condition:.1e}), {error.finding}; the way on is not unique. Stay on one "
-            f"side of it, begin beyond it with start=, or choose another drive{hints}",
+            f"side of it, begin beyond it with near=, or choose another drive{hints}",
             **details,
         )
     return AssemblyError(

@@ -129,7 +129,7 @@ def _period(scene: Scene) -> float:
     rest = dict(zip(scene.free, places, strict=True))
     alone = scene.replace(
         held=rest,
-        start={name: value for name, value in scene.start.items() if name not in rest},
+        near={name: value for name, value in scene.near.items() if name not in rest},
     )
     try:
         period = alone.solver.assembly.period()

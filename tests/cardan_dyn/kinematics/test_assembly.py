@@ -51,7 +51,7 @@ def test_a_scene_starts_at_its_held_positions() -> None:
 def test_joints_of_the_start_move_before_the_held_ones() -> None:
     """The crank turns to where it is to start; the rocker is not held and follows."""
     mechanism = four_bar()
-    assembly = assembly_of(mechanism, "D", start={"A": 1.2})
+    assembly = assembly_of(mechanism, "D", near={"A": 1.2})
     assert values(mechanism, assembly.start, "A") == pytest.approx(1.2, abs=1e-12)
     assert pin_distance(mechanism, assembly.start[None])[0] == pytest.approx(COUPLER, rel=1e-12)
     assert values(mechanism, assembly.start, "D") != 0.0
@@ -61,7 +61,7 @@ def test_a_start_beyond_a_dead_point_lies_on_its_other_side() -> None:
     """At the same position of the rocker, its crank stands differently on both sides."""
     mechanism = four_bar()
     near = assembly_of(mechanism, "D")
-    far = assembly_of(mechanism, "D", start={"A": 4.0})
+    far = assembly_of(mechanism, "D", near={"A": 4.0})
     positions = np.array([[0.05], [0.1]])
     cranks = [values(mechanism, closed(item, positions), "A") for item in (near, far)]
     difference = np.mod(cranks[0] - cranks[1] + np.pi, TURN) - np.pi
@@ -93,9 +93,9 @@ def test_what_does_not_close_at_zero_is_refused() -> None:
 @pytest.mark.parametrize(
     ("mechanism", "options", "value"),
     [
-        (four_bar, {"start": {"D": 1.5}}, 1.5),
+        (four_bar, {"near": {"D": 1.5}}, 1.5),
         # With the other crank turned away, the arms of the five-bar are too short.
-        (five_bar, {"start": {"A": 1.5}, "held": {"D": -1.5}}, -1.5),
+        (five_bar, {"near": {"A": 1.5}, "held": {"D": -1.5}}, -1.5),
     ],
 )
 def test_a_joint_that_cannot_be_brought_to_its_position_is_named(
@@ -192,7 +192,7 @@ def test_periods() -> None:
     assert assembly_of(geared(0.5), "A").period() == pytest.approx(2.0 * TURN)
     assert assembly_of(geared(0.3819660112501051), "A").period() is None
     slider = cd.load("slider_crank")
-    assert assembly_of(slider, "piston_guide", start={"crank_bearing": 1.0}).period() is None
+    assert assembly_of(slider, "piston_guide", near={"crank_bearing": 1.0}).period() is None
     arm = described(link("a"), joint("A", "ground", "a"))
     assert assembly_of(arm, "A").period() == TURN
 
@@ -207,7 +207,7 @@ def test_ranges_of_rotating_drives() -> None:
 
 
 def test_a_range_holds_for_the_side_of_the_dead_point_where_the_scene_starts() -> None:
-    low, high = assembly_of(four_bar(), "D", start={"A": 4.0}).motion_range()
+    low, high = assembly_of(four_bar(), "D", near={"A": 4.0}).motion_range()
     assert (low, high) == pytest.approx(rocker_range(), abs=1e-9)
 
 
@@ -215,7 +215,7 @@ def test_a_range_holds_for_the_side_of_the_dead_point_where_the_scene_starts() -
 def test_ranges_of_sliding_drives(length: float) -> None:
     """A piston moves between the positions where crank and rod are in line."""
     mechanism = cd.load(tilted_slider_crank(length, planar=False))
-    assembly = assembly_of(mechanism, "guide", start={"crank_bearing": 1.0})
+    assembly = assembly_of(mechanism, "guide", near={"crank_bearing": 1.0})
     low, high = assembly.motion_range()
     # Crank 1 and rod hypot(2, 0.2), the rail 0.2 beside the crank's axis; zero is at 3 lengths.
     rod, offset = np.hypot(2.0, 0.2), 0.2

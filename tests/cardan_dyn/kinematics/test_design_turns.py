@@ -21,7 +21,7 @@ def scene(request: pytest.FixtureRequest) -> cd.Scene:
 
 def scene_at(frame: float) -> cd.Scene:
     start = {"drive": 0.5 * np.pi}
-    return cd.Scene(four_bar_of_lengths(), drive="drive", held={"frame": frame}, start=start)
+    return cd.Scene(four_bar_of_lengths(), drive="drive", held={"frame": frame}, near=start)
 
 
 def search(scene: cd.Scene) -> TurnSearch:

@@ -239,7 +239,7 @@ def test_proofs_need_a_regular_start_and_a_motion_around_it() -> None:
     rocker = four_bar(0.3, 0.8, 1.0)
     driven, start = solver(rocker, "D")
     dead = cd.Scene(rocker, drive="D").motion_range()[1]
-    near = cd.Scene(rocker, drive="D", start={"D": dead - 1e-4})._solver.assembly.start
+    near = cd.Scene(rocker, drive="D", near={"D": dead - 1e-4})._solver.assembly.start
     assert _refuted_around(driven, [0], start) == []
     assert _refuted_at(driven, [0], near) == []
     assert _refuted_around(driven, [0], near) == [0]

@@ -48,7 +48,7 @@ def test_samples_beyond_both_ends_name_one_that_belongs_to_the_end() -> None:
 
 
 def test_what_lies_within_reach_is_solved_though_the_drive_cannot_turn_through() -> None:
-    scene = cd.Scene(four_bar(), drive="D", start={"D": 0.3})
+    scene = cd.Scene(four_bar(), drive="D", near={"D": 0.3})
     low, high = scene.motion_range()
     scene.sweep(np.linspace(low + 1e-3, high - 1e-3, 20))
 
@@ -87,7 +87,7 @@ def test_degrees_are_asked_for() -> None:
         cd.Scene(cd.load("universal_joint"), drive="bearing_in", held={"joint_angle": 50.0})
     assert "held joint 'joint_angle' cannot be brought to 50: position 1.57" in str(caught.value)
     with pytest.raises(cd.AssemblyError, match=r"if 30 degrees were meant, give 0\.523599"):
-        cd.Scene(four_bar(), drive="A", start={"D": 30.0})
+        cd.Scene(four_bar(), drive="A", near={"D": 30.0})
 
 
 def test_slides_have_no_degrees() -> None:

@@ -70,7 +70,7 @@ def test_the_drive_stays_at_zero_if_the_loops_close_there() -> None:
 @pytest.mark.parametrize("position", [0.3, 0.6])
 def test_joints_of_the_start_are_followed_to_their_positions(position: float) -> None:
     mechanism = four_bar()
-    start = search(mechanism, start={"D": position}).closed_start()[None, :]
+    start = search(mechanism, near={"D": position}).closed_start()[None, :]
     assert values(mechanism, start, "D")[0] == position
     assert pin_distance(mechanism, start)[0] == pytest.approx(COUPLER, abs=1e-13)
     # No dead point of D was passed: crank and coupler are nowhere in line, as at zero.
@@ -82,7 +82,7 @@ def test_starts_that_no_motion_leads_to_are_assembled_there() -> None:
     low, high = rocker_range()
     mechanism = four_bar()
     for position in (np.pi - high + 0.01, np.pi - low - 0.01):
-        start = search(mechanism, start={"D": position}).closed_start()[None, :]
+        start = search(mechanism, near={"D": position}).closed_start()[None, :]
         assert values(mechanism, start, "D")[0] == pytest.approx(position, abs=1e-12)
         assert pin_distance(mechanism, start)[0] == pytest.approx(COUPLER, abs=1e-12)
 
@@ -90,19 +90,19 @@ def test_starts_that_no_motion_leads_to_are_assembled_there() -> None:
 def test_starts_that_nothing_closes_say_how_far_the_joint_came() -> None:
     _, high = rocker_range()
     with pytest.raises(cd.AssemblyError, match=r"joint 'D' cannot be brought to 1\.5") as caught:
-        search(four_bar(), start={"D": 1.5}).closed_start()
+        search(four_bar(), near={"D": 1.5}).closed_start()
     assert caught.value.nearest == pytest.approx(high, abs=1e-6)
 
 
 def test_large_angles_bring_the_question_of_degrees() -> None:
     with pytest.raises(cd.AssemblyError, match=r"if 30 degrees were meant, give 0\.523599"):
-        search(four_bar(), start={"D": 30.0}).closed_start()
+        search(four_bar(), near={"D": 30.0}).closed_start()
 
 
 def test_all_joints_of_the_start_are_where_they_are_wanted(joint: cd.Mechanism) -> None:
     """While the second joint moves, and then the held one, the first is carried along."""
     start = {"pin_in": 0.3}
-    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5}, start=start)
+    scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5}, near=start)
     positions = scene.branches()["A"]
     assert positions["pin_in"] == pytest.approx(0.3, abs=1e-12)
     assert positions["joint_angle"] == pytest.approx(0.5, abs=1e-12)
@@ -116,28 +116,28 @@ def test_starts_that_contradict_each_other_are_refused(
     joint: cd.Mechanism, start: dict[str, float]
 ) -> None:
     with pytest.raises(cd.AssemblyError, match="with all joints of start and held at") as caught:
-        cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5}, start=start)
+        cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5}, near=start)
     assert caught.value.residual > 1e-3
 
 
 def test_a_held_joint_starts_where_it_is_held(joint: cd.Mechanism) -> None:
     with pytest.raises(cd.ArgumentError, match=r"is held at 0\.5 and cannot start at 0\.9"):
-        cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5}, start={"joint_angle": 0.9})
-    cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5}, start={"joint_angle": 0.5})
+        cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5}, near={"joint_angle": 0.9})
+    cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.5}, near={"joint_angle": 0.5})
 
 
 def test_complete_starts_that_do_not_close_are_refused() -> None:
-    with pytest.raises(cd.AssemblyError, match="start joint 'C' cannot be brought to"):
-        cd.Scene(four_bar(), drive="A", start={"A": 0.5, "B": -0.9, "C": -1.5, "D": 2.4})
+    with pytest.raises(cd.AssemblyError, match="near: joint 'C' cannot be brought to"):
+        cd.Scene(four_bar(), drive="A", near={"A": 0.5, "B": -0.9, "C": -1.5, "D": 2.4})
 
 
 def test_two_joints_choose_the_assembly_mode() -> None:
     """Crank and coupler say where the pin is, so they decide between the two modes."""
-    scene = cd.Scene(four_bar(), drive="A", start={"A": 0.5})
-    modes = cd.Scene(four_bar(), drive="A", start={"A": 0.5}).branches()
+    scene = cd.Scene(four_bar(), drive="A", near={"A": 0.5})
+    modes = cd.Scene(four_bar(), drive="A", near={"A": 0.5}).branches()
     for mode in modes.values():
         start = {name: mode[name] for name in "AB"}
-        chosen = cd.Scene(four_bar(), drive="A", start=start)
+        chosen = cd.Scene(four_bar(), drive="A", near=start)
         assert chosen.sweep([0.5]).motion.position("D")[0] == pytest.approx(mode["D"], abs=1e-9)
     assert abs(modes["A"]["D"] - modes["B"]["D"]) > 1.0
     assert scene.sweep([0.5]).motion.position("D")[0] == pytest.approx(modes["A"]["D"])
@@ -147,7 +147,7 @@ def test_starts_after_whole_turns_are_followed() -> None:
     """At 2π the loop looks closed with all else at zero, but the coupler has made a turn too."""
     mechanism = four_bar()
     for turns in (1.0, -2.0):
-        start = search(mechanism, start={"A": 2.0 * np.pi * turns}).closed_start()[None, :]
+        start = search(mechanism, near={"A": 2.0 * np.pi * turns}).closed_start()[None, :]
         assert values(mechanism, start, "B")[0] == pytest.approx(-2.0 * np.pi * turns, abs=1e-9)
 
 

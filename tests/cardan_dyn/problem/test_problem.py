@@ -74,7 +74,7 @@ def test_loads_have_the_shape_that_was_given(
 def test_held_joints_become_drives_after_the_others() -> None:
     shaft = cd.load("double_shaft_z")
     angles = {"joint_angle_1": 0.1, "joint_angle_2": 0.2}
-    item = checked(shaft, drive="bearing_in", held=angles, start={"bearing_in": 1.0})
+    item = checked(shaft, drive="bearing_in", held=angles, near={"bearing_in": 1.0})
     assert item.driving(()) is item
     driven = item.driving(("joint_angle_1",))
     assert driven.independent == ("bearing_in", "joint_angle_1")
@@ -87,7 +87,7 @@ CHANGES = {
     "independent": {"drive": "bearing_out", "loads": {}},
     "free": {"drive": None, "free": "bearing_in"},
     "held": {"held": {"joint_angle": 0.6}},
-    "start": {"start": {"bearing_in": 1.0}},
+    "near": {"near": {"bearing_in": 1.0}},
     "branch": {"branch": "B"},
     "joint_loads": {"loads": {"bearing_out": [-5.0, -7.0]}},
     "gravity": {"gravity": (0.0, 0.0, -9.8)},

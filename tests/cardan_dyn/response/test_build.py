@@ -216,7 +216,7 @@ def test_a_response_needs_one_drive_that_comes_back_and_wrenches_that_stay_the_s
     )
     with pytest.raises(cd.ArgumentError, match="the wrench on 'shaft_out' changes from sample to"):
         pushed.response()
-    slide = cd.Scene(cd.load("slider_crank"), drive="piston_guide", start={"crank_bearing": 1.0})
+    slide = cd.Scene(cd.load("slider_crank"), drive="piston_guide", near={"crank_bearing": 1.0})
     message = "slider_crank: drive 'piston_guide' does not come back to where it was within a few"
     with pytest.raises(cd.CardanError, match=message):
         slide.response()
@@ -225,7 +225,7 @@ def test_a_response_needs_one_drive_that_comes_back_and_wrenches_that_stay_the_s
 def test_a_period_begins_where_the_scene_starts() -> None:
     wheels = cd.load(gears(coupling("mesh", "a", "b", -2.5)))
     for start in (0.0, 0.7):
-        scene = cd.Scene(wheels, drive="a", start={"a": start})
+        scene = cd.Scene(wheels, drive="a", near={"a": start})
         domain = scene.response()._data.series.domain
         # The second wheel turns five times while the first one turns twice.
         assert domain == pytest.approx((start, 4.0 * np.pi, True))

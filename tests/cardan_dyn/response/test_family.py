@@ -150,7 +150,7 @@ def test_what_cannot_be_reached_is_refused_by_design(scene: cd.Scene) -> None:
 def test_members_of_scenes_with_a_start_are_copied_with_their_motion() -> None:
     """A copy follows the same way to its design as the original, from the start of the scene."""
     bars = four_bar_of_lengths()
-    scene = cd.Scene(bars, drive="drive", held={"frame": 0.0}, start={"bearing": -0.106})
+    scene = cd.Scene(bars, drive="drive", held={"frame": 0.0}, near={"bearing": -0.106})
     member = scene.responses({"frame": [0.0, 0.12]})[1]
     copy = pickle.loads(pickle.dumps(member))
     expected = member.sweep(POSITIONS).motion.position("bearing")

@@ -20,7 +20,7 @@ def full(joint: cd.Mechanism) -> cd.Scene:
         gravity=(0.0, 0.0, -9.81),
         outputs=["pin_in"],
         compliance={"pin_in": np.ones(6)},
-        start={"bearing_in": 1.0},
+        near={"bearing_in": 1.0},
         branch="A",
     )
 
@@ -32,7 +32,7 @@ def test_arguments_are_properties(joint: cd.Mechanism) -> None:
     assert item.held == {"joint_angle": 0.5}
     assert item.outputs == ("pin_in",)
     assert item.strict is False
-    assert item.start == {"bearing_in": 1.0}
+    assert item.near == {"bearing_in": 1.0}
     assert item.branch == "A"
     np.testing.assert_array_equal(item.gravity, [0.0, 0.0, -9.81])
     np.testing.assert_array_equal(item.compliance["pin_in"], np.eye(6))
@@ -48,7 +48,7 @@ def test_arguments_are_properties(joint: cd.Mechanism) -> None:
 
 def test_arguments_that_were_not_given(joint: cd.Mechanism) -> None:
     item = cd.Scene(joint, drive=["bearing_in", "joint_angle"])
-    assert item.held == item.loads == item.compliance == item.start == {}
+    assert item.held == item.loads == item.compliance == item.near == {}
     assert item.outputs == tuple(joint.joint_names)
     assert item.strict is False
     np.testing.assert_array_equal(item.gravity, np.zeros(3))
@@ -70,7 +70,7 @@ def test_texts_tell_what_was_given(joint: cd.Mechanism) -> None:
 def test_changes_of_nothing_give_the_same_scene(joint: cd.Mechanism) -> None:
     item = full(joint)
     again = item.replace()
-    for name in ("mechanism", "drives", "free", "held", "outputs", "strict", "start", "branch"):
+    for name in ("mechanism", "drives", "free", "held", "outputs", "strict", "near", "branch"):
         assert getattr(again, name) == getattr(item, name)
     assert again.loads["bearing_out"] == -2.0
     assert again.loads["shaft_out"].frame == "world"
@@ -91,7 +91,7 @@ def test_held_joints_are_merged_by_name(
     joint: cd.Mechanism, changes: dict[str, float | None], held: dict[str, float]
 ) -> None:
     drive = "bearing_in" if "joint_angle" in held else "joint_angle"
-    scene = full(joint).replace(start=None)
+    scene = full(joint).replace(near=None)
     assert scene.replace(held=changes, drive=drive).held == held
 
 

@@ -47,7 +47,7 @@ def test_joints_of_start_are_where_they_are_wanted() -> None:
         assert configuration.positions["crank_bearing"] == angle
         assert configuration.loop_residual < 1e-12
         # The way there keeps the assembly mode, as a scene that starts there does.
-        scene = cd.Scene(mechanism, drive="crank_bearing", start={"crank_bearing": angle})
+        scene = cd.Scene(mechanism, drive="crank_bearing", near={"crank_bearing": angle})
         expected = scene.configuration()
         for joint in mechanism:
             a, b = configuration.rotation(joint), expected.rotation(joint)
@@ -65,7 +65,7 @@ def test_positions_that_close_are_taken_as_they_are() -> None:
 def test_a_scene_may_start_in_a_configuration() -> None:
     mechanism = cd.load("four_bar")
     crossed = cd.Scene(mechanism, drive="crank_bearing", branch="B").configuration()
-    scene = cd.Scene(mechanism, drive="crank_bearing", start=crossed.positions)
+    scene = cd.Scene(mechanism, drive="crank_bearing", near=crossed.positions)
     sweep = scene.sweep([0.0, 0.1])
     assert sweep.motion.position("rocker_bearing")[0] == pytest.approx(
         crossed.positions["rocker_bearing"]
@@ -75,7 +75,7 @@ def test_a_scene_may_start_in_a_configuration() -> None:
 def test_scenes_with_outputs_close_all_loops() -> None:
     mechanism = cd.load("needle_drive")
     drive = next(name for name in mechanism if mechanism[name].nv == 1)
-    scene = cd.Scene(mechanism, drive=drive, start={drive: 0.4}, outputs=[drive])
+    scene = cd.Scene(mechanism, drive=drive, near={drive: 0.4}, outputs=[drive])
     assert scene.configuration().loop_residual < 1e-10
 
 
@@ -109,5 +109,5 @@ def test_wrong_arguments_are_refused() -> None:
     mechanism = cd.load("four_bar")
     with pytest.raises(cd.ModelError, match="no joint 'lever'"):
         cd.assemble(mechanism, near={"lever": 1.0})
-    with pytest.raises(cd.ArgumentError, match="start"):
+    with pytest.raises(cd.ArgumentError, match="near"):
         cd.assemble(mechanism, near={"crank_bearing": np.nan})

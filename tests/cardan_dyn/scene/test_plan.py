@@ -133,7 +133,7 @@ def test_plans_say_how_a_scene_is_simulated(joint: cd.Mechanism) -> None:
         free="crank_bearing",
         elements=[cd.JointSpring("rocker_bearing", 3.0, damping=1.0)],
     )
-    two = cd.Scene(joint, free=["bearing_in", "joint_angle"], start={"joint_angle": 0.3})
+    two = cd.Scene(joint, free=["bearing_in", "joint_angle"], near={"joint_angle": 0.3})
     for scene, speed in ((free, 1.0), (damped, 1.0), (two, [1.0, 0.0])):
         said = scene.plan().simulation
         assert said.startswith(scene.simulate(1e-3, speed=speed).method)

@@ -77,7 +77,7 @@ CHANGES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     ),
     "held": ({"held": {"joint_angle": 0.9}}, {"held": {"joint_angle": 0.9}}),
     "outputs": ({"outputs": ["bearing_in", "pin_in"]}, {"outputs": ["bearing_in", "pin_in"]}),
-    "start": ({"start": {"bearing_in": 0.4}}, {"start": {"bearing_in": 0.4}}),
+    "near": ({"near": {"bearing_in": 0.4}}, {"near": {"bearing_in": 0.4}}),
     "driven and held exchanged": (
         {"drive": "joint_angle", "held": {"joint_angle": None, "bearing_in": 0.3}},
         {"drive": "joint_angle", "held": {"bearing_in": 0.3}},
@@ -187,7 +187,7 @@ def test_responses_come_back_from_a_file_for_a_scene_like_it(
 
 
 def test_branches_tell_angles_within_half_a_turn(joint: cd.Mechanism) -> None:
-    scene = universal(joint, 0.5, start={"bearing_in": 7.0})
+    scene = universal(joint, 0.5, near={"bearing_in": 7.0})
     modes = scene.branches()
     # The fork of the output shaft fits the cross in two ways, in one and the same pose.
     assert list(modes) == ["A"]

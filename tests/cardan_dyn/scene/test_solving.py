@@ -594,7 +594,7 @@ def test_nothing_at_all_may_be_in_reach() -> None:
     """Neither the drives' positions nor those of the held joint, which moves first."""
     held = cd.Scene(five_bar(), drive="A", held={"D": 0.0})
     assert not np.any(held.reachable([1.4, 1.5], held={"D": [[-1.5], [-1.6]]}))
-    turned = cd.Scene(five_bar(), drive="A", held={"D": 0.0}, start={"A": 0.9})
+    turned = cd.Scene(five_bar(), drive="A", held={"D": 0.0}, near={"A": 0.9})
     assert not np.any(turned.reachable([0.0, 0.1], held={"D": [[-1.5], [-1.6]]}))
     with pytest.raises(cd.AssemblyError, match="cannot be closed"):
         turned.sweep([0.0, 0.1], held={"D": -1.5})

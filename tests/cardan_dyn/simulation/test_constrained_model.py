@@ -26,7 +26,7 @@ def model_of(scene: cd.Scene, turn: cd.Sweep, held: tuple[str, ...] = ()) -> Con
 
 
 def test_accelerations_are_those_of_pinocchio_by_hand(joint: cd.Mechanism) -> None:
-    scene = cd.Scene(joint, drive=["bearing_in", "joint_angle"], start={"joint_angle": 0.5})
+    scene = cd.Scene(joint, drive=["bearing_in", "joint_angle"], near={"joint_angle": 0.5})
     turn = scene.sweep([[1.0, 0.5], [2.5, 0.7]], [[3.0, 0.4], [-2.0, 0.1]])
     model = model_of(scene, turn)
     for sample in range(2):

@@ -105,7 +105,7 @@ def test_another_assembly_mode_is_refused(method: str, speed: float) -> None:
     times = np.linspace(0.0, 1.5, 31)
     assert again(moved, moved._run, times).time_residual < 1e-5
     other = scene.branches()["B"]
-    mirrored = cd.Scene(mechanism, drive="a", gravity=GRAVITY, start=other)
+    mirrored = cd.Scene(mechanism, drive="a", gravity=GRAVITY, near=other)
     columns = scene.solver.problem.mechanism.coordinates.columns_of(["a", "b", "c"])
     there = mirrored.sweep(moved.at(times).position).motion
     assert np.min(np.abs(there.position("b") - moved.at(times).motion.position("b"))) > 0.1

@@ -21,7 +21,7 @@ def bars() -> cd.Scene:
 
 @pytest.fixture(scope="module")
 def two(joint: cd.Mechanism) -> cd.Scene:
-    return cd.Scene(joint, drive=["bearing_in", "joint_angle"], start={"joint_angle": 0.3})
+    return cd.Scene(joint, drive=["bearing_in", "joint_angle"], near={"joint_angle": 0.3})
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_what_is_no_scalar_is_simulated_in_all_coordinates(two: cd.Scene) -> Non
         two.replace(free="bearing_in").simulate(0.1, speed=4.0, motion={"joint_angle": 0.0}).method
         == "DOP853"
     )
-    sliding = cd.Scene(cd.load(slider_crank(None)), free="d", start={"d": -0.05})
+    sliding = cd.Scene(cd.load(slider_crank(None)), free="d", near={"d": -0.05})
     assert sliding.simulate(0.01).method == "DOP853"
 
 

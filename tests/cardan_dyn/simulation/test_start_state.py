@@ -17,7 +17,7 @@ def bars() -> cd.Scene:
 
 @pytest.fixture(scope="module")
 def two(joint: cd.Mechanism) -> cd.Scene:
-    return cd.Scene(joint, drive="joint_angle", free="bearing_in", start={"joint_angle": 0.3})
+    return cd.Scene(joint, drive="joint_angle", free="bearing_in", near={"joint_angle": 0.3})
 
 
 def test_positions_of_drives(bars: cd.Scene, two: cd.Scene) -> None:

@@ -52,7 +52,7 @@ def test_what_damps(line: cd.Scene, element: Any, is_damped: bool) -> None:
 
 
 def test_start_is_where_the_scene_starts(line: cd.Scene) -> None:
-    moved = rotating_scene(line.replace(start={"bearing_in": 0.0, "twist_in": 0.2}))
+    moved = rotating_scene(line.replace(near={"bearing_in": 0.0, "twist_in": 0.2}))
     assert moved.start == pytest.approx([0.0, 0.2], abs=1e-12)
 
 
