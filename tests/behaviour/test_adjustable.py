@@ -142,7 +142,7 @@ def test_false_declarations_are_refused(attributes: str, message: str) -> None:
 
 def test_false_uses_are_refused() -> None:
     shaft = cd.load("double_shaft_z")
-    for arguments in ({"loads": {"fork_phase": 1.0}}, {"start": {"fork_phase": 0.1}}):
+    for arguments in ({"loads": {"fork_phase": 1.0}}, {"near": {"fork_phase": 0.1}}):
         with pytest.raises(cd.ArgumentError, match="'fork_phase' is fixed in this scene; hold it"):
             scene_of(shaft).replace(**arguments)
     loaded = scene_of(shaft, fork_phase=0.1).replace(loads={"fork_phase": 1.0})

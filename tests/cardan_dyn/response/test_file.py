@@ -78,7 +78,7 @@ def test_a_mechanism_of_other_lengths_is_refused(tmp_path: Path) -> None:
     ("difference", "changed"),
     [
         ("held", {"held": {"joint_angle": 0.4 + 1e-12}}),
-        ("start", {"start": {"bearing_in": 0.5}}),
+        ("near", {"near": {"bearing_in": 0.5}}),
         ("compliance", {"compliance": {"bearing_in": np.ones(6)}}),
         ("outputs", {"outputs": ["bearing_in"]}),
         ("joint loads", {"loads": PUSH}),

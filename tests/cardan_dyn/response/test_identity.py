@@ -127,7 +127,7 @@ PUSH = cd.Wrench(force=(0.0, 3.0, 10.0))
         ({"gravity": (1.0, 0.0, 0.0)}, set()),
         ({"gravity": None}, {"gravity"}),
         ({"beta": 0.6}, {"held"}),
-        ({"start": {"bearing_in": 0.1}}, {"start"}),
+        ({"near": {"bearing_in": 0.1}}, {"near"}),
         ({"outputs": ["pin_in"]}, {"outputs"}),
         ({"strict": True}, {"strict"}),
         ({"compliance": {"pin_in": np.ones(6)}}, {"compliance"}),
