@@ -19,15 +19,12 @@ class ClosureForces:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        bodies, fixed = mechanism.model.njoints - 1, mechanism.fixed_loops
+        bodies = mechanism.model.njoints - 1
+        fixed = [index for index, loop in enumerate(mechanism.loops) if loop.is_fixed]
         self._loop_count = len(mechanism.loops)
         self.size = bodies + len(fixed)
         self._indices = np.arange(self.size)
-        self.fixed_loops = {
-            index: bodies + fixed.index(loop.joint)
-            for index, loop in enumerate(mechanism.loops)
-            if loop.joint in fixed
-        }
+        self.fixed_loops = {loop: bodies + count for count, loop in enumerate(fixed)}
 
     def self_stresses(self, state: GroupState) -> list[SelfStress]:
         """Return the closure forces of a group that change no passive effort.

@@ -276,4 +276,6 @@ def wrenches_in_norm(mechanism: Mechanism) -> frozenset[int]:
     """
     bodies = mechanism.model.njoints - 1
     joints = {joint.id - 1 for joint in mechanism.joints.values() if joint.parts}
-    return frozenset(joints | set(range(bodies, bodies + len(mechanism.fixed_loops))))
+    return frozenset(
+        joints | set(range(bodies, bodies + sum(loop.is_fixed for loop in mechanism.loops)))
+    )

@@ -146,7 +146,7 @@ class Mechanism(Frozen):
     def warnings(self) -> tuple[str, ...]:
         """What is wrong with the description and was accepted, and how far its zero is open."""
         described = (*self.description.warnings, *self._remarks)
-        gaps = open_loops(self.frames, self.coordinates, self.zero, self.characteristic_length)
+        gaps = open_loops(self._frames, self.coordinates, self.zero, self.characteristic_length)
         if not gaps:
             return described
         listed = [f"{name} by {gap:.3g} m, {angle:.3g} rad" for name, (angle, gap) in gaps.items()]
@@ -157,11 +157,6 @@ class Mechanism(Frozen):
             f"{'; '.join(listed[:_MOST_LISTED])}{more}; scenes start where they can be closed near "
             "it, unless near= says where",
         )
-
-    @cached_property
-    def fixed_loops(self) -> tuple[str, ...]:
-        """Names of the `fixed` loops, which have a wrench but neither coordinate nor body."""
-        return tuple(loop.joint for loop in self.loops if not self.joints[loop.joint].parts)
 
     def __getitem__(self, joint: str) -> Joint:
         return self.joint(joint)
@@ -266,22 +261,24 @@ class Mechanism(Frozen):
             )
         return self.links[name]
 
+    # What the package computes with, made when it is first needed and kept.
+
     @cached_property
-    def frames(self) -> Frames:
+    def _frames(self) -> Frames:
         """Where every joint is, by plain forward kinematics."""
         from .frames import Frames
 
         return Frames(self.description, self.coordinates)
 
     @cached_property
-    def reread(self) -> Description:
+    def _reread(self) -> Description:
         """The description with the numbers of its text read once more, for the proof."""
         from ..description.second_reading import reread
 
         return reread(self.description)
 
     @cached_property
-    def placements_at_zero(self) -> dict[int, pinocchio.SE3]:
+    def _placements_at_zero(self) -> dict[int, pinocchio.SE3]:
         """Placements of all bodies (0-based; -1 is the world) with every joint at zero."""
         placements = {-1: pinocchio.SE3.Identity()}
         for index in range(1, self.model.njoints):
@@ -303,7 +300,7 @@ class Mechanism(Frozen):
 
         Arguments as of `zero.fitted`.
         """
-        return fitted(self.frames, self.joints, self.coordinates, x, fixed)
+        return fitted(self._frames, self.joints, self.coordinates, x, fixed)
 
     @cached_property
     def joint_dynamics(self) -> FrozenDict[str, tuple[float, float]]:

@@ -31,6 +31,7 @@ class Loop(NamedTuple):
         predecessor_placement: `pin.SE3` of the weld in that body.
         successor: index of the successor's body, 0 for the world.
         successor_placement: `pin.SE3` of the weld in the successor's body.
+        is_fixed: whether the loop is `fixed`: it has a wrench, but neither coordinate nor body.
     """
 
     joint: str
@@ -38,6 +39,7 @@ class Loop(NamedTuple):
     predecessor_placement: pinocchio.SE3
     successor: int
     successor_placement: pinocchio.SE3
+    is_fixed: bool
 
 
 def weld(loop: LoopDescription, links: Mapping[str, tuple[int, pinocchio.SE3]], joint: int) -> Loop:
@@ -53,7 +55,8 @@ def weld(loop: LoopDescription, links: Mapping[str, tuple[int, pinocchio.SE3]], 
     if joint:
         predecessor, placement = joint, pinocchio.SE3.Identity()
     successor, frame = links[loop.successor]
-    return Loop(loop.name, predecessor, placement, successor, frame * se3(loop.successor_origin))
+    end = frame * se3(loop.successor_origin)
+    return Loop(loop.name, predecessor, placement, successor, end, is_fixed=not joint)
 
 
 def constraint_models(

@@ -168,7 +168,8 @@ class Problem:
         item = self.mechanism.joints[joint]
         if item.parts:
             return item.id - 1
-        return self.mechanism.model.njoints - 1 + self.mechanism.fixed_loops.index(joint)
+        fixed = [loop.joint for loop in self.mechanism.loops if loop.is_fixed]
+        return self.mechanism.model.njoints - 1 + fixed.index(joint)
 
     @cached_property
     def output_indices(self) -> list[int]:

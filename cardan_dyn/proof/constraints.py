@@ -68,7 +68,7 @@ class Constraints:
         """Lay out the constraints.
 
         Args:
-            description: from `Mechanism.reread`.
+            description: with the numbers of the second reading.
             coordinates: layout of coordinates and rates.
             twists: of the description's joints.
             length: characteristic length [m].

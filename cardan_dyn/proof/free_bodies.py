@@ -101,7 +101,7 @@ class FreeBodies:
         """Cut the bodies free.
 
         Args:
-            description: from `Mechanism.reread`.
+            description: with the numbers of the second reading.
             coordinates: layout of coordinates and rates.
             length: characteristic length, that forces are multiplied with to compare them with
                 moments [m].

@@ -96,7 +96,7 @@ class Motion(Frozen):
             ModelError: unknown joint.
         """
         name = self.mechanism.joint(joint).name
-        frames = self.mechanism.frames
+        frames = self.mechanism._frames
         rotation, origin = frames.joint(self._x, frames.joints.index(name))
         return self._shaped(rotation), self._shaped(origin)
 

@@ -9,6 +9,7 @@ from testkit.linkages import POSITIONS, RATES, four_bar, loop
 from testkit.other_notations import TREE
 
 import cardan_dyn as cd
+from cardan_dyn.description.second_reading import reread
 
 SCENE = {"drive": "a", "loads": {"d": -3.0}, "gravity": (0.0, -9.81, 0.0)}
 PIN = """<gazebo><joint name="c" type="revolute"><parent>coupler</parent><child>rocker</child>
@@ -43,7 +44,7 @@ def test_it_is_the_loop_that_it_says(pose: str) -> None:
     expected = cd.Scene(cd.load(four_bar(loop("continuous"))), **SCENE).sweep(POSITIONS, **RATES)
     assert same(cd.Scene(mechanism, **SCENE).sweep(POSITIONS, **RATES), expected)
     # The proof reads the text by itself.
-    (first,), (second,) = mechanism.description.loops, mechanism.reread.loops
+    (first,), (second,) = mechanism.description.loops, reread(mechanism.description).loops
     assert first is not second
     for name in ("predecessor_origin", "successor_origin", "axis"):
         np.testing.assert_allclose(getattr(first, name), getattr(second, name), atol=1e-15)
@@ -52,7 +53,7 @@ def test_it_is_the_loop_that_it_says(pose: str) -> None:
 def test_the_proof_sees_a_false_place() -> None:
     text = pinned(PLACES["in the child"])
     mechanism = cd.load(text)
-    assert mechanism.reread.loops[0].successor_origin[1, 3] == 2.5
+    assert reread(mechanism.description).loops[0].successor_origin[1, 3] == 2.5
     axis = pinned(PLACES["in the child"], axis="0 0.6 0.8")
     with pytest.raises(cd.CardanError):
         cd.Scene(cd.load(axis), **SCENE).sweep(POSITIONS)
@@ -82,7 +83,7 @@ def test_axes_are_seen_in_the_joints_frame_or_in_one_that_is_named() -> None:
         np.testing.assert_allclose(
             swept.motion.position("d"), expected.motion.position("d"), atol=1e-12
         )
-        loops = mechanism.description.loops, mechanism.reread.loops
+        loops = mechanism.description.loops, reread(mechanism.description).loops
         np.testing.assert_allclose(loops[0][0].axis, loops[1][0].axis, atol=1e-15)
     assert not any("older versions" in line for line in (*named.warnings, *flagged.warnings))
 

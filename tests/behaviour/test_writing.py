@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from testkit import linkages, sdf
+from testkit.kinematics import at_zero
 
 import cardan_dyn as cd
 from cardan_dyn.command_line.presets import default_sweep
@@ -45,8 +46,8 @@ def test_links_stand_at_zero_where_they_stood(tmp_path: Path, name: str, suffix:
         ends = [
             item.homogeneous
             for item in (
-                again.placements_at_zero[loop.predecessor - 1] * loop.predecessor_placement,
-                again.placements_at_zero[loop.successor - 1] * loop.successor_placement,
+                at_zero(again)[loop.predecessor] * loop.predecessor_placement,
+                at_zero(again)[loop.successor] * loop.successor_placement,
             )
         ]
         np.testing.assert_allclose(ends[0], ends[1], atol=1e-13)

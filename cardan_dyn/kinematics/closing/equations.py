@@ -330,7 +330,7 @@ def _axes_of(loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
 
 def _axes_on(body: int, loop: Loop, mechanism: Mechanism, batch: BatchModel) -> LoopAxes:
     """Return axes fixed to a body (index in the batch model), about where the weld is at zero."""
-    at_zero = mechanism.placements_at_zero
+    at_zero = mechanism._placements_at_zero
     carrier, end = at_zero[batch.bodies[body]], at_zero[loop.predecessor - 1]
     return LoopAxes(body, carrier.rotation.T @ (end.translation - carrier.translation))
 

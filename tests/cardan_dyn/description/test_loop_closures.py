@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from testkit.kinematics import at_zero
 from testkit.linkages import coupling
 from testkit.mimicking import mimic
 from testkit.other_notations import CLOSURES, PINS, PLUS, TREE, written
@@ -51,8 +52,8 @@ def test_points_and_axes_are_those_of_the_root_at_zero(tmp_path: Path) -> None:
         (found.successor, found.successor_origin),
     ):
         body, placement = mechanism.links[link]
-        at_zero = mechanism.placements_at_zero[body - 1] * placement
-        frames.append(at_zero.homogeneous @ origin)
+        placed = at_zero(mechanism)[body] * placement
+        frames.append(placed.homogeneous @ origin)
     expected = np.eye(4)
     expected[:3, 3] = [2.0, 2.5, 0.0]
     for frame in frames:

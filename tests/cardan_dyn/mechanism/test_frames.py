@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 import pytest
+from testkit.kinematics import frames_of
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
@@ -33,7 +34,7 @@ def reference(mechanism: cd.Mechanism, x: np.ndarray, joint: str) -> tuple[np.nd
 
 
 def test_joint_frames_are_those_of_pinocchio(mechanism: cd.Mechanism) -> None:
-    frames, x = mechanism.frames, rows(mechanism, 3)
+    frames, x = frames_of(mechanism), rows(mechanism, 3)
     placed = frames.placed(x)
     all_frames = frames.joint_frames(placed)
     assert sorted(frames.joints) == sorted(mechanism.joints)
@@ -47,7 +48,7 @@ def test_joint_frames_are_those_of_pinocchio(mechanism: cd.Mechanism) -> None:
 
 
 def test_ends_of_loops_are_those_of_pinocchio(mechanism: cd.Mechanism) -> None:
-    frames, x = mechanism.frames, rows(mechanism, 2)
+    frames, x = frames_of(mechanism), rows(mechanism, 2)
     placed, data = frames.placed(x), mechanism.model.createData()
     for index, loop in enumerate(mechanism.loops):
         assert frames.joints[frames.tree + index] == loop.joint
@@ -62,7 +63,7 @@ def test_ends_of_loops_are_those_of_pinocchio(mechanism: cd.Mechanism) -> None:
 
 def test_masses_and_centres_are_those_of_pinocchio(mechanism: cd.Mechanism) -> None:
     """A loop's share of its successor's mass lies where the mass of the closed mechanism does."""
-    frames, model = mechanism.frames, mechanism.model
+    frames, model = frames_of(mechanism), mechanism.model
     welded = set(mechanism.auxiliary_bodies)
     total = sum(
         inertia.mass for index, inertia in enumerate(model.inertias) if index not in {0, *welded}
@@ -79,7 +80,7 @@ def test_masses_and_centres_are_those_of_pinocchio(mechanism: cd.Mechanism) -> N
 
 
 def test_paths_lead_from_the_root_to_a_body(mechanism: cd.Mechanism) -> None:
-    frames = mechanism.frames
+    frames = frames_of(mechanism)
     for body in range(len(frames.bodies)):
         path = frames.path(body)
         assert path[-1] == body

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from cardan_dyn.mechanism.placing import Offset, Turn, rotations
+from cardan_dyn.mechanism.frames import Offset, Turn, rotations
 
 CORNER = np.array([0.3, -0.2, 0.1])
 SAMPLES = 4

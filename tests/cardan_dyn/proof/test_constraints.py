@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from testkit.claims import coupled_wheels
+from testkit.kinematics import frames_of
 from testkit.planar_linkages import BASE, ROCKER, described, four_bar, joint, link, solver
 
 import cardan_dyn as cd
+from cardan_dyn.description.second_reading import reread
 from cardan_dyn.proof.constraints import Constraints, Motion
 from cardan_dyn.proof.residuals import Claim, ratio
 from cardan_dyn.proof.twists import State, Twists
@@ -25,13 +27,13 @@ def constraints(
     held: Sequence[str] = (),
     unknown: Sequence[str] = (),
 ) -> tuple[Constraints, Twists]:
-    twists = Twists(mechanism.frames)
+    twists = Twists(frames_of(mechanism))
     known = np.ones(mechanism.model.nv, dtype=bool)
     for name in unknown:
         known[mechanism.coordinates.velocity_columns[name]] = False
     motion = Motion(tuple(drives), tuple(held), known)
     layout = mechanism.coordinates
-    return Constraints(mechanism.reread, layout, twists, LENGTH, motion), twists
+    return Constraints(reread(mechanism.description), layout, twists, LENGTH, motion), twists
 
 
 def claim(mechanism: cd.Mechanism, x: np.ndarray, **changes: object) -> Claim:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from testkit.kinematics import frames_of
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
@@ -37,7 +38,7 @@ def efforts(twists: Twists, state: State, joints: list[int], wrenches: JointWren
 
 
 def test_what_wrenches_do_along_the_rates_is_in_balance(mechanism: cd.Mechanism) -> None:
-    twists = Twists(mechanism.frames)
+    twists = Twists(frames_of(mechanism))
     state = twists.state(rows(mechanism, COUNT))
     joints = list(range(len(twists.frames.joints)))
     wrenches = random_wrenches(twists, state, joints)
@@ -49,7 +50,7 @@ def test_what_wrenches_do_along_the_rates_is_in_balance(mechanism: cd.Mechanism)
 
 def test_what_is_not_given_is_the_imbalance(mechanism: cd.Mechanism) -> None:
     """Of every rate, at one sample, and multiplied with the scale of the rate."""
-    twists, nv = Twists(mechanism.frames), mechanism.model.nv
+    twists, nv = Twists(frames_of(mechanism)), mechanism.model.nv
     state = twists.state(rows(mechanism, COUNT))
     joints = list(range(len(twists.frames.joints)))
     wrenches = random_wrenches(twists, state, joints)
@@ -67,7 +68,7 @@ def test_what_is_not_given_is_the_imbalance(mechanism: cd.Mechanism) -> None:
 
 
 def test_rates_of_joints_without_a_claimed_wrench_do_not_count(mechanism: cd.Mechanism) -> None:
-    twists = Twists(mechanism.frames)
+    twists = Twists(frames_of(mechanism))
     state = twists.state(rows(mechanism, COUNT))
     joints = list(range(0, len(twists.frames.joints), 2))
     wrenches = random_wrenches(twists, state, joints)
@@ -82,7 +83,7 @@ def test_rates_of_joints_without_a_claimed_wrench_do_not_count(mechanism: cd.Mec
 
 
 def test_no_claimed_wrench_is_in_balance(mechanism: cd.Mechanism) -> None:
-    twists = Twists(mechanism.frames)
+    twists = Twists(frames_of(mechanism))
     state = twists.state(rows(mechanism, COUNT))
     wrenches = random_wrenches(twists, state, [])
     balance = EffortBalance(twists, [], np.ones(mechanism.model.nv))

@@ -11,6 +11,7 @@ from testkit.claims import claimed, four_bar, refused, spatial
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
+from cardan_dyn.description.second_reading import reread
 from cardan_dyn.elements.element import Element
 from cardan_dyn.elements.element_forces import ElementForces
 from cardan_dyn.mechanism.frames import Frames
@@ -41,7 +42,7 @@ def test_both_computations_agree(element: Element, moving: bool) -> None:
     v = np.random.default_rng(7).uniform(-2.0, 2.0, (count, mechanism.model.nv)) * moving
     time = np.linspace(0.0, 2.0, count)
     acted = ElementForces(mechanism, [element]).at(x, v, time)
-    frames = Frames(mechanism.reread, mechanism.coordinates)
+    frames = Frames(reread(mechanism.description), mechanism.coordinates)
     twists = Twists(frames)
     state = twists.state(x)
     velocities = twists.absolute(twists.relative(state, v.T)) if moving else None

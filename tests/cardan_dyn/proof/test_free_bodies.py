@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cardan_dyn.forces.link_loads import LinkLoad
 from testkit.claims import (
     GRAVITY,
     RATES,
@@ -18,10 +19,11 @@ from testkit.claims import (
     positions,
     refused,
 )
+from testkit.kinematics import frames_of
 from testkit.scenes import text
 
 import cardan_dyn as cd
-from cardan_dyn.elements.link_loads import LinkLoad
+from cardan_dyn.description.second_reading import reread
 from cardan_dyn.proof.constraints import Motion
 from cardan_dyn.proof.free_bodies import FreeBodies, Setup
 from cardan_dyn.proof.residuals import Claim
@@ -187,7 +189,7 @@ def disc_bodies(claims_wrench: bool = True, drives: tuple[str, ...] = ("axle",))
     mechanism = cd.load(DISC)
     motion = Motion(drives, (), np.ones(1, dtype=bool))
     setup = Setup(motion, ["axle"] if claims_wrench else [])
-    return FreeBodies(mechanism.reread, mechanism.coordinates, LENGTH, setup)
+    return FreeBodies(reread(mechanism.description), mechanism.coordinates, LENGTH, setup)
 
 
 def disc_claim(wrench: list[float], effort: float, has_rates: bool = True, **more: object) -> Claim:
@@ -317,7 +319,7 @@ def test_gravity_may_differ_from_sample_to_sample() -> None:
 def test_a_load_on_a_link_acts_at_its_origin_and_in_its_axes(in_world: bool) -> None:
     """The rim is a metre off the axle along y, its axes turned by a quarter."""
     mechanism = cd.load(DISC)
-    body, placement = mechanism.frames.links["rim"]
+    body, placement = frames_of(mechanism).links["rim"]
     force, moment = np.array([[3.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 4.0]])
     load = LinkLoad(body, placement[:3, :3], placement[:3, 3], force, moment, in_world)
     angles = np.array([0.0, 2.0])
@@ -368,7 +370,9 @@ def test_motions_of_slides_are_inertial_terms() -> None:
     slide = DISC.replace('type="continuous"', 'type="prismatic"')
     mechanism = cd.load(slide)
     motion = Motion(("axle",), (), np.ones(1, dtype=bool))
-    bodies = FreeBodies(mechanism.reread, mechanism.coordinates, LENGTH, Setup(motion, ["axle"]))
+    bodies = FreeBodies(
+        reread(mechanism.description), mechanism.coordinates, LENGTH, Setup(motion, ["axle"])
+    )
     push = MASS * ACCELERATION
     wrench = [0.0, 0.0, push, 0.0, -push * RADIUS, 0.0]
     residuals = bodies.check(disc_claim(wrench, push, gravity=np.zeros((1, 3))))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 import pytest
+from testkit.kinematics import frames_of
 from testkit.mixed_chain import MIXED, rows
 
 import cardan_dyn as cd
@@ -28,7 +29,7 @@ def disc(radius: float, mass: float, inertia: float) -> cd.Mechanism:
 
 
 def massive_bodies(mechanism: cd.Mechanism, length: float = LENGTH) -> MassiveBodies:
-    frames = mechanism.frames
+    frames = frames_of(mechanism)
     return MassiveBodies(frames, dict(enumerate(frames.bodies)), length)
 
 
@@ -36,7 +37,7 @@ def motion(
     mechanism: cd.Mechanism, x: np.ndarray, v: np.ndarray, a: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return frames, velocities and accelerations of all motions."""
-    twists = Twists(mechanism.frames)
+    twists = Twists(frames_of(mechanism))
     state = twists.state(x)
     relative = twists.relative(state, v.T)
     velocities = twists.absolute(relative)
@@ -47,7 +48,7 @@ def motion(
 @pytest.mark.parametrize("name", ["mixed", "stewart_platform", "slider_crank"])
 def test_wrenches_are_those_of_pinocchio(name: str) -> None:
     mechanism = cd.load(MIXED if name == "mixed" else name)
-    frames, x = mechanism.frames, rows(mechanism, COUNT)
+    frames, x = frames_of(mechanism), rows(mechanism, COUNT)
     v, a = np.random.default_rng(2).uniform(-2.0, 2.0, (2, COUNT, mechanism.model.nv))
     massive = massive_bodies(mechanism)
     moving = massive.weights_less_momentum_rates(*motion(mechanism, x, v, a), GRAVITY)
@@ -93,7 +94,7 @@ def test_a_disc_needs_centripetal_and_tangential_forces() -> None:
 def test_weights_at_rest_act_at_the_centres() -> None:
     mechanism = disc(0.5, 2.0, 0.3)
     massive, gravity = massive_bodies(mechanism), np.array([[0.0, 0.0, -10.0]])
-    inertial = massive.weights(mechanism.frames.placed(np.array([[0.5 * np.pi]])), gravity)
+    inertial = massive.weights(frames_of(mechanism).placed(np.array([[0.5 * np.pi]])), gravity)
     np.testing.assert_allclose(inertial.wrenches[0, 0, :, 0], [0.0, 0.0, -20.0])
     # After a quarter turn the centre lies on the y axis.
     np.testing.assert_allclose(inertial.wrenches[0, 1, :, 0], [-10.0, 0.0, 0.0], atol=1e-14)
@@ -103,14 +104,14 @@ def test_weights_at_rest_act_at_the_centres() -> None:
 def test_massive_bodies_and_the_greatest_of_them() -> None:
     mechanism = cd.load(MIXED)
     massive = massive_bodies(mechanism)
-    masses = [mechanism.frames.bodies[index].mass for index in massive.indices]
+    masses = [frames_of(mechanism).bodies[index].mass for index in massive.indices]
     assert len(massive) == len(masses) == 4
     assert sorted(masses) == [1.0, 2.0, 3.0, 4.0]
     assert massive.greatest_mass == 4.0
     weight = 4.0 * np.sqrt(1.0 + 4.0 + 9.81**2) * LENGTH
     assert massive.greatest_weight(GRAVITY) == pytest.approx([weight], rel=1e-15)
     for index, carrier in zip(massive.indices, massive.motions, strict=True):
-        assert mechanism.frames.motions[carrier].joint == index
+        assert frames_of(mechanism).motions[carrier].joint == index
 
 
 def test_bodies_without_mass_are_left_out() -> None:
@@ -132,7 +133,7 @@ def test_gravity_may_differ_from_sample_to_sample() -> None:
     massive, x = massive_bodies(mechanism), rows(mechanism, COUNT)
     v, a = np.random.default_rng(2).uniform(-2.0, 2.0, (2, COUNT, mechanism.model.nv))
     gravity = np.random.default_rng(3).uniform(-9.0, 9.0, (COUNT, 3))
-    frames = mechanism.frames.placed(x)
+    frames = frames_of(mechanism).placed(x)
     moving = massive.weights_less_momentum_rates(*motion(mechanism, x, v, a), gravity)
     resting = massive.weights(frames, gravity)
     for sample in range(COUNT):
@@ -150,7 +151,7 @@ def test_gravity_may_differ_from_sample_to_sample() -> None:
 
 
 def test_some_of_the_bodies_are_collected_by_their_indices() -> None:
-    frames = cd.load(MIXED).frames
+    frames = frames_of(cd.load(MIXED))
     heaviest = max(range(len(frames.bodies)), key=lambda index: frames.bodies[index].mass)
     massive = MassiveBodies(frames, {heaviest: frames.bodies[heaviest]}, LENGTH)
     assert massive.indices == [heaviest]

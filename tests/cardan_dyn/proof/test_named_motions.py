@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from testkit.claims import claimed
 from testkit.compound_joints import X, Y, Z, body, crank_and_slider, joint, plate_on_table, robot
+from testkit.kinematics import frames_of
 
 import cardan_dyn as cd
 from cardan_dyn.proof.named_motions import named_motions
@@ -19,7 +20,7 @@ FLOATING = robot(
 
 
 def described(mechanism: cd.Mechanism) -> dict[str, tuple[str, list[float]]]:
-    found = named_motions(mechanism.frames)
+    found = named_motions(frames_of(mechanism))
     return {name: (motion.kind, motion.axis.tolist()) for name, motion in found.items()}
 
 
@@ -58,7 +59,7 @@ def test_the_solution_means_the_same_coordinates(text: str) -> None:
     """Both sides read names by code of their own."""
     mechanism = cd.load(text)
     for variant in (mechanism, mechanism.variant(list(mechanism))):
-        found = named_motions(variant.frames)
+        found = named_motions(frames_of(variant))
         assert set(found) == set(variant.coordinates.named)
         for name, scalar in variant.coordinates.named.items():
             motion = found[name]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 import pytest
+from testkit.kinematics import frames_of
 from testkit.mixed_chain import MIXED, moved, rows
 
 import cardan_dyn as cd
@@ -41,7 +42,7 @@ def accelerations(
 
 
 def test_unit_twists_are_columns_of_the_jacobian(mechanism: cd.Mechanism) -> None:
-    twists, x = Twists(mechanism.frames), rows(mechanism, COUNT)
+    twists, x = Twists(frames_of(mechanism)), rows(mechanism, COUNT)
     state, data = twists.state(x), mechanism.model.createData()
     assert sorted(twists.rates.tolist()) == list(range(mechanism.model.nv))
     for sample, q in enumerate(mechanism.coordinates.configuration(x)):
@@ -54,7 +55,7 @@ def test_unit_twists_are_columns_of_the_jacobian(mechanism: cd.Mechanism) -> Non
 def test_directions_are_the_linear_or_angular_part_of_unit_twists(
     mechanism: cd.Mechanism,
 ) -> None:
-    twists = Twists(mechanism.frames)
+    twists = Twists(frames_of(mechanism))
     state = twists.state(rows(mechanism, COUNT))
     np.testing.assert_allclose(np.linalg.norm(state.directions, axis=1), 1.0, rtol=1e-14)
     for row, slides in enumerate(twists.sliding):
@@ -64,7 +65,7 @@ def test_directions_are_the_linear_or_angular_part_of_unit_twists(
 
 
 def test_velocities_and_accelerations_are_those_of_pinocchio(mechanism: cd.Mechanism) -> None:
-    twists, x = Twists(mechanism.frames), rows(mechanism, COUNT)
+    twists, x = Twists(frames_of(mechanism)), rows(mechanism, COUNT)
     v, a = rates(mechanism)
     velocities, spatial = accelerations(twists, twists.state(x), v, a)
     model, world = mechanism.model, pinocchio.ReferenceFrame.WORLD
@@ -88,7 +89,7 @@ def test_velocities_and_accelerations_are_those_of_pinocchio(mechanism: cd.Mecha
 
 def test_twists_are_rates_of_the_frames(mechanism: cd.Mechanism) -> None:
     """Origins move with the velocity there, and axes with the angular velocity."""
-    twists, x = Twists(mechanism.frames), rows(mechanism, COUNT)
+    twists, x = Twists(frames_of(mechanism)), rows(mechanism, COUNT)
     v, a = rates(mechanism)
     velocities, _ = accelerations(twists, twists.state(x), v, a)
     frames = twists.frames.placed(x)
@@ -103,7 +104,7 @@ def test_twists_are_rates_of_the_frames(mechanism: cd.Mechanism) -> None:
 
 
 def test_accelerations_are_rates_of_the_twists(mechanism: cd.Mechanism) -> None:
-    twists, x = Twists(mechanism.frames), rows(mechanism, COUNT)
+    twists, x = Twists(frames_of(mechanism)), rows(mechanism, COUNT)
     v, a = rates(mechanism)
     _, spatial = accelerations(twists, twists.state(x), v, a)
     later, earlier = (
@@ -120,7 +121,7 @@ def test_absolute_twists_add_up_along_a_chain() -> None:
         <axis xyz="0 0 1"/></joint>
       <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
         <origin xyz="2 0 0"/><axis xyz="0 0 1"/></joint></robot>"""
-    twists = Twists(cd.load(arm).frames)
+    twists = Twists(frames_of(cd.load(arm)))
     state = twists.state(np.zeros((1, 2)))
     v, a = np.array([[3.0, 4.0]]), np.zeros((1, 2))
     velocities, spatial = accelerations(twists, state, v, a)
@@ -133,7 +134,7 @@ def test_absolute_twists_add_up_along_a_chain() -> None:
 
 
 def test_a_mechanism_without_joints_has_no_rates() -> None:
-    twists = Twists(cd.load('<robot name="block"><link name="base"/></robot>').frames)
+    twists = Twists(frames_of(cd.load('<robot name="block"><link name="base"/></robot>')))
     state = twists.state(np.zeros((2, 0)))
     assert twists.rates.shape == (0,)
     assert state.unit_twists.shape == (0, 2, 3, 2)

@@ -9,6 +9,8 @@ import pytest
 
 pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 
+from testkit.kinematics import at_zero
+
 import cardan_dyn as cd
 from cardan_dyn.viewer.scenery import BENDING, FORCE, LOOP, TORSION, Parts, Scenery, build, has_axis
 
@@ -68,7 +70,7 @@ def test_the_rounding_of_moments_is_not_drawn_beside_forces() -> None:
         "</robot>"
     )
     mechanism = cd.load(text)
-    down = mechanism.placements_at_zero[0].rotation @ [-3.6, -4.8, -8.0]
+    down = at_zero(mechanism)[1].rotation @ [-3.6, -4.8, -8.0]
     turn = cd.Scene(mechanism, drive="guide", gravity=down).sweep(np.linspace(0.0, 1.0, 25))
     assert 0.0 < np.max(np.abs(turn["guide"].moment)) < 1e-12
     drawn = scenery(turn, dataclasses.replace(NONE, forces=True, moments=True))
