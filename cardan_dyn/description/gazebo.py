@@ -20,7 +20,7 @@ from .beside import placements_at_zero
 from .description import LoopDescription
 from .elements import DIRECTION_TOLERANCE
 from .left_out import forces_left_out
-from .sdf.frames import WORLD, Frames
+from .sdf.frames import WORLD, NamedFrames
 from .sdf.joints import GEARBOX, Edge, edge, kind_of
 from .words import check_words
 
@@ -66,7 +66,7 @@ def gazebo_loops(robot: ElementTree.Element, where: str, strict: bool) -> Gazebo
     placements, root = placements_at_zero(robot, where), _root(robot, where)
     is_flagged = any(joint.find("*/use_parent_model_frame") is not None for joint in joints)
     version = _VERSION_OF_FLAGS if is_flagged else _VERSION
-    frames = Frames(_model(robot, root, is_flagged), version, where, placements)
+    frames = NamedFrames(_model(robot, root, is_flagged), version, where, placements)
     warnings, forces, loops = list[str](), list[str](), list[LoopDescription]()
     for joint in joints:
         at = f"{where}: <gazebo>: joint {joint.get('name')!r}"

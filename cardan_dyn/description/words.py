@@ -29,7 +29,7 @@ _LEAST_SIMILARITY = 0.6
 _PASSED_OVER = "load(..., strict=False) passes it over"
 
 
-class _Known(NamedTuple):
+class _MayHave(NamedTuple):
     """What an element may have; None where nothing says what that is."""
 
     attributes: frozenset[str] | None
@@ -37,13 +37,13 @@ class _Known(NamedTuple):
 
 
 @cache
-def _known(notation: str) -> dict[str, _Known]:
+def _known(notation: str) -> dict[str, _MayHave]:
     """Return the elements of a notation and what they may have."""
     listed = json.loads(Path(__file__).with_name("words.json").read_text(encoding="utf-8"))
     result = {}
     for elements, words in listed[notation].items():
-        sets = (words.get(kind) for kind in _Known._fields)
-        known = _Known(*(None if text is None else frozenset(text.split()) for text in sets))
+        sets = (words.get(kind) for kind in _MayHave._fields)
+        known = _MayHave(*(None if text is None else frozenset(text.split()) for text in sets))
         result.update(dict.fromkeys(elements.split(), known))
     return result
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _IDENTITY = np.eye(4)
 
 
-class Body(NamedTuple):
+class RigidBody(NamedTuple):
     """Links that fixed joints join to one body.
 
     Attributes:
@@ -183,7 +183,7 @@ class Frames:
                 rate += motion.size
         self.last.append(before)
 
-    def _bodies(self, description: Description) -> list[Body]:
+    def _bodies(self, description: Description) -> list[RigidBody]:
         """Return the moving bodies, each from its links."""
         described = {link.name: link for link in description.links}
         links_of: list[dict[str, Array]] = [{} for _ in range(self.tree)]
@@ -324,7 +324,7 @@ def _turns_for_ball(motion: tuple[str, Array]) -> list[tuple[str, Array]]:
     return [("turn", axis) for axis in np.eye(3)] if kind == "ball" else [motion]
 
 
-def merged(described: dict[str, LinkDescription], placements: dict[str, Array]) -> Body:
+def merged(described: dict[str, LinkDescription], placements: dict[str, Array]) -> RigidBody:
     """Return links, placed in the frame of their body, as one body.
 
     Args:
@@ -346,7 +346,7 @@ def merged(described: dict[str, LinkDescription], placements: dict[str, Array]) 
         arm = point - centre
         rotated = placement[:3, :3] @ link.inertia @ placement[:3, :3].T
         inertia += rotated + link.mass * (arm @ arm * np.eye(3) - np.multiply.outer(arm, arm))
-    return Body(mass, centre, inertia)
+    return RigidBody(mass, centre, inertia)
 
 
 class Offset(NamedTuple):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..mechanism.frames import Body, Frames
+from ..mechanism.frames import Frames, RigidBody
 from .twists import cross
 
 
@@ -34,7 +34,7 @@ class MassiveBodies:
         greatest_mass: of a body [kg].
     """
 
-    def __init__(self, frames: Frames, bodies: Mapping[int, Body], length: float) -> None:
+    def __init__(self, frames: Frames, bodies: Mapping[int, RigidBody], length: float) -> None:
         """Collect the bodies that have mass.
 
         Args:

@@ -40,7 +40,7 @@ _APART = 0.09
 """Distance of the elements of one coordinate, along its axis or beside a slide, likewise."""
 
 
-class Drawn(NamedTuple):
+class DrawnElements(NamedTuple):
     """What was drawn of elements.
 
     Attributes:
@@ -52,7 +52,9 @@ class Drawn(NamedTuple):
     points: Array
 
 
-def draw_elements(drawing: Drawing, sweep: Sweep | Still, samples: Array, radius: float) -> Drawn:
+def draw_elements(
+    drawing: Drawing, sweep: Sweep | Still, samples: Array, radius: float
+) -> DrawnElements:
     """Draw the force elements of a sweep or a still.
 
     Args:
@@ -79,7 +81,7 @@ def draw_elements(drawing: Drawing, sweep: Sweep | Still, samples: Array, radius
         elif isinstance(element, JointElement) and places.knows(element):
             points += along.draw(path, element, places.axis(element), label)
     legend = {**between.legend, **along.legend}
-    return Drawn(list(legend.items()), np.concatenate(points))
+    return DrawnElements(list(legend.items()), np.concatenate(points))
 
 
 class _Places:

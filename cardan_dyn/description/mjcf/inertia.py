@@ -16,11 +16,11 @@ from ..urdf import check_inertia, tensor_of
 from .elements import Attributes, Compiler, flag, number, pose, segment, several
 
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
-"""Shape to how many numbers its size has."""
+"""Shape of a geom to how many numbers its size has."""
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class MassElement:
     """An `<inertial>` or a `<geom>`.
 
     Attributes:
@@ -48,8 +48,8 @@ _NOTHING = Mass(0.0, np.zeros(3), np.zeros((3, 3)))
 
 def link(
     name: str,
-    inertial: Shape | None,
-    geoms: list[Shape],
+    inertial: MassElement | None,
+    geoms: list[MassElement],
     compiler: Compiler,
     at: str,
     strict: bool,
@@ -89,7 +89,9 @@ def link(
     return LinkDescription(name, body.mass, body.centre, body.inertia), warnings
 
 
-def _mass_of(inertial: Shape | None, geoms: list[Shape], compiler: Compiler) -> tuple[Mass, str]:
+def _mass_of(
+    inertial: MassElement | None, geoms: list[MassElement], compiler: Compiler
+) -> tuple[Mass, str]:
     """Return the mass of a body from its geoms or as stated, and a warning if there is one."""
     from_geoms = None
     if compiler.inertiafromgeom == "true" or (
@@ -117,7 +119,7 @@ def scaled_to(links: list[LinkDescription], total: float, where: str) -> list[Li
     return [replace(link, mass=link.mass * factor, inertia=link.inertia * factor) for link in links]
 
 
-def _of_inertial(shape: Shape, compiler: Compiler) -> tuple[Mass, str]:
+def _of_inertial(shape: MassElement, compiler: Compiler) -> tuple[Mass, str]:
     """Return the mass that a body states, and a warning where it states no inertia."""
     attributes, at, warning = shape.attributes, shape.at, ""
     for needed in ("pos", "mass"):
@@ -139,7 +141,7 @@ def _of_inertial(shape: Shape, compiler: Compiler) -> tuple[Mass, str]:
     return mass, warning
 
 
-def _of_geom(shape: Shape, compiler: Compiler) -> Mass | None:
+def _of_geom(shape: MassElement, compiler: Compiler) -> Mass | None:
     """Return the mass of a geom, solid and of constant density; None where it has none."""
     attributes, at = shape.attributes, shape.at
     kind = attributes.get("type", "sphere")

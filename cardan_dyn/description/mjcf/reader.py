@@ -51,7 +51,7 @@ from .elements import (
     several,
     unit,
 )
-from .inertia import Shape, frame_of, link, scaled_to
+from .inertia import MassElement, frame_of, link, scaled_to
 
 DEPTH = 300
 """Greatest depth of elements within each other; the root counts as 1. Deeper models were never
@@ -361,15 +361,15 @@ class _MjcfReader:
         be meshes, whose inertia is not computed here. Where a total mass is stated, they count.
         """
         is_immovable = self._rigid[name] == self._root
-        inertials: list[Shape] = []
-        geoms: list[Shape] = []
+        inertials: list[MassElement] = []
+        geoms: list[MassElement] = []
         for element, frame, childclass in content:
             if element.tag == "inertial":
-                inertials.append(Shape(element.attrib, frame, f"{at}: inertial"))
+                inertials.append(MassElement(element.attrib, frame, f"{at}: inertial"))
             elif element.tag == "geom":
                 label = f"{at}: geom {element.get('name') or len(geoms) + 1!r}"
                 attributes = self._classes.of(element, childclass, label)
-                geoms.append(Shape(attributes, frame, label))
+                geoms.append(MassElement(attributes, frame, label))
         if len(inertials) > 1:
             raise ModelError(f"{at}: there are {len(inertials)} <inertial>; a body has one mass")
         inertial = inertials[0] if inertials else None

@@ -36,7 +36,7 @@ class _Frame:
     carrier: str
 
 
-class Frames:
+class NamedFrames:
     """The frames of a model.
 
     Attributes:

@@ -15,7 +15,7 @@ from ..description import JointDescription, Limits, LoopDescription
 from ..elements import DIRECTION_TOLERANCE, DYNAMICS_WORDS, Dynamics, numbers, only
 from ..mjcf.elements import unit
 from .elements import acting, flag, limit, number, text
-from .frames import MODEL, WORLD, Frames
+from .frames import MODEL, WORLD, NamedFrames
 
 TYPES = {
     "revolute": "revolute",
@@ -107,7 +107,7 @@ class Edge:
 
 
 def edge(
-    element: ElementTree.Element, frames: Frames, version: tuple[int, int], where: str
+    element: ElementTree.Element, frames: NamedFrames, version: tuple[int, int], where: str
 ) -> Edge:
     """Return a joint.
 
@@ -203,7 +203,7 @@ def kind_of(element: ElementTree.Element, at: str) -> str:
     return kind
 
 
-def ends(element: ElementTree.Element, frames: Frames, at: str) -> tuple[str, str]:
+def ends(element: ElementTree.Element, frames: NamedFrames, at: str) -> tuple[str, str]:
     """Return the links that a joint connects, of its parent `WORLD` as well."""
     links = []
     for tag in ("parent", "child"):
@@ -223,7 +223,7 @@ def axis_of(
     element: ElementTree.Element,
     tag: str,
     placement: Array,
-    frames: Frames,
+    frames: NamedFrames,
     version: tuple[int, int],
     at: str,
 ) -> Array:
@@ -242,7 +242,7 @@ def axis_of(
 
 
 def _frame_of_axis(
-    axis: ElementTree.Element, frames: Frames, version: tuple[int, int], at: str
+    axis: ElementTree.Element, frames: NamedFrames, version: tuple[int, int], at: str
 ) -> str:
     """Return the frame in which an axis is written; empty where that is the joint's own."""
     xyz = only(axis, "xyz", at)

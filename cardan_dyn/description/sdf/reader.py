@@ -36,7 +36,7 @@ from ..mimics import check_mimics, default_name
 from ..urdf import MOMENTS, check_inertia, tensor_of
 from ..words import check_words
 from .elements import acting, flag, number, pose, text
-from .frames import WORLD, Frames
+from .frames import WORLD, NamedFrames
 from .joints import GEARBOX, Edge, SpanningTree, axis_of, edge, ends, kind_of, spanning_tree
 
 _VERSIONS = ((1, 4), (1, 12))
@@ -145,7 +145,7 @@ class _Reader:
     ) -> None:
         self._model, self._version = model, version
         self._where, self._strict = where, strict
-        self._frames = Frames(model, version, where)
+        self._frames = NamedFrames(model, version, where)
         self._frames.check()
         self._forces: list[str] = []
         self._warnings: list[str] = []

@@ -10,7 +10,7 @@ from testkit.mjcf import INERTIAL, of_body
 import cardan_dyn as cd
 from cardan_dyn.description.description import LinkDescription
 from cardan_dyn.description.mjcf.elements import Compiler
-from cardan_dyn.description.mjcf.inertia import Shape, frame_of, link, scaled_to
+from cardan_dyn.description.mjcf.inertia import MassElement, frame_of, link, scaled_to
 from cardan_dyn.description.read import read
 
 
@@ -135,11 +135,11 @@ def test_refused(text: str, message: str) -> None:
 NOWHERE = np.eye(4)
 
 
-def shape(placement: np.ndarray = NOWHERE, **attributes: str) -> Shape:
-    return Shape(attributes, placement, "x: geom")
+def shape(placement: np.ndarray = NOWHERE, **attributes: str) -> MassElement:
+    return MassElement(attributes, placement, "x: geom")
 
 
-def of_geoms(*geoms: Shape, compiler: Compiler | None = None) -> LinkDescription:
+def of_geoms(*geoms: MassElement, compiler: Compiler | None = None) -> LinkDescription:
     return link("b", None, list(geoms), compiler or Compiler(), "x", True)[0]
 
 

@@ -10,7 +10,7 @@ import pytest
 from testkit.sdf import model
 
 import cardan_dyn as cd
-from cardan_dyn.description.sdf.frames import MODEL, WORLD, Frames
+from cardan_dyn.description.sdf.frames import MODEL, WORLD, NamedFrames
 
 CONTENT = """<pose>1 0 0 0 0 0.5</pose>
 <frame name="f" attached_to="j"><pose>0 0 2 0 0 0</pose></frame>
@@ -22,10 +22,10 @@ CONTENT = """<pose>1 0 0 0 0 0.5</pose>
 <child>f</child></joint>"""
 
 
-def frames(text: str, version: tuple[int, int] = (1, 9)) -> Frames:
+def frames(text: str, version: tuple[int, int] = (1, 9)) -> NamedFrames:
     element = ElementTree.fromstring(text).find("model")
     assert element is not None
-    return Frames(element, version, "at")
+    return NamedFrames(element, version, "at")
 
 
 def at(x: float, y: float, z: float, *angles: float) -> pin.SE3:

@@ -12,7 +12,7 @@ from testkit.sdf import model
 
 import cardan_dyn as cd
 from cardan_dyn.description.description import Limits
-from cardan_dyn.description.sdf.frames import Frames
+from cardan_dyn.description.sdf.frames import NamedFrames
 from cardan_dyn.description.sdf.joints import Edge, edge
 
 LINKS = """<pose>0 0 0 0 0 0.7</pose><link name="a"><pose>1 0 0 0.3 0 0</pose></link>
@@ -28,7 +28,7 @@ def read(kind: str, inside: str, version: tuple[int, int] = (1, 9)) -> tuple[Edg
     assert element is not None
     found = element.find("joint")
     assert found is not None
-    joint_found = edge(found, Frames(element, version, "at"), version, "at")
+    joint_found = edge(found, NamedFrames(element, version, "at"), version, "at")
     return joint_found, list(joint_found.warnings)
 
 
