@@ -29,11 +29,9 @@ _SKY = ([0.90, 0.93, 0.96], [1.0, 1.0, 1.0])
 """Top and bottom of the background, red, green and blue: light, as arrows are dark."""
 
 # Lengths in the drawing are fractions of the radius of the scene, chosen for legibility.
-_ARROW = 0.42
-"""Length of the greatest arrow."""
-_ARROW_RADIUS, _THIN_ARROW_RADIUS = 0.028, 0.013
-"""Radius of an arrow's shaft, as a fraction of the arrow's length. The arrow of the whole moment
-is thin, since those of torsion and bending start at the same point."""
+_THIN_ARROW_RADIUS = 0.013
+"""Radius of the shaft of a moment's arrow, which is thin, since those of torsion and bending start
+at the same point."""
 _HALF_AXIS, _AXIS_RADIUS, _BALL_RADIUS = 0.26, 0.005, 0.022
 """Half the length of a joint axis, its radius, and that of the balls at the ends of a loop's."""
 _TRACE_RADIUS = 0.006
@@ -48,8 +46,6 @@ scene is about 1000 pixels wide."""
 _DIRECTION_KNOWN = 1e-4
 """Length below which an arrow keeps its last direction: that of so short a vector may be
 rounding, and the arrow would flicker."""
-_LEAST_SCALE = 1e-5
-"""Least length of an arrow. A scale of zero has no inverse, which the viewer needs for normals."""
 _ROUNDING = 1e-9
 """Moments below this fraction of the greatest one, or of what the greatest force makes with the
 radius of the scene as lever, and forces that would make only such moments, are taken for rounding
@@ -155,7 +151,7 @@ class _Builder:
         self._lowest = np.min(points, axis=0)
         self._legend: list[tuple[str, str]] = []
         self._scales: list[str] = []
-        self._arrow_surface = forms.arrow(_ARROW_RADIUS)
+        self._arrow_surface = forms.arrow(forms.ARROW_RADIUS)
         self._thin_surface = forms.arrow(_THIN_ARROW_RADIUS)
 
     def scenery(self) -> Scenery:
@@ -198,7 +194,7 @@ class _Builder:
         force = max((item.greatest_force for item in vectors), default=0.0)
         if not greatest > _ROUNDING * force * self._radius:
             return
-        scale = _ARROW * self._radius / greatest
+        scale = forms.ARROW * self._radius / greatest
         shown = [item for item in vectors if item.greatest_moment > _ROUNDING * greatest]
         drawn = self._draw_components(shown, scale) if arrows else set()
         turning = [item for item in shown if traces and item.turns]
@@ -219,7 +215,7 @@ class _Builder:
         moment = max((item.greatest_moment for item in vectors), default=0.0)
         if not greatest > _ROUNDING * moment / self._radius:
             return
-        scale = _ARROW * self._radius / greatest
+        scale = forms.ARROW * self._radius / greatest
         for item in vectors:
             self._draw_arrow(
                 f"/force/{node_name(item.name)}", item.origin, scale * item.force, FORCE
@@ -268,7 +264,7 @@ class _Builder:
         direction, length = forms.filled(vectors, _DIRECTION_KNOWN * self._radius)
         if np.max(length) < _SMALLEST_SHOWN * self._radius:
             return False
-        length = np.maximum(length, _LEAST_SCALE * self._radius)
+        length = np.maximum(length, forms.LEAST_SCALE * self._radius)
         self.drawing.place(path, Pose.of(tail, forms.towards(direction), length))
         self.drawing.add(path, mesh(self._thin_surface if thin else self._arrow_surface), color)
         self._include(tail + vectors)

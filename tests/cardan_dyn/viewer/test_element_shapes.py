@@ -11,8 +11,7 @@ from testkit.drawn import placed
 
 import cardan_dyn as cd
 from cardan_dyn.viewer.commands import Drawing
-from cardan_dyn.viewer.element_shapes import draw_elements
-from cardan_dyn.viewer.joint_element_shapes import ARC_RADIUS
+from cardan_dyn.viewer.element_shapes import ARC_RADIUS, draw_elements
 
 ELEMENTS = [
     cd.PointSpring("crank", (0.1, 0.0, 0.0), "base", (0.1, 0.2, 0.0), 500.0, name="coil"),

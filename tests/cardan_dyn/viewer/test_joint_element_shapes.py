@@ -13,8 +13,9 @@ import cardan_dyn as cd
 from cardan_dyn.elements.joint_elements import JointElement
 from cardan_dyn.elements.link_motions import LinkMotion
 from cardan_dyn.mechanism.joints import Part
-from cardan_dyn.viewer import joint_element_shapes as shapes
+from cardan_dyn.viewer import element_shapes as shapes
 from cardan_dyn.viewer.commands import Drawing
+from cardan_dyn.viewer.shapes import ARROW
 
 TIMES = np.array([0.0, 1.0])
 X = np.array([0.3, -0.5])
@@ -95,7 +96,7 @@ def test_shoes_stay_with_the_parent_and_the_ring_turns() -> None:
 def test_an_arrow_is_as_great_as_the_effort_and_turns_with_its_sign() -> None:
     arrow = placed(drawn(cd.Actuator("j", -4.0), "prismatic", greatest=8.0), "/e")
     np.testing.assert_allclose(turned_z(arrow["quaternion"]), [0, -1, 0], atol=1e-12)
-    assert arrow["scale"][0] == pytest.approx(0.5 * 2.0 * shapes.ARROW_LENGTH)
+    assert arrow["scale"][0] == pytest.approx(0.5 * 2.0 * ARROW)
     arc = placed(drawn(cd.Actuator("j", lambda time: 2.0 - time), "revolute", 8.0), "/e")
     np.testing.assert_allclose(turned_z(arc["quaternion"]), [0, 1, 0], atol=1e-12)
     assert arc["scale"][0] == pytest.approx(0.25 * 2.0 * shapes.ARC_RADIUS)

@@ -14,8 +14,8 @@ pytest.importorskip("meshcat", reason="the viewer needs meshcat")
 pytest.importorskip("jinja2", reason="the page needs Jinja")
 
 from cardan_dyn.viewer.commands import Color, Drawing, Pose
-from cardan_dyn.viewer.page import Server, render
 from cardan_dyn.viewer.scenery import Scenery
+from cardan_dyn.viewer.viewing import Server, render
 
 
 def scenery(label: str) -> Scenery:

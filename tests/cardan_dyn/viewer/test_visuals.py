@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cardan_dyn as cd
-from cardan_dyn.viewer.visuals import Shape, shapes
+from cardan_dyn.viewer.bodies import Shape, shapes_of
 
 TURNED = '<origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>'
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -41,7 +41,7 @@ def test_kinds_sizes_and_corners(
     geometry: str, kind: str, size: tuple[float, ...], half: tuple[float, float, float]
 ) -> None:
     color = '<material name="m"><color rgba="0.2 0.4 0.6 0.5"/></material>'
-    (shape,) = shapes(described(visual(geometry, TURNED, color)))
+    (shape,) = shapes_of(described(visual(geometry, TURNED, color)))
     assert (shape.link, shape.kind) == ("b", kind)
     assert shape.size == pytest.approx(size)
     assert shape.color == pytest.approx((0.2, 0.4, 0.6, 0.5))
@@ -70,26 +70,26 @@ def test_shapes_of_a_fixed_link_belong_to_the_body_that_carries_it() -> None:
         f'<link name="c">{ball}</link><joint name="f" type="fixed">'
         '<parent link="b"/><child link="c"/><origin xyz="0 0 5"/></joint>',
     )
-    (shape,) = shapes(mechanism)
+    (shape,) = shapes_of(mechanism)
     assert shape.link == "c" and shape.body == mechanism.joint("j").id
     np.testing.assert_allclose(shape.placement[:3, 3], (0.0, 0.0, 5.0))
 
 
 def test_collision_shapes_are_not_drawn(capfd: pytest.CaptureFixture[str]) -> None:
     collision = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
-    assert shapes(described(collision)) == []
-    (shape,) = shapes(described(collision + visual('<sphere radius="1"/>')))
+    assert shapes_of(described(collision)) == []
+    (shape,) = shapes_of(described(collision + visual('<sphere radius="1"/>')))
     assert shape.kind == "sphere"
     # Nor are they read: Pinocchio's reader would print what is malformed.
     malformed = collision.replace("1 1 1", "1")
-    (shape,) = shapes(described(malformed + visual('<sphere radius="1"/>')))
+    (shape,) = shapes_of(described(malformed + visual('<sphere radius="1"/>')))
     assert shape.kind == "sphere"
     assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("name", sorted(cd.bundled_names()))
 def test_every_bundled_description_has_shapes(name: str) -> None:
-    assert shapes(cd.load(name))
+    assert shapes_of(cd.load(name))
 
 
 @pytest.mark.parametrize("kind", ["universal", "cylindrical", "spherical"])
@@ -100,7 +100,7 @@ def test_joints_of_more_types_than_urdf_has(kind: str, capfd: pytest.CaptureFixt
         f'<joint name="j" type="{kind}"><parent link="a"/><child link="b"/>'
         '<origin xyz="1 2 3"/><axis xyz="0 0 1"/></joint></robot>'
     )
-    (shape,) = shapes(mechanism)
+    (shape,) = shapes_of(mechanism)
     assert shape.link == "b"
     np.testing.assert_allclose(shape.placement, np.eye(4), atol=1e-15)
     assert capfd.readouterr().err == ""
@@ -109,15 +109,15 @@ def test_joints_of_more_types_than_urdf_has(kind: str, capfd: pytest.CaptureFixt
 def test_mjcf_and_descriptions_without_a_text_have_none() -> None:
     model = """<mujoco model="m"><worldbody><body name="b"><joint name="j" axis="0 0 1"/>
       <geom type="sphere" size="1" mass="1"/></body></worldbody></mujoco>"""
-    assert shapes(cd.load(model)) == []
-    assert shapes(described("")) == []
+    assert shapes_of(cd.load(model)) == []
+    assert shapes_of(described("")) == []
 
 
 @pytest.mark.parametrize("geometry", ["", '<box size="1 2"/>', '<sphere radius="big"/>'])
 def test_malformed_visuals_are_refused(geometry: str) -> None:
     mechanism = described(visual('<sphere radius="1"/>') + visual(geometry))
     with pytest.raises(cd.ModelError, match=r"^r: the visuals cannot be read: one is malformed$"):
-        shapes(mechanism)
+        shapes_of(mechanism)
 
 
 def test_mesh_files_that_cannot_be_read_are_refused(tmp_path: Path) -> None:
@@ -125,7 +125,7 @@ def test_mesh_files_that_cannot_be_read_are_refused(tmp_path: Path) -> None:
     file.write_text("nothing of a mesh")
     mechanism = described(visual(f'<mesh filename="{file}"/>'))
     with pytest.raises(cd.ModelError, match=r"^r: the visuals cannot be read: (.|\n)*part\.stl"):
-        shapes(mechanism)
+        shapes_of(mechanism)
 
 
 def test_meshes_are_shown_if_their_files_exist(tmp_path: Path) -> None:
@@ -142,7 +142,7 @@ def test_meshes_are_shown_if_their_files_exist(tmp_path: Path) -> None:
     file = tmp_path / "robot.urdf"
     file.write_text(text)
     mechanism = cd.load(file)
-    shown = shapes(mechanism)
+    shown = shapes_of(mechanism)
     assert [(shape.kind, len(shape.vertices), len(shape.faces)) for shape in shown] == [
         ("mesh", 3, 1),
         ("mesh", 3, 1),
@@ -160,19 +160,19 @@ def test_packages_are_found_on_the_search_path(
     (package / "part.stl").write_text(TRIANGLE)
     names = ("package://robot_description/part.stl", "model://robot_description/part.stl")
     text = "".join(visual(f'<mesh filename="{name}"/>') for name in names)
-    assert shapes(described(text)) == []
+    assert shapes_of(described(text)) == []
     for entry in (package, package.parent):
         monkeypatch.setenv("ROS_PACKAGE_PATH", str(entry))
-        assert [shape.kind for shape in shapes(described(text))] == ["mesh", "mesh"]
+        assert [shape.kind for shape in shapes_of(described(text))] == ["mesh", "mesh"]
     monkeypatch.delenv("ROS_PACKAGE_PATH")
     for name in (f"file://{package}/part.stl", f"{package}/part.stl"):
-        (shape,) = shapes(described(visual(f'<mesh filename="{name}"/>')))
+        (shape,) = shapes_of(described(visual(f'<mesh filename="{name}"/>')))
         np.testing.assert_array_equal(np.max(shape.vertices, axis=0), (1.0, 1.0, 0.0))
-    assert shapes(described(visual('<mesh filename=""/>'))) == []
+    assert shapes_of(described(visual('<mesh filename=""/>'))) == []
 
 
 def test_meshes_are_scaled(tmp_path: Path) -> None:
     file = tmp_path / "part.stl"
     file.write_text(TRIANGLE)
-    (shape,) = shapes(described(visual(f'<mesh filename="{file}" scale="2 3 1"/>')))
+    (shape,) = shapes_of(described(visual(f'<mesh filename="{file}" scale="2 3 1"/>')))
     np.testing.assert_allclose(np.max(shape.vertices, axis=0), (2.0, 3.0, 0.0))
