@@ -287,11 +287,7 @@ def _joint_types(content: YamlContent, where: str) -> dict[str, ChangedType]:
 
 
 def _changed_type(word: str, at: str) -> ChangedType:
-    """Return what a word for a type of joints means.
-
-    Raises:
-        ModelError: it is unknown, or names one axis twice.
-    """
+    """Return what a word for a type of joints means."""
     known = JOINT_TYPES | {"spherical"}
     if word.lower() in known:
         return ChangedType(word.lower())
@@ -308,15 +304,6 @@ def _changed_type(word: str, at: str) -> ChangedType:
 def _gepetto_loop(
     count: int, pair: list[str], kind: str, frames: dict[str, set[str]], where: str
 ) -> LoopDescription:
-    """Return the closure between two frames.
-
-    Args:
-        count: which entry of the file it is, from 1; it has no name there.
-        pair: names of the frames.
-        kind: a key of `GEPETTO_TYPES`.
-        frames: frame to the links that it is on.
-        where: how messages name the file.
-    """
     if kind.lower() not in GEPETTO_TYPES:
         raise ModelError(
             f"{where}: type {kind!r} is unknown; types: {choices(GEPETTO_TYPES, kind)}"
@@ -454,7 +441,6 @@ def _entries(content: YamlContent, where: str) -> list[tuple[str, _Entry, str]]:
 
 
 def _unknown_closure_keys(content: YamlContent, where: str, strict: bool) -> list[str]:
-    """Return warnings about keys that are not known; see `unknown_keys` for errors."""
     warnings = unknown_keys(content, _CLOSURE_KEYS[""], where, strict)
     for _, entry, kind in _entries(content, where):
         warnings += unknown_keys(entry, _CLOSURE_KEYS[kind], f"{where}: {kind}", strict)
@@ -470,15 +456,6 @@ def _ends(entry: _Entry, kind: str) -> list[str]:
 def _closure(
     name: str, entry: _Entry, kind: str, at_zero: Mapping[str, Array], at: str
 ) -> LoopDescription:
-    """Return the loop of an entry.
-
-    Args:
-        name: of the loop.
-        entry: what the file says of it.
-        kind: key of its list.
-        at_zero: placements of the links in the root.
-        at: how messages name it.
-    """
     links = _ends(entry, kind)
     first, second = links
     if first == second:
@@ -507,7 +484,6 @@ def _at_point(point: Array) -> Array:
 
 
 def _axis(entry: _Entry, at: str) -> Array:
-    """Return the `(3,)` unit axis of an entry."""
     axis = _vector(entry, "axis", at)
     length = float(np.linalg.norm(axis))
     if length < 1.0 / GREATEST:
@@ -516,7 +492,6 @@ def _axis(entry: _Entry, at: str) -> Array:
 
 
 def _vector(entry: _Entry, key: str, at: str) -> Array:
-    """Return three numbers of an entry."""
     value = entry.get(key)
     # YAML takes 1e-3 for a text, since it has no point; true and false are numbers to Python.
     if not isinstance(value, list) or any(isinstance(item, (bool, list)) for item in value):

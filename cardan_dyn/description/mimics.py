@@ -103,15 +103,6 @@ def _mimic(
     joints: Mapping[str, JointDescription],
     at: str,
 ) -> CouplingDescription:
-    """Return the coupling that an element states.
-
-    Args:
-        name: of the coupling.
-        joint: the joint that it stands in.
-        mimic: the element.
-        joints: all joints of the tree, by name.
-        at: how messages name the element.
-    """
     mimicked = mimic.get("joint")
     single = [other.name for other in joints.values() if other.type in SINGLE_TYPES]
     if not mimicked:

@@ -125,7 +125,6 @@ def agreed(
 
 
 def _may_have_closing_frames(links: Collection[str]) -> bool:
-    """Return whether there are links whose names begin like those of closing frames."""
     return any(link.startswith("closing_") for link in links)
 
 
@@ -146,7 +145,6 @@ def _link_pairs(loops: tuple[LoopDescription, ...]) -> list[tuple[str, ...]]:
 def _constraint(
     element: ElementTree.Element, links: Collection[str], where: str
 ) -> LoopDescription:
-    """Return the loop that a `<constraint>` is."""
     name = name_of(element, where)
     at = f"{where}: constraint {name!r}"
     kind = CONSTRAINT_TYPES.get(element.get("type", ""))
@@ -204,7 +202,6 @@ class _FixedLink(NamedTuple):
 def _closing_loops(
     robot: ElementTree.Element, links: Collection[str], where: str
 ) -> tuple[list[LoopDescription], list[str]]:
-    """Return the loops that pairs of closing frames are, and warnings."""
     frames = _fixed_links(robot, where)
     loops, warnings, guessed = [], [], []
     for link in links:

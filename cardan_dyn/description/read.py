@@ -62,15 +62,6 @@ def read(source: str | os.PathLike[str], strict: bool = True) -> Description:
 
 
 def _parse(source: str | bytes, where: str, path: Path | None, strict: bool) -> Description:
-    """Return the description that a text of any notation is.
-
-    Args:
-        source: text of the file, or its bytes, without anything before its first element.
-        where: how messages name the source of the text.
-        path: the file, None for text.
-        strict: whether to refuse what is probably wrong: inertias that no body can have, misspelled
-            words, forces in an MJCF or SDF file that no wrench considers.
-    """
     from . import urdf
     from .description import SourceText
     from .elements import check_size, xml_root
@@ -104,11 +95,7 @@ def _parse(source: str | bytes, where: str, path: Path | None, strict: bool) -> 
 
 
 def _name(source: object) -> str:
-    """Return a name or path as a string.
-
-    Raises:
-        ModelError: it is neither.
-    """
+    """Return a name or path as a string."""
     try:
         name = os.fspath(source)  # type: ignore[call-overload]
     except Exception:  # The path may be an object of any class, which may raise anything.
@@ -122,11 +109,6 @@ def _name(source: object) -> str:
 
 
 def _find(name: str) -> Path:
-    """Return the path of a bundled description or of an existing file.
-
-    Raises:
-        ModelError: there is no such file.
-    """
     if name in bundled_names():
         return bundled_directory() / f"{name}.urdf"
     path = Path(name)

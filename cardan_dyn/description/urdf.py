@@ -217,7 +217,6 @@ def check_inertia(tensor: np.ndarray, at: str, strict: bool) -> str:
 def _links(
     robot: ElementTree.Element, where: str, strict: bool
 ) -> tuple[list[LinkDescription], list[str]]:
-    """Return the links, and warnings about what was accepted."""
     if not names(robot, "link", where):
         raise ModelError(f"{where}: there is no <link>")
     links, warnings = [], []
@@ -230,7 +229,6 @@ def _links(
 
 
 def _link(element: ElementTree.Element, where: str, strict: bool) -> tuple[LinkDescription, str]:
-    """Return a link, and a warning about what was accepted; an empty text without one."""
     name = element.get("name", "")
     at = f"{where}: link {name!r}"
     inertial = only(element, "inertial", at)
@@ -268,14 +266,6 @@ def _joint(
     changed_types: Mapping[str, ChangedType],
     where: str,
 ) -> JointDescription:
-    """Return a tree joint.
-
-    Args:
-        element: the `<joint>`.
-        links: names of all links.
-        changed_types: joint name to the type that a file beside the URDF gives it.
-        where: how messages name the source of the text.
-    """
     name = name_of(element, where)
     at = f"{where}: joint {name!r}"
     kind = element.get("type")
@@ -329,7 +319,6 @@ def _limit(element: ElementTree.Element, name: str, at: str) -> float:
 
 
 def _independent(robot: ElementTree.Element, where: str) -> tuple[str, ...]:
-    """Return the names of the joints that the author of the URDF marks as driven."""
     return tuple(
         name_of(joint, where) for joint in robot.findall("joint") if _is_independent(joint, where)
     )

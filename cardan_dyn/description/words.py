@@ -38,7 +38,6 @@ class _MayHave(NamedTuple):
 
 @cache
 def _known(notation: str) -> dict[str, _MayHave]:
-    """Return the elements of a notation and what they may have."""
     listed = json.loads(Path(__file__).with_name("words.json").read_text(encoding="utf-8"))
     result = {}
     for elements, words in listed[notation].items():

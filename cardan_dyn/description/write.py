@@ -70,11 +70,6 @@ def write(description: Description, path: str | os.PathLike[str]) -> Path:
 
 
 def _path(path: object) -> Path:
-    """Return where to write.
-
-    Raises:
-        ArgumentError: it is no path, of no known notation, or in no directory.
-    """
     try:
         target = Path(os.fspath(path))  # type: ignore[call-overload]
     except Exception as error:  # The path may be an object of any class, which may raise anything.
@@ -290,7 +285,6 @@ def _write_axes(element: Element, joint: JointDescription | LoopDescription) -> 
 
 
 def _write_origin(element: Element, placement: Array, at: str) -> None:
-    """Add an `<origin>` for a `(4, 4)` placement."""
     origin = SubElement(element, "origin", xyz=words(placement[:3, 3]))
     angles = angles_of(placement[:3, :3])
     if not np.allclose(rotation(*angles), placement[:3, :3], rtol=0.0, atol=ROTATION_TOLERANCE):

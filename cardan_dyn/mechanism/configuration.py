@@ -107,6 +107,5 @@ class Configuration(Frozen):
 
 
 def _shown(value: float | Array) -> str:
-    """Return a position of one coordinate or of several as text."""
     # Adding zero removes the sign of negative zeros.
     return ", ".join(f"{number + 0.0:.6g}" for number in np.atleast_1d(value))

@@ -140,7 +140,6 @@ class Coordinates:
         self.rate_scale[prismatic.velocities] = length
 
     def _named(self) -> dict[str, Scalar]:
-        """Return the turns and slides by name."""
         is_turn_or_slide = {
             self.model.idx_vs[part.id] for part in self.parts if part.kind != "spherical"
         }

@@ -73,11 +73,7 @@ def coupling_of(
 def _coupled_columns(
     model: pinocchio.Model, joints: Mapping[str, Joint], bodies: set[int], at: str
 ) -> list[int]:
-    """Return the velocity coordinates of the joints that move some bodies (0-based).
-
-    Raises:
-        ModelError: one of them has several coordinates, which the coupling cannot count.
-    """
+    """Return the velocity coordinates of the joints that move some bodies (0-based)."""
     columns = []
     for joint in joints.values():
         for part in joint.parts:

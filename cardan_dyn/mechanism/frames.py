@@ -184,7 +184,6 @@ class Frames:
         self.last.append(before)
 
     def _bodies(self, description: Description) -> list[RigidBody]:
-        """Return the moving bodies, each from its links."""
         described = {link.name: link for link in description.links}
         links_of: list[dict[str, Array]] = [{} for _ in range(self.tree)]
         for link, (body, placement) in self.links.items():
@@ -251,14 +250,7 @@ class Frames:
         x: Array,
         turn: tuple[Array, Array] | None,
     ) -> None:
-        """Write the frame of a motion into `frames`, which spares a copy of it.
-
-        Args:
-            frames: those of the motions before it are known.
-            index: of the motion.
-            x: `(N, size)` coordinates.
-            turn: cosines and sines of a turn's angle.
-        """
+        """Write the frame of a motion into `frames`, which spares a copy of it."""
         motion, frame, start = self.motions[index], frames[index], self._starts[index].frame(frames)
         if motion.kind == "turn" and turn is not None:
             self._turns[index].write(frame, start, *turn)

@@ -122,11 +122,7 @@ class Mechanism(Frozen):
         self._freeze()
 
     def _check_lengths(self) -> None:
-        """Accept what rounding leaves of zero where nothing but turns makes up the mechanism.
-
-        Raises:
-            ModelError: something slides, with which lengths have to be compared.
-        """
+        """Accept what rounding leaves of zero where nothing but turns makes up the mechanism."""
         length = greatest_length(self.model, self.loops)
         if not 0.0 < length < LEAST_LENGTH:
             return

@@ -128,7 +128,6 @@ def _displacement(
 
 
 def _turn(axis: Array, angle: float) -> Array:
-    """Return the `(3, 3)` rotation about a unit axis."""
     cross = _cross(axis)
     # 1 - cos as a square of the half angle's sine: without cancellation for small angles.
     return np.asarray(
@@ -137,7 +136,6 @@ def _turn(axis: Array, angle: float) -> Array:
 
 
 def _turned(quaternion: Array, name: str) -> Array:
-    """Return the `(3, 3)` rotation of a unit quaternion x y z w."""
     length = float(np.linalg.norm(quaternion))
     if abs(length - 1.0) > _UNIT_TOLERANCE:
         raise ArgumentError(f"{name}: the quaternion has length {length:g}, expected 1")
@@ -180,11 +178,7 @@ def _loop(loop: LoopDescription, displacement: Array, values: Array) -> LoopDesc
 
 
 def _rest(joint: JointDescription | LoopDescription, values: Array) -> float:
-    """Return where the spring of a joint is at rest, counted from coordinates.
-
-    Raises:
-        ArgumentError: it would be at rest elsewhere along each of several coordinates.
-    """
+    """Return where the spring of a joint is at rest, counted from coordinates."""
     if not joint.stiffness or not np.any(values):
         return joint.rest
     if len(values) > 1:
@@ -211,7 +205,6 @@ def _axis(joint: JointDescription | LoopDescription, displacement: Array) -> Arr
 def _check_coupling(
     description: Description, coupling: CouplingDescription, positions: Mapping[str, Array]
 ) -> None:
-    """Refuse positions at which a coupling does not hold."""
     carriers = {joint.child: joint for joint in description.joints}
 
     def path(link: str) -> list[str]:
@@ -261,7 +254,6 @@ def is_closed(description: Description) -> bool:
 
 
 def _check_closed(description: Description) -> None:
-    """Refuse a description whose loops are open at zero."""
     for loop, distance, angle, size in _gaps(description):
         if distance > _CLOSED * size or angle > _CLOSED:
             raise ArgumentError(

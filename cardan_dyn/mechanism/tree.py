@@ -69,7 +69,7 @@ class TreeBuilder:
         self._description = description
         self._cardan = cardan
         self._masses = {link.name: link for link in description.links}
-        self._bodies = _bodies(description)
+        self._bodies, self._fixed = _bodies(description)
         self._shares = self._count_shares()
         self.model = pinocchio.Model()
         self.model.name = description.name
@@ -113,7 +113,6 @@ class TreeBuilder:
         return index
 
     def _chain(self, joint: JointDescription | LoopDescription) -> list[tuple[str, Array]]:
-        """Return kinds and axes of a joint's parts."""
         return elementary(joint.type, joint.axis, joint.axis_2, joint.name in self._cardan)
 
     def _add(
@@ -143,7 +142,7 @@ class TreeBuilder:
         for name, placement in body.links.items():
             frame = se3(placement)
             self.links[name] = index, frame
-            fixed = self._bodies.fixed.get(name)
+            fixed = self._fixed.get(name)
             if fixed is not None:
                 self._add_frame(fixed, index, frame, kinds.FIXED_JOINT)
             self._add_frame(name, index, frame, kinds.BODY)
@@ -165,11 +164,7 @@ class TreeBuilder:
         return total
 
     def _count_shares(self) -> dict[_Body, int]:
-        """Return among how many bodies of the model the successor of each loop is split.
-
-        Raises:
-            ModelError: fixed joints already join both links of a loop.
-        """
+        """Return among how many bodies of the model the successor of each loop is split."""
         shares: dict[_Body, int] = {}
         for loop in self._description.loops:
             successor = self._bodies[loop.successor]
@@ -207,50 +202,32 @@ class TreeBuilder:
                 getattr(model, name)[rate : rate + model.nvs[index]] = sign * value
 
 
-class _Bodies:
-    """The bodies of a description.
-
-    Attributes:
-        fixed: link to the name of the fixed joint that places it.
-    """
-
-    def __init__(self) -> None:
-        self.fixed: dict[str, str] = {}
-        self._of: dict[str, _Body] = {}
-
-    def __getitem__(self, link: str) -> _Body:
-        return self._of[link]
-
-    def add(self, link: str, body: _Body, placement: Array) -> None:
-        """Make a link part of a body."""
-        self._of[link] = body
-        body.links[link] = placement
-
-
-def _bodies(description: Description) -> _Bodies:
-    """Return the bodies, their children in the order in which their joints are to be added."""
+def _bodies(description: Description) -> tuple[dict[str, _Body], dict[str, str]]:
+    """Return link to its body, children in the order of their joints, and to its `fixed` joint."""
     position = {name: index for index, name in enumerate(description.order)}
     joints: dict[str, list[JointDescription]] = {link.name: [] for link in description.links}
     for joint in sorted(description.joints, key=lambda joint: position[joint.name]):
         joints[joint.parent].append(joint)
-    bodies = _Bodies()
-    bodies.add(description.root, _Body(None, np.eye(4)), np.eye(4))
+    root = _Body(None, np.eye(4))
+    root.links[description.root] = np.eye(4)
+    bodies, fixed = {description.root: root}, {}
     pending = joints[description.root][::-1]
     while pending:
         joint = pending.pop()
         parent = bodies[joint.parent]
         placement = parent.links[joint.parent] @ joint.origin
         if joint.type == "fixed":
-            bodies.fixed[joint.child] = joint.name
-            bodies.add(joint.child, parent, placement @ joint.child_placement)
+            fixed[joint.child] = joint.name
+            bodies[joint.child] = parent
+            parent.links[joint.child] = placement @ joint.child_placement
         else:
-            child = _Body(joint, placement)
+            bodies[joint.child] = child = _Body(joint, placement)
             parent.children.append(child)
-            bodies.add(joint.child, child, joint.child_placement)
+            child.links[joint.child] = joint.child_placement
         pending.extend(reversed(joints[joint.child]))
     for loop in description.loops:
         bodies[loop.predecessor].loops.append(loop)
-    return bodies
+    return bodies, fixed
 
 
 def artificial_inertia(description: Description, length: float) -> pinocchio.Inertia:

@@ -118,7 +118,6 @@ def open_loops(
 
 
 def _has_any(columns: slice, fixed: Collection[int]) -> bool:
-    """Return whether any of some velocity coordinates stays."""
     return any(columns.start <= column < columns.stop for column in fixed)
 
 
@@ -127,12 +126,6 @@ def _values(parts: tuple[Part, ...], rotation: Array, offset: Array, near: Array
 
     Slides come before turns in every joint, and are at right angles to each other, so that they
     alone shift the joint's origin.
-
-    Args:
-        parts: of the joint.
-        rotation: `(3, 3)` of the displacement.
-        offset: `(3,)` of the displacement [m].
-        near: coordinates to which angles and quaternions are to be near.
     """
     slides = [part.axis @ offset for part in parts if part.kind == "prismatic"]
     turning = [part for part in parts if part.kind != "prismatic"]

@@ -256,11 +256,7 @@ class _Builder:
     def _draw_arrow(
         self, path: str, tail: Array, vectors: Array, color: Color, thin: bool = False
     ) -> bool:
-        """Draw vectors `(N, 3)` [m] as an arrow of changing length.
-
-        Returns:
-            Whether there is an arrow: none is drawn if all of them are too short to be seen.
-        """
+        """Draw vectors `(N, 3)` [m] as an arrow; return whether any is long enough to be seen."""
         direction, length = forms.filled(vectors, _DIRECTION_KNOWN * self._radius)
         if np.max(length) < _SMALLEST_SHOWN * self._radius:
             return False
@@ -271,11 +267,7 @@ class _Builder:
         return True
 
     def _draw_trace(self, item: Vectors, scale: float) -> bool:
-        """Draw the moment, and its tip as a curve in the joint's own axes.
-
-        Returns:
-            Whether there is a curve: a moment that stands still in the shaft traces none.
-        """
+        """Draw the moment and the trace of its tip in the joint; return whether it leaves one."""
         curve = scale * item.moment
         stride = max(1, len(curve) // _TRACE_POINTS)
         points = np.concatenate([curve[::stride], curve[-1:]])

@@ -134,15 +134,7 @@ def beside(mechanism: Mechanism, joint: Joint, radius: float) -> float:
 
 
 def _free(origin: Array, axis: Array, offset: float, taken: list[Array], radius: float) -> float:
-    """Return the offset nearest to a given one at which no other joint's moments start.
-
-    Args:
-        origin: `(3,)` of the joint [m].
-        axis: `(3,)` unit axis.
-        offset: along the axis from the origin, where the moments would be drawn best [m].
-        taken: points `(3,)` at which moments of other joints start [m].
-        radius: of the scene [m].
-    """
+    """Return the offset nearest to a given one at which no other joint's moments start."""
     for step in (0, 1, -1, 2, -2, 3, -3):
         candidate = offset + step * _APART * radius
         gaps = [np.linalg.norm(origin + candidate * axis - point) for point in taken]

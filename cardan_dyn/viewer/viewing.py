@@ -104,11 +104,7 @@ def _shot(
     frames: int,
     elements: bool | Sequence[Element],
 ) -> Sweep | Still:
-    """Return what is drawn: of a trajectory, the sweep along it at equidistant times.
-
-    Raises:
-        ArgumentError: elements are listed for what has its own, or do not fit a configuration.
-    """
+    """Return what is drawn: of a trajectory, the sweep along it at equidistant times."""
     if isinstance(sweep, Configuration):
         return Still(sweep, () if isinstance(elements, bool) else elements)
     if not isinstance(elements, bool):

@@ -287,7 +287,6 @@ def _from_euler_angles(angles: Array, sequence: str) -> Array:
 
 
 def _turn(axis: Array, angle: float) -> Array:
-    """Return the `(3, 3)` rotation about a unit axis."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross)

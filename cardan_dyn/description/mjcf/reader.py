@@ -178,7 +178,6 @@ def with_includes(root: ElementTree.Element, where: str, path: Path | None) -> E
 def _included(
     element: ElementTree.Element, where: str, main: Path | None, beside: Path | None
 ) -> tuple[ElementTree.Element, Path]:
-    """Return the outermost element of an included file, and the file."""
     name = element.get("file")
     at = f"{where}: <include file={name!r}>"
     check_words(element, "mjcf", where)
@@ -294,15 +293,7 @@ class _MjcfReader:
         origin: Array,
         at: str,
     ) -> None:
-        """Add the joints of a body, and the links between them.
-
-        Args:
-            content: of the body.
-            body: its name.
-            parent: name of the body that it is in.
-            origin: `(4, 4)` placement of the body in that one.
-            at: how messages name the body.
-        """
+        """Add the joints of a body, and the links between them."""
         elements = [item for item in content if item[0].tag in ("joint", "freejoint")]
         if not elements:
             self._fix(body, parent, origin)
@@ -324,7 +315,6 @@ class _MjcfReader:
             parent, origin = child, np.eye(4)
 
     def _fix(self, body: str, parent: str, origin: Array) -> None:
-        """Add the fixed joint of a body that has no joints."""
         name = self._generated(f"{body}_fixed", "joint")
         axis = np.array([1.0, 0.0, 0.0])
         self.joints[name] = JointDescription(name, "fixed", parent, body, origin, axis, axis)
@@ -339,7 +329,6 @@ class _MjcfReader:
         ends: tuple[str, str],
         body: Array,
     ) -> JointDescription:
-        """Return a joint between two links; `body` is the placement of the second in the first."""
         self._counts["joint"] += 1
         name = element.get("name") or self._generated(f"joint_{self._counts['joint']}", "joint")
         at = f"{self._where}: joint {name!r}"
@@ -388,7 +377,6 @@ class _MjcfReader:
             self.warnings.append(f"{at}: mocap: it stands still")
 
     def _read_sites(self, content: _Content, body: str, at: str) -> None:
-        """Note the sites of a body that have a name."""
         for element, frame, childclass in content:
             name = element.get("name")
             if element.tag != "site" or not name:
@@ -625,15 +613,6 @@ def _dynamics_of(attributes: Attributes, kind: str, compiler: Compiler, at: str)
 
     The spring is at rest at `springref`, which counts as the file counts the joint; here the
     initial configuration is zero. What cannot be taken in is zero: see `_untaken`.
-
-    Args:
-        attributes: those of its class included.
-        kind: MJCF's word for its type.
-        compiler: settings of the file.
-        at: how messages name the joint.
-
-    Raises:
-        ModelError: an attribute is no number.
     """
     left = _untaken(attributes, kind, at)
     damping, stiffness, friction = (
@@ -653,9 +632,6 @@ def _untaken(attributes: Attributes, kind: str, at: str) -> set[str]:
 
     Those are all of a joint with a ball, higher terms of a polynomial, negative values, and what
     `springdamper` replaces.
-
-    Raises:
-        ModelError: an attribute is no number.
     """
     if kind not in ("hinge", "slide"):
         return set(_DYNAMICS)
@@ -670,11 +646,7 @@ def _untaken(attributes: Attributes, kind: str, at: str) -> set[str]:
 
 
 def _limits(attributes: Attributes, initial: float, compiler: Compiler, at: str) -> Limits:
-    """Return the limits of a joint in the file's unit, counted from the initial configuration.
-
-    Raises:
-        ModelError: it is open whether they hold, or the range does not ascend.
-    """
+    """Return the limits of a joint in the file's unit, counted from the initial configuration."""
     lower, upper = numbers(attributes.get("range"), 2, "0 0", f"{at}: range").tolist()
     words = ("false", "true", "auto")
     limited = keyword(attributes.get("limited", "auto"), words, f"{at}: limited")
@@ -693,7 +665,6 @@ def _check_apart(first: str, second: str, at: str) -> None:
 
 
 def _named(attributes: Attributes, key: str, known: Mapping[str, Named], at: str) -> Named:
-    """Return the known item that an attribute names."""
     name = attributes.get(key)
     if name is None:
         raise ModelError(f'{at}: {key}="..." is missing')

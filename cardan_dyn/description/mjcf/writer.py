@@ -67,8 +67,6 @@ def to_mjcf(description: Description) -> str:
 
 
 class _MjcfWriter:
-    """Writes a description."""
-
     def __init__(self, description: Description) -> None:
         self._description = description
         self._groups = RigidGroups(description)
@@ -158,11 +156,7 @@ class _MjcfWriter:
                     waiting.append((item.child, []))
 
     def _is_passed_through(self, joint: JointDescription) -> bool:
-        """Return whether the link of a joint has no mass and no body of its own.
-
-        Raises:
-            ModelError: it has no mass, but has to be a body.
-        """
+        """Return whether the link of a joint has no mass and no body of its own."""
         link = joint.child
         if joint.type == "fixed" or self._groups.mass(link) > 0.0:
             return False
@@ -203,13 +197,7 @@ class _MjcfWriter:
         name: str,
         child_placement: Array,
     ) -> _WrittenBody:
-        """Return the new body behind one or several joints.
-
-        Args:
-            chain: the joints, with massless links between them.
-            name: of the body.
-            child_placement: `(4, 4)` of the body in the frame of the last joint.
-        """
+        """Return the new body behind one or several joints."""
         # From the body backwards, the placement of each joint's frame in it.
         behind, frames = child_placement, []
         for position, item in enumerate(reversed(chain)):

@@ -101,7 +101,6 @@ class NamedFrames:
         return name
 
     def _add(self, element: ElementTree.Element, at: str) -> None:
-        """Add the frame of a link, a joint or a `<frame>`."""
         name, carrier = element.get("name", ""), element.get("attached_to") or MODEL
         default = carrier
         if element.tag == "link":

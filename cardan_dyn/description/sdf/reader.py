@@ -67,7 +67,6 @@ def parse(root: ElementTree.Element, where: str, strict: bool) -> Description:
 
 
 def _version(root: ElementTree.Element, where: str) -> tuple[int, int]:
-    """Return the version of the format."""
     stated = root.get("version") or ""
     if not re.fullmatch(r"[0-9]+\.[0-9]+", stated):
         raise ModelError(f"{where}: <sdf> needs its version, such as 1.9, not {stated!r}")
@@ -138,8 +137,6 @@ def _check_contents(model: ElementTree.Element, where: str) -> None:
 
 
 class _Reader:
-    """Reads a model."""
-
     def __init__(
         self, model: ElementTree.Element, version: tuple[int, int], where: str, strict: bool
     ) -> None:
@@ -196,7 +193,6 @@ class _Reader:
         return found
 
     def _link(self, element: ElementTree.Element) -> LinkDescription:
-        """Return a link, and note its placement."""
         name = element.get("name", "")
         at = f"{self._where}: link {name!r}"
         self._placements[name] = self._frames.placement(name, at)
@@ -347,7 +343,6 @@ class _Reader:
     def _mimic(
         self, joint: ElementTree.Element, tag: str, mimic: ElementTree.Element
     ) -> CouplingDescription:
-        """Return the coupling of an axis that follows another one."""
         name = joint.get("name", "")
         at = f"{self._where}: joint {name!r}: {tag}: mimic"
         leader = mimic.get("joint") or ""
@@ -365,7 +360,6 @@ class _Reader:
         )
 
     def _simple(self, name: str, at: str) -> JointDescription:
-        """Return a joint of the tree with one coordinate."""
         joint = self._tree.get(name)
         if joint is None or joint.type not in SINGLE_TYPES:
             known = [item.name for item in self._tree.values() if item.type in SINGLE_TYPES]
@@ -400,7 +394,6 @@ class _Reader:
 
 
 def _ratio(ratio: float, at: str) -> float:
-    """Return the ratio of a coupling, which is not zero."""
     if ratio == 0.0:
         raise ModelError(f"{at}: a ratio of zero would hold a joint, not couple it")
     return ratio
