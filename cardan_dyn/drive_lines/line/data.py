@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...errors import ModelError, choices
+from ...errors import ModelError
 from .fields import flag, parts, quantity, settle, text, unusual
 from .geometry import Geometry, Zero, called, geometry, zero
 from .parts import Bearing, DutyPoint, Shaft, ShaftJoint
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 _SHOWN = 6
 """Joints whose angles a text of a line shows."""
-APPLICATIONS = ("vehicle", "agricultural", "industrial")
 _SUM_TOLERANCE = 1e-9
 """By how much the shares of a duty cycle may miss 1: the one of `analytic.shaft_design`."""
 
@@ -36,7 +35,9 @@ class LineData:
     speed: float | None = quantity("speed", "speed of the input shaft", None, usual=(1e-3, 5e3))
     torque: float | None = quantity("torque", "torque of the input shaft", None, usual=(1e-3, 1e8))
     duty_cycle: tuple[DutyPoint, ...] = parts(DutyPoint, "shares of the time")
-    application: str = text("vehicle, agricultural or industrial, for the limits of the verdict")
+    application: str = text(
+        "for the limits of the verdict", known=("", "vehicle", "agricultural", "industrial")
+    )
     service_factor: float | None = quantity("number", "shock torque over torque", None, above=0.0)
     reversing: bool = flag("whether the torque changes its sense", default=False)
     acceleration: float | None = quantity(
@@ -46,11 +47,6 @@ class LineData:
 
     def __post_init__(self) -> None:
         settle(self)
-        if self.application not in ("", *APPLICATIONS):
-            raise ModelError(
-                f"application of a DriveLine is {self.application!r}; applications: "
-                f"{choices(APPLICATIONS, self.application)}"
-            )
         count = len(self.shafts) - 1
         if count < 1:
             raise ModelError(

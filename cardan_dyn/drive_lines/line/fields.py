@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...checks import described, shortened
-from ...errors import ModelError
+from ...errors import ModelError, choices
 from .units import Unit, si
 
 
@@ -31,6 +31,7 @@ class Entry(NamedTuple):
         below: value that valid ones stay under.
         type: the dataclass of parts.
         usual: range of values that lines have; others are valid, and remarked on.
+        known: the texts that are valid; any if empty.
     """
 
     kind: str
@@ -42,6 +43,7 @@ class Entry(NamedTuple):
     below: float | None = None
     type: Any = None
     usual: tuple[float, float] | None = None
+    known: tuple[str, ...] = ()
 
     def allowed(self, unit: Unit | None = None) -> str:
         """Return valid values in words, in a unit; in SI units unless given."""
@@ -88,9 +90,9 @@ def point(meaning: str) -> Any:
     return _field(Entry("point", meaning, "length"), None)
 
 
-def text(meaning: str, default: str = "") -> Any:
-    """Return a field that holds a text."""
-    return _field(Entry("text", meaning), default)
+def text(meaning: str, default: str = "", known: tuple[str, ...] = ()) -> Any:
+    """Return a field that holds a text, one of those that are known unless any is valid."""
+    return _field(Entry("text", meaning, known=known), default)
 
 
 def flag(meaning: str, default: bool | None = None) -> Any:
@@ -197,6 +199,9 @@ def _settled(value: object, entry: Entry, at: str) -> object:
             raise ModelError(f"{at} is {described(value)}, expected a text")
         if not value.isprintable():
             raise ModelError(f"{at} is {value!r}, expected a text of one line that can be printed")
+        if entry.known and value not in entry.known:
+            valid = choices(filter(None, entry.known), value)
+            raise ModelError(f"{at} is {value!r}; it can be: {valid}")
         return str(value)
     if entry.kind == "flag":
         if not isinstance(value, (bool, np.bool_)):

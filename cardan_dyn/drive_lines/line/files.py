@@ -279,8 +279,9 @@ def _properties(name: str, entry: Entry, definitions: dict[str, Any]) -> dict[st
         reference: dict[str, Any] = {"$ref": f"#/$defs/{title}"}
         schema = {"type": "array", "items": reference} if entry.kind == "parts" else reference
         return {name: {**schema, "description": entry.meaning}}
-    kind = "string" if entry.kind == "text" else "boolean"
-    return {name: {"type": kind, "description": entry.meaning}}
+    schema = {"type": "string" if entry.kind == "text" else "boolean"}
+    known = {"enum": list(entry.known)} if entry.known else {}
+    return {name: {**schema, **known, "description": entry.meaning}}
 
 
 def _number(entry: Entry, unit: Unit | None) -> dict[str, Any]:

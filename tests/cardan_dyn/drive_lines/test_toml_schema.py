@@ -48,6 +48,7 @@ def test_it_accepts_what_the_reader_does() -> None:
         ("[900, 0, 0]", "[900, 0]"),
         (", wall_mm = 6", ""),
         ("spline = {}", "spline = 3"),
+        ("spline = {}", 'centring = { kind = "disk" }'),
         ("[[shafts]]", "[[shaft]]"),
     ],
 )
