@@ -32,21 +32,29 @@ OWN: Mapping[str, Limit] = MappingProxyType(
 )
 """Names that `limits` may give besides those of `analytic.limits.LIMITS`: the distance of speeds
 from torsional critical ones, relative to these, and a maker's constant of bending speeds."""
-USED = frozenset(
-    {
-        *("residual_angle", "non_uniformity", "joint_angle", "angle_difference", "pto_angle"),
-        *("least_joint_angle", "speed_angle_share"),
+_BY_APPLICATION = {
+    "": (
+        *("residual_angle", "non_uniformity", "second_order_angle"),
         *("torsional_acceleration", "torsional_acceleration_greatest"),
         *("inertia_acceleration", "inertia_acceleration_greatest"),
-        *("bending_speed_share", "bending_speed_share_industrial"),
-        *("bending_speed_share_automotive", "second_order_angle"),
-        *("half_critical_from", "half_critical_to", "mean_life_factor"),
-        *("balancing_speed", "balance_grade_maker"),
-        *("telescope_travel_left", "telescope_overlap"),
+        *("bending_speed_share", "half_critical_from", "half_critical_to"),
+        *("mean_life_factor", "balancing_speed", "balance_grade_maker"),
         *("din_808_plain_speed", "din_808_needle_speed"),
-    }
+    ),
+    "vehicle": (
+        *("joint_angle", "angle_difference", "least_joint_angle"),
+        *("speed_angle_share", "bending_speed_share_automotive"),
+    ),
+    "agricultural": ("pto_angle", "telescope_travel_left", "telescope_overlap"),
+    "industrial": ("bending_speed_share_industrial",),
+}
+"""Names of `analytic.limits.LIMITS` by which the verdict goes, others decide no row: those of any
+line, and those that hold for one application alone unless the caller gives them."""
+_APPLICATION = {name: of for of, names in _BY_APPLICATION.items() for name in names}
+KNOWN: Mapping[str, Limit] = MappingProxyType(
+    {**{name: LIMITS[name] for name in _APPLICATION}, **OWN}
 )
-"""Names of `analytic.limits.LIMITS` by which the verdict goes; others decide no row."""
+"""What `limits` may give."""
 FREE_FALL = 9.81
 """Acceleration of free fall [m/s²]."""
 _FINER = 8
@@ -54,44 +62,7 @@ _FINER = 8
 some 1e-6."""
 POSITIVE = frozenset({"mean_life_factor", "balance_grade_maker", "critical_constant"})
 """Names of what rules divide by."""
-_FOR = {
-    "vehicle": {
-        "joint_angle",
-        "angle_difference",
-        "least_joint_angle",
-        "speed_angle_share",
-        "bending_speed_share_automotive",
-    },
-    "agricultural": {"pto_angle", "telescope_travel_left", "telescope_overlap"},
-    "industrial": {"bending_speed_share_industrial"},
-}
-"""Limits that hold for one application alone, unless the caller gives them."""
-
-
-class _Derived(NamedTuple):
-    """A limit that follows from another one, which the caller gave.
-
-    Attributes:
-        of: name of the other one.
-        value: of its value.
-        unit: of the limit.
-    """
-
-    of: str
-    value: Callable[[float], object]
-    unit: str
-
-    def limit(self, given: Limit | None) -> Limit | None:
-        """Return the limit; None if the other one is taken out or says nothing."""
-        if given is None or not 0.0 <= given.value < math.pi / 2.0:
-            return None
-        return Limit(float(self.value(given.value)), self.unit, given.source)  # type: ignore[arg-type]
-
-
-_OF_ONE_ANGLE = {
-    "non_uniformity": _Derived("residual_angle", single_joint.non_uniformity, "1"),
-    "residual_angle": _Derived("non_uniformity", uniformity.angle_of_non_uniformity, "rad"),
-}
+_OTHER = {"non_uniformity": "residual_angle", "residual_angle": "non_uniformity"}
 """Both are the limit of one angle: where one of them is given, so is the other."""
 
 
@@ -115,7 +86,7 @@ class OperatingPoint:
 
 
 @dataclass(frozen=True)
-class Forces:
+class LoadCase:
     """Forces of a line in a load case; see `LineForces`.
 
     Attributes:
@@ -186,23 +157,21 @@ class Case:
         """Return a limit; None if the caller has taken it out, or it does not hold for the line."""
         if name in self._limits:
             return self._limits[name]
-        derived = _OF_ONE_ANGLE.get(name)
-        if derived is not None and derived.of in self._limits:
-            return derived.limit(self._limits[derived.of])
-        of = [kind for kind, names in _FOR.items() if name in names]
-        if of and self.line.application not in of:
+        other = _OTHER.get(name)
+        if other in self._limits:
+            return _of_one_angle(name, self._limits[other])
+        if _APPLICATION.get(name) not in ("", None, self.line.application):
             return None
         return LIMITS.get(name)
 
     def why_not(self, name: str) -> str:
         """Return why there is no limit of a name."""
-        derived = _OF_ONE_ANGLE.get(name)
-        for given in (name, derived.of if derived else name):
+        for given in (name, _OTHER.get(name, name)):
             if given in self._limits:
                 return f"limits take {given} out"
-        of = [kind for kind, names in _FOR.items() if name in names]
+        of = _APPLICATION.get(name)
         if of:
-            return f"a limit of {of[0]} lines; give application = {of[0]!r}, or limits[{name!r}]"
+            return f"a limit of {of} lines; give application = {of!r}, or limits[{name!r}]"
         return f"give limits[{name!r}]"
 
     @property
@@ -267,20 +236,20 @@ class Case:
         )
 
     @cached_property
-    def forces(self) -> tuple[Forces, ...]:
+    def forces(self) -> tuple[LoadCase, ...]:
         """Forces in all load cases of the operating points whose torque is known."""
         parts = self._parts
         if parts is None:
             return ()
         result = []
         if self._analysis is not None:
-            result.append(Forces(self.points[0], self._analysis.total, "the analysis"))
+            result.append(LoadCase(self.points[0], self._analysis.total, "the analysis"))
         for point in self.points:
             if point.torque is not None and (parts.speed is None or point.speed is not None):
                 result += self._load_cases(parts, point)
         return tuple(result)
 
-    def _load_cases(self, parts: _Parts, point: OperatingPoint) -> Iterator[Forces]:
+    def _load_cases(self, parts: _Parts, point: OperatingPoint) -> Iterator[LoadCase]:
         """Yield the forces of an operating point.
 
         Sizes of forces are convex in all that acts, so that the worst is at the ends of all ranges:
@@ -305,7 +274,7 @@ class Case:
                 ):
                     if part is not None and factor:
                         total = total.plus(part.times(np.array(factor)))
-                yield Forces(point, total, _how(parts, torque, full, speed, rate, senses))
+                yield LoadCase(point, total, _how(parts, torque, full, speed, rate, senses))
 
     @property
     def no_forces(self) -> str:
@@ -316,7 +285,7 @@ class Case:
             return self._reason
         return "give speed and torque" if self.unit.inertial is not None else "give torque"
 
-    def worst(self, pick: Callable[[LineForces], Array]) -> tuple[Array, list[Forces]]:
+    def worst(self, pick: Callable[[LineForces], Array]) -> tuple[Array, list[LoadCase]]:
         """Return the greatest sizes of a quantity `(k,)`, and the load cases they are in.
 
         Args:
@@ -330,6 +299,16 @@ class Case:
         """Names of the shafts whose spline has no coefficient of friction."""
         named = zip(self.line.shaft_names, self.line.shafts, strict=True)
         return tuple(n for n, shaft in named if shaft.spline and shaft.spline.friction is None)
+
+
+def _of_one_angle(name: str, given: Limit | None) -> Limit | None:
+    """Return the limit that follows from the other one of `_OTHER`, if that says something."""
+    if given is None or not 0.0 <= given.value < math.pi / 2.0:
+        return None
+    if name == "non_uniformity":
+        return Limit(float(single_joint.non_uniformity(given.value)), "1", given.source)
+    angle = uniformity.angle_of_non_uniformity(given.value)
+    return Limit(float(angle), "rad", given.source)
 
 
 def _with_friction_in(line: LineData, name: str) -> LineData | None:
@@ -405,14 +384,13 @@ def _checked(
     """
     result: dict[str, Limit | None] = {}
     for name, value in mapping("limits", limits).items():
-        known = {**{key: LIMITS[key] for key in USED}, **OWN}
-        if name not in known:
-            listed = choices(known, name, most=len(known))
+        if name not in KNOWN:
+            listed = choices(KNOWN, name, most=len(KNOWN))
             raise ArgumentError(f"{name!r} is no limit of the verdict; limits: {listed}")
         if value is None:
             result[name] = value
         elif isinstance(value, Limit):
-            result[name] = _fitting(name, value, known[name])
+            result[name] = _fitting(name, value, KNOWN[name])
         elif name == "critical_constant" and isinstance(value, str):
             if value not in CRITICAL_CONSTANTS:
                 raise ArgumentError(
@@ -421,11 +399,11 @@ def _checked(
                 )
             result[name] = CRITICAL_CONSTANTS[value]
         elif _is_number(value):
-            result[name] = known[name].replaced(float(value), GIVEN)
+            result[name] = KNOWN[name].replaced(float(value), GIVEN)
         else:
             raise ArgumentError(
                 f"limits[{name!r}] is {described(value)}, expected a finite number "
-                f"[{known[name].unit}], a Limit, or None to take it out"
+                f"[{KNOWN[name].unit}], a Limit, or None to take it out"
             )
     for name in POSITIVE & result.keys():
         given = result[name]

@@ -17,7 +17,7 @@ from ..line.parts import Bearing, Shaft
 from ..line.supports import supports
 from .analysis import Analysis
 from .case import Case
-from .rows import NOT_JUDGED, PASS, Inverse, VerdictRow, judged, not_judged
+from .rows import Inverse, VerdictRow, judged, not_judged, withheld
 
 _HALF_RIGHT = math.pi / 4
 _SMALL = 1e-9
@@ -172,11 +172,10 @@ def _slides(case: Case) -> bool:
 
 def _unless_friction_is_unknown(case: Case, row: VerdictRow) -> VerdictRow:
     """Return the row of a bearing, which passes nothing while a force that loads it is unknown."""
-    if row.status != PASS or not case.unknown_frictions:
+    if not case.unknown_frictions:
         return row
     named = ", ".join(case.unknown_frictions)
-    text = f"not judged: give friction and radius of the spline of {named}, 0 for none"
-    return replace(row, status=NOT_JUDGED, note="; ".join(filter(None, [row.note, text])))
+    return withheld(row, f"give friction and radius of the spline of {named}, 0 for none")
 
 
 def _with_inverse(case: Case, row: VerdictRow, torque: float) -> VerdictRow:

@@ -161,6 +161,14 @@ def not_judged(rule: str, where: str, quantity: str, reason: str) -> VerdictRow:
     )
 
 
+def withheld(row: VerdictRow, reason: str) -> VerdictRow:
+    """Return a row that passes nothing while data are missing; one that fails does so anyway."""
+    if row.status != PASS:
+        return row
+    note = "; ".join(filter(None, [row.note, f"not judged: {reason}"]))
+    return replace(row, status=NOT_JUDGED, note=note)
+
+
 def as_text(value: float, unit: str) -> str:
     """Return a value of SI units in the unit that engineers use."""
     name, factor = _SHOWN.get(unit, (unit, 1.0))

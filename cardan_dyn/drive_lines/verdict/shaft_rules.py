@@ -16,7 +16,7 @@ from ..line.geometry import centring_places
 from ..line.parts import Shaft, Tube
 from ..line.supports import Support, supports
 from .case import Case
-from .rows import FAIL, NOT_JUDGED, PASS, Inverse, VerdictRow, judged, not_judged
+from .rows import FAIL, Inverse, VerdictRow, judged, not_judged, withheld
 
 _STEEL = (2.1e11, 7850.0)
 """Modulus and density of the makers' constants [Pa, kg/m³]."""
@@ -252,13 +252,13 @@ def _bending_speed(case: Case, found: _Critical | str) -> Iterator[VerdictRow]:
 
 def _unless_soft(row: VerdictRow, found: _Critical) -> VerdictRow:
     """Return the row of a line, which passes nothing while a bearing's stiffness is unknown."""
-    if row.status != PASS or not found.soft:
+    if not found.soft:
         return row
-    text = (
-        f"not judged: give stiffness of {', '.join(found.soft)}, across the shaft and with its "
-        "bracket; the value is that of rigid ones, which soft ones exceed"
+    return withheld(
+        row,
+        f"give stiffness of {', '.join(found.soft)}, across the shaft and with its bracket; the "
+        "value is that of rigid ones, which soft ones exceed",
     )
-    return replace(row, status=NOT_JUDGED, note="; ".join(filter(None, [row.note, text])))
 
 
 def _critical_text(case: Case, found: _Critical) -> str:

@@ -8,7 +8,7 @@ from testkit.line_data import double_shaft, random_line
 
 from analytic.limits import LIMITS, Limit
 from cardan_dyn.drive_lines import Analysis, DriveLine, DutyPoint
-from cardan_dyn.drive_lines.verdict.case import USED, Case
+from cardan_dyn.drive_lines.verdict.case import Case
 from cardan_dyn.errors import ArgumentError
 
 
@@ -68,10 +68,6 @@ def test_limits_are_replaced_and_taken_out() -> None:
 def test_wrong_limits_are_refused(limits: object, message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
         line().verdict(limits)
-
-
-def test_every_limit_that_is_used_exists() -> None:
-    assert set(LIMITS) >= USED
 
 
 def test_an_analysis_says_speed_torque_and_forces() -> None:
