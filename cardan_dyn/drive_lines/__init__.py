@@ -3,8 +3,8 @@
 from . import arrangements
 from .design.layout import Layout
 from .design.phasing import Alternative, Phasing
-from .drive_line import DriveLine
-from .line.files import examples, toml_schema
+from .drive_line import DriveLine, toml_schema
+from .line.files import examples
 from .line.geometry import Geometry
 from .line.parts import Bearing, Centring, DutyPoint, Shaft, ShaftJoint, Spline, Tube
 from .verdict.analysis import Analysis, LineForces

@@ -17,7 +17,7 @@ from .design.layout import layout
 from .design.phasing import phasing
 from .line.closed_chain import urdf
 from .line.data import LineData
-from .line.files import read, write
+from .line.files import read, schema, write
 from .line.parts import ShaftJoint
 from .line.supports import supports
 from .verdict.analysis import Analysis
@@ -46,11 +46,12 @@ class DriveLine(LineData):
     It cannot be changed: `replace` makes another one. Lines are equal if their data are.
 
     Attributes:
-        shafts: n + 1 shafts along the power flow, the input shaft first.
+        shafts: shafts along the power flow, n + 1 of them, the input shaft first.
         joints: n joints; plain ones unless given.
-        name: of the line.
-        speed: of the input shaft [rad/s].
-        torque: of the input shaft, positive if it drives the line in the sense of rotation [N·m].
+        name: name of the line.
+        speed: speed of the input shaft [rad/s].
+        torque: torque of the input shaft, positive if it drives the line in the sense of rotation
+            [N·m].
         duty_cycle: shares of the time with their speeds and torques.
         application: `vehicle`, `agricultural` or `industrial`, whose limits the verdict goes by;
             limits that hold for one of them alone are not judged unless given.
@@ -58,7 +59,7 @@ class DriveLine(LineData):
         reversing: whether the torque changes its sense.
         acceleration: greatest angular acceleration of the input shaft, running up or braking, on
             top of the torque [rad/s²]; the verdict counts with none unless given.
-        life: that is asked of the joints' bearings [s].
+        life: life asked of the joints' bearings [s].
 
     Raises:
         ModelError: the field, its value and what is valid: see `Shaft` and the others; shafts that
@@ -228,6 +229,14 @@ class DriveLine(LineData):
         if "shafts" in changes and not any(joint != ShaftJoint() for joint in self.joints):
             changes = {"joints": (), **changes}  # As many plain ones as there will be joints.
         return dataclasses.replace(self, **changes)
+
+
+def toml_schema() -> dict[str, Any]:
+    """Return the JSON schema (draft 2020-12) of files that `DriveLine.from_toml` reads.
+
+    Editors complete and check such files by it, once they are told of it.
+    """
+    return schema(DriveLine)
 
 
 def _given(name: str, value: ArrayLike | None, of_line: float | None) -> ArrayLike:

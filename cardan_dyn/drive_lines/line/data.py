@@ -29,21 +29,17 @@ _SUM_TOLERANCE = 1e-9
 class LineData:
     """The data of a `DriveLine` and what follows from them alone; attributes are told there."""
 
-    shafts: tuple[Shaft, ...] = parts(Shaft, "shafts along the power flow", dataclasses.MISSING)
-    joints: tuple[ShaftJoint, ...] = parts(ShaftJoint, "joints, each between a shaft and the next")
-    name: str = text("name of the line", "drive_line")
-    speed: float | None = quantity("speed", "speed of the input shaft", None, usual=(1e-3, 5e3))
-    torque: float | None = quantity("torque", "torque of the input shaft", None, usual=(1e-3, 1e8))
-    duty_cycle: tuple[DutyPoint, ...] = parts(DutyPoint, "shares of the time")
-    application: str = text(
-        "for the limits of the verdict", known=("", "vehicle", "agricultural", "industrial")
-    )
-    service_factor: float | None = quantity("number", "shock torque over torque", None, above=0.0)
-    reversing: bool = flag("whether the torque changes its sense", default=False)
-    acceleration: float | None = quantity(
-        "angular_acceleration", "greatest acceleration of the input shaft", None, least=0.0
-    )
-    life: float | None = quantity("time", "life asked of the joints' bearings", None, above=0.0)
+    shafts: tuple[Shaft, ...] = parts(Shaft, dataclasses.MISSING)
+    joints: tuple[ShaftJoint, ...] = parts(ShaftJoint)
+    name: str = text("drive_line")
+    speed: float | None = quantity("speed", None, usual=(1e-3, 5e3))
+    torque: float | None = quantity("torque", None, usual=(1e-3, 1e8))
+    duty_cycle: tuple[DutyPoint, ...] = parts(DutyPoint)
+    application: str = text(known=("", "vehicle", "agricultural", "industrial"))
+    service_factor: float | None = quantity("number", None, above=0.0)
+    reversing: bool = flag(default=False)
+    acceleration: float | None = quantity("angular_acceleration", None, least=0.0)
+    life: float | None = quantity("time", None, above=0.0)
 
     def __post_init__(self) -> None:
         settle(self)

@@ -1,13 +1,16 @@
 """Fields: what each field of the data of a drive line may hold, stated once.
 
-Dataclasses declare their fields with `quantity`, `point`, `text`, `flag`, `part` and `parts`. The
-checks, the reader and writer of files and the schema all go by these statements.
+Dataclasses declare their fields with `quantity`, `point`, `text`, `flag`, `part` and `parts`, and
+say what they mean in their docstrings. The checks, the reader and writer of files and the schema
+all go by these statements.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
+import re
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
@@ -23,7 +26,6 @@ class Entry(NamedTuple):
 
     Attributes:
         kind: `quantity`, `point`, `text`, `flag`, `part` or `parts`.
-        meaning: in words, with its sign.
         dimension: of quantities and points, a key of `units.DIMENSIONS`.
         least: smallest valid value, in SI units.
         above: value that valid ones exceed.
@@ -35,7 +37,6 @@ class Entry(NamedTuple):
     """
 
     kind: str
-    meaning: str
     dimension: str = "number"
     least: float | None = None
     above: float | None = None
@@ -78,36 +79,44 @@ def _field(entry: Entry, default: Any) -> Any:
     return dataclasses.field(default=default, metadata={"entry": entry})
 
 
-def quantity(
-    dimension: str, meaning: str, default: Any = dataclasses.MISSING, **limits: Any
-) -> Any:
+def quantity(dimension: str, default: Any = dataclasses.MISSING, **limits: Any) -> Any:
     """Return a field that holds a number of a dimension; None as its default makes it optional."""
-    return _field(Entry("quantity", meaning, dimension, **limits), default)
+    return _field(Entry("quantity", dimension, **limits), default)
 
 
-def point(meaning: str) -> Any:
+def point() -> Any:
     """Return an optional field that holds three coordinates."""
-    return _field(Entry("point", meaning, "length"), None)
+    return _field(Entry("point", "length"), None)
 
 
-def text(meaning: str, default: str = "", known: tuple[str, ...] = ()) -> Any:
+def text(default: str = "", known: tuple[str, ...] = ()) -> Any:
     """Return a field that holds a text, one of those that are known unless any is valid."""
-    return _field(Entry("text", meaning, known=known), default)
+    return _field(Entry("text", known=known), default)
 
 
-def flag(meaning: str, default: bool | None = None) -> Any:
+def flag(default: bool | None = None) -> Any:
     """Return a field that holds True or False."""
-    return _field(Entry("flag", meaning), default)
+    return _field(Entry("flag"), default)
 
 
-def part(kind: type, meaning: str) -> Any:
+def part(kind: type) -> Any:
     """Return an optional field that holds another dataclass."""
-    return _field(Entry("part", meaning, type=kind), None)
+    return _field(Entry("part", type=kind), None)
 
 
-def parts(kind: type, meaning: str, default: Any = ()) -> Any:
+def parts(kind: type, default: Any = ()) -> Any:
     """Return a field that holds any number of dataclasses of a kind, as a tuple."""
-    return _field(Entry("parts", meaning, type=kind), default)
+    return _field(Entry("parts", type=kind), default)
+
+
+def meanings(kind: type) -> dict[str, str]:
+    """Return what the docstring of a dataclass says of its fields, without units."""
+    section = inspect.cleandoc(kind.__doc__ or "").partition("Attributes:\n")[2]
+    found = re.findall(r"^    (\w+): (.*(?:\n {8}.*)*)", section.partition("\n\n")[0], re.M)
+    return {
+        name: re.sub(r" ?\[[^]]*\]", "", " ".join(words.split())).rstrip(".")
+        for name, words in found
+    }
 
 
 def entries(kind: Any) -> dict[str, tuple[dataclasses.Field[Any], Entry]]:

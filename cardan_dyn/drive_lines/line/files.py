@@ -11,8 +11,7 @@ from typing import Any
 
 from ...checks import described
 from ...errors import ModelError, choices
-from .data import LineData
-from .fields import Entry, entries, items, number
+from .fields import Entry, entries, items, meanings, number
 from .units import DIMENSIONS, Unit, keys, plain, si, spellings, written
 from .units import read as read_unit
 
@@ -92,7 +91,7 @@ def _dataclass(table: object, kind: Any, at: str) -> Any:
         sources[name] = key
     for name, (item, _) in fields.items():
         if name not in values and item.default is item.default_factory:  # Both missing.
-            raise ModelError(f"{prefix}{name} is missing: {fields[name][1].meaning}")
+            raise ModelError(f"{prefix}{name} is missing: {meanings(kind).get(name, '')}")
     try:
         return kind(**values)
     except ModelError as error:
@@ -139,7 +138,7 @@ def _quantity(value: object, entry: Entry, unit: Unit | None, name: str, at: str
             f'"1.5 {example.spellings[0]}". Fields: {choices(valid)}'
         )
     try:
-        given = number(value, Entry("quantity", ""), at)
+        given = number(value, Entry("quantity"), at)
     except ModelError:
         raise ModelError(f"{at} is {_shown(value)}, expected {entry.allowed(unit)}") from None
     result = unit.to_si(given) if unit else given
@@ -214,13 +213,10 @@ def _entry(name: str, value: Any, entry: Entry) -> tuple[str, Any]:
     return name, value
 
 
-def toml_schema() -> dict[str, Any]:
-    """Return the JSON schema (draft 2020-12) of files that `DriveLine.from_toml` reads.
-
-    Editors complete and check such files by it, once they are told of it.
-    """
+def schema(kind: type) -> dict[str, Any]:
+    """Return the JSON schema of files that hold a dataclass."""
     definitions: dict[str, Any] = {}
-    root = _definition(LineData, definitions)
+    root = _definition(kind, definitions)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Drive line",
@@ -234,8 +230,9 @@ def _definition(kind: Any, definitions: dict[str, Any]) -> dict[str, Any]:
     properties: dict[str, Any] = {}
     required: list[str] = []
     single: list[dict[str, Any]] = []
+    told = meanings(kind)
     for name, (item, entry) in entries(kind).items():
-        found = _properties(name, entry, definitions)
+        found = _properties(name, entry, told.get(name, ""), definitions)
         properties |= found
         choice = [{"required": [key]} for key in found]
         if item.default is item.default_factory:  # Both missing: it has to be given.
@@ -258,19 +255,21 @@ def _definition(kind: Any, definitions: dict[str, Any]) -> dict[str, Any]:
     return result
 
 
-def _properties(name: str, entry: Entry, definitions: dict[str, Any]) -> dict[str, Any]:
+def _properties(
+    name: str, entry: Entry, meaning: str, definitions: dict[str, Any]
+) -> dict[str, Any]:
     """Return the schema of each key that gives a field."""
     if entry.kind in ("quantity", "point"):
         units = keys(name, entry.dimension)
         if not units:
-            return {name: _number(entry, None) | {"description": entry.meaning}}
+            return {name: _number(entry, None) | {"description": meaning}}
         found = {
             key: _shaped(_number(entry, unit), entry)
-            | {"description": f"{entry.meaning} [{unit.spellings[0]}]"}
+            | {"description": f"{meaning} [{unit.spellings[0]}]"}
             for key, unit in units.items()
         }
         text = _shaped({"type": "string", "pattern": _pattern(entry.dimension)}, entry)
-        measure = f"{entry.meaning}, with its unit [{si(entry.dimension)} in Python]"
+        measure = f"{meaning}, with its unit [{si(entry.dimension)} in Python]"
         return found | {name: text | {"description": measure}}
     if entry.kind in ("part", "parts"):
         title = entry.type.__name__
@@ -278,10 +277,10 @@ def _properties(name: str, entry: Entry, definitions: dict[str, Any]) -> dict[st
             definitions[title] = _definition(entry.type, definitions)
         reference: dict[str, Any] = {"$ref": f"#/$defs/{title}"}
         schema = {"type": "array", "items": reference} if entry.kind == "parts" else reference
-        return {name: {**schema, "description": entry.meaning}}
+        return {name: {**schema, "description": meaning}}
     schema = {"type": "string" if entry.kind == "text" else "boolean"}
     known = {"enum": list(entry.known)} if entry.known else {}
-    return {name: {**schema, **known, "description": entry.meaning}}
+    return {name: {**schema, **known, "description": meaning}}
 
 
 def _number(entry: Entry, unit: Unit | None) -> dict[str, Any]:

@@ -21,28 +21,20 @@ class Tube:
     """The tube of a shaft; a solid shaft has a wall of half its outer diameter.
 
     Attributes:
-        outer_diameter: D [m].
-        wall: thickness [m].
-        density: [kg/m³], steel unless given.
-        modulus: Young's modulus [Pa], steel unless given.
-        shear_modulus: [Pa], steel unless given.
+        outer_diameter: outer diameter D [m].
+        wall: thickness of the wall [m].
+        density: density [kg/m³], that of steel unless given.
+        modulus: Young's modulus [Pa], that of steel unless given.
+        shear_modulus: shear modulus [Pa], that of steel unless given.
         shear_limit: greatest shear stress that is allowed under torque [Pa].
     """
 
-    outer_diameter: float = quantity("length", "outer diameter", above=0.0, usual=(5e-3, 2.0))
-    wall: float = quantity(
-        "length", "thickness of the wall, half of D if solid", above=0.0, usual=(5e-4, 0.5)
-    )
-    density: float = quantity(
-        "density", "density of the material", 7850.0, above=0.0, usual=(1e3, 2e4)
-    )
-    modulus: float = quantity("modulus", "Young's modulus", 2.1e11, above=0.0, usual=(5e9, 1e12))
-    shear_modulus: float = quantity(
-        "modulus", "shear modulus", 8.08e10, above=0.0, usual=(1e9, 5e11)
-    )
-    shear_limit: float | None = quantity(
-        "modulus", "greatest shear stress", None, above=0.0, usual=(1e6, 2e9)
-    )
+    outer_diameter: float = quantity("length", above=0.0, usual=(5e-3, 2.0))
+    wall: float = quantity("length", above=0.0, usual=(5e-4, 0.5))
+    density: float = quantity("density", 7850.0, above=0.0, usual=(1e3, 2e4))
+    modulus: float = quantity("modulus", 2.1e11, above=0.0, usual=(5e9, 1e12))
+    shear_modulus: float = quantity("modulus", 8.08e10, above=0.0, usual=(1e9, 5e11))
+    shear_limit: float | None = quantity("modulus", None, above=0.0, usual=(1e6, 2e9))
 
     def __post_init__(self) -> None:
         settle(self)
@@ -76,7 +68,8 @@ class Spline:
     """A slip in a shaft, which passes on torque and bending but no axial force beyond its friction.
 
     Attributes:
-        distance: from the joint at the shaft's front [m]; the middle of the shaft unless given.
+        distance: distance from the joint at the shaft's front [m]; the middle of the shaft unless
+            given.
         friction: coefficient μ; about 0.11 for greased steel, 0.08 for coated splines. Unless given
             analyses count with none, and forces of bearings pass no verdict.
         radius: mean radius r_m of the spline [m], which friction needs.
@@ -87,28 +80,14 @@ class Spline:
         longest: greatest length of the shaft in operation [m]; likewise.
     """
 
-    distance: float | None = quantity(
-        "length", "distance from the joint at the shaft's front", None, least=0.0
-    )
-    friction: float | None = quantity(
-        "number", "coefficient of friction", None, least=0.0, usual=(0.01, 0.5)
-    )
-    radius: float | None = quantity("length", "mean radius", None, above=0.0, usual=(1e-3, 30.0))
-    travel: float | None = quantity(
-        "length", "length over which it can slip", None, above=0.0, usual=(1e-3, 30.0)
-    )
-    compressed: float | None = quantity(
-        "length", "length of the shaft pushed in", None, above=0.0, usual=(1e-3, 30.0)
-    )
-    profile: float | None = quantity(
-        "length", "overlap of the profiles pushed in", None, above=0.0, usual=(1e-3, 30.0)
-    )
-    shortest: float | None = quantity(
-        "length", "least length in operation", None, above=0.0, usual=(1e-3, 30.0)
-    )
-    longest: float | None = quantity(
-        "length", "greatest length in operation", None, above=0.0, usual=(1e-3, 30.0)
-    )
+    distance: float | None = quantity("length", None, least=0.0)
+    friction: float | None = quantity("number", None, least=0.0, usual=(0.01, 0.5))
+    radius: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
+    travel: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
+    compressed: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
+    profile: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
+    shortest: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
+    longest: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
 
     def __post_init__(self) -> None:
         settle(self)
@@ -121,29 +100,25 @@ class Bearing:
     """A support bearing: it carries force across its shaft, and no moment.
 
     Attributes:
-        distance: of the bearing from its joint [m], along the shaft: on the input shaft against the
-            power flow from joint 1, on any other along the flow from the joint at its front.
-        name: unless given A (far) and B (near the joint) on the input shaft, E (near) and F (far)
-            on the output shaft, C1, C2, … on intermediate shafts.
+        distance: distance from its joint [m], along the shaft: on the input shaft against the power
+            flow from joint 1, on any other along the flow from the joint at its front.
+        name: its name; unless given A (far) and B (near the joint) on the input shaft, E (near) and
+            F (far) on the output shaft, C1, C2, … on intermediate shafts.
         locating: whether it carries axial force too. Unless given, the bearing of an end shaft that
             is next to its joint does, and as many centre bearings as fix what lies between two
             splines.
-        stiffness: across the shaft, with its bracket [N/m]; rigid unless given. Critical speeds
-            count with it.
+        stiffness: stiffness across the shaft, with its bracket [N/m]; rigid unless given. Critical
+            speeds count with it.
         radial_limit: greatest force that it bears across the shaft [N].
         axial_limit: greatest force that it bears along the shaft [N].
     """
 
-    distance: float = quantity(
-        "length", "distance from the joint, along the shaft", above=0.0, usual=(1e-3, 30.0)
-    )
-    name: str = text("name, which must differ from the others")
-    locating: bool | None = flag("whether it carries axial force")
-    stiffness: float | None = quantity(
-        "rigidity", "stiffness across the shaft", None, above=0.0, usual=(1e3, 1e11)
-    )
-    radial_limit: float | None = quantity("force", "greatest force across", None, above=0.0)
-    axial_limit: float | None = quantity("force", "greatest force along", None, above=0.0)
+    distance: float = quantity("length", above=0.0, usual=(1e-3, 30.0))
+    name: str = text()
+    locating: bool | None = flag()
+    stiffness: float | None = quantity("rigidity", None, above=0.0, usual=(1e3, 1e11))
+    radial_limit: float | None = quantity("force", None, above=0.0)
+    axial_limit: float | None = quantity("force", None, above=0.0)
 
     def __post_init__(self) -> None:
         settle(self)
@@ -168,12 +143,10 @@ class Centring:
         force_limit: greatest force that it bears [N].
     """
 
-    kind: str = text("disc or ball", "disc", ("disc", "ball"))
-    equal_at: float | None = quantity(
-        "angle", "angle of equal joint angles, of a ball", None, least=0.0, below=math.pi
-    )
-    fixed_to: str = text("shaft that a ball is fixed to", "rear", ("rear", "front"))
-    force_limit: float | None = quantity("force", "greatest force", None, above=0.0)
+    kind: str = text("disc", ("disc", "ball"))
+    equal_at: float | None = quantity("angle", None, least=0.0, below=math.pi)
+    fixed_to: str = text("rear", ("rear", "front"))
+    force_limit: float | None = quantity("force", None, above=0.0)
 
     def __post_init__(self) -> None:
         settle(self)
@@ -191,14 +164,14 @@ class ShaftJoint:
     centred double joint is two joints with a cross, and a `Centring` in the piece between them.
 
     Attributes:
-        name: for messages and tables.
+        name: name for messages and tables.
         kind: `cross` or `constant_velocity`.
         size: its size by a catalogue.
         cross_mass: mass of the cross [kg].
         cross_span: length of the cross over its pins [m]: two crossed rods of half the mass each
             give its inertia. Without it the mass is that of a point.
-        rated_torque: T_D, with which its bearings live for 5000 h at n β = 300, n in 1/min and β
-            in degrees [N·m].
+        rated_torque: T_D, with which its bearings live for 5000 h at n β = 300, n in 1/min and β in
+            degrees [N·m].
         capacity: capacity factor L_C of its bearings, for torques in kN·m.
         torque_limit: T_CS, greatest torque that it stands without permanent deformation [N·m].
         pulsating_limit: T_DSch, greatest torque of one sense that it stands for ever [N·m].
@@ -212,37 +185,23 @@ class ShaftJoint:
         pin_friction: coefficient of friction of its pin bearings.
     """
 
-    name: str = text("name")
-    kind: str = text("what it is made of", "cross", ("cross", "constant_velocity"))
-    size: str = text("size by a catalogue")
-    cross_mass: float = quantity("mass", "mass of the cross", 0.0, least=0.0, usual=(1e-3, 1e4))
-    cross_span: float = quantity(
-        "length", "length of the cross over its pins", 0.0, least=0.0, usual=(5e-3, 3.0)
-    )
-    rated_torque: float | None = quantity(
-        "torque", "rated torque T_D of the bearing life", None, above=0.0
-    )
-    capacity: float | None = quantity("number", "capacity factor L_C, for kN·m", None, above=0.0)
-    torque_limit: float | None = quantity(
-        "torque", "greatest torque without permanent deformation", None, above=0.0
-    )
-    largest_angle: float | None = quantity(
-        "angle", "greatest joint angle", None, above=0.0, below=_QUARTER
-    )
-    largest_speed: float | None = quantity("speed", "greatest speed", None, above=0.0)
-    pulsating_limit: float | None = quantity(
-        "torque", "greatest pulsating torque for ever", None, above=0.0
-    )
-    reversing_limit: float | None = quantity(
-        "torque", "greatest reversing torque for ever", None, above=0.0
-    )
-    largest_n_beta: float | None = quantity(
-        "n_beta", "greatest product of speed and angle", None, above=0.0
-    )
-    din_808: str = text("bearings of a precision joint", known=("", "plain", "needle"))
-    table_torque: float | None = quantity("torque", "rated torque of a table", None, above=0.0)
-    pin_radius: float | None = quantity("length", "radius of the pins", None, above=0.0)
-    pin_friction: float | None = quantity("number", "friction of the pin bearings", None, least=0.0)
+    name: str = text()
+    kind: str = text("cross", ("cross", "constant_velocity"))
+    size: str = text()
+    cross_mass: float = quantity("mass", 0.0, least=0.0, usual=(1e-3, 1e4))
+    cross_span: float = quantity("length", 0.0, least=0.0, usual=(5e-3, 3.0))
+    rated_torque: float | None = quantity("torque", None, above=0.0)
+    capacity: float | None = quantity("number", None, above=0.0)
+    torque_limit: float | None = quantity("torque", None, above=0.0)
+    largest_angle: float | None = quantity("angle", None, above=0.0, below=_QUARTER)
+    largest_speed: float | None = quantity("speed", None, above=0.0)
+    pulsating_limit: float | None = quantity("torque", None, above=0.0)
+    reversing_limit: float | None = quantity("torque", None, above=0.0)
+    largest_n_beta: float | None = quantity("n_beta", None, above=0.0)
+    din_808: str = text(known=("", "plain", "needle"))
+    table_torque: float | None = quantity("torque", None, above=0.0)
+    pin_radius: float | None = quantity("length", None, above=0.0)
+    pin_friction: float | None = quantity("number", None, least=0.0)
 
     def __post_init__(self) -> None:
         settle(self)
@@ -260,9 +219,9 @@ class Shaft:
     its ends are; intermediate shafts end at the centres of their joints.
 
     Attributes:
-        name: for messages, tables and links.
-        length: of an intermediate shaft between the centres of its joints, of an end shaft from its
-            joint to its other end [m].
+        name: name for messages, tables and links.
+        length: length of an intermediate shaft between the centres of its joints, of an end shaft
+            from its joint to its other end [m].
         slope_side: slope in the side view, positive where the shaft rises along the flow [rad].
         slope_plan: slope in the plan view, positive where it leads to the left [rad].
         start: point `(3,)` where the shaft begins along the flow: x forward, y left, z up [m].
@@ -271,45 +230,36 @@ class Shaft:
             flow; 0 if they are in line [rad]. Of intermediate shafts.
         tube: what the shaft is made of.
         spline: the slip in it.
-        centring: of the coupling piece of a centred double joint, which has no slopes, points,
-            bearings and spline of its own.
-        bearings: two on an end shaft, or none if its support shall be one bearing at its joint;
-            centre bearings on an intermediate shaft.
-        mass: [kg]; that of the tube unless given, 0 without a tube.
-        inertia: about its axis [kg·m²]; that of the tube unless given.
-        transverse_inertia: across its axis about its centre of mass [kg·m²]; that of a rod of
-            its length, or as little as its inertia allows, unless given.
+        centring: centring of the coupling piece of a centred double joint, which has no slopes,
+            points, bearings and spline of its own.
+        bearings: bearings: two on an end shaft, or none if its support shall be one bearing at its
+            joint; centre bearings on an intermediate shaft.
+        mass: mass [kg]; that of the tube unless given, 0 without a tube.
+        inertia: moment of inertia about its axis [kg·m²]; that of the tube unless given.
+        transverse_inertia: moment of inertia across its axis about its centre of mass [kg·m²]; that
+            of a rod of its length, or as little as its inertia allows, unless given.
         centre: distance of its centre of mass, counted like that of a `Bearing` [m]; half its
             length unless given.
-        torsional_stiffness: between its ends [N·m/rad]; that of the tube unless given.
+        torsional_stiffness: torsional stiffness between its ends [N·m/rad]; that of the tube unless
+            given.
     """
 
-    name: str = text("name")
-    length: float | None = quantity(
-        "length", "length between joint centres", None, above=0.0, usual=(1e-3, 30.0)
-    )
-    slope_side: float | None = quantity(
-        "angle", "slope in the side view, up is positive", None, above=-_QUARTER, below=_QUARTER
-    )
-    slope_plan: float | None = quantity(
-        "angle", "slope in the plan view, left is positive", None, above=-_QUARTER, below=_QUARTER
-    )
-    start: tuple[float, float, float] | None = point("where it begins: x forward, y left, z up")
-    end: tuple[float, float, float] | None = point("where it ends: x forward, y left, z up")
-    fork_offset: float = quantity("angle", "angle from the front to the rear fork", 0.0)
-    tube: Tube | None = part(Tube, "what it is made of")
-    spline: Spline | None = part(Spline, "the slip in it")
-    centring: Centring | None = part(Centring, "centring, of the piece of a double joint")
-    bearings: tuple[Bearing, ...] = parts(Bearing, "bearings that support it")
-    mass: float | None = quantity("mass", "mass", None, least=0.0)
-    inertia: float | None = quantity("inertia", "inertia about its axis", None, least=0.0)
-    transverse_inertia: float | None = quantity(
-        "inertia", "inertia across its axis about its centre of mass", None, least=0.0
-    )
-    centre: float | None = quantity("length", "distance of its centre of mass", None)
-    torsional_stiffness: float | None = quantity(
-        "stiffness", "torsional stiffness between its ends", None, above=0.0
-    )
+    name: str = text()
+    length: float | None = quantity("length", None, above=0.0, usual=(1e-3, 30.0))
+    slope_side: float | None = quantity("angle", None, above=-_QUARTER, below=_QUARTER)
+    slope_plan: float | None = quantity("angle", None, above=-_QUARTER, below=_QUARTER)
+    start: tuple[float, float, float] | None = point()
+    end: tuple[float, float, float] | None = point()
+    fork_offset: float = quantity("angle", 0.0)
+    tube: Tube | None = part(Tube)
+    spline: Spline | None = part(Spline)
+    centring: Centring | None = part(Centring)
+    bearings: tuple[Bearing, ...] = parts(Bearing)
+    mass: float | None = quantity("mass", None, least=0.0)
+    inertia: float | None = quantity("inertia", None, least=0.0)
+    transverse_inertia: float | None = quantity("inertia", None, least=0.0)
+    centre: float | None = quantity("length", None)
+    torsional_stiffness: float | None = quantity("stiffness", None, above=0.0)
 
     def __post_init__(self) -> None:
         settle(self)
@@ -347,16 +297,16 @@ class DutyPoint:
     """A share of the time in which a line runs at a speed and a torque.
 
     Attributes:
-        share: of the time; the sum of all is 1.
-        speed: of the input shaft [rad/s].
-        torque: of the input shaft [N·m].
-        name: for tables.
+        share: share of the time; the sum of all is 1.
+        speed: speed of the input shaft [rad/s].
+        torque: torque of the input shaft [N·m].
+        name: name for tables.
     """
 
-    share: float = quantity("number", "share of the time", above=0.0, most=1.0)
-    speed: float = quantity("speed", "speed of the input shaft")
-    torque: float = quantity("torque", "torque of the input shaft")
-    name: str = text("name")
+    share: float = quantity("number", above=0.0, most=1.0)
+    speed: float = quantity("speed")
+    torque: float = quantity("torque")
+    name: str = text()
 
     def __post_init__(self) -> None:
         settle(self)

@@ -10,7 +10,7 @@ from cardan_dyn.drive_lines.line.units import DIMENSIONS
 
 @dataclass(frozen=True, kw_only=True)
 class Inner:
-    size: float = fields.quantity("number", "size", least=0.0, most=2.0)
+    size: float = fields.quantity("number", least=0.0, most=2.0)
 
     def __post_init__(self) -> None:
         fields.settle(self)
@@ -18,12 +18,12 @@ class Inner:
 
 @dataclass(frozen=True, kw_only=True)
 class Outer:
-    angle: float = fields.quantity("angle", "angle", 0.0, above=-1.0, below=1.0)
-    place: tuple[float, float, float] | None = fields.point("place")
-    name: str = fields.text("name")
-    loose: bool | None = fields.flag("loose")
-    one: Inner | None = fields.part(Inner, "one")
-    many: tuple[Inner, ...] = fields.parts(Inner, "many")
+    angle: float = fields.quantity("angle", 0.0, above=-1.0, below=1.0)
+    place: tuple[float, float, float] | None = fields.point()
+    name: str = fields.text()
+    loose: bool | None = fields.flag()
+    one: Inner | None = fields.part(Inner)
+    many: tuple[Inner, ...] = fields.parts(Inner)
 
     def __post_init__(self) -> None:
         fields.settle(self)
