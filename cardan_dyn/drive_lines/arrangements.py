@@ -20,14 +20,17 @@ import numpy as np
 
 from analytic import compound_angle
 
-from ..checks import described
 from ..errors import ArgumentError, choices
 from .design.fork_choice import halved
 from .design.phasing import phasing
 from .drive_line import DriveLine
+from .line.fields import Entry, number
 from .line.parts import Bearing, Centring, Shaft, Spline
 
 PARALLEL = ("common", "input", "output")
+_BEND = Entry("quantity", "angle", above=-math.pi / 2, below=math.pi / 2)
+_TURN = Entry("quantity", "angle", least=0.0, below=math.pi)
+_SPAN = Entry("quantity", "length", above=0.0)
 
 
 class GraphicalMethod(NamedTuple):
@@ -216,8 +219,8 @@ def centred_double_joint(
         from joint 2: sin beta_1 = sin(angle) / (2 cos(equal_at/2)). Elbe and SOREM describe the
         joint.
     """
-    total = _within(angle, "angle", 0.0, math.pi)
-    made_for = total if equal_at is None else _within(equal_at, "equal_at", 0.0, math.pi)
+    total = number(angle, _TURN, "angle", ArgumentError)
+    made_for = total if equal_at is None else number(equal_at, _TURN, "equal_at", ArgumentError)
     kind = Centring()
     if equal_at is not None and math.sin(total) < 2.0 * math.cos(made_for / 2.0):
         kind = Centring(kind="ball", equal_at=made_for)
@@ -312,7 +315,7 @@ def _ends(
     if spans is not None:
         a, b, e, f = _listed(spans, "spans", 4)
         for name, span in zip("abef", (a, b, e, f), strict=True):
-            _within(span, f"{name} of spans", 0.0, math.inf, least_is_valid=False)
+            number(span, _SPAN, f"{name} of spans", ArgumentError)
         bearings = (
             (Bearing(distance=b + a, name="A"), Bearing(distance=b, name="B")),
             (Bearing(distance=e, name="E"), Bearing(distance=e + f, name="F")),
@@ -328,27 +331,9 @@ def _listed(values: Sequence[float], name: str, count: int) -> list[float]:
     listed = [] if isinstance(values, (str, bytes)) else list(np.atleast_1d(values))
     if len(listed) != count:
         raise ArgumentError(f"{name} has {len(listed)} values, expected {count}")
-    return [_within(value, f"{name}[{i}]", -math.inf, math.inf) for i, value in enumerate(listed)]
+    plain = Entry("quantity")
+    return [number(value, plain, f"{name}[{i}]", ArgumentError) for i, value in enumerate(listed)]
 
 
 def _bend(value: object, name: str) -> float:
-    return _within(value, name, -math.pi / 2, math.pi / 2, least_is_valid=False)
-
-
-def _within(
-    value: object, name: str, least: float, below: float, *, least_is_valid: bool = True
-) -> float:
-    """Return a finite number within limits.
-
-    Raises:
-        ArgumentError: it is none.
-    """
-    is_number = isinstance(value, (int, float, np.integer, np.floating))
-    number = float(value) if is_number and not isinstance(value, bool) else math.nan  # type: ignore[arg-type]
-    is_above = number >= least if least_is_valid else number > least
-    if not (math.isfinite(number) and is_above and number < below):
-        limits = f"from {least:.6g}" if least_is_valid else f"greater than {least:.6g}"
-        raise ArgumentError(
-            f"{name} is {described(value)}, expected a finite number {limits} and below {below:.6g}"
-        )
-    return number
+    return number(value, _BEND, name, ArgumentError)

@@ -15,6 +15,7 @@ from ...arrays import Array
 from ...checks import described
 from ...errors import ArgumentError, ModelError, choices
 from ..line.data import LineData
+from ..line.fields import Entry, number
 from .fork_choice import Allowed, Choice, halved, least_residual, phases_of, tooth_offsets
 from .fork_polygon import angle, distance, least_greatest
 from .fork_search import minima
@@ -331,13 +332,10 @@ def _input_torque(line: LineData, torque: float | None) -> float:
     Raises:
         ArgumentError: neither is given, or it is no finite number.
     """
-    found: Any = line.torque if torque is None else torque
+    found = line.torque if torque is None else torque
     if found is None:
         raise ArgumentError("bearing forces need a torque; give torque, here or in the line")
-    is_number = isinstance(found, (int, float, np.integer, np.floating))
-    if not is_number or isinstance(found, bool) or not np.isfinite(found):
-        raise ArgumentError(f"torque is {described(found)}, expected a finite number [N·m]")
-    return float(found)
+    return number(found, Entry("quantity", "torque"), "torque", ArgumentError)
 
 
 def _least_residual(line: Line, task: ForkTask) -> Phasing[Line]:

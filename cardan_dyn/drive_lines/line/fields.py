@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...checks import described, shortened
-from ...errors import ModelError, choices
+from ...errors import CardanError, ModelError, choices
 from .units import Unit, si
 
 
@@ -164,23 +164,23 @@ def refuse(instance: Any, name: str, problem: str) -> ModelError:
     return ModelError(f"{name}{shown} of a {type(instance).__name__} {problem}")
 
 
-def number(value: object, entry: Entry, at: str) -> float:
+def number(value: object, entry: Entry, at: str, error: type[CardanError] = ModelError) -> float:
     """Return a plain number that an entry allows.
 
     Raises:
-        ModelError: it is none, not finite or out of its limits.
+        CardanError: it is none, not finite or out of its limits.
     """
     is_number = isinstance(value, (int, float, np.integer, np.floating))
     # NumPy's durations are a subclass of its integers.
     if not is_number or isinstance(value, (bool, np.timedelta64)):
-        raise ModelError(f"{at} is {described(value)}, expected {entry.allowed()}")
+        raise error(f"{at} is {described(value)}, expected {entry.allowed()}")
     try:
         plain = float(value)  # type: ignore[arg-type]
     except OverflowError:
         plain = math.inf
     if not entry.holds(plain):
         shown = shortened(repr(value) if isinstance(value, int) else repr(plain))
-        raise ModelError(f"{at} is {shown}, expected {entry.allowed()}")
+        raise error(f"{at} is {shown}, expected {entry.allowed()}")
     return plain
 
 
