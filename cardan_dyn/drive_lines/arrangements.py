@@ -310,7 +310,6 @@ def _double_shaft(
 def _ends(
     slopes_side: Sequence[float], slopes_plan: Sequence[float], spans: Sequence[float] | None
 ) -> tuple[Shaft, Shaft]:
-    """Return both end shafts, with bearings A and B, E and F if there are spans."""
     bearings: tuple[tuple[Bearing, ...], ...] = ((), ())
     if spans is not None:
         a, b, e, f = _listed(spans, "spans", 4)

@@ -240,7 +240,6 @@ def toml_schema() -> dict[str, Any]:
 
 
 def _given(name: str, value: ArrayLike | None, of_line: float | None) -> ArrayLike:
-    """Return an argument, or what the line says."""
     if value is not None:
         return value
     if of_line is None:

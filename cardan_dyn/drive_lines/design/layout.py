@@ -148,12 +148,7 @@ def layout(
 
 
 def _variables(line: Line, free: Mapping[str, Sequence[float]]) -> tuple[dict[str, _Place], Array]:
-    """Return where variables stand, and their bounds `(v, 2)`.
-
-    Raises:
-        ArgumentError: there is none, or its bounds are not two numbers in order.
-        ModelError: there is no such variable.
-    """
+    """Return where variables stand, and their bounds `(v, 2)`."""
     if not isinstance(free, Mapping) or not free:
         raise ArgumentError(
             f"free is {described(free)}, expected names of variables with their bounds, like "
@@ -181,7 +176,6 @@ def _variables(line: Line, free: Mapping[str, Sequence[float]]) -> tuple[dict[st
 
 
 def _known(line: Line) -> dict[str, _Place]:
-    """Return all variables of a line."""
     known = {}
     for index, (name, shaft) in enumerate(zip(line.shaft_names, line.shafts, strict=True)):
         has_points = shaft.end is not None
@@ -200,7 +194,6 @@ def _known(line: Line) -> dict[str, _Place]:
 
 
 def _value(line: Line, place: _Place) -> float:
-    """Return the value of a variable [m or rad]."""
     shaft = line.shafts[place.shaft]
     if place.bearing is not None:
         return shaft.bearings[place.bearing].distance
@@ -214,11 +207,7 @@ def _values(line: Line, places: Mapping[str, _Place]) -> Array:
 
 
 def _with(line: Line, places: Mapping[str, _Place], values: Array) -> Line:
-    """Return a line with other values of its variables.
-
-    Raises:
-        ModelError: no line can be put together like that.
-    """
+    """Return a line with other values of its variables."""
     shafts = list(line.shafts)
     for place, value in zip(places.values(), values, strict=True):
         shaft = shafts[place.shaft]
@@ -345,7 +334,6 @@ def _searched(least: Value, bounds: Array, start: Array) -> tuple[Array, int]:
 
 
 def _refined(least: Value, bounds: Array, start: Array) -> tuple[Array, int]:
-    """Return the best values of a local search."""
     from scipy.optimize import minimize  # Imported here: as above.
 
     options = {"xatol": 1e-9, "fatol": 1e-12, "maxiter": 100 * len(start)}

@@ -239,12 +239,7 @@ def phased(line: Line, task: ForkTask) -> Phasing[Line]:
 def _allowed_offsets(
     line: LineData, teeth: int | Mapping[str | int, int] | None, fixed: Sequence[str | int]
 ) -> list[Array | None]:
-    """Return what the fork of each intermediate shaft can take; see `Allowed`.
-
-    Raises:
-        ArgumentError: there is no fork, a number of teeth is none, or a shaft is given twice.
-        ModelError: there is no such intermediate shaft.
-    """
+    """Return what the fork of each intermediate shaft can take; see `Allowed`."""
     if line.count < 2:
         raise ArgumentError(
             "the line has one joint and no intermediate shaft; only lines of two joints and more "
@@ -277,12 +272,7 @@ def _allowed_offsets(
 
 
 def _corners(line: LineData, shafts: Sequence[str | int] | None) -> list[int]:
-    """Return the numbers of the joints before shafts; of the output shaft unless given.
-
-    Raises:
-        ArgumentError: no shaft at all.
-        ModelError: there is no such shaft behind a joint.
-    """
+    """Return the numbers of the joints before shafts; of the output shaft unless given."""
     if shafts is None:
         return [line.count]
     if isinstance(shafts, (str, int)):
@@ -294,11 +284,7 @@ def _corners(line: LineData, shafts: Sequence[str | int] | None) -> list[int]:
 
 
 def _shaft_index(line: LineData, shaft: str | int, valid: range) -> int:
-    """Return the index of a shaft, which may be given by its name.
-
-    Raises:
-        ModelError: there is none in the valid range.
-    """
+    """Return the index of a shaft, which may be given by its name."""
     names = line.shaft_names
     if isinstance(shaft, (int, np.integer)) and not isinstance(shaft, bool) and shaft in valid:
         return int(shaft)
@@ -313,11 +299,7 @@ def _shaft_index(line: LineData, shaft: str | int, valid: range) -> int:
 
 
 def _whole(value: object, name: str, least: int, most: int) -> int:
-    """Return a whole number within limits.
-
-    Raises:
-        ArgumentError: it is none.
-    """
+    """Return a whole number within limits."""
     is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if not is_whole or not least <= value <= most:  # type: ignore[operator]
         raise ArgumentError(
@@ -327,11 +309,7 @@ def _whole(value: object, name: str, least: int, most: int) -> int:
 
 
 def _input_torque(line: LineData, torque: float | None) -> float:
-    """Return the torque of the input shaft, that of the line unless given [N·m].
-
-    Raises:
-        ArgumentError: neither is given, or it is no finite number.
-    """
+    """Return the torque of the input shaft, that of the line unless given [N·m]."""
     found = line.torque if torque is None else torque
     if found is None:
         raise ArgumentError("bearing forces need a torque; give torque, here or in the line")

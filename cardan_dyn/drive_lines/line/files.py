@@ -63,7 +63,6 @@ def _text(source: str | PathLike[str]) -> tuple[str, str]:
 
 
 def _dataclass(table: object, kind: Any, at: str) -> Any:
-    """Return a dataclass made of a table."""
     if not isinstance(table, dict):
         raise ModelError(f"{at} is {_shown(table)}, expected a table of fields")
     prefix = f"{at}." if at else ""
@@ -99,7 +98,6 @@ def _dataclass(table: object, kind: Any, at: str) -> Any:
 
 
 def _value(value: object, entry: Entry, unit: Unit | None, name: str, at: str) -> Any:
-    """Return the value of a field, in SI units."""
     if entry.kind == "quantity":
         return _quantity(value, entry, unit, name, at)
     if entry.kind == "point":
@@ -124,7 +122,6 @@ def _value(value: object, entry: Entry, unit: Unit | None, name: str, at: str) -
 
 
 def _quantity(value: object, entry: Entry, unit: Unit | None, name: str, at: str) -> float:
-    """Return a quantity in SI units."""
     if unit is None and entry.dimension != "number":
         if isinstance(value, str):
             found = read_unit(value, entry.dimension, at)
@@ -148,7 +145,6 @@ def _quantity(value: object, entry: Entry, unit: Unit | None, name: str, at: str
 
 
 def _shown(value: object) -> str:
-    """Return a value of a file for a message."""
     if isinstance(value, dict):
         return "a table"
     if isinstance(value, list):
@@ -201,7 +197,6 @@ def _table(instance: Any) -> dict[str, Any]:
 
 
 def _entry(name: str, value: Any, entry: Entry) -> tuple[str, Any]:
-    """Return the key and the value that a file has for a field."""
     if entry.kind == "quantity":
         return written(name, value, entry.dimension)
     if entry.kind == "point":

@@ -131,9 +131,6 @@ def _centring(piece: Shaft, length: float, angle: float) -> tuple[float, float, 
     """Return the angle of the joint before a coupling piece, and `centring_places`.
 
     By the sine rule in the triangle of both joints and the centring.
-
-    Raises:
-        ModelError: the centring does not reach that angle.
     """
     kind = piece.centring
     if kind is None or kind.kind == "disc" or kind.equal_at is None:
@@ -229,11 +226,7 @@ def _start(shafts: Sequence[Shaft], index: int) -> tuple[float, float, float]:
 
 
 def _placed(shafts: Sequence[Shaft], directions: Array, lengths: Array, centres: Array) -> Array:
-    """Return by how much all centres `(n, 3)` are to be moved to where points say `(3,)`.
-
-    Raises:
-        ModelError: two points that are to be the same differ.
-    """
+    """Return by how much all centres `(n, 3)` are to be moved to where points say `(3,)`."""
     given = [
         (index, end, point)
         for index, shaft in enumerate(shafts)

@@ -88,7 +88,6 @@ def _is_behind(line: LineData, index: int, bearing: Bearing) -> bool:
 
 
 def _names(line: LineData) -> list[str]:
-    """Return the names of all bearings in the order of the data."""
     last, centre, names = len(line.shafts) - 1, 0, []
     taken = {bearing.name for bearing in line.bearings}
     for index, shaft in enumerate(line.shafts):
@@ -133,11 +132,7 @@ def _check_links(names: Sequence[str]) -> None:
 
 
 def _across(line: LineData) -> list[str]:
-    """Return which shafts are held at too many places across their axes.
-
-    Raises:
-        ModelError: one is held at too few.
-    """
+    """Return which shafts are held at too many places across their axes."""
     found, offered, last = [], 0, len(line.shafts) - 1
     for index, shaft in enumerate(line.shafts):
         is_end = index in (0, last)
@@ -191,11 +186,7 @@ def _stretches(line: LineData) -> list[list[tuple[int, int | None]]]:
 def _along(
     line: LineData, stretches: Sequence[Sequence[tuple[int, int | None]]]
 ) -> tuple[set[tuple[int, int]], list[str]]:
-    """Return which bearings are locating, and which stretches several of them hold.
-
-    Raises:
-        ModelError: nothing holds a stretch along its axis.
-    """
+    """Return which bearings are locating, and which stretches several of them hold."""
     locating: set[tuple[int, int]] = set()
     found = []
     for number, stretch in enumerate(stretches):

@@ -290,7 +290,6 @@ class Analysis(Result):
         return ("design", "position")[-len(self.shape) :]
 
     def _variables(self) -> Iterator[tuple[str, Variable]]:
-        """Yield everything that a table holds, with its name."""
         samples = self._samples
         for name, dims, unit, text in _MOTION:
             yield name, Variable((*samples, *dims), getattr(self, name), unit, text)

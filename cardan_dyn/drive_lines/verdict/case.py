@@ -357,7 +357,6 @@ def _how(
 
 
 def _points(line: LineData, analysis: Analysis | None) -> tuple[OperatingPoint, ...]:
-    """Return all operating points."""
     speed, torque = line.speed, line.torque
     name = "rated"
     if analysis is not None:
@@ -377,11 +376,7 @@ def _points(line: LineData, analysis: Analysis | None) -> tuple[OperatingPoint, 
 def _checked(
     limits: Mapping[str, Limit | float | str | None] | None,
 ) -> dict[str, Limit | None]:
-    """Return the limits that the caller gave.
-
-    Raises:
-        ArgumentError: one is unknown, or none.
-    """
+    """Return the limits that the caller gave."""
     result: dict[str, Limit | None] = {}
     for name, value in mapping("limits", limits).items():
         if name not in KNOWN:
@@ -419,11 +414,7 @@ def _checked(
 
 
 def _fitting(name: str, given: Limit, known: Limit) -> Limit:
-    """Return a limit whose unit and bound are those of the rule.
-
-    Raises:
-        ArgumentError: they are others.
-    """
+    """Return a limit whose unit and bound are those of the rule."""
     for field in ("unit", "bound"):
         if getattr(given, field) != getattr(known, field):
             raise ArgumentError(
@@ -438,11 +429,7 @@ def _is_number(value: object) -> bool:
 
 
 def _of_line(line: LineData, analysis: Analysis | None) -> Analysis | None:
-    """Return an analysis that is one of the line.
-
-    Raises:
-        ArgumentError: it is none, of another line or of many designs.
-    """
+    """Return an analysis that is one of the line."""
     if analysis is None:
         return None
     if not isinstance(analysis, Analysis):

@@ -325,9 +325,6 @@ def _check_place(setup: _Setup, sweep: Sweep, moved: _Moved) -> None:
 
     Where bearings and splines nearly leave shafts free to tilt, loops can close in a second place,
     and the way from the data to a design can lead there. Misalignments have no place to compare.
-
-    Raises:
-        AssemblyError: a spline is drawn out by another length than that of the design.
     """
     lengths = {joint.of: item for joint, item in moved.items() if joint.kind == "shaft_length"}
     tubes = {joint.of: item for joint, item in moved.items() if joint.kind == "tube_length"}
@@ -421,7 +418,6 @@ def _in_spline(wrench: JointWrench, lever: float, drawn_out: Array) -> tuple[Arr
 
 
 def _about_y(angle: float) -> Array:
-    """Return the rotation `(3, 3)` about y."""
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
 
