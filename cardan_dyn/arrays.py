@@ -83,21 +83,6 @@ def consecutive(indices: Array) -> slice | Array:
     return indices
 
 
-def is_column(shape: tuple[int, ...]) -> bool:
-    """Return whether a shape is that of a column, `(N, 1)`."""
-    return len(shape) == 2 and shape[1] == 1
-
-
-def without_column(values: Array, trailing: int = 0) -> Array:
-    """Return values `(N, 1, ...)` without the second axis, others as they are.
-
-    Args:
-        values: of samples.
-        trailing: number of axes that are not those of samples.
-    """
-    return values[:, 0] if is_column(values.shape[: values.ndim - trailing]) else values
-
-
 def flat(values: Array, shape: tuple[int, ...], trailing: int = 0) -> Array:
     """Return values `(...)` over all samples `(N,)`; the last `trailing` axes are kept."""
     rest = values.shape[values.ndim - trailing :]

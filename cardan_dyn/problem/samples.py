@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, flat, is_column, part, without_column
+from ..arrays import Array, flat, part
 from ..checks import mapping, numbers, shortened
 from ..elements.link_loads import LinkLoad
 from ..errors import ArgumentError, choices
@@ -38,14 +38,12 @@ class Targets(NamedTuple):
         given: positions of the drives, `(..., d)` [rad or m], which broadcast with `shape`.
         held: held joints whose positions are not those of the scene, and these [rad or m], which
             broadcast with `shape` unless there are `chosen` designs.
-        was_column: whether `(N, 1)` was given where `shape` is `(N,)`.
         chosen: `(N,)` the design (index) of each sample; None where `held` says it.
     """
 
     shape: tuple[int, ...]
     given: Array
     held: FrozenDict[str, Array] = frozen({})
-    was_column: bool = False
     chosen: Array | None = None
 
     @staticmethod
@@ -166,24 +164,6 @@ class Acting(NamedTuple):
             shapes[f"inertia[{name!r}]"] = factor.shape
         return shapes
 
-    def without_columns(self) -> Acting:
-        """Return the same with arrays over `(N,)` instead of `(N, 1)`."""
-        loads = {
-            name: replace(
-                load, force=without_column(load.force, 1), moment=without_column(load.moment, 1)
-            )
-            for name, load in self.link_loads.items()
-        }
-        return Acting(
-            without_column(self.speeds, 1),
-            without_column(self.accelerations, 1),
-            frozen({name: without_column(effort) for name, effort in self.joint_loads.items()}),
-            frozen(loads),
-            without_column(self.gravity, 1),
-            frozen({name: without_column(factor) for name, factor in self.inertia.items()}),
-            without_column(self.time),
-        )
-
     def flat(self, shape: tuple[int, ...], span: slice = slice(None)) -> Acting:
         """Return the same with arrays over `(N,)`, or `(1,)` where all samples have one value.
 
@@ -219,7 +199,6 @@ def targets_of(
     problem: Problem,
     position: object,
     held: object = None,
-    others: Mapping[str, tuple[int, ...]] | None = None,
 ) -> Targets:
     """Return the positions that a sweep asks for.
 
@@ -227,8 +206,6 @@ def targets_of(
         problem: of the scene.
         position: of its d drives, see `_drive_values`.
         held: held joint to positions of any shape, instead of those of the scene.
-        others: shapes of what acts there. Where neither these nor held joints vary along the last
-            axis, positions `(N, 1)` of one drive are `(N,)`.
 
     Raises:
         ArgumentError: not finite, empty, shapes that do not broadcast, or a joint that is not held.
@@ -241,13 +218,8 @@ def targets_of(
     }
     shapes = {"position": driven.shape[:-1]}
     shapes |= {f"held[{name!r}]": values.shape for name, values in every.items()}
-    was_column = False
-    if driven.shape[1:] == (1, 1) and is_column(common_shape({**shapes, **(others or {})})):
-        driven, was_column = driven[:, 0], True
-        varied = {name: without_column(values) for name, values in varied.items()}
-        shapes = {name: shape[:1] if is_column(shape) else shape for name, shape in shapes.items()}
     shape = common_shape(shapes) or (1,)
-    return Targets(shape, driven, frozen(varied), was_column)
+    return Targets(shape, driven, frozen(varied))
 
 
 def acting_on(

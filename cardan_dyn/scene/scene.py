@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import Array, is_column
+from ..arrays import Array
 from ..checks import flag, mapping, names, whole
 from ..dynamics.problem_solver import AssembledPositions, ProblemSolver
 from ..elements.link_loads import Wrench
@@ -221,8 +221,9 @@ class Scene(Prescribed):
     ) -> Sweep:
         """Solve motion and reactions at given drive positions.
 
-        All arguments broadcast: their common shape is that of the results. With positions `(P,)`
-        and held positions `(D, 1)`, D designs are swept over P positions each.
+        All arguments broadcast: their common shape is that of the results, `(1,)` if all of them
+        are numbers; of several drives, the last axis of what they have is not part of it. With
+        positions `(P,)` and held positions `(D, 1)`, D designs are swept over P positions each.
 
         The configuration at a sample is the one that is reached from where the scene starts,
         whatever the other samples and their order are: held joints first move to their positions
@@ -268,23 +269,13 @@ class Scene(Prescribed):
         solver, problem = self._solver, self._problem
         problem.refuse_free("a sweep")
         acting = acting_on(problem, speed, acceleration, loads, gravity, inertia, time)
-        shapes = acting.shapes
         with np.errstate(**_OVERFLOW):
             if isinstance(position, AssembledPositions):
                 positions = _again(solver, position, held, along_path)
-                shape = positions.shape
-                if position.targets.was_column:
-                    # As if the positions were given here, and not to `assemble`.
-                    every = common_shape({"position": (*shape, 1), **shapes})
-                    shape = shape if is_column(every) else (*shape, 1)
-                    acting = acting.without_columns() if is_column(every) else acting
-                _refuse_larger(shape, acting.shapes)
+                _refuse_larger(positions.shape, acting.shapes)
             else:
-                targets = targets_of(problem, position, held, shapes)
-                if targets.was_column:
-                    acting = acting.without_columns()
-                    shapes = acting.shapes
-                shape = common_shape({"position": targets.shape, **shapes})
+                targets = targets_of(problem, position, held)
+                shape = common_shape({"position": targets.shape, **acting.shapes})
                 solver = solver.of_varied(targets.varied)
                 positions = solver.assembled_in_turn(targets.expanded(shape), along_path)
             solver = positions.solver

@@ -362,8 +362,8 @@ def test_any_number_of_gravities_takes_no_more_memory(joint: cd.Mechanism) -> No
 def test_columns_of_positions_are_as_good_assembled_as_given(joint: cd.Mechanism) -> None:
     scene = cd.Scene(joint, drive="bearing_in", held={"joint_angle": 0.3})
     column, row = np.linspace(0.0, 1.0, 4)[:, None], np.ones(4)
-    assert scene.sweep(column, column).shape == (4,)
-    assert scene.sweep(scene.assemble(column), column).shape == (4,)
+    assert scene.sweep(column, column).shape == (4, 1)
+    assert scene.sweep(scene.assemble(column), column).shape == (4, 1)
     assert scene.sweep(column, row).shape == (4, 4)
     with pytest.raises(cd.ArgumentError, match=r"assembled in shape \(4, 1\), which these exceed"):
         scene.sweep(scene.assemble(column), row)

@@ -73,10 +73,9 @@ def test_positions_of_every_shape(
     one: Problem,
     two: Problem,
 ) -> None:
-    """A single position is one sample; a column of one drive's has one dimension."""
+    """A single position is one sample; of several drives, the last axis counts them."""
     targets = targets_of(problem(drives, one, two), value)
-    is_column = drives == 1 and shape[1:] == (1,)
-    assert targets.shape == ((shape[:1] if is_column else shape) or (1,))
+    assert targets.shape == (shape or (1,))
     np.testing.assert_array_equal(targets.positions, np.reshape(expected, (-1, drives)))
     assert targets.size == len(targets.positions) == np.prod(targets.shape)
     assert targets.varied == ()
@@ -186,27 +185,20 @@ def test_the_shape_does_not_depend_on_values(one: Problem, angle: float) -> None
 
 
 @pytest.mark.parametrize(
-    ("held", "others", "shape"),
+    ("held", "shape"),
     [
-        ({}, {}, (4,)),
-        ({"joint_angle_1": 0.3}, {}, (4,)),
-        ({"joint_angle_1": np.full((4, 1), 0.3)}, {}, (4,)),
-        ({}, {"speed": (4, 1), "gravity": ()}, (4,)),
-        ({}, {"speed": (1, 1)}, (4,)),
-        ({"joint_angle_1": [0.3, 0.2]}, {}, (4, 2)),
-        ({"joint_angle_1": np.full((4, 2), 0.3)}, {}, (4, 2)),
-        ({}, {"speed": (3,)}, (4, 1)),
-        ({}, {"gravity": (4, 2)}, (4, 1)),
+        ({}, (4, 1)),
+        ({"joint_angle_1": 0.3}, (4, 1)),
+        ({"joint_angle_1": np.full((4, 1), 0.3)}, (4, 1)),
+        ({"joint_angle_1": [0.3, 0.2]}, (4, 2)),
+        ({"joint_angle_1": np.full((4, 2), 0.3)}, (4, 2)),
     ],
 )
-def test_columns_of_one_drive_are_rows_unless_something_varies_along_them(
-    one: Problem,
-    held: dict[str, object],
-    others: dict[str, tuple[int, ...]],
-    shape: tuple[int, ...],
+def test_columns_of_one_drive_stay_as_they_are(
+    one: Problem, held: dict[str, object], shape: tuple[int, ...]
 ) -> None:
     column = np.arange(4.0)[:, None]
-    targets = targets_of(one, column, held, others)
+    targets = targets_of(one, column, held)
     assert targets.shape == shape
     expected = np.repeat(column, np.prod(shape) // 4, axis=0)
     np.testing.assert_array_equal(targets.positions, expected)
@@ -215,32 +207,6 @@ def test_columns_of_one_drive_are_rows_unless_something_varies_along_them(
 
 def test_columns_of_several_drives_stay_as_they_are(two: Problem) -> None:
     assert targets_of(two, np.zeros((4, 1, 2))).shape == (4, 1)
-
-
-def test_what_acts_has_rows_instead_of_columns_as_well(joint: cd.Mechanism) -> None:
-    scene = universal(joint, 0.5)
-    acting = acting_on(
-        scene.problem,
-        np.zeros((4, 1)),
-        np.zeros(4),
-        {"pin_in": np.ones((4, 1)), "shaft_out": np.ones((4, 1, 6)), "cross": np.ones(6)},
-        np.ones((4, 1, 3)),
-        {"cross": np.ones((4, 1)), "shaft_in": np.ones((4, 2))},
-    )
-    assert acting.without_columns().shapes == {
-        "speed": (4,),
-        "acceleration": (4,),
-        "gravity": (4,),
-        "loads['bearing_out']": (),
-        "loads['pin_in']": (4,),
-        "loads['shaft_out'].force": (4,),
-        "loads['shaft_out'].moment": (4,),
-        "loads['cross'].force": (),
-        "loads['cross'].moment": (),
-        "inertia['cross']": (4,),
-        "inertia['shaft_in']": (4, 2),
-        "time": (),
-    }
 
 
 def test_targets_of_positions_alone() -> None:
@@ -296,7 +262,7 @@ def test_targets_are_repeated_where_other_arguments_have_more_axes(
 
 
 def test_targets_are_repeated_along_inner_axes_in_c_order(one: Problem) -> None:
-    targets = targets_of(one, np.arange(3.0)[:, None], others={"speed": (3, 2)})
+    targets = targets_of(one, np.arange(3.0)[:, None])
     assert targets.shape == (3, 1)
     expanded = targets.expanded((3, 2))
     np.testing.assert_array_equal(expanded.positions[:, 0], [0.0, 0.0, 1.0, 1.0, 2.0, 2.0])
@@ -560,23 +526,3 @@ def test_shapes_that_do_not_broadcast_are_all_named() -> None:
     shapes = {"position": (7,), "speed": (), "loads['x']": (5,), "held['y']": (2, 1)}
     with pytest.raises(cd.ArgumentError, match=message):
         samples.common_shape(shapes)
-
-
-@pytest.mark.parametrize(
-    ("shape", "trailing", "expected"),
-    [
-        ((4, 1), 0, (4,)),
-        ((4, 1, 3), 1, (4, 3)),
-        ((1, 1), 0, (1,)),
-        ((4,), 0, (4,)),
-        ((), 0, ()),
-        ((4, 3), 1, (4, 3)),
-        ((1, 3), 1, (1, 3)),
-        ((4, 2), 0, (4, 2)),
-        ((4, 1, 1), 0, (4, 1, 1)),
-    ],
-)
-def test_columns(shape: tuple[int, ...], trailing: int, expected: tuple[int, ...]) -> None:
-    values = np.zeros(shape)
-    assert samples.without_column(values, trailing).shape == expected
-    assert samples.is_column(shape[: len(shape) - trailing]) == (shape != expected)

@@ -283,8 +283,7 @@ def test_samples_of_any_shape_are_those_in_a_row(
         inertia={"shaft_out": factor.reshape(shape)},
         **options,
     )
-    # Positions of one drive that are a column, as all else is, have one dimension.
-    assert_shaped(grid, (6,) if shape == (6, 1) else shape)
+    assert_shaped(grid, shape)
     for sample, index in enumerate(np.ndindex(grid.shape)):
         for name in row:
             for quantity in ("force", "moment"):
@@ -446,7 +445,7 @@ def test_assembled_positions_keep_their_shape() -> None:
     closed = universal().assemble
     assert closed(0.3).shape == closed([0.3]).shape == (1,)
     assert closed(P.reshape(2, 3)).shape == (2, 3)
-    assert closed(P[:, None]).shape == (6,)
+    assert closed(P[:, None]).shape == (6, 1)
 
 
 def test_what_acts_must_not_exceed_assembled_positions() -> None:
