@@ -13,7 +13,7 @@ than four digits of the joint rates would be left."""
 SAFE_CORRECTION = 1e-2
 """Greatest error [rad] of a guess that is taken to end in the same assembly mode. Modes come that
 near only where the condition number is about its reciprocal, 100, and there guesses are allowed
-less, see `allowed_correction`."""
+less, see `allowed_error`."""
 MOVES = 1e-6
 """Component of a unit vector of free motion above which a joint counts as moving. Joints that the
 loops decide have components there as well, by rounding of about 1e-16."""

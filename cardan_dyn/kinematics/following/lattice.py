@@ -16,8 +16,14 @@ import numpy as np
 
 from ...arrays import Array
 from ..closing.all_groups import ClosedState, Kinematics
-from .branch import allowed_correction
-from .lines import BLOCK_SIZE, MOST_CORRECTIONS, SAFE_STEP, extrapolated, is_safe_step
+from .lines import (
+    BLOCK_SIZE,
+    MOST_CORRECTIONS,
+    REJECTED,
+    allowed_error,
+    extrapolated,
+    is_safe_step,
+)
 
 _GREATEST_SPACING = 0.4
 """Spacing [rad] of the coarsest lattice, beyond which steps are hardly ever safe."""
@@ -206,7 +212,7 @@ class _Points:
         guess, is_short = self._extrapolated(points, positions)
         with np.errstate(all="ignore"):
             state = self._kinematics.newton_step(guess)
-            is_safe = is_short & (state.correction < allowed_correction(state.condition))
+            is_safe = is_short & (state.correction < allowed_error(state.condition))
             is_safe &= self._kinematics.same_side(state, [item[points] for item in self._inverses])
         return state.x, is_safe
 
@@ -246,7 +252,7 @@ class _Points:
         state = kinematics.evaluate(self.x[second])
         error = np.max(np.abs(guess - state.x) * kinematics.coordinates.scale, axis=1)
         inverses = [inverse[first] for inverse in self._inverses]
-        is_short &= error < SAFE_STEP
+        is_short &= error < REJECTED * allowed_error(state.condition)
         return np.asarray(is_short & kinematics.same_side(state, inverses))
 
     def _keep(self, points: Array, state: ClosedState, chosen: Array) -> None:

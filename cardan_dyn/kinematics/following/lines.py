@@ -1,12 +1,16 @@
-"""Straight lines: closed positions that several drives lead to along straight lines from the start.
+"""Lines: closed positions that drives lead to along straight lines, followed step by step.
 
-Positions of several drives have no order along which a branch could be kept. What configuration a
-position means is therefore defined by the straight line of drive positions from the start to it,
-whatever other samples there are. All samples advance together, each with steps of its own length.
+Positions of several drives have no order. What configuration a position means is therefore defined
+by the straight line of drive positions from the start to it, whatever other samples there are. All
+lines advance together, each with steps of its own length: every step has a predictor (extrapolation
+by two derivatives), a corrector (Newton's method) and a control, which keeps steps so short that
+Newton's method cannot change the assembly mode, and shorter towards singular configurations, where
+assembly modes meet. The branch of a single drive is two such lines whose nodes are kept.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -15,36 +19,113 @@ from ...arrays import Array
 from ...errors import AssemblyError, as_text
 from ...mechanism.coordinates import Coordinates
 from ..closing.all_groups import ClosedState, Kinematics
-from ..tolerances import CLOSURE_TOLERANCE
+from ..tolerances import CLOSURE_TOLERANCE, SINGULAR_CONDITION
 
-SAFE_STEP = 0.1
-"""Error [rad] up to which an extrapolation is taken to end in the same assembly mode. It may be
-greater than `SAFE_CORRECTION`, since nothing is interpolated between these samples, and every step
-is also checked for a change of side of a singular configuration."""
+ALLOWED_ERROR = 0.03
+"""Error [rad] of an extrapolation that steps are chosen for where the closure equations are well
+conditioned: small against the distance between assembly modes."""
+_WELL_CONDITIONED = 100.0
+"""Condition number up to which `ALLOWED_ERROR` holds undiminished."""
+REJECTED = 4.0
+"""Ratio of an extrapolation's error to the allowed one from which on its step is rejected. The
+error grows with the third power of the step, so such a step is 1.6 times too long."""
+_BETWEEN = 1.0 / 3.0
+"""Part of the allowed error that steps are chosen for where samples between them are interpolated:
+these are then off by some 3e-5, which two Newton steps make rounding."""
+_AMBIGUOUS_CONDITION = 1e7
+"""Condition number from which on rounding decides in which assembly mode a branch goes on: modes
+are about its reciprocal apart, 1e-7 rad, and positions near a dead point known to the root of
+rounding, 1e-8. The end of a line leads nowhere, and may be as ill conditioned as any position."""
 _LONGEST_WAY = 1.0
 """Greatest displacement [rad] of a coordinate in a step, by each of its first two derivatives. Of
 longer steps some end by accident near other solutions, often whole turns of a joint away."""
+_FIRST_STEP = 0.4
+"""First step as a part of the longest, where more than the end of a line counts."""
+_SINGULAR_DISTANCE = 3.0
+"""Distance to a singular configuration times the condition number there, as a lower bound: at a
+distance δ from where assembly modes meet, the condition number is about 3/δ or more."""
+_APPROACH = 0.7
+"""Share of the estimated way to a singular configuration that one step may go. Below one, the
+margin stays positive and the singular configuration is never stepped over."""
+_LONGER, _SHORTER, _AFTER_REJECTION = 4.0, 0.1, 0.5
+"""Greatest and least ratio of a step to the one before it, and the greatest after a failure."""
+_SHORTEST = 1e-9
+"""Step [rad, or as a share of a shorter way] below which a line cannot be followed any farther. It
+is far above the rounding of drive positions, so that a step always moves."""
 MOST_CORRECTIONS = 6
-"""Greatest number of Newton steps per sample. Convergence is quadratic: from a safe extrapolation
-about four steps reach rounding. What needs more is tried again from nearer by."""
+"""Greatest number of Newton steps per step of a line. Convergence is quadratic: from the allowed
+error about four reach rounding. What needs more is tried again from nearer by."""
 _NEAR = 1e-6
-"""Newton step [rad] after which a sample on a line is closed well enough for the next step: what is
-left is its square, some 1e-12, far below `CLOSURE_TOLERANCE`. Who uses it takes another step."""
-_AIM = 0.03
-"""Error [rad] that steps are chosen for. Extrapolations of second order are off by the third power
-of the step, so that a step is a third shorter than one that is just safe, and few are in vain."""
-_AIM_BETWEEN = 0.01
-"""The same where samples between the steps are interpolated: these are then off by some 3e-5, which
-two Newton steps make rounding."""
-_FIRST_STEP_BETWEEN = 0.4
-"""First step of such lines, as a part of the longest that is allowed."""
-_LONGER, _SHORTER = 4.0, 0.1
-"""Greatest and smallest ratio of a step to the one before it."""
-_SMALLEST_SHARE = 1e-9
-"""Share of the remaining way to a sample that is tried last, before the sample counts as out of
-reach."""
+"""Newton step [rad] after which a position on a line is closed well enough for the next step: what
+is left is its square, some 1e-12, far below `CLOSURE_TOLERANCE`. Who uses it takes another step."""
 BLOCK_SIZE = 768
 """Greatest number of samples that advance together, so that their arrays stay in the cache."""
+
+
+class Rows(NamedTuple):
+    """Rows of coordinates along ways of the drives.
+
+    Attributes:
+        x: `(K, size)`.
+        first: derivatives with respect to the way.
+        second: half of the second derivatives.
+    """
+
+    x: Array
+    first: Array
+    second: Array
+
+    @staticmethod
+    def along(kinematics: Kinematics, state: ClosedState, way: Array) -> Rows:
+        """Return the rows of K closed positions while drives move by `way (K, d)` in unit time."""
+        v = kinematics.rates(state, way)
+        a = kinematics.accelerations(state, v, np.zeros_like(way))
+        layout, x = kinematics.coordinates, state.x
+        return Rows(x, layout.derivative(x, v), 0.5 * layout.curvature(x, v, a))
+
+    def of(self, chosen: Array | slice | list[int]) -> Rows:
+        """Return some of the rows."""
+        return Rows(*(values[chosen] for values in self))
+
+    def keep(self, chosen: Array, rows: Rows) -> None:
+        """Overwrite some of the rows."""
+        for values, new in zip(self, rows, strict=True):
+            values[chosen] = new
+
+    def after(self, step: Array) -> Array:
+        """Return Taylor polynomials of second order `(K, size)` after steps `(K,)`."""
+        step = step[:, None]
+        return np.asarray(self.x + step * (self.first + step * self.second))
+
+    def quintics(self, step: Array, end: Rows) -> Array:
+        """Return polynomials `(K, 6, size)` that lead to other rows, see `quintic`.
+
+        Value and two derivatives agree at both ends: Hermite interpolation of fifth order.
+
+        Args:
+            step: `(K,)` how far the other rows are away.
+            end: the other rows.
+        """
+        scale = step[:, None]
+        result = np.empty((len(step), 6, self.x.shape[1]))
+        slope, bend = scale * self.first, scale**2 * self.second
+        # What the second derivative before the step leaves of rows, and of their derivatives.
+        gap = end.x - self.x - slope - bend
+        turn = scale * end.first - slope - 2.0 * bend
+        change = 2.0 * (scale**2 * end.second - bend)
+        result[:, 0], result[:, 1], result[:, 2] = self.x, slope, bend
+        result[:, 3] = 10.0 * gap - 4.0 * turn + 0.5 * change
+        result[:, 4] = -15.0 * gap + 7.0 * turn - change
+        result[:, 5] = 6.0 * gap - 3.0 * turn + 0.5 * change
+        return result
+
+
+def quintic(coefficients: Array, share: Array) -> Array:
+    """Return the values `(N, k)` of polynomials `(N, 6, k)` at shares `(N,)` of their steps."""
+    powers = np.repeat(share[:, None], 5, axis=1)
+    np.multiply.accumulate(powers, axis=1, out=powers)
+    # The first coefficient is added last, which keeps its digits where a step is short.
+    return np.asarray(coefficients[:, 0] + np.matmul(powers[:, None], coefficients[:, 1:])[:, 0])
 
 
 class Reached(NamedTuple):
@@ -114,183 +195,188 @@ def samples_on_lines(
     starts = np.broadcast_to(starts, (len(ends), size))
     reached = Reached(np.empty((count, size)), np.empty(count, dtype=bool), np.empty(count))
     for first in range(0, len(ends), BLOCK_SIZE):
-        lines = slice(first, first + BLOCK_SIZE)
+        chosen = slice(first, first + BLOCK_SIZE)
         span, own = samples.of_lines(first, first + BLOCK_SIZE)
-        block = _Lines(kinematics, starts[lines], columns, ends[lines], own).followed()
-        for whole, values in zip(reached, block, strict=True):
+        lines = Lines(kinematics, starts[chosen], columns, ends[chosen])
+        for whole, values in zip(reached, lines.at(own), strict=True):
             whole[span] = values
     return reached
 
 
-class _Rows(NamedTuple):
-    """Rows of coordinates as functions of the share of a line that was followed.
+class Lines:
+    """Straight lines that are followed together: all steps of a round are one set of arrays.
 
     Attributes:
-        x: `(K, size)`.
-        first: derivatives.
-        second: half of the second derivatives.
+        x: `(L, size)` closed coordinates where each line is.
+        share: `(L,)` of it that was followed.
+        tried: `(L,)` share at which the last step failed, as far as the line has not passed it.
+        residual: `(L,)` closure error there; zero where no step failed.
+        condition: `(L,)` condition number there.
+        nodes: after `to_ends`, the lines (index) and coordinates that each round has reached.
     """
 
-    x: Array
-    first: Array
-    second: Array
-
-    def of(self, lines: Array) -> _Rows:
-        """Return the rows of some lines."""
-        return _Rows(*(values[lines] for values in self))
-
-    def keep(self, lines: Array, rows: _Rows) -> None:
-        """Overwrite the rows of some lines."""
-        for values, new in zip(self, rows, strict=True):
-            values[lines] = new
-
-
-class _Lines:
-    """Straight lines that are followed together: all steps of a round are one set of arrays."""
-
     def __init__(
-        self,
-        kinematics: Kinematics,
-        starts: Array,
-        columns: list[int],
-        ends: Array,
-        samples: OnLines,
+        self, kinematics: Kinematics, starts: Array, columns: list[int], ends: Array
     ) -> None:
-        """Begin at the starts; arguments as of `samples_on_lines`."""
+        """Begin at the starts; arguments as of `samples_on_lines`, with L starts."""
         self._kinematics, self._columns = kinematics, columns
         self._begins, self._ends, self._way = starts[:, columns], ends, ends - starts[:, columns]
-        self._x, count = starts.copy(), len(ends)
-        self._share, self._residual = np.zeros(count), np.zeros(count)
+        units = kinematics.coordinates.scale[columns]
+        self._extent = np.max(np.abs(self._way) * units, axis=1, initial=0.0)
+        self.x = starts.copy()
+        self.tried, self.residual = np.zeros((2, len(ends)))
+        self.share = np.where(self._extent == 0.0, 1.0, 0.0)
+        self.condition = np.ones(len(ends))
+        self.nodes: list[tuple[Array, Array]] = []
+
+    def at(self, samples: OnLines) -> Reached:
+        """Follow all lines to their ends, or as far as they lead; see `samples_on_lines`."""
         # Samples are sought by the number of their line and half of their share.
-        self._samples, self._keys = samples, samples.line + 0.5 * samples.share
-        self._values = starts[samples.line]
-        self._aim = _AIM if len(samples.line) <= count else _AIM_BETWEEN
-        self._next = np.searchsorted(self._keys, np.arange(count), side="right")
+        keys = samples.line + 0.5 * samples.share
+        values, following = (
+            self.x[samples.line],
+            np.searchsorted(keys, np.arange(len(self.x)), side="right"),
+        )
 
-    def followed(self) -> Reached:
-        """Follow all lines to their ends, or as far as they lead."""
+        def passed(lines: Array, to: Array, old: Rows, new: Rows) -> None:
+            begins = following[lines]
+            ends = following[lines] = np.searchsorted(keys, lines + 0.5 * to, "right")
+            counts = ends - begins
+            step = np.repeat(np.arange(len(lines)), counts)
+            if not step.size:
+                return
+            chosen = np.arange(len(step)) + np.repeat(begins - np.cumsum(counts) + counts, counts)
+            length, before = to - self.share[lines], self.share[lines][step]
+            share = samples.share[chosen]
+            part = (share - before) / length[step]
+            rows = new.x[step]
+            inside = part < 1.0
+            if inside.any():
+                curves = old.quintics(length, new)
+                rows[inside] = quintic(curves[step[inside]], part[inside])
+                rows[:, self._columns] = self._positions(lines[step], share)
+            values[chosen] = rows
+
+        self._follow(passed, 1.0 if len(keys) <= len(self.x) else _BETWEEN)
+        is_there = samples.share <= self.share[samples.line]
+        values[~is_there] = self.x[samples.line[~is_there]]
+        return Reached(values, is_there, self.residual[samples.line])
+
+    def to_ends(self, rows: Rows, quick: bool) -> None:
+        """Follow all lines of a single drive as far as they lead, and keep all nodes.
+
+        Args:
+            rows: at the starts, with derivatives with respect to the drive.
+            quick: take one Newton step per node, which leaves an error of its square; who uses the
+                nodes closes them and proves that each leads on to the next.
+        """
+
+        def passed(lines: Array, to: Array, old: Rows, new: Rows) -> None:
+            self.nodes.append((lines, new.x))
+
+        way = self._way
+        begin = Rows(self.x, way * rows.first, way**2 * rows.second)
+        self._follow(passed, 1.0, quick, begin)
+
+    def _follow(
+        self, passed: _Passed, aim: float, quick: bool = False, begin: Rows | None = None
+    ) -> None:
         with np.errstate(all="ignore"):  # Steps out of reach may overflow; they are not safe.
-            self._follow()
-        samples, share = self._samples, self._share
-        is_there = samples.share <= share[samples.line]
-        self._values[~is_there] = self._x[samples.line[~is_there]]
-        return Reached(self._values, is_there, self._residual[samples.line])
+            self._steps(passed, aim, quick, begin)
 
-    def _follow(self) -> None:
-        kinematics, coordinates = self._kinematics, self._kinematics.coordinates
-        share, way = self._share, self._way
-        before = kinematics.evaluate(self._x)
-        rows = _Rows(self._x, *_derivatives(kinematics, before, way))
-        longest, step = longest_way(coordinates, rows.first, rows.second), np.ones(len(share))
-        if self._aim < _AIM:
+    def _steps(self, passed: _Passed, aim: float, quick: bool, begin: Rows | None) -> None:
+        """Take steps until no line goes on.
+
+        Args:
+            passed: is told of the steps that were taken.
+            aim: part of the allowed error that steps are chosen for.
+            quick: see `to_ends`.
+            begin: rows at the starts, which may be near singular configurations.
+        """
+        kinematics, layout, share = self._kinematics, self._kinematics.coordinates, self.share
+        state = kinematics.evaluate(self.x)
+        rows = begin or Rows.along(kinematics, state, self._way)._replace(x=self.x)
+        margin = 1.0 / state.condition
+        self.condition[:] = state.condition
+        longest, step = longest_way(layout, rows.first, rows.second), np.ones(len(share))
+        if begin or aim < 1.0:
             # Of the first step no error is known yet.
-            step = _FIRST_STEP_BETWEEN * longest
-        inverses = [inverse.copy() for inverse in before.inverses]
+            step = _FIRST_STEP * longest
+        if begin:
+            step = np.minimum(step, _SINGULAR_DISTANCE * margin / self._extent)
+        worst = _AMBIGUOUS_CONDITION if begin else SINGULAR_CONDITION
+        shortest = _SHORTEST * np.minimum(1.0 / self._extent, 1.0)
+        inverses = [inverse.copy() for inverse in state.inverses]
         active = np.arange(len(share))
-        while active.size:
+        while True:
+            # Written so that what is not a number stops as well.
+            active = active[(share[active] < 1.0) & (step[active] >= shortest[active])]
+            if not active.size:
+                return
             remaining = 1.0 - share[active]
             length = np.minimum(np.minimum(step[active], longest[active]), remaining)
-            is_last = length == remaining
-            to = np.where(is_last, 1.0, share[active] + length)
-            at = rows.of(active)
-            guess = at.x + length[:, None] * (at.first + length[:, None] * at.second)
+            to = np.where(length == remaining, 1.0, share[active] + length)
+            guess = rows.of(active).after(length)
             guess[:, self._columns] = self._positions(active, to)
-            state = kinematics.close(guess, most=MOST_CORRECTIONS, enough=_NEAR)
-            is_safe = is_safe_step(kinematics, state, [inverse[active] for inverse in inverses])
-            step[active] = length * _ratios(state.correction, is_safe, self._aim)
-            self._residual[active] = state.residual
-            done = active[is_safe]
-            new = _Rows(state.x, *_derivatives(kinematics, state, way[active])).of(is_safe)
-            self._pass(done, to[is_safe], rows.of(done), new)
-            rows.keep(done, new)
+            if quick:
+                state = kinematics.newton_step(guess)
+            else:
+                state = kinematics.close(guess, most=MOST_CORRECTIONS, enough=_NEAR)
+            new = Rows.along(kinematics, state, self._way[active])
+            # Towards a dead point the derivatives grow without bound: a step can be short enough
+            # to extrapolate to its end, and too long to interpolate over it.
+            back = np.abs(new.after(-length) - rows.x[active]) * layout.scale
+            error = np.maximum(state.correction, np.max(back, axis=1, initial=0.0))
+            error /= allowed_error(state.condition)
+            is_safe = kinematics.same_side(state, [inverse[active] for inverse in inverses])
+            is_safe &= (error < REJECTED) & (state.condition < worst)
+            if not quick:
+                is_safe &= state.residual < CLOSURE_TOLERANCE
+            # What failed before counts until a line has passed it.
+            tells = ~is_safe | (to >= self.tried[active])
+            told = active[tells]
+            self.tried[told], self.condition[told] = to[tells], state.condition[tells]
+            self.residual[told] = np.where(is_safe, 0.0, state.residual)[tells]
+            ratio = np.clip(np.cbrt(aim / np.maximum(error, 1e-6)), _SHORTER, _LONGER)
+            ratio = np.where(np.isfinite(ratio), ratio, _SHORTER)
+            step[active] = length * np.where(is_safe, ratio, np.minimum(ratio, _AFTER_REJECTION))
+            done, new = active[is_safe], new.of(is_safe)
+            # The margin is taken to fall in proportion to the distance from where it vanishes.
+            margins = 1.0 / state.condition[is_safe]
+            fallen = np.maximum(margin[done] - margins, 0.0)
+            approach = _APPROACH * length[is_safe] * margins / fallen
+            step[done], margin[done] = np.fmin(step[done], approach), margins
+            passed(done, to[is_safe], rows.of(done), new)
             share[done] = to[is_safe]
+            if is_safe.all() and (to == 1.0).all():
+                self.x[done] = new.x
+                return
+            rows.keep(done, new)
+            longest[done] = longest_way(layout, new.first, new.second)
             for inverse, after in zip(inverses, state.inverses, strict=True):
                 inverse[done] = after[is_safe]
-            longest[done] = longest_way(coordinates, new.first, new.second)
-            # Written so that what is not a number stops as well.
-            goes_on = step[active] >= _SMALLEST_SHARE * (1.0 - share[active])
-            active = active[(share[active] < 1.0) & goes_on]
+
+    def tried_at(self, line: int) -> Array:
+        """Return the drive positions `(d,)` that were tried last on a line."""
+        (position,) = self._positions(np.array([line]), self.tried[[line]])
+        return np.asarray(position)
 
     def _positions(self, lines: Array, share: Array) -> Array:
         """Return drive positions `(K, d)` at shares `(K,)` of lines, exact at their ends."""
         between = self._begins[lines] + share[:, None] * self._way[lines]
         return np.where(share[:, None] == 1.0, self._ends[lines], between)
 
-    def _pass(
-        self,
-        lines: Array,
-        to: Array,
-        old: _Rows,
-        new: _Rows,
-    ) -> None:
-        """Keep the coordinates of the samples that a step passes.
 
-        Args:
-            lines: `(K,)` those that took the step.
-            to: `(K,)` their shares after it.
-            old: of these lines before it.
-            new: after it.
-        """
-        begins, ends = self._next[lines], np.searchsorted(self._keys, lines + 0.5 * to, "right")
-        self._next[lines] = ends
-        counts = ends - begins
-        step = np.repeat(np.arange(len(lines)), counts)
-        if not step.size:
-            return
-        passed = np.arange(len(step)) + np.repeat(begins - np.cumsum(counts) + counts, counts)
-        length = to - self._share[lines]
-        part = (self._samples.share[passed] - self._share[lines][step]) / length[step]
-        values = _interpolated(part, step, length, old, new)
-        values[:, self._columns] = self._positions(lines[step], self._samples.share[passed])
-        at_end = part == 1.0
-        values[at_end] = new.x[step[at_end]]
-        self._values[passed] = values
+_Passed = Callable[[Array, Array, Rows, Rows], None]
+"""Is told of steps: which lines took them, their shares afterwards, and rows before and after."""
 
 
-def _interpolated(
-    part: Array,
-    step: Array,
-    length: Array,
-    old: _Rows,
-    new: _Rows,
-) -> Array:
-    """Return rows `(M, size)` within steps, of fifth order in the length of the step.
+def allowed_error(condition: Array) -> Array:
+    """Return how far extrapolations may be off [rad], from the condition numbers they lead to.
 
-    Args:
-        part: `(M,)` of the step that is done, between 0 and 1.
-        step: `(M,)` the step (index).
-        length: `(K,)` of the steps.
-        old: before the steps.
-        new: after them.
+    Other assembly modes come nearer in proportion to the condition number.
     """
-    scale = length[:, None]
-    slope, bend = scale * old.first, scale**2 * old.second
-    # What the second derivative before the step leaves of rows, and of their derivatives.
-    gap = new.x - old.x - slope - bend
-    turn = scale * new.first - slope - 2.0 * bend
-    change = 2.0 * (scale**2 * new.second - bend)
-    third = 10.0 * gap - 4.0 * turn + 0.5 * change
-    fourth = -15.0 * gap + 7.0 * turn - change
-    fifth = 6.0 * gap - 3.0 * turn + 0.5 * change
-    t = part[:, None]
-    result = fifth[step]
-    for coefficient in (fourth, third, bend, slope, old.x):
-        result *= t
-        result += coefficient[step]
-    return result
-
-
-def extrapolated(coordinates: Coordinates, x: Array, v: Array, a: Array) -> tuple[Array, Array]:
-    """Return rows `(N, size)` after unit time, and `(N,)` after what time at most they may be used.
-
-    Args:
-        coordinates: layout of the rows.
-        x: `(N, size)` rows before.
-        v: joint velocities `(N, nv)`.
-        a: joint accelerations `(N, nv)`.
-    """
-    first, second = coordinates.derivative(x, v), 0.5 * coordinates.curvature(x, v, a)
-    return x + (first + second), longest_way(coordinates, first, second)
+    return ALLOWED_ERROR * np.minimum(1.0, _WELL_CONDITIONED / condition)
 
 
 def longest_way(coordinates: Coordinates, first: Array, second: Array) -> Array:
@@ -308,6 +394,19 @@ def longest_way(coordinates: Coordinates, first: Array, second: Array) -> Array:
         return np.minimum(_LONGEST_WAY / fastest, np.sqrt(_LONGEST_WAY / most_bent))
 
 
+def extrapolated(coordinates: Coordinates, x: Array, v: Array, a: Array) -> tuple[Array, Array]:
+    """Return rows `(N, size)` after unit time, and `(N,)` after what time at most they may be used.
+
+    Args:
+        coordinates: layout of the rows.
+        x: `(N, size)` rows before.
+        v: joint velocities `(N, nv)`.
+        a: joint accelerations `(N, nv)`.
+    """
+    first, second = coordinates.derivative(x, v), 0.5 * coordinates.curvature(x, v, a)
+    return x + (first + second), longest_way(coordinates, first, second)
+
+
 def is_safe_step(kinematics: Kinematics, state: ClosedState, inverses: list[Array]) -> Array:
     """Return `(N,)` whether closed states are in the assembly mode that a step began in.
 
@@ -316,32 +415,9 @@ def is_safe_step(kinematics: Kinematics, state: ClosedState, inverses: list[Arra
         state: after the step.
         inverses: of every group's closure equations before it.
     """
-    is_safe = (state.residual < CLOSURE_TOLERANCE) & (state.correction < SAFE_STEP)
+    is_safe = state.correction < REJECTED * allowed_error(state.condition)
+    is_safe &= state.residual < CLOSURE_TOLERANCE
     return np.asarray(is_safe & kinematics.same_side(state, inverses))
-
-
-def _derivatives(kinematics: Kinematics, state: ClosedState, way: Array) -> tuple[Array, Array]:
-    """Return how rows `(N, size)` change when drives move by `way (N, d)` in unit time.
-
-    Args:
-        kinematics: of the drives.
-        state: N closed positions.
-        way: what the drives move by.
-
-    Returns:
-        Derivatives, and half of the second derivatives.
-    """
-    v = kinematics.rates(state, way)
-    a = kinematics.accelerations(state, v, np.zeros_like(way))
-    coordinates = kinematics.coordinates
-    return coordinates.derivative(state.x, v), 0.5 * coordinates.curvature(state.x, v, a)
-
-
-def _ratios(correction: Array, is_safe: Array, aim: float) -> Array:
-    """Return `(N,)` how much longer the next steps are than those with these errors `(N,)`."""
-    ratios = np.cbrt(aim / np.maximum(correction, 1e-6))
-    ratios = np.where(np.isfinite(ratios), np.clip(ratios, _SHORTER, _LONGER), _SHORTER)
-    return np.where(is_safe, ratios, np.minimum(ratios, 0.5))
 
 
 _SMALLEST_BATCH, _LARGEST_BATCH = 8, 512

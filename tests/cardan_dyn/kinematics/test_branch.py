@@ -16,6 +16,7 @@ from testkit.planar_linkages import (
 
 import cardan_dyn as cd
 from cardan_dyn.kinematics.following.branch import Branch
+from cardan_dyn.kinematics.following.lines import Lines, Rows
 
 TURN = 2.0 * np.pi
 
@@ -181,20 +182,78 @@ def test_guesses_are_exact_in_the_drive() -> None:
     np.testing.assert_array_equal(values(mechanism, branch.guess(positions), "A"), positions)
 
 
+def mirrored(branch: Branch, rows: np.ndarray) -> np.ndarray:
+    """The same crank angles, with the rocker mirrored about the line between its pins."""
+    layout, guess = branch.kinematics.coordinates, rows.copy()
+    for name, angle in (("D", 2.6), ("B", -1.8), ("C", 4.4)):
+        guess[:, layout.columns[name]] = angle
+    state = branch.kinematics.close(guess, most=60)
+    assert np.max(state.residual) < 1e-12
+    start = branch.kinematics.evaluate(branch.states()[[0]])
+    assert not np.any(branch.kinematics.same_side(state, start.inverses))
+    return state.x
+
+
+@pytest.mark.parametrize("fault", ["another mode", "a gap"])
 def test_what_the_quick_way_cannot_prove_is_followed_with_care(
-    monkeypatch: pytest.MonkeyPatch,
+    fault: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mechanism = four_bar()
-    positions = np.linspace(-7.0, 7.0, 50)
-    quick = branch_of(mechanism, "A")
-    quick.cover(-7.0, 7.0)
-    attempts: list[object] = []
-    monkeypatch.setattr(
-        "cardan_dyn.kinematics.following.branch.proven",
-        lambda *arguments: attempts.append(arguments),
-    )
-    careful = branch_of(mechanism, "A")
-    careful.cover(-7.0, 7.0)
-    assert len(attempts) == 1
-    closed = [branch.kinematics.close(branch.guess(positions)).x for branch in (quick, careful)]
-    np.testing.assert_allclose(closed[0], closed[1], atol=1e-13)
+    branch, good = branch_of(mechanism, "A"), branch_of(mechanism, "A")
+    good.cover(-3.0, 3.0)
+    to_ends, ways = Lines.to_ends, []
+
+    def faulty(lines: Lines, rows: Rows, quick: bool) -> None:
+        to_ends(lines, rows, quick)
+        ways.append(quick)
+        if quick and fault == "a gap":
+            del lines.nodes[1:3]
+        elif quick:
+            of_lines, nodes = lines.nodes[1]
+            lines.nodes[1] = of_lines, mirrored(branch, nodes)
+
+    monkeypatch.setattr(Lines, "to_ends", faulty)
+    branch.cover(-3.0, 3.0)
+    assert ways == [True, False]
+    positions = np.linspace(-3.0, 3.0, 50)
+    closed = [item.kinematics.close(item.guess(positions)).x for item in (branch, good)]
+    np.testing.assert_allclose(*closed, rtol=0.0, atol=1e-13)
+
+
+def test_a_branch_that_cannot_be_resolved_is_refused() -> None:
+    branch = branch_of(four_bar(), "A")
+    branch.cover(0.0, 2.0)
+
+    class Astray:
+        """The kinematics, which close the loops in the other mode."""
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(branch.kinematics, name)
+
+        def close(self, x: np.ndarray) -> object:
+            state = branch.kinematics.close(mirrored(branch, x))
+            return state._replace(correction=np.full(len(x), 0.1))
+
+    with pytest.raises(cd.SingularConfigurationError, match="cannot be resolved near") as caught:
+        branch.refine(Astray(), 100)
+    assert 0.0 < caught.value.position < 2.0
+
+
+@pytest.mark.parametrize("target", [-1.7, 1.7, 6.4])
+def test_a_branch_never_goes_on_where_modes_meet(target: float) -> None:
+    branch = branch_of(four_bar(1.0, 1.0, 2.0), "A")
+    with pytest.raises(cd.SingularConfigurationError) as caught:
+        branch.cover(min(target, 0.0), max(target, 0.0))
+    assert caught.value.position == pytest.approx(np.copysign(0.5 * np.pi, target), abs=5e-6)
+    assert np.max(np.abs(branch.span)) < 0.5 * np.pi
+
+
+def test_a_singular_start_is_refused_at_once() -> None:
+    parallelogram = four_bar(1.0, 1.0, 2.0)
+    kinematics, flat = solver(parallelogram, "A")
+    for name, sign in (("A", 1.0), ("B", -1.0), ("D", 1.0), ("C", 1.0)):
+        flat[parallelogram.coordinates.columns[name]] = 0.5 * np.pi * sign
+    branch = Branch(kinematics, flat)
+    with pytest.raises(cd.SingularConfigurationError):
+        branch.cover(0.5 * np.pi - 0.1, 0.5 * np.pi)
+    assert len(branch.states()) == 1

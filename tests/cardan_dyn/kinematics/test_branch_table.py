@@ -8,7 +8,8 @@ from numpy.polynomial import Polynomial
 from testkit.planar_linkages import described, four_bar, joint, link, solver
 
 import cardan_dyn as cd
-from cardan_dyn.kinematics.following.branch import BranchTable, nodes_of, table_of, taylor
+from cardan_dyn.kinematics.following.branch import BranchTable
+from cardan_dyn.kinematics.following.lines import Rows
 
 DRIVE = 1
 
@@ -31,14 +32,14 @@ def evaluated(curves: list[Polynomial], positions: np.ndarray) -> np.ndarray:
     return np.stack([curve(positions) for curve in curves], axis=1)
 
 
-def nodes_on(curves: list[Polynomial], positions: np.ndarray) -> np.ndarray:
-    derivatives = [[curve.deriv(order) for curve in curves] for order in range(3)]
-    return np.stack([evaluated(order, positions) for order in derivatives], axis=1)
+def rows_on(curves: list[Polynomial], positions: object) -> Rows:
+    at = np.asarray(positions, dtype=float)
+    x, first, second = ([curve.deriv(order) for curve in curves] for order in range(3))
+    return Rows(evaluated(x, at), evaluated(first, at), 0.5 * evaluated(second, at))
 
 
 def table_on(curves: list[Polynomial], positions: object, coordinates: object) -> BranchTable:
-    positions = np.asarray(positions, dtype=float)
-    return BranchTable(positions, nodes_on(curves, positions), DRIVE, coordinates)
+    return BranchTable(rows_on(curves, positions), DRIVE, coordinates)
 
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 3, 4, 5])
@@ -71,79 +72,42 @@ def test_a_single_node_is_repeated(coordinates: object) -> None:
     np.testing.assert_array_equal(guess[:, [0, 2]], table.states[[0, 0]][:, [0, 2]])
 
 
-def test_extrapolation_is_exact_to_degree_two(coordinates: object) -> None:
+def test_extrapolation_is_exact_to_degree_two() -> None:
     curves = polynomials(2)
-    table = table_on(curves, [-1.0, 0.2], coordinates)
-    positions = np.array([-1.4, 0.9])
-    found = table.extrapolated([0, -1], positions)
-    np.testing.assert_allclose(found, evaluated(curves, positions), atol=1e-14)
+    found = rows_on(curves, [-1.0, 0.2]).after(np.array([-0.4, 0.7]))
+    np.testing.assert_allclose(found, evaluated(curves, np.array([-1.4, 0.9])), atol=1e-14)
 
 
-def test_extrapolation_misses_the_cubic_term(coordinates: object) -> None:
-    curves = [Polynomial([0.0, 0.0, 0.0, 2.0])] * 3
-    curves[DRIVE] = Polynomial([0.0, 1.0])
-    table = table_on(curves, [0.0], coordinates)
-    new = nodes_on(curves, np.array([0.3]))
-    np.testing.assert_allclose(taylor(table.nodes, np.array([0.3]))[0, 0], 0.0)
+def test_extrapolation_misses_the_cubic_term() -> None:
+    curves = [Polynomial([0.0, 0.0, 0.0, 2.0])]
+    np.testing.assert_allclose(rows_on(curves, [0.0]).after(np.array([0.3])), 0.0)
     # Seen back from 0.3 as well: the remainder of a cubic is 2 h³, whatever it starts from.
-    assert table.error_back(new, [0])[0] == pytest.approx(2.0 * 0.3**3)
-
-
-def test_slides_count_in_characteristic_lengths() -> None:
-    mechanism = cd.load("slider_crank")
-    layout = mechanism.coordinates
-    nodes = np.zeros((1, 3, layout.size))
-    table = BranchTable(np.zeros(1), nodes, layout.columns["crank_bearing"].start, layout)
-    moved = nodes.copy()
-    moved[0, 0, layout.columns["piston_guide"]] = 0.01
-    expected = 0.01 / mechanism.characteristic_length
-    assert table.error_back(moved, [0])[0] == pytest.approx(expected)
+    back = rows_on(curves, [0.3]).after(np.array([-0.3]))
+    assert back[0, 0] == pytest.approx(2.0 * 0.3**3)
 
 
 def test_quaternions_of_guesses_have_unit_length() -> None:
     layout = cd.load("stewart_platform").coordinates
-    nodes = np.random.default_rng(3).uniform(0.1, 0.3, (2, 3, layout.size))
+    x, first, second = np.random.default_rng(3).uniform(0.1, 0.3, (3, 2, layout.size))
     column = layout.columns["leg_1"].start
-    nodes[:, 0, column] = [0.0, 1.0]
-    table = BranchTable(nodes[:, 0, column], nodes, column, layout)
-    for rows in (table.guess(np.array([0.2, 0.6])), table.extrapolated([0, -1], np.array([-1, 2]))):
-        for name in ("ball_2", "ball_6"):
-            norms = np.linalg.norm(rows[:, layout.columns[name]], axis=1)
-            np.testing.assert_allclose(norms, 1.0, rtol=1e-15)
+    x[:, column] = [0.0, 1.0]
+    guess = BranchTable(Rows(x, first, second), column, layout).guess(np.array([0.2, 0.6]))
+    for name in ("ball_2", "ball_6"):
+        norms = np.linalg.norm(guess[:, layout.columns[name]], axis=1)
+        np.testing.assert_allclose(norms, 1.0, rtol=1e-15)
 
 
 def test_new_nodes_are_sorted_in_and_leave_the_old_table_alone(coordinates: object) -> None:
     curves = polynomials(4)
     table = table_on(curves, [0.0, 1.0], coordinates)
-    longer = table.with_nodes(nodes_on(curves, np.array([2.0, -1.0, 0.5])))
+    longer = table.with_nodes(rows_on(curves, [2.0, -1.0, 0.5]))
     np.testing.assert_array_equal(longer.positions, [-1.0, 0.0, 0.5, 1.0, 2.0])
-    np.testing.assert_array_equal(longer.nodes, nodes_on(curves, longer.positions))
-    assert longer.span == (-1.0, 2.0)
-    assert longer.size == 5
-    assert table.span == (0.0, 1.0)
-    assert table.size == 2
-
-
-def test_replaced_nodes_leave_the_old_table_alone(coordinates: object) -> None:
-    table = table_on(polynomials(4), [0.0, 0.5, 1.0], coordinates)
-    before = table.nodes.copy()
-    chosen = np.array([True, False, True])
-    changed = table.with_replaced(chosen, before[chosen] + 1.0)
-    np.testing.assert_array_equal(table.nodes, before)
-    np.testing.assert_array_equal(changed.nodes[1], before[1])
-    np.testing.assert_array_equal(changed.nodes[chosen], before[chosen] + 1.0)
-
-
-def test_tables_cannot_be_written_to() -> None:
-    mechanism = four_bar()
-    kinematics, start = solver(mechanism, "A")
-    state = kinematics.evaluate(start[None, :])
-    column = mechanism.coordinates.columns["A"].start
-    for table in (
-        table_of(kinematics, state, column),
-        table_of(kinematics, state, column).with_nodes(np.ones((1, 3, start.size))),
-    ):
-        for array in (table.positions, table.nodes, table.states):
+    for found, expected in zip(longer.rows, rows_on(curves, longer.positions), strict=True):
+        np.testing.assert_array_equal(found, expected)
+    assert (longer.span, longer.size) == ((-1.0, 2.0), 5)
+    assert (table.span, table.size) == ((0.0, 1.0), 2)
+    for item in (table, longer):
+        for array in item.rows:
             with pytest.raises(ValueError, match="read-only"):
                 array[0] = 0.0
 
@@ -157,10 +121,10 @@ def test_derivatives_of_nodes_equal_central_differences(drive: str) -> None:
     guess = np.repeat(start[None, :], 5, axis=0)
     guess[:, column] = 0.1 + step * np.arange(-2.0, 3.0)
     state = kinematics.close(guess)
-    nodes = nodes_of(kinematics, state)
+    rows = Rows.along(kinematics, state, np.ones((5, 1)))
     # Differences of fourth order, so that their own error stays near rounding.
     first = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) @ state.x / (12.0 * step)
     second = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) @ state.x / (12.0 * step**2)
-    np.testing.assert_array_equal(nodes[:, 0], state.x)
-    np.testing.assert_allclose(nodes[2, 1], first, atol=1e-9)
-    np.testing.assert_allclose(nodes[2, 2], second, atol=1e-7)
+    np.testing.assert_array_equal(rows.x, state.x)
+    np.testing.assert_allclose(rows.first[2], first, atol=1e-9)
+    np.testing.assert_allclose(2.0 * rows.second[2], second, atol=1e-7)

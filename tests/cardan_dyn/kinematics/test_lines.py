@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from testkit.planar_linkages import ARM, five_bar, meeting_points, solver, tips, values
 
-from cardan_dyn.kinematics.following.lines import along_lines
+from cardan_dyn.kinematics.following.lines import allowed_error, along_lines
 
 
 def test_positions_in_any_order_and_number() -> None:
@@ -43,3 +43,8 @@ def test_no_positions() -> None:
     mechanism = five_bar()
     kinematics, start = solver(mechanism, "A", "D")
     assert along_lines(kinematics, start[None], [0, 1], np.zeros((0, 2))).x.shape == (0, start.size)
+
+
+def test_allowed_errors_shrink_with_bad_conditions() -> None:
+    conditions = np.array([1.0, 100.0, 200.0, 1e6])
+    np.testing.assert_allclose(allowed_error(conditions), [0.03, 0.03, 0.015, 3e-6])
