@@ -93,7 +93,7 @@ class BranchTable:
 
     @cached_property
     def _curves(self) -> Array:
-        """Polynomials `(K - 1, 6, size)` between neighbouring nodes."""
+        """Polynomials `(6, K - 1, size)` between neighbouring nodes."""
         return self.rows.of(slice(-1)).quintics(
             np.diff(self.positions), self.rows.of(slice(1, None))
         )
@@ -130,11 +130,11 @@ class BranchTable:
         width = self.positions[left + 1] - low
         share = (positions - low) / width
         if len(positions) >= self.size:
-            return quintic(self._curves[:, :, columns][left], share)
+            return quintic(self._curves[:, :, columns], left, share)
         here, there = (
             Rows(*(values[nodes][:, columns] for values in self.rows)) for nodes in (left, left + 1)
         )
-        return quintic(here.quintics(width, there), share)
+        return quintic(here.quintics(width, there), np.arange(len(share)), share)
 
 
 class Branch:

@@ -98,7 +98,7 @@ class Rows(NamedTuple):
         return np.asarray(self.x + step * (self.first + step * self.second))
 
     def quintics(self, step: Array, end: Rows) -> Array:
-        """Return polynomials `(K, 6, size)` that lead to other rows, see `quintic`.
+        """Return coefficients `(6, K, size)` of polynomials to other rows, see `quintic`.
 
         Value and two derivatives agree at both ends: Hermite interpolation of fifth order.
 
@@ -107,25 +107,31 @@ class Rows(NamedTuple):
             end: the other rows.
         """
         scale = step[:, None]
-        result = np.empty((len(step), 6, self.x.shape[1]))
         slope, bend = scale * self.first, scale**2 * self.second
         # What the second derivative before the step leaves of rows, and of their derivatives.
         gap = end.x - self.x - slope - bend
         turn = scale * end.first - slope - 2.0 * bend
         change = 2.0 * (scale**2 * end.second - bend)
-        result[:, 0], result[:, 1], result[:, 2] = self.x, slope, bend
-        result[:, 3] = 10.0 * gap - 4.0 * turn + 0.5 * change
-        result[:, 4] = -15.0 * gap + 7.0 * turn - change
-        result[:, 5] = 6.0 * gap - 3.0 * turn + 0.5 * change
-        return result
+        third = 10.0 * gap - 4.0 * turn + 0.5 * change
+        fourth = -15.0 * gap + 7.0 * turn - change
+        fifth = 6.0 * gap - 3.0 * turn + 0.5 * change
+        return np.stack([self.x, slope, bend, third, fourth, fifth])
 
 
-def quintic(coefficients: Array, share: Array) -> Array:
-    """Return the values `(N, k)` of polynomials `(N, 6, k)` at shares `(N,)` of their steps."""
-    powers = np.repeat(share[:, None], 5, axis=1)
-    np.multiply.accumulate(powers, axis=1, out=powers)
-    # The first coefficient is added last, which keeps its digits where a step is short.
-    return np.asarray(coefficients[:, 0] + np.matmul(powers[:, None], coefficients[:, 1:])[:, 0])
+def quintic(coefficients: Array, steps: Array, share: Array) -> Array:
+    """Return the values `(N, k)` of polynomials, one of `(6, K, k)` for each of N samples.
+
+    Args:
+        coefficients: of ascending powers.
+        steps: `(N,)` the polynomial (index) of each sample.
+        share: `(N,)` of its step.
+    """
+    share = share[:, None]
+    result = coefficients[5].take(steps, 0)
+    for power in range(4, -1, -1):
+        result *= share
+        result += coefficients[power].take(steps, 0)
+    return np.asarray(result)
 
 
 class Reached(NamedTuple):
@@ -253,7 +259,7 @@ class Lines:
             inside = part < 1.0
             if inside.any():
                 curves = old.quintics(length, new)
-                rows[inside] = quintic(curves[step[inside]], part[inside])
+                rows[inside] = quintic(curves, step[inside], part[inside])
                 rows[:, self._columns] = self._positions(lines[step], share)
             values[chosen] = rows
 
@@ -283,6 +289,9 @@ class Lines:
     ) -> None:
         with np.errstate(all="ignore"):  # Steps out of reach may overflow; they are not safe.
             self._steps(passed, aim, quick, begin)
+        # What failed before a line passed it says nothing any more.
+        is_beyond = self.tried < self.share
+        self.residual[is_beyond], self.condition[is_beyond] = 0.0, 1.0
 
     def _steps(self, passed: _Passed, aim: float, quick: bool, begin: Rows | None) -> None:
         """Take steps until no line goes on.
@@ -316,7 +325,8 @@ class Lines:
             remaining = 1.0 - share[active]
             length = np.minimum(np.minimum(step[active], longest[active]), remaining)
             to = np.where(length == remaining, 1.0, share[active] + length)
-            guess = rows.of(active).after(length)
+            at = rows.of(active)
+            guess = at.after(length)
             guess[:, self._columns] = self._positions(active, to)
             if quick:
                 state = kinematics.newton_step(guess)
@@ -325,36 +335,36 @@ class Lines:
             new = Rows.along(kinematics, state, self._way[active])
             # Towards a dead point the derivatives grow without bound: a step can be short enough
             # to extrapolate to its end, and too long to interpolate over it.
-            back = np.abs(new.after(-length) - rows.x[active]) * layout.scale
+            back = np.abs(new.after(-length) - at.x) * layout.scale
             error = np.maximum(state.correction, np.max(back, axis=1, initial=0.0))
             error /= allowed_error(state.condition)
             is_safe = kinematics.same_side(state, [inverse[active] for inverse in inverses])
             is_safe &= (error < REJECTED) & (state.condition < worst)
             if not quick:
                 is_safe &= state.residual < CLOSURE_TOLERANCE
-            # What failed before counts until a line has passed it.
-            tells = ~is_safe | (to >= self.tried[active])
-            told = active[tells]
-            self.tried[told], self.condition[told] = to[tells], state.condition[tells]
-            self.residual[told] = np.where(is_safe, 0.0, state.residual)[tells]
-            ratio = np.clip(np.cbrt(aim / np.maximum(error, 1e-6)), _SHORTER, _LONGER)
-            ratio = np.where(np.isfinite(ratio), ratio, _SHORTER)
-            step[active] = length * np.where(is_safe, ratio, np.minimum(ratio, _AFTER_REJECTION))
-            done, new = active[is_safe], new.of(is_safe)
-            # The margin is taken to fall in proportion to the distance from where it vanishes.
-            margins = 1.0 / state.condition[is_safe]
-            fallen = np.maximum(margin[done] - margins, 0.0)
-            approach = _APPROACH * length[is_safe] * margins / fallen
-            step[done], margin[done] = np.fmin(step[done], approach), margins
-            passed(done, to[is_safe], rows.of(done), new)
-            share[done] = to[is_safe]
-            if is_safe.all() and (to == 1.0).all():
+            # What is not a number counts as the greatest error.
+            ratio = np.fmax(np.cbrt(aim / np.maximum(error, 1e-6)), _SHORTER)
+            step[active] = length * np.minimum(ratio, np.where(is_safe, _LONGER, _AFTER_REJECTION))
+            if is_safe.all():
+                chosen: Array | slice = slice(None)
+            else:
+                chosen, lost = is_safe, active[~is_safe]
+                self.tried[lost], self.residual[lost] = to[~is_safe], state.residual[~is_safe]
+                self.condition[lost] = state.condition[~is_safe]
+            done, to, length, new = active[chosen], to[chosen], length[chosen], new.of(chosen)
+            passed(done, to, at.of(chosen), new)
+            share[done] = to
+            if done.size == active.size and (to == 1.0).all():
                 self.x[done] = new.x
                 return
-            rows.keep(done, new)
+            # The margin is taken to fall in proportion to the distance from where it vanishes.
+            margins = 1.0 / state.condition[chosen]
+            approach = _APPROACH * length * margins / np.maximum(margin[done] - margins, 0.0)
+            step[done], margin[done] = np.fmin(step[done], approach), margins
             longest[done] = longest_way(layout, new.first, new.second)
+            rows.keep(done, new)
             for inverse, after in zip(inverses, state.inverses, strict=True):
-                inverse[done] = after[is_safe]
+                inverse[done] = after[chosen]
 
     def tried_at(self, line: int) -> Array:
         """Return the drive positions `(d,)` that were tried last on a line."""
