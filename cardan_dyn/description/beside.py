@@ -36,7 +36,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ModelError, choices
 from .description import LoopDescription
-from .elements import GREATEST, JOINT_TYPES, check_unique, file_text, names, placement
+from .elements import GREATEST, JOINT_TYPES, at_point, check_unique, file_text, names, placement
 from .words import unknown_keys
 
 LOOP_CLOSURES = "loop_closures.yaml"
@@ -462,10 +462,10 @@ def _closure(
         raise ModelError(f"{at}: both links are {first!r}")
     axis = np.array([1.0, 0.0, 0.0]) if kind == "ball_loops" else _axis(entry, at)
     if kind == "closures":
-        point = _at_point(_vector(entry, "point", at))
+        point = at_point(_vector(entry, "point", at))
         ends = [np.linalg.solve(at_zero[link], point) for link in links]
     else:
-        ends = [_at_point(_vector(entry, key, at)) for key in ("parent_xyz", "child_xyz")]
+        ends = [at_point(_vector(entry, key, at)) for key in ("parent_xyz", "child_xyz")]
     turned = at_zero[first][:3, :3] - at_zero[second][:3, :3]
     if kind == "pin_loops" and np.max(np.abs(turned)) > _PARALLEL:
         raise ModelError(
@@ -474,13 +474,6 @@ def _closure(
         )
     loop_type = "spherical" if kind == "ball_loops" else "revolute"
     return LoopDescription(name, loop_type, first, second, ends[0], ends[1], axis, axis)
-
-
-def _at_point(point: Array) -> Array:
-    """Return the `(4, 4)` placement at a point, axes parallel."""
-    result = np.eye(4)
-    result[:3, 3] = point
-    return result
 
 
 def _axis(entry: _Entry, at: str) -> Array:

@@ -234,6 +234,11 @@ class Description(Record):
         )
 
     @property
+    def joints_and_loops(self) -> tuple[JointDescription | LoopDescription, ...]:
+        """The joints of the tree, then the loops, in file order."""
+        return (*self.joints, *self.loops)
+
+    @property
     def root(self) -> str:
         """Name of the link that stands in the world."""
         children = {joint.child for joint in self.joints}

@@ -48,6 +48,50 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 """A decimal number as XML Schema has it."""
 
 
+def elementary(
+    kind: str, axis: np.ndarray, axis_2: np.ndarray, cardan: bool = False
+) -> list[tuple[str, np.ndarray]]:
+    """Return kinds and axes of a joint type's parts, from the parent outwards.
+
+    Args:
+        kind: a joint type of URDF, or `spherical`, `universal`, `cylindrical`.
+        axis: unit axis; the normal of a `planar` joint, the first axis of a `universal` one.
+        axis_2: second axis of a `universal` joint.
+        cardan: write a ball as three turns, whose angles are then coordinates.
+    """
+    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    across /= np.linalg.norm(across)
+    x, y, z = np.eye(3)
+    turns = [("revolute", x), ("revolute", y), ("revolute", z)]
+    return {
+        "fixed": [],
+        "revolute": [("revolute", axis)],
+        "continuous": [("revolute", axis)],
+        "prismatic": [("prismatic", axis)],
+        "cylindrical": [("prismatic", axis), ("revolute", axis)],
+        "planar": [
+            ("prismatic", across),
+            ("prismatic", np.cross(axis, across)),
+            ("revolute", axis),
+        ],
+        "loose": [
+            ("prismatic", across),
+            ("prismatic", np.cross(axis, across)),
+            ("revolute", across),
+            ("revolute", np.cross(axis, across)),
+            ("revolute", axis),
+        ],
+        "universal": [("revolute", axis), ("revolute", axis_2)],
+        "spherical": turns if cardan else [("spherical", axis)],
+        "floating": [
+            ("prismatic", x),
+            ("prismatic", y),
+            ("prismatic", z),
+            *(turns if cardan else [("spherical", x)]),
+        ],
+    }[kind]
+
+
 def check_size(links: int, where: str) -> None:
     """Refuse a description that is larger than anything was tested with.
 
@@ -245,6 +289,13 @@ def words(values: Iterable[float]) -> str:
 def number(text: str | None, default: str, at: str) -> float:
     """Return the number that an attribute states, see `numbers`."""
     return float(numbers(text, 1, default, at)[0])
+
+
+def at_point(point: np.ndarray) -> np.ndarray:
+    """Return the `(4, 4)` placement at a point `(3,)`, axes parallel."""
+    result = np.eye(4)
+    result[:3, 3] = point
+    return result
 
 
 def placement(element: ElementTree.Element, at: str) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Joints: of which elementary parts each joint type is made, and where a mechanism has them."""
+"""Joints: where a mechanism has their elementary parts, and how their coordinates are called."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..arrays import Array
 from ..frozen import read_only
 
 if TYPE_CHECKING:
-    from ..description.description import Description, JointDescription, LoopDescription
+    from ..description.description import Description
 
 
 _COORDINATES = {
@@ -105,9 +105,8 @@ class Joint:
 
 def described_joints(description: Description, parts: dict[str, list[Part]]) -> dict[str, Joint]:
     """Return the joints that carry a wrench by name, those of the tree first, then the loops."""
-    described: list[JointDescription | LoopDescription] = [*description.joints, *description.loops]
     joints = {}
-    for item in described:
+    for item in description.joints_and_loops:
         if item.name in parts:
             axis = np.cross(item.axis, item.axis_2) if item.type == "universal" else item.axis
             joints[item.name] = Joint(item.name, item.type, axis, tuple(parts[item.name]))
@@ -146,47 +145,3 @@ def named_coordinates(joints: Iterable[Joint]) -> dict[str, NamedCoordinate]:
 def _kinds(joint: Joint) -> list[str]:
     """Return the kind of the part that each velocity coordinate of a joint belongs to."""
     return [part.kind for part in joint.parts for _ in range(part.nv)]
-
-
-def elementary(
-    kind: str, axis: Array, axis_2: Array, cardan: bool = False
-) -> list[tuple[str, Array]]:
-    """Return kinds and axes of a joint type's parts, from the parent outwards.
-
-    Args:
-        kind: a joint type of URDF, or `spherical`, `universal`, `cylindrical`.
-        axis: unit axis; the normal of a `planar` joint, the first axis of a `universal` one.
-        axis_2: second axis of a `universal` joint.
-        cardan: write a ball as three turns, whose angles are then coordinates.
-    """
-    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    across /= np.linalg.norm(across)
-    x, y, z = np.eye(3)
-    turns = [("revolute", x), ("revolute", y), ("revolute", z)]
-    return {
-        "fixed": [],
-        "revolute": [("revolute", axis)],
-        "continuous": [("revolute", axis)],
-        "prismatic": [("prismatic", axis)],
-        "cylindrical": [("prismatic", axis), ("revolute", axis)],
-        "planar": [
-            ("prismatic", across),
-            ("prismatic", np.cross(axis, across)),
-            ("revolute", axis),
-        ],
-        "loose": [
-            ("prismatic", across),
-            ("prismatic", np.cross(axis, across)),
-            ("revolute", across),
-            ("revolute", np.cross(axis, across)),
-            ("revolute", axis),
-        ],
-        "universal": [("revolute", axis), ("revolute", axis_2)],
-        "spherical": turns if cardan else [("spherical", axis)],
-        "floating": [
-            ("prismatic", x),
-            ("prismatic", y),
-            ("prismatic", z),
-            *(turns if cardan else [("spherical", x)]),
-        ],
-    }[kind]

@@ -332,11 +332,7 @@ class Mechanism(Frozen):
 
     def _described_coordinates(self) -> Iterator[tuple[str, JointDescription | LoopDescription]]:
         """Iterate over coordinates of joints without a ball, and what describes their joints."""
-        described: list[JointDescription | LoopDescription] = [
-            *self.description.joints,
-            *self.description.loops,
-        ]
-        for item in described:
+        for item in self.description.joints_and_loops:
             if item.name in self.joints and not self.joints[item.name].has_ball:
                 for name in self.joints[item.name].coordinates:
                     # What is called like a coordinate of another joint is that joint.

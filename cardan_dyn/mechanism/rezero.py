@@ -23,6 +23,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+import pinocchio
 
 from ..arrays import Array, inverse
 from ..checks import mapping, numbers
@@ -34,8 +35,8 @@ from ..description.description import (
     LoopDescription,
     shown_ratio,
 )
+from ..description.elements import elementary
 from ..errors import ArgumentError, choices
-from .joints import elementary
 from .welds import LEAST_LENGTH
 
 _CLOSED = 1e-6
@@ -78,10 +79,7 @@ def _displacements(
     description: Description, positions: Mapping[str, object]
 ) -> dict[str, tuple[Array, Array]]:
     """Return the `(4, 4)` displacement of each joint and loop from zero, and its coordinates."""
-    described: list[JointDescription | LoopDescription] = [
-        *description.joints,
-        *description.loops,
-    ]
+    described = description.joints_and_loops
     moving = [joint.name for joint in described if joint.type != "fixed"]
     unknown = sorted(set(positions) - set(moving))
     if unknown:
@@ -128,7 +126,7 @@ def _displacement(
 
 
 def _turn(axis: Array, angle: float) -> Array:
-    cross = _cross(axis)
+    cross = pinocchio.skew(axis)
     # 1 - cos as a square of the half angle's sine: without cancellation for small angles.
     return np.asarray(
         np.eye(3) + np.sin(angle) * cross + 2.0 * np.sin(0.5 * angle) ** 2 * (cross @ cross)
@@ -140,14 +138,8 @@ def _turned(quaternion: Array, name: str) -> Array:
     if abs(length - 1.0) > _UNIT_TOLERANCE:
         raise ArgumentError(f"{name}: the quaternion has length {length:g}, expected 1")
     vector, scalar = quaternion[:3] / length, quaternion[3] / length
-    cross = _cross(vector)
+    cross = pinocchio.skew(vector)
     return np.asarray(np.eye(3) + 2.0 * scalar * cross + 2.0 * cross @ cross)
-
-
-def _cross(vector: Array) -> Array:
-    """Return the `(3, 3)` matrix by which a vector is multiplied crosswise."""
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _joint(joint: JointDescription, displacement: Array, values: Array) -> JointDescription:

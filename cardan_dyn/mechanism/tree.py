@@ -14,8 +14,9 @@ import numpy as np
 import pinocchio
 
 from ..arrays import Array
+from ..description.elements import elementary
 from ..errors import ModelError
-from .joints import Part, elementary
+from .joints import Part
 
 if TYPE_CHECKING:
     from ..description.description import (

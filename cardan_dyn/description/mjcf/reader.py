@@ -29,6 +29,7 @@ from ..description import (
 from ..elements import (
     SINGLE_TYPES,
     Dynamics,
+    at_point,
     check_size,
     check_unique,
     file_text,
@@ -503,15 +504,15 @@ class _MjcfReader:
         if kind == "connect":
             if "anchor" not in attributes:
                 raise ModelError(f'{at}: anchor="..." is missing')
-            origin_1 = _at_point(numbers(attributes["anchor"], 3, "", f"{at}: anchor"))
+            origin_1 = at_point(numbers(attributes["anchor"], 3, "", f"{at}: anchor"))
             return (first, second), (origin_1, inverse(across) @ origin_1)
-        origin_2 = _at_point(numbers(attributes.get("anchor"), 3, "0 0 0", f"{at}: anchor"))
+        origin_2 = at_point(numbers(attributes.get("anchor"), 3, "0 0 0", f"{at}: anchor"))
         origin_1 = across @ origin_2
         relative_pose = numbers(attributes.get("relpose"), 7, "0 1 0 0 0 0 0", f"{at}: relpose")
         # A quaternion of zeros stands for the pose in the initial configuration.
         if np.any(relative_pose[3:]):
             # MuJoCo holds the anchor, a point of the second body, at this point of the first.
-            origin_1 = _at_point(relative_pose[:3])
+            origin_1 = at_point(relative_pose[:3])
             origin_1[:3, :3] = rotation_of_quaternion(relative_pose[3:], f"{at}: relpose")
         return (first, second), (origin_1, origin_2)
 
@@ -671,10 +672,3 @@ def _named(attributes: Attributes, key: str, known: Mapping[str, Named], at: str
     if name not in known:
         raise ModelError(f"{at}: {key} {name!r} does not exist; names: {choices(known, name)}")
     return known[name]
-
-
-def _at_point(point: Array) -> Array:
-    """Return the `(4, 4)` placement at a point, axes parallel."""
-    result = np.eye(4)
-    result[:3, 3] = point
-    return result

@@ -27,7 +27,7 @@ import numpy as np
 from ...arrays import Array, inverse
 from ...errors import ModelError, choices
 from ..description import Description, JointDescription, LinkDescription, LoopDescription
-from ..elements import ROTATION_TOLERANCE, SINGLE_TYPES, unique, words
+from ..elements import ROTATION_TOLERANCE, SINGLE_TYPES, elementary, unique, words
 from .elements import rotation_of_quaternion
 from .inertia import Mass, total
 
@@ -35,6 +35,8 @@ _DIRECT = {"spherical": "connect", "fixed": "weld"}
 """Types of loops that are an equality, and its kind."""
 _WORLD = "world"
 """Name of MuJoCo's outermost body."""
+_WORDS = {"revolute": "hinge", "prismatic": "slide", "spherical": "ball"}
+"""Elementary part of a joint to the joint that it is in MJCF."""
 _MOST_FREEDOMS = 6
 """Freedoms that MuJoCo allows between a body and the one that carries it."""
 
@@ -295,7 +297,8 @@ class _MjcfWriter:
 
 
 def _parts(item: JointDescription | LoopDescription) -> list[tuple[str, Array]]:
-    return elementary_joints(item.type, item.axis, item.axis_2)
+    """Return MJCF's words and axes for the coordinates of a joint, outermost first."""
+    return [(_WORDS[kind], axis) for kind, axis in elementary(item.type, item.axis, item.axis_2)]
 
 
 def _parent(item: JointDescription | LoopDescription) -> str:
@@ -418,25 +421,6 @@ class RigidGroups:
                 joints.append(joint)
             link = joint.parent
         return joints
-
-
-def elementary_joints(kind: str, axis: Array, axis_2: Array) -> list[tuple[str, Array]]:
-    """Return MJCF's words and axes for the coordinates of a joint type, outermost first."""
-    x, y, z = np.eye(3)
-    if kind == "planar":
-        first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-        first /= np.linalg.norm(first)
-        return [("slide", first), ("slide", np.cross(axis, first)), ("hinge", axis)]
-    return {
-        "fixed": [],
-        "revolute": [("hinge", axis)],
-        "continuous": [("hinge", axis)],
-        "prismatic": [("slide", axis)],
-        "cylindrical": [("slide", axis), ("hinge", axis)],
-        "universal": [("hinge", axis), ("hinge", axis_2)],
-        "spherical": [("ball", axis)],
-        "floating": [("slide", x), ("slide", y), ("slide", z), ("ball", x)],
-    }[kind]
 
 
 def check_kinds(kinds: list[str], body: str) -> None:

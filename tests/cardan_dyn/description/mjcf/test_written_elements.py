@@ -13,18 +13,16 @@ from hypothesis import strategies as st
 
 import cardan_dyn as cd
 from cardan_dyn.description.description import JointDescription, Limits, LinkDescription
-from cardan_dyn.description.elements import TREE_TYPES, words
+from cardan_dyn.description.elements import words
 from cardan_dyn.description.mjcf.elements import rotation_of_quaternion
 from cardan_dyn.description.mjcf.writer import (
     check_kinds,
     check_rotation,
-    elementary_joints,
     inertial_of,
     pose_of,
     quaternion_of,
     range_of,
 )
-from cardan_dyn.mechanism.joints import elementary
 
 ANGLES = st.one_of(
     st.sampled_from([0.0, math.pi / 2, -math.pi / 2, math.pi, math.pi - 1e-9, 1e-9]),
@@ -43,16 +41,6 @@ def test_quaternions_of_any_rotation(roll: float, pitch: float, yaw: float) -> N
     sign = 1.0 if expected @ [x, y, z, w] > 0.0 else -1.0
     np.testing.assert_allclose(sign * np.array([x, y, z, w]), expected, atol=1e-12)
     np.testing.assert_allclose(rotation_of_quaternion(found, "at"), turn, atol=1e-15)
-
-
-@pytest.mark.parametrize("kind", sorted(TREE_TYPES))
-def test_joints_are_those_of_the_model(kind: str) -> None:
-    axis, axis_2 = np.array([0.36, 0.48, 0.8]), np.array([0.8, -0.6, 0.0])
-    word = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical"}
-    found, expected = elementary_joints(kind, axis, axis_2), elementary(kind, axis, axis_2)
-    assert [word[name] for name, _ in found] == [name for name, _ in expected]
-    for (_, one), (_, other) in zip(found, expected, strict=True):
-        np.testing.assert_allclose(one, other, atol=1e-16)
 
 
 def test_what_mujoco_does_not_combine() -> None:
