@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,6 +51,29 @@ class LinkDescription(Record):
         return f"<LinkDescription {self.name!r}: {self.mass:g} kg>"
 
 
+class Dynamics(NamedTuple):
+    """What rubs and springs along each coordinate of a joint.
+
+    No wrench considers it, unless a scene takes it for an element.
+
+    Attributes:
+        damping: viscous [N·m·s/rad or N·s/m].
+        friction: dry [N·m or N].
+        stiffness: of a spring [N·m/rad or N/m].
+        rest: position at which the spring is without effort [rad or m].
+    """
+
+    damping: float = 0.0
+    friction: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
+
+    @property
+    def acts(self) -> bool:
+        """Whether any effort comes of it."""
+        return bool(self.damping or self.friction or self.stiffness)
+
+
 @dataclass(frozen=True, eq=False)
 class Limits(Record):
     """Limits of a joint's coordinate; they are kept for Pinocchio's functions only.
@@ -83,11 +106,7 @@ class JointDescription(Record):
         limits: of its coordinate.
         adjustable: what a `fixed` joint becomes in a scene that holds or drives it: `revolute` or
             `prismatic` along `axis`, where its place is zero; empty if it stays fixed.
-        damping: viscous, of each of its coordinates [N·m·s/rad or N·s/m]; no wrench considers it,
-            unless a scene takes it for an element.
-        friction: dry, likewise [N·m or N].
-        stiffness: of a spring, likewise [N·m/rad or N/m].
-        rest: position at which the spring is without effort, likewise [rad or m].
+        dynamics: what rubs and springs along its coordinates.
     """
 
     name: str
@@ -100,10 +119,7 @@ class JointDescription(Record):
     child_placement: np.ndarray = field(default_factory=lambda: np.eye(4))
     limits: Limits = field(default_factory=Limits)
     adjustable: str = ""
-    damping: float = 0.0
-    friction: float = 0.0
-    stiffness: float = 0.0
-    rest: float = 0.0
+    dynamics: Dynamics = field(default_factory=Dynamics)
 
     def __repr__(self) -> str:
         return f"<JointDescription {self.name!r}: {self.type}, {self.parent!r} -> {self.child!r}>"
@@ -121,7 +137,7 @@ class LoopDescription(Record):
             [m]. The coordinate is zero where both coincide.
         axis: `(3,)` unit vector in the joint frame.
         axis_2: `(3,)` second axis of a `universal` joint, normal to the first; else the first.
-        damping, friction, stiffness, rest: of each of its coordinates, as those of a joint.
+        dynamics: what rubs and springs along its coordinates.
     """
 
     name: str
@@ -132,10 +148,7 @@ class LoopDescription(Record):
     successor_origin: np.ndarray
     axis: np.ndarray
     axis_2: np.ndarray
-    damping: float = 0.0
-    friction: float = 0.0
-    stiffness: float = 0.0
-    rest: float = 0.0
+    dynamics: Dynamics = field(default_factory=Dynamics)
 
     def __repr__(self) -> str:
         ends = f"{self.predecessor!r} -> {self.successor!r}"
@@ -217,17 +230,18 @@ class Description(Record):
         Springs and friction of theirs, limits and the motion that an author gives them are left
         out: they were those of the type that it was.
         """
-        nothing: dict[str, Any] = {"damping": 0.0, "friction": 0.0, "stiffness": 0.0, "rest": 0.0}
         return replace(
             self,
             joints=tuple(
-                replace(joint, type=types[joint.name], limits=Limits(), **nothing)
+                replace(joint, type=types[joint.name], limits=Limits(), dynamics=Dynamics())
                 if joint.name in types
                 else joint
                 for joint in self.joints
             ),
             loops=tuple(
-                replace(loop, type=types[loop.name], **nothing) if loop.name in types else loop
+                replace(loop, type=types[loop.name], dynamics=Dynamics())
+                if loop.name in types
+                else loop
                 for loop in self.loops
             ),
             independent_joints=tuple(name for name in self.independent_joints if name not in types),

@@ -8,13 +8,12 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable
 from pathlib import Path
-from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
 
 from ..errors import ModelError, choices
-from .description import LoopDescription
+from .description import Dynamics, LoopDescription
 
 JOINT_TYPES = frozenset({"revolute", "continuous", "prismatic", "fixed", "planar", "floating"})
 """Types of tree joints that URDF has."""
@@ -171,20 +170,6 @@ def only(element: ElementTree.Element, tag: str, at: str) -> ElementTree.Element
     if len(children) > 1:
         raise ModelError(f"{at}: there are {len(children)} <{tag}> in <{element.tag}>; keep one")
     return children[0] if children else None
-
-
-class Dynamics(NamedTuple):
-    """What rubs and springs along each coordinate of a joint; see `JointDescription`."""
-
-    damping: float = 0.0
-    friction: float = 0.0
-    stiffness: float = 0.0
-    rest: float = 0.0
-
-    @property
-    def acts(self) -> bool:
-        """Whether any effort comes of it."""
-        return bool(self.damping or self.friction or self.stiffness)
 
 
 DYNAMICS_WORDS = ("damping", "friction", "spring_stiffness", "spring_reference")
@@ -399,7 +384,7 @@ def loop(
     axis, axis_2 = axes_of(element, kind, at)
     ends = predecessor, successor, origins[0], origins[1]
     dynamics = dynamics_of(element, at) if element.tag == "loop" else Dynamics()
-    return LoopDescription(name, kind, *ends, axis, axis_2, *dynamics)
+    return LoopDescription(name, kind, *ends, axis, axis_2, dynamics)
 
 
 def _end(side: ElementTree.Element | None, at: str) -> np.ndarray:

@@ -78,10 +78,10 @@ def dynamics_left_out(
         joints: all of them.
         where: how messages name the source of the text.
     """
-    acting = [item for item in joints if item.damping or item.friction or item.stiffness]
+    acting = [item for item in joints if item.dynamics.acts]
     balls = [item.name for item in acting if item.type in _BALLS]
     others = [item.name for item in acting if item.type not in _BALLS]
-    has_springs = any(item.stiffness for item in acting)
+    has_springs = any(item.dynamics.stiffness for item in acting)
     what = "damping, friction or springs" if has_springs else "damping or friction"
     taken = "Scene(..., elements=described_elements(mechanism)) takes it in"
     lines = [

@@ -292,7 +292,7 @@ def _joint(
         axis_2=axis_2,
         limits=_limits(element, kind, at),
         adjustable=adjustable,
-        **dynamics_of(element, at)._asdict(),
+        dynamics=dynamics_of(element, at),
     )
 
 

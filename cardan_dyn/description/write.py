@@ -225,9 +225,9 @@ def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> 
 
 def _write_dynamics(element: Element, joint: JointDescription | LoopDescription) -> None:
     """Add what rubs and springs; springs in the words of SDF, since URDF has none for them."""
-    stated = dict(zip(DYNAMICS_WORDS, (joint.damping, joint.friction), strict=False))
-    if joint.stiffness or joint.rest:
-        stated |= {"spring_stiffness": joint.stiffness, "spring_reference": joint.rest}
+    dynamics = joint.dynamics
+    count = len(dynamics) if dynamics.stiffness or dynamics.rest else 2
+    stated = dict(zip(DYNAMICS_WORDS[:count], dynamics[:count], strict=True))
     if any(stated.values()):
         SubElement(element, "dynamics", {name: words([value]) for name, value in stated.items()})
 

@@ -308,9 +308,9 @@ class Mechanism(Frozen):
         """
         return FrozenDict(
             {
-                name: (item.damping, item.friction)
+                name: (item.dynamics.damping, item.dynamics.friction)
                 for name, item in self._described_coordinates()
-                if item.damping or item.friction
+                if item.dynamics.damping or item.dynamics.friction
             }
         )
 
@@ -324,9 +324,9 @@ class Mechanism(Frozen):
         """
         return FrozenDict(
             {
-                name: (item.stiffness, item.rest)
+                name: (item.dynamics.stiffness, item.dynamics.rest)
                 for name, item in self._described_coordinates()
-                if item.stiffness
+                if item.dynamics.stiffness
             }
         )
 

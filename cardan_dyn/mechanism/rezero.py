@@ -30,6 +30,7 @@ from ..checks import mapping, numbers
 from ..description.description import (
     CouplingDescription,
     Description,
+    Dynamics,
     JointDescription,
     Limits,
     LoopDescription,
@@ -155,7 +156,7 @@ def _joint(joint: JointDescription, displacement: Array, values: Array) -> Joint
         origin=joint.origin @ displacement,
         axis=_axis(joint, displacement),
         limits=limits,
-        rest=_rest(joint, values),
+        dynamics=_dynamics(joint, values),
     )
 
 
@@ -165,20 +166,20 @@ def _loop(loop: LoopDescription, displacement: Array, values: Array) -> LoopDesc
         loop,
         predecessor_origin=loop.predecessor_origin @ displacement,
         axis=_axis(loop, displacement),
-        rest=_rest(loop, values),
+        dynamics=_dynamics(loop, values),
     )
 
 
-def _rest(joint: JointDescription | LoopDescription, values: Array) -> float:
-    """Return where the spring of a joint is at rest, counted from coordinates."""
-    if not joint.stiffness or not np.any(values):
-        return joint.rest
+def _dynamics(joint: JointDescription | LoopDescription, values: Array) -> Dynamics:
+    """Return what rubs and springs along a joint, its rest counted from coordinates."""
+    if not joint.dynamics.stiffness or not np.any(values):
+        return joint.dynamics
     if len(values) > 1:
         raise ArgumentError(
             f"at[{joint.name!r}]: a {joint.type} joint with a spring keeps its zero, since its "
             "description has one place of rest for all of its coordinates"
         )
-    return joint.rest - float(values[0])
+    return joint.dynamics._replace(rest=joint.dynamics.rest - float(values[0]))
 
 
 def _axis(joint: JointDescription | LoopDescription, displacement: Array) -> Array:

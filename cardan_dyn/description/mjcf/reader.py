@@ -21,6 +21,7 @@ from ...errors import ModelError, choices
 from ..description import (
     CouplingDescription,
     Description,
+    Dynamics,
     JointDescription,
     Limits,
     LinkDescription,
@@ -28,7 +29,6 @@ from ..description import (
 )
 from ..elements import (
     SINGLE_TYPES,
-    Dynamics,
     at_point,
     check_size,
     check_unique,
@@ -604,7 +604,7 @@ def joint(
     warning = f"{at}: its coordinate is zero where the file counts {initial:g} (ref)"
     taken = _dynamics_of(attributes, kind, compiler, at)
     described = JointDescription(
-        name, joint_type, *ends, origin, axis, axis, child_in_joint, limits, "", *taken
+        name, joint_type, *ends, origin, axis, axis, child_in_joint, limits, "", taken
     )
     return described, warning if initial else ""
 

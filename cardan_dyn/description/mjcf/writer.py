@@ -26,7 +26,7 @@ import numpy as np
 
 from ...arrays import Array, inverse
 from ...errors import ModelError, choices
-from ..description import Description, JointDescription, LinkDescription, LoopDescription
+from ..description import Description, Dynamics, JointDescription, LinkDescription, LoopDescription
 from ..elements import ROTATION_TOLERANCE, SINGLE_TYPES, elementary, unique, words
 from .elements import rotation_of_quaternion
 from .inertia import Mass, total
@@ -247,7 +247,7 @@ class _MjcfWriter:
                 self._taken["joint"].add(name)
             attributes = f'name={quoteattr(name)} type="{kind}" pos="{words(frame[:3, 3])}"'
             if kind != "ball":
-                attributes += f' axis="{words(frame[:3, :3] @ axis)}"{dynamics_of(item)}'
+                attributes += f' axis="{words(frame[:3, :3] @ axis)}"{dynamics_of(item.dynamics)}'
             if len(parts) == 1 and isinstance(item, JointDescription):
                 attributes += range_of(item)
             lines.append(f"<joint {attributes}/>")
@@ -443,13 +443,13 @@ def range_of(joint: JointDescription) -> str:
     return f' range="{words([lower, upper])}"'
 
 
-def dynamics_of(joint: JointDescription | LoopDescription) -> str:
+def dynamics_of(dynamics: Dynamics) -> str:
     """Return the attributes of what rubs and springs along a hinge or slide of a joint."""
     stated = {
-        "damping": joint.damping,
-        "frictionloss": joint.friction,
-        "stiffness": joint.stiffness,
-        "springref": joint.rest if joint.stiffness else 0.0,
+        "damping": dynamics.damping,
+        "frictionloss": dynamics.friction,
+        "stiffness": dynamics.stiffness,
+        "springref": dynamics.rest if dynamics.stiffness else 0.0,
     }
     return "".join(f' {name}="{words([value])}"' for name, value in stated.items() if value)
 

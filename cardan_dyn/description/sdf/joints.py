@@ -11,8 +11,8 @@ import numpy as np
 
 from ...arrays import Array, inverse
 from ...errors import ModelError, choices
-from ..description import JointDescription, Limits, LoopDescription
-from ..elements import DIRECTION_TOLERANCE, DYNAMICS_WORDS, Dynamics, numbers, only
+from ..description import Dynamics, JointDescription, Limits, LoopDescription
+from ..elements import DIRECTION_TOLERANCE, DYNAMICS_WORDS, numbers, only
 from ..mjcf.elements import unit
 from .elements import acting, flag, limit, number, text
 from .frames import MODEL, WORLD, NamedFrames
@@ -88,7 +88,7 @@ class Edge:
             axis_2=self.axis_2,
             child_placement=inverse(self.placement) @ links[child],
             limits=self.limits,
-            **self.dynamics._asdict(),
+            dynamics=self.dynamics,
         )
 
     def loop(self, links: dict[str, Array]) -> LoopDescription:
@@ -102,7 +102,7 @@ class Edge:
             successor_origin=inverse(links[self.child]) @ self.placement,
             axis=self.axis,
             axis_2=self.axis_2,
-            **self.dynamics._asdict(),
+            dynamics=self.dynamics,
         )
 
 

@@ -13,6 +13,7 @@ import cardan_dyn as cd
 from cardan_dyn.description.description import (
     CouplingDescription,
     Description,
+    Dynamics,
     JointDescription,
     Limits,
     LinkDescription,
@@ -75,8 +76,7 @@ CHANGES = [
             **{"name": "h", "type": "continuous", "parent": "hand", "child": "hand"},
             **{"origin": ELSEWHERE, "axis": Y, "axis_2": X, "child_placement": ELSEWHERE},
             "limits": Limits(upper=3.0),
-            **{"adjustable": "revolute", "damping": 1.0, "friction": 2.0},
-            **{"stiffness": 3.0, "rest": 0.5},
+            **{"adjustable": "revolute", "dynamics": Dynamics(1.0, 2.0, 3.0, 0.5)},
         },
     ),
     (
@@ -85,7 +85,7 @@ CHANGES = [
             **{"name": "h", "type": "fixed", "predecessor": "arm", "successor": "arm"},
             **{"predecessor_origin": ELSEWHERE, "successor_origin": ELSEWHERE},
             **{"axis": Y, "axis_2": Y},
-            **{"damping": 1.0, "friction": 2.0, "stiffness": 3.0, "rest": 0.5},
+            "dynamics": Dynamics(rest=0.5),
         },
     ),
     (Limits(), {"lower": 0.0, "upper": 1.0, "velocity": 2.0, "effort": 3.0}),

@@ -90,7 +90,7 @@ def test_damping_friction_and_springs_of_an_axis_are_read() -> None:
     description = read(TEXT.format(**{**PLACES, "axis": DYNAMICS}))
     assert description.warnings == (TAKES_IN,)
     (joint,) = (item for item in description.joints if item.name == "j")
-    assert (joint.damping, joint.friction, joint.stiffness, joint.rest) == (0.5, 0.25, 3.0, 0.1)
+    assert joint.dynamics == (0.5, 0.25, 3.0, 0.1)
 
 
 def test_a_joint_that_closes_a_loop_keeps_them() -> None:
@@ -105,7 +105,7 @@ def test_a_joint_that_closes_a_loop_keeps_them() -> None:
     description = read(text)
     (loop,) = description.loops
     found = loop if loop.name == "j" else next(j for j in description.joints if j.name == "j")
-    assert (found.damping, found.friction, found.stiffness, found.rest) == (0.5, 0.25, 3.0, 0.1)
+    assert found.dynamics == (0.5, 0.25, 3.0, 0.1)
     assert description.warnings == (TAKES_IN,)
     mechanism = cd.load(text)
     assert dict(mechanism.joint_springs) == {"j": (3.0, 0.1)}
