@@ -92,7 +92,7 @@ def minima(
         if not is_all:
             best = _distinct([_exchanged(squares, allowed, item) for item in best], 0.0)
         return Minima(tuple(best), len(candidates), is_all)
-    starts = _apart(candidates[order], _spacing(allowed))
+    starts = _apart(candidates[order], 1.5 * np.pi / _per_free(allowed))
     starts += [_evolved(rough, free, starts[0], candidates[order])]
     found = [_descended(squares, free, start) for start in starts]
     return Minima(tuple(_distinct(found, _SAME)[:count]), len(candidates), False)
@@ -132,7 +132,8 @@ def _evolved(rough: Squares, free: Array, start: Array, ordered: Array) -> Array
 def _candidates(allowed: Sequence[Array | None], given: Array) -> tuple[Array, bool]:
     """Return a grid `(c, m)` over all offsets, or a part of it drawn by chance, and whether all."""
     number = _per_free(allowed)
-    lists = [_grid(number) if values is None else values for values in allowed]
+    grid = np.arange(number) * (np.pi / number) - np.pi / 2
+    lists = [grid if values is None else values for values in allowed]
     total = float(np.prod([float(len(values)) for values in lists]))
     if total <= max(_BUDGET, _FINEST):
         return np.array(list(itertools.product(*lists))), True
@@ -148,14 +149,6 @@ def _per_free(allowed: Sequence[Array | None]) -> int:
     steps = float(np.prod([float(len(values)) for values in allowed if values is not None]))
     free = sum(values is None for values in allowed)
     return int(np.clip((_BUDGET / steps) ** (1.0 / max(free, 1)), 6, _FINEST))
-
-
-def _grid(number: int) -> Array:
-    return np.asarray(np.arange(number) * (np.pi / number) - np.pi / 2)
-
-
-def _spacing(allowed: Sequence[Array | None]) -> float:
-    return 1.5 * np.pi / _per_free(allowed)
 
 
 def _between(a: Array, b: Array) -> float:

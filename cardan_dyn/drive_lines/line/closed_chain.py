@@ -526,7 +526,9 @@ def shaft_visuals(line: LineData, index: int) -> list[ElementTree.Element]:
     front = gap if index else -length
     rear = -gap if index == 0 else length - (gap if index < line.count else 0.0)
     middle = (front + rear) / 2.0
-    return [_cylinder(f"tube_{index}", middle, _ALONG_X, _radius(line, index), rear - front)]
+    tube = line.shafts[index].tube
+    radius = (tube.outer_diameter if tube else _diameter(line)) / 2.0
+    return [_cylinder(f"tube_{index}", middle, _ALONG_X, radius, rear - front)]
 
 
 def cross_visuals(line: LineData, number: int) -> list[ElementTree.Element]:
@@ -552,11 +554,6 @@ def _diameter(line: LineData) -> float:
     diameters = [shaft.tube.outer_diameter for shaft in line.shafts if shaft.tube]
     lengths = [float(length) for length in line.geometry.lengths if not math.isnan(length)]
     return max(diameters, default=min(lengths, default=1.0) / _SLENDERNESS)
-
-
-def _radius(line: LineData, index: int) -> float:
-    tube = line.shafts[index].tube
-    return (tube.outer_diameter if tube else _diameter(line)) / 2.0
 
 
 def _cylinder(name: str, x: float, turn: str, radius: float, length: float) -> ElementTree.Element:

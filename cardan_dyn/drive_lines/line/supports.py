@@ -208,7 +208,10 @@ def _locating_in(
     shafts: Sequence[Shaft], stretch: Sequence[tuple[int, int | None]]
 ) -> list[tuple[int, int | None]]:
     """Return the locating bearings of a stretch: those that are said to be, those of end shafts."""
-    stated = {key: _stated(shafts, key) for key in stretch}
+    stated = {
+        (index, place): True if place is None else shafts[index].bearings[place].locating
+        for index, place in stretch
+    }
     chosen = [key for key, locates in stated.items() if locates]
     for end in (0, len(shafts) - 1):
         of_end = [key for key in stretch if key[0] == end]
@@ -217,11 +220,6 @@ def _locating_in(
     if not chosen:
         chosen = [key for key, locates in stated.items() if locates is None][:1]
     return chosen
-
-
-def _stated(shafts: Sequence[Shaft], key: tuple[int, int | None]) -> bool | None:
-    index, place = key
-    return True if place is None else shafts[index].bearings[place].locating
 
 
 def _between(line: LineData, number: int, count: int) -> str:

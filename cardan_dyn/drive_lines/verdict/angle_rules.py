@@ -51,18 +51,14 @@ def first_order(exact: float, rule: float) -> tuple[str, ...]:
 
 def signs_hold(case: Case) -> tuple[str, ...]:
     """Return that sums with signs do not hold, where forks are not at 0° or 90°."""
-    if case.line.count < 2 or _is_square(case):
+    phases = case.line.fork_phases[case.line.uneven_angles > 0.0]
+    steps = np.diff(phases) / (np.pi / 2)
+    if np.all(np.abs(steps - np.round(steps)) * np.pi / 2 <= SQUARE):
         return ()
     return (
         "sums with signs hold for planar lines with forks at 0 or 90 degrees: this line is "
         "spatial or its forks stand otherwise; the rule's value is the sum of phase vectors",
     )
-
-
-def _is_square(case: Case) -> bool:
-    phases = case.line.fork_phases[case.line.uneven_angles > 0.0]
-    steps = np.diff(phases) / (np.pi / 2)
-    return bool(np.all(np.abs(steps - np.round(steps)) * np.pi / 2 <= SQUARE))
 
 
 def _joint_angles(case: Case) -> Iterator[VerdictRow]:

@@ -393,7 +393,7 @@ def _checked(
                     f"{choices(CRITICAL_CONSTANTS, value)}"
                 )
             result[name] = CRITICAL_CONSTANTS[value]
-        elif _is_number(value):
+        elif not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value):
             result[name] = KNOWN[name].replaced(float(value), GIVEN)
         else:
             raise ArgumentError(
@@ -422,10 +422,6 @@ def _fitting(name: str, given: Limit, known: Limit) -> Limit:
                 f"{getattr(known, field)!r}"
             )
     return given
-
-
-def _is_number(value: object) -> bool:
-    return not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)
 
 
 def _of_line(line: LineData, analysis: Analysis | None) -> Analysis | None:

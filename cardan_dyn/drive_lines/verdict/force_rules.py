@@ -13,9 +13,8 @@ from analytic.limits import Limit
 from analytic.support_forces import Spans
 
 from ...arrays import Array
-from ..line.parts import Bearing, Shaft
+from ..line.parts import Shaft
 from ..line.supports import supports
-from .analysis import Analysis
 from .case import Case
 from .rows import Inverse, VerdictRow, judged, not_judged, withheld
 
@@ -84,10 +83,12 @@ def _bearings(case: Case) -> Iterator[VerdictRow]:
     radial, cases = case.worst(lambda item: item.bearing_radial)
     axial, axial_cases = case.worst(lambda item: item.bearing_axial)
     by_rule, reason = _by_statics(case)
-    by_name = _by_name(case, unit)
+    names = (item.name for item in supports(case.line).bearings)
+    by_name = dict(zip(names, case.line.bearings, strict=True))
     sliding = ["no axial force in the spline: the value is with its friction"]
     broken = [*_with_mass(case), *([reason] if reason else [])]
-    broken += sliding if _slides(case) else []
+    slides = any(shaft.spline is not None and shaft.spline.friction for shaft in case.line.shafts)
+    broken += sliding if slides else []
     if unit.indeterminate:
         broken.append(
             "statics leaves forces open; the least ones are shown: " + unit.indeterminate[0]
@@ -165,11 +166,6 @@ def _centrings(case: Case) -> Iterator[VerdictRow]:
         yield _unless_friction_is_unknown(case, held)
 
 
-def _slides(case: Case) -> bool:
-    """Return whether a spline of the line has friction."""
-    return any(shaft.spline is not None and shaft.spline.friction for shaft in case.line.shafts)
-
-
 def _unless_friction_is_unknown(case: Case, row: VerdictRow) -> VerdictRow:
     """Return the row of a bearing, which passes nothing while a force that loads it is unknown."""
     if not case.unknown_frictions:
@@ -183,14 +179,6 @@ def _with_inverse(case: Case, row: VerdictRow, torque: float) -> VerdictRow:
     if case.unit is None or case.unit.inertial is not None or not torque:
         return row
     return replace(row, inverses=(Inverse("allowed torque", torque, "N m"),))
-
-
-def _by_name(case: Case, unit: Analysis) -> dict[str, Bearing]:
-    """Return the bearings of the line by the names of the analysis."""
-    held = supports(case.line).bearings
-    names = [item.name for item in held]
-    found = dict(zip(names, case.line.bearings, strict=True))
-    return {name: found[name] for name in unit.bearings if name in found}
 
 
 def _by_statics(case: Case) -> tuple[dict[str, float], str]:
@@ -216,21 +204,15 @@ def _by_statics(case: Case) -> tuple[dict[str, float], str]:
         spans,
         line.fork_offsets,
     )
-    names = _names_of_rule(case)
+    # A and B, the centres, E and F.
+    ordered = sorted(
+        supports(line).bearings,
+        key=lambda item: (item.shaft, item.distance if item.shaft else -item.distance),
+    )
     centres = np.moveaxis(found.centres, -2, 0) if line.count > 2 else np.zeros((0, 1, 3))
     listed: list[Array] = [found.A, found.B, *centres, found.E, found.F]
     sizes = [float(np.linalg.norm(force, axis=-1).max()) for force in listed]
-    return dict(zip(names, sizes, strict=True)), ""
-
-
-def _names_of_rule(case: Case) -> list[str]:
-    """Return the bearings in the order A, B, centres, E, F."""
-    last = case.line.count
-    held = supports(case.line).bearings
-    ordered = sorted(
-        held, key=lambda item: (item.shaft, -item.distance if item.shaft == 0 else item.distance)
-    )
-    return [item.name for item in ordered if item.shaft <= last]
+    return {item.name: size for item, size in zip(ordered, sizes, strict=True)}, ""
 
 
 def _spans(shafts: tuple[Shaft, ...]) -> Spans | None:

@@ -13,7 +13,7 @@ from analytic.limits import Limit
 
 from ...errors import ModelError
 from ..line.geometry import centring_places
-from ..line.parts import Shaft, Tube
+from ..line.parts import Shaft
 from ..line.supports import Support, supports
 from .case import Case
 from .rows import FAIL, Inverse, VerdictRow, judged, not_judged, withheld
@@ -130,7 +130,10 @@ def _critical(case: Case) -> _Critical | str:
     if not min(heavy) > 0.0:
         return "give mass of all shafts, or none to count with that of their tubes"
     ends = [_end_stiffness(line.shafts[0]), _end_stiffness(line.shafts[-1])]
-    rigidities = [s.modulus * s.area * _square_radius(s) for s in sections]
+    # E A i² with the radius of gyration i² = (D² + d²) / 16.
+    rigidities = [
+        s.modulus * s.area * (s.outer_diameter**2 + s.inner_diameter**2) / 16.0 for s in sections
+    ]
     names = iter(item.name for item in _bearings(case))
     soft, bearings = [], []
     for k, shaft in enumerate(line.shafts):
@@ -177,11 +180,6 @@ def _bearings(case: Case) -> tuple[Support, ...]:
         return supports(case.line).bearings
     except ModelError:
         return ()
-
-
-def _square_radius(section: Tube) -> float:
-    """Return the square of the radius of gyration of a section about its diameter [m²]."""
-    return (section.outer_diameter**2 + section.inner_diameter**2) / 16.0
 
 
 def _end_stiffness(shaft: Shaft) -> float:

@@ -289,7 +289,7 @@ def _solved(setup: _Setup, line: LineData, task: Task, moved: _Moved) -> _Part:
         )
 
     is_moving = task.speed != 0.0 or task.acceleration != 0.0
-    is_heavy = _has_mass(scene.mechanism)
+    is_heavy = any(link.mass > 0.0 for link in scene.mechanism.description.links)
     # Without mass, forces in motion are those at rest.
     unit = sweep(moving=is_moving and not is_heavy)
     _check_place(setup, unit, moved)
@@ -344,10 +344,6 @@ def _check_place(setup: _Setup, sweep: Sweep, moved: _Moved) -> None:
                 "m: the bearings leave the shafts a second place, into which they came on the way "
                 "from the data; give this design as a line of its own, or support the line better"
             )
-
-
-def _has_mass(mechanism: Mechanism) -> bool:
-    return any(link.mass > 0.0 for link in mechanism.description.links)
 
 
 def _of(setup: _Setup, line: LineData, turns: Sequence[Array], sweep: Sweep) -> LineForces:
