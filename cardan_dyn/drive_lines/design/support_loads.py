@@ -144,8 +144,7 @@ def support_loads(line: LineData) -> SupportLoads:
         factors[row] = solved[columns].reshape(2, line.count, 3)
     shafts = np.array([item.shaft for item in bearings])
     names = tuple(item.name for item in bearings)
-    even = np.array([joint.kind == "constant_velocity" for joint in line.joints])
-    return SupportLoads(names, shafts, axes, factors, line.joint_angles, even)
+    return SupportLoads(names, shafts, axes, factors, line.joint_angles, line.even)
 
 
 class _Unknowns:

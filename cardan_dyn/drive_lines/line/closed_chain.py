@@ -387,7 +387,7 @@ class _Writer(Robot):
     def driven(self, k: int, has_place: bool) -> None:
         """Write the driven pin of joint k, which is a loop if the shaft has a place of its own."""
         turn = self.zero.driven[k - 1]
-        if self.line.joints[k - 1].kind == "constant_velocity":
+        if self.line.even[k - 1]:
             self.driven_evenly(k, has_place)
         elif has_place:
             here, straight = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import ModelError
+from ...frozen import read_only
 from .fields import flag, parts, quantity, settle, text, unusual
 from .geometry import Geometry, Zero, called, geometry, zero
 from .parts import Bearing, DutyPoint, Shaft, ShaftJoint
@@ -74,8 +75,12 @@ class LineData:
     @property
     def uneven_angles(self) -> Array:
         """Joint angles as far as they make the line uneven: 0 at constant velocity `(n,)` [rad]."""
-        even = np.array([joint.kind == "constant_velocity" for joint in self.joints])
-        return np.where(even, 0.0, self.joint_angles)
+        return np.where(self.even, 0.0, self.joint_angles)
+
+    @cached_property
+    def even(self) -> Array:
+        """Which joints are those of constant velocity `(n,)`."""
+        return read_only(np.array([joint.kind == "constant_velocity" for joint in self.joints]))
 
     @property
     def centred(self) -> tuple[int, ...]:
@@ -144,8 +149,7 @@ class LineData:
     @cached_property
     def zero(self) -> Zero:
         """How pins and shafts stand while the input fork's pin is horizontal."""
-        even = [joint.kind == "constant_velocity" for joint in self.joints]
-        return zero(self.geometry, self.fork_offsets, even)
+        return zero(self.geometry, self.fork_offsets, self.even)
 
     @property
     def joint_angles(self) -> Array:

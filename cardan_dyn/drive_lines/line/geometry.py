@@ -294,7 +294,7 @@ class Zero(NamedTuple):
     rotations: Array
 
 
-def zero(found: Geometry, fork_offsets: Array, even: Sequence[bool] = ()) -> Zero:
+def zero(found: Geometry, fork_offsets: Array, even: Sequence[bool] | Array = ()) -> Zero:
     """Return how the pins and shafts of a line stand.
 
     Args:

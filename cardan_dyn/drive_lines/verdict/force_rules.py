@@ -44,7 +44,7 @@ def _couples(case: Case) -> Iterator[VerdictRow]:
     for k, beta in enumerate(line.joint_angles):
         rule = fork_couples.fork_couples(float(beta), torque)
         couples = (float(rule.input_normal), float(rule.output_in_plane))
-        is_even = line.joints[k].kind == "constant_velocity"
+        is_even = line.even[k]
         if is_even:
             couples = (torque * math.tan(beta / 2.0),) * 2
         for sides, points, by_rule, text in (

@@ -14,7 +14,8 @@ import numpy as np
 
 from ...arrays import Array
 from ...results.sweep import Sweep
-from ..line.geometry import Zero, lead
+from ..line.data import LineData
+from ..line.geometry import lead
 
 _FEWEST, _MOST = 32, 65536
 """Positions over half a turn, in which leads repeat, whose mean is that over a turn: leads of joint
@@ -44,29 +45,27 @@ class LineMotion(NamedTuple):
 
 def line_motion(
     sweep: Sweep,
-    stand: Zero,
+    line: LineData,
     slips: Sequence[str],
     speed: float,
     acceleration: float,
-    even: Sequence[bool] = (),
 ) -> LineMotion:
     """Return the motion of all shafts in a sweep.
 
     Args:
         sweep: at this speed and acceleration of the input shaft.
-        stand: how the pins stand at zero.
+        line: the line.
         slips: joints of the splines.
         speed: of the input shaft [rad/s].
         acceleration: of the input shaft [rad/s²].
-        even: which joints are those of constant velocity; none unless given.
     """
     motion = sweep.motion
     rotations = [np.broadcast_to(motion.position("bearing_in"), sweep.shape)]
     ratios = [np.ones(sweep.shape)]
     accelerations = [np.full(sweep.shape, acceleration)]
     turns = []
-    for k, (zero_in, zero_out) in enumerate(zip(*stand[:2], strict=True), 1):
-        if len(even) and even[k - 1]:
+    for k, (zero_in, zero_out) in enumerate(zip(*line.zero[:2], strict=True), 1):
+        if line.even[k - 1]:
             for values in (rotations, ratios, accelerations):
                 values.append(values[-1])
             turns.append((np.zeros_like(ratios[-1][..., 0]),) * 2)

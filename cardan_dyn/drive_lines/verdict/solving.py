@@ -21,7 +21,7 @@ from ...results.sweep import Sweep
 from ...results.wrench import JointWrench
 from ...scene.scene import Scene
 from ..line.data import LineData
-from ..line.geometry import MEETING, Geometry, Zero, leftwards
+from ..line.geometry import MEETING, Geometry, leftwards
 from ..line.supports import Supports, hangs_by_rear, spline_distance, supports
 from .analysis import Analysis, LineForces
 from .line_motion import LineMotion, line_motion
@@ -96,7 +96,6 @@ class _Setup(NamedTuple):
 
     Attributes:
         scene: with a unit torque at the output.
-        zero: how the pins stand at zero.
         seats: of all bearings.
         tilting: of end shafts that misaligned bearings tilt, the first bearing, which keeps the
             sleeve from turning, another one, and their distance along the flow [m].
@@ -104,7 +103,6 @@ class _Setup(NamedTuple):
     """
 
     scene: Scene
-    zero: Zero
     seats: tuple[_Seat, ...]
     tilting: tuple[tuple[int, int, float], ...]
     slips: tuple[_Slip, ...]
@@ -198,11 +196,11 @@ class _Arrays:
 
 def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
     """Return the scene, with all joint angles held and what varies from design to design."""
-    stand, held_by = line.zero, supports(line)
+    held_by = supports(line)
     seats = [_Seat(f"support_{item.name}", item.name, item.shaft) for item in held_by.bearings]
     # What turns on its place alone stands there as its pins do, and bearings straight.
     seats += [
-        _Seat(name, name, shaft, float(stand.rotations[shaft]))
+        _Seat(name, name, shaft, float(line.zero.rotations[shaft]))
         for shaft, name in ((0, "bearing_in"), (line.count, "bearing_out"))
         if not line.shafts[shaft].bearings
     ]
@@ -227,7 +225,7 @@ def _setup(line: LineData, mechanism: Mechanism, task: Task) -> _Setup:
         loads={"bearing_out": -1.0, **dict.fromkeys(sliding, 0.0)},
         outputs=list(dict.fromkeys(wanted)),
     )
-    return _Setup(scene, stand, tuple(seats), tilting, tuple(slips))
+    return _Setup(scene, tuple(seats), tilting, tuple(slips))
 
 
 def _sleeves(
@@ -310,9 +308,8 @@ def _solved(setup: _Setup, line: LineData, task: Task, moved: _Moved) -> _Part:
         moving = sweep({"bearing_out": 0.0}, moving=True)
         inertial = _of(setup, line, turns, moving)
         sweeps.append(moving)
-    even = [joint.kind == "constant_velocity" for joint in line.joints]
     slips = [slip.joint for slip in setup.slips]
-    motion = line_motion(moving, setup.zero, slips, task.speed, task.acceleration, even)
+    motion = line_motion(moving, line, slips, task.speed, task.acceleration)
     residuals = tuple(
         float(np.max([getattr(item, name) for item in sweeps]))
         for name in ("loop_residual", "balance_residual", "power_residual")
@@ -352,7 +349,7 @@ def _of(setup: _Setup, line: LineData, turns: Sequence[Array], sweep: Sweep) -> 
     # The joint's axes at zero are turned about the driving pin against those of the shaft.
     moments_in = [
         sweep.wrench(f"pin_{k}_in", "parent").moment @ _about_y(turn).T
-        for k, turn in zip(joints, setup.zero.driving, strict=True)
+        for k, turn in zip(joints, line.zero.driving, strict=True)
     ]
     moments_out = [sweep[f"pin_{k}_out"].moment for k in joints]
     forces = [sweep.wrench(seat.joint, "parent").force for seat in setup.seats]
