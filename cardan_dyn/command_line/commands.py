@@ -14,7 +14,7 @@ from .showing import export, serve
 from .vibration_options import vibration
 
 if TYPE_CHECKING:
-    from ..validation.result import Row
+    from ..report.verdicts import Row
 
 
 class _Commands(click.Group):
@@ -49,8 +49,8 @@ def report(directory: Path, as_json: bool, figures: bool) -> None:
 
     Exits with 1 when a comparison falls short of its tolerance.
     """
+    from ..report import comparisons
     from ..report import report as reporting
-    from ..validation import comparisons
 
     compared = comparisons.run()
     if as_json:

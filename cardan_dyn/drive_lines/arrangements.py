@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from .design.phasing import phasing
 from .drive_line import DriveLine
 from .line.fields import Entry, number
 from .line.parts import Bearing, Centring, Shaft, Spline
+
+if TYPE_CHECKING:
+    from ..figures.style import Figure
 
 PARALLEL = ("common", "input", "output")
 _BEND = Entry("quantity", "angle", above=-math.pi / 2, below=math.pi / 2)
@@ -52,6 +55,16 @@ class GraphicalMethod(NamedTuple):
     drawn_angles: tuple[float, float]
     directions: tuple[float, float]
     fork_offset: float
+
+    def plot(self) -> Figure:
+        """Draw the catalogue's diagram, H to the right and V up.
+
+        Raises:
+            MissingExtraError: matplotlib is not installed.
+        """
+        from .drawing import bending_planes  # Imported here: few scripts draw.
+
+        return bending_planes(self)
 
 
 def graphical_method(

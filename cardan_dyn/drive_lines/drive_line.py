@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from analytic.limits import Limit
 
+    from ..figures.style import Figure
     from ..scene.scene import Scene
 
 _DEGREES = {False: 1, True: 5}
@@ -71,6 +72,19 @@ class DriveLine(LineData):
     variants = variants
     phasing = phasing
     layout = layout
+
+    def plot(self, *, title: str = "") -> Figure:
+        """Draw the line at rest, seen from its right side and from above; see `arrangement`.
+
+        Args:
+            title: of the figure; the name of the line unless given.
+
+        Raises:
+            MissingExtraError: matplotlib is not installed.
+        """
+        from .drawing import arrangement  # Imported here: few scripts draw.
+
+        return arrangement(self, title=title)
 
     @classmethod
     def from_toml(cls, source: str | PathLike[str]) -> DriveLine:

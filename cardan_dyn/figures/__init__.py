@@ -7,12 +7,9 @@ where a figure is drawn. `figures.style` has what figures of the same look are m
 `figures.work_precision` draws the results of benchmarks.
 """
 
-from .arrangement import arrangement
-from .bending_planes import bending_planes
-from .closed_forms import bending_polar, compared, speed_ratio, thoma_bending, torque_ratio
+from .compared import compared
 from .contact_course import contact_course
 from .critical_speeds import campbell, critical_speed_map, orders_over_speed, stability_chart
-from .drive_lines import line_over_angle
 from .force_reversals import force_reversals
 from .impact_ranking import impact_ranking
 from .orders import order_amplitudes, order_spectrum
@@ -28,9 +25,6 @@ from .style import save
 from .vibration import orbits, over_revolution, run_up
 
 __all__ = [
-    "arrangement",
-    "bending_planes",
-    "bending_polar",
     "campbell",
     "compared",
     "contact_course",
@@ -40,7 +34,6 @@ __all__ = [
     "force_reversals",
     "forces_in_place",
     "impact_ranking",
-    "line_over_angle",
     "moment_polar",
     "orbits",
     "order_amplitudes",
@@ -57,9 +50,6 @@ __all__ = [
     "ratio_and_angle_error",
     "run_up",
     "save",
-    "speed_ratio",
     "stability_chart",
-    "thoma_bending",
-    "torque_ratio",
     "universal_joint_positions",
 ]

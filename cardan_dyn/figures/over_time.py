@@ -8,7 +8,6 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ArgumentError
-from ..simulation.trajectory import Trajectory
 from .style import (
     TITLE_SIZE,
     Axes,
@@ -57,7 +56,7 @@ def over_time(
     return figure
 
 
-def energy_over_time(trajectory: Trajectory, *, title: str = "") -> Figure:
+def energy_over_time(trajectory: Swept, *, title: str = "") -> Figure:
     """Draw the energies of a trajectory, the work done on it, and the residual of their balance.
 
     The residual at each time is the size of the change of kinetic and potential energy since the
@@ -72,7 +71,7 @@ def energy_over_time(trajectory: Trajectory, *, title: str = "") -> Figure:
         ArgumentError: it is no trajectory.
         CardanError: as `Trajectory.work`.
     """
-    if not isinstance(trajectory, Trajectory):
+    if not hasattr(trajectory, "kinetic_energy"):
         raise ArgumentError(
             f"energies are those of a trajectory, not of a {type(trajectory).__name__}; "
             "Scene.simulate() returns one"
@@ -106,8 +105,6 @@ def _times(turn: Swept) -> Array:
     Raises:
         ArgumentError: a sweep has none, or several dimensions.
     """
-    if isinstance(turn, Trajectory):
-        return turn.time
     refuse_grid(turn)
     if turn.time.ndim != 1:
         raise ArgumentError(

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ..arrays import Array
-from ..errors import ArgumentError, choices
-from ..results.sweep import FRAMES
+from ..errors import ArgumentError
 from .style import (
     TITLE_SIZE,
     Axes,
@@ -173,9 +172,6 @@ def _diagrams(
     title: str,
 ) -> Figure:
     """Draw a force or a moment, `quantity`, with one diagram per joint and frame."""
-    for frame in names(frames):
-        if frame not in FRAMES:
-            raise ArgumentError(f"frame {frame!r} is unknown; frames: {choices(FRAMES, frame)}")
     shown = [(joint, frame) for joint in names(joints) for frame in names(frames)]
     columns = min(len(shown), 3 if len(shown) > 4 else 2)
     rows = -(-len(shown) // columns)

@@ -13,16 +13,13 @@ from numpy.typing import ArrayLike
 from ..arrays import Array
 from ..checks import names as checked_names
 from ..errors import ArgumentError, MissingExtraError, choices
-from ..results.sweep import Sweep
-from ..results.wrench import JointWrench
-from ..simulation.trajectory import Trajectory
 
 Figure = Any
 """A `matplotlib.figure.Figure`."""
 Axes = Any
 """A `matplotlib.axes.Axes`."""
-Swept = Sweep | Trajectory
-"""What figures draw: samples in a row."""
+Swept = Any
+"""A sweep or a trajectory: samples in a row."""
 
 # Line styles differ besides colours, so that a black-and-white print can be read.
 _LINES: tuple[tuple[str, Any], ...] = (
@@ -184,7 +181,7 @@ UNITS = {"torsion": "N·m", "bending": "N·m", "axial": "N", "shear": "N"}
 
 
 def wrench_panels(
-    wrenches: Sequence[JointWrench], abscissa: Array, quantities: Sequence[str]
+    wrenches: Sequence[Any], abscissa: Array, quantities: Sequence[str]
 ) -> tuple[Figure, Array]:
     """Return a figure of wrenches over an abscissa: an axes per quantity, a line per joint.
 

@@ -1,1 +1,1 @@
-"""Report: the validation as table, figures, turning scenes and one page."""
+"""Report: the bundled mechanisms against the closed forms of the literature, and pages."""

@@ -55,13 +55,13 @@ class LineReport:
                 "arrangement",
                 "Arrangement in the side and in the plan view. Circles are joints, triangles "
                 "bearings; the scale across is larger than along.",
-                figures.arrangement(self.line),
+                self.line.plot(),
             ),
             (
                 "over_angle",
                 f"Angle errors, speed ratios, bending moments and bearing forces over one turn at "
                 f"{rpm:.4g} 1/min and {torque:.4g} N·m.",
-                figures.line_over_angle(self.analysis),
+                self.analysis.plot(),
             ),
         ]
 

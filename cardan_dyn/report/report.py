@@ -16,9 +16,10 @@ from ..errors import MissingExtraError
 from ..figures.style import require_matplotlib
 from ..mechanism.mechanism import load
 from ..results.sweep import Sweep
-from ..validation.comparisons import BETAS_DEG, TORQUE, double_shaft_turn, universal_joint_turn
-from ..validation.result import Comparisons
 from ..viewer.viewing import view
+from . import closed_forms
+from .comparisons import BETAS_DEG, TORQUE, double_shaft_turn, universal_joint_turn
+from .verdicts import Comparisons
 
 FIGURE_BETA_DEG = 50.0
 """Joint angle of the figures, Grossmann's."""
@@ -93,19 +94,19 @@ def _write_figures(joint_turn: Sweep, shaft_turn: Sweep, directory: Path) -> lis
     drawn = {
         "grossmann_abb_3": (
             "Torque ratio of the universal joint (Grossmann 1939, Abb. 3)",
-            figures.torque_ratio(joint_turn),
+            closed_forms.torque_ratio(joint_turn),
         ),
         "grossmann_abb_4": (
             "Bending moments of both shafts (Grossmann 1939, Abb. 4)",
-            figures.bending_polar(joint_turn),
+            closed_forms.bending_polar(joint_turn),
         ),
         "thoma_6_7": (
             "Bending of the output shaft in fixed axes (Thoma 1920, eqs 6 and 7)",
-            figures.thoma_bending(joint_turn),
+            closed_forms.thoma_bending(joint_turn),
         ),
         "speed_ratio": (
             "Speed ratio of the universal joint and of the double shaft",
-            figures.speed_ratio(joint_turn, shaft_turn),
+            closed_forms.speed_ratio(joint_turn, shaft_turn),
         ),
     }
     shown = []

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from .plot import MotionPlot, Plot
     from .table import Table
 
 
@@ -41,6 +42,13 @@ class Result:
         """
         return self.table().to_dataframe()
 
+    @property
+    def plot(self) -> Plot:
+        """Figures of the result: `result.plot("name of a column")`; needs the extra `viz`."""
+        from .plot import Plot  # Imported here: few scripts draw.
+
+        return Plot(self)
+
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write all results to a file, and return its path.
 
@@ -66,6 +74,13 @@ class MotionResult(Result):
         Args:
             motion: whether to include the motion of the joints.
         """
+
+    @property
+    def plot(self) -> MotionPlot:
+        """Figures: `sweep.plot("bearing_out")`, or `sweep.plot.polar("bearing_out")`."""
+        from .plot import MotionPlot  # Imported here: few scripts draw.
+
+        return MotionPlot(self)
 
     def to_xarray(self, *, motion: bool = True) -> xarray.Dataset:
         """Return all results as a dataset; every variable has `units` and a `long_name`.

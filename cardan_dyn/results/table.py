@@ -107,23 +107,25 @@ class Table:
         }
         return xarray.Dataset(data | dict(self.flags), coordinates, dict(self.attributes))
 
+    def columns(self) -> dict[str, tuple[Array, str]]:
+        """Return values `(N,)` over all samples, and their units, by names of columns."""
+        found: dict[str, tuple[Array, str]] = {}
+        for name, variable in self.variables:
+            values, units = self._over_samples(variable), variable.units
+            for suffix, index in self._entries(variable):
+                selected: Any = (..., *index)
+                unit = units if isinstance(units, str) else units[index[-1]]
+                found[_column_name(name, *suffix)] = values[selected].ravel(), unit
+        return found
+
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a DataFrame; see `Result.to_dataframe`."""
         try:
             import pandas
         except ImportError as error:
             raise _missing("pandas") from error
-        columns: dict[str, Array] = {}
-        units: dict[str, str] = {}
-        for name, variable in self.variables:
-            values = self._over_samples(variable)
-            for suffix, index in self._entries(variable):
-                column = _column_name(name, *suffix)
-                selected: Any = (..., *index)
-                columns[column] = values[selected].ravel()
-                units[column] = (
-                    variable.units if isinstance(variable.units, str) else variable.units[index[-1]]
-                )
+        columns = self.columns()
+        units = {name: unit for name, (_, unit) in columns.items()}
         sizes = list(self.samples.values())
         # A dimension with values, such as times, is a column.
         first = next(iter(self.samples), "sample")
@@ -131,7 +133,8 @@ class Table:
         index = pandas.RangeIndex(int(np.prod(sizes)), name=name)
         if len(sizes) > 1:
             index = pandas.MultiIndex.from_product(map(range, sizes), names=list(self.samples))
-        frame = pandas.DataFrame(columns, index=index)
+        values = {name: values for name, (values, _) in columns.items()}
+        frame = pandas.DataFrame(values, index=index)
         frame.attrs = {"units": units, **self.frame_attributes, **self.attributes}
         return frame
 

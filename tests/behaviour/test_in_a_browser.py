@@ -12,8 +12,7 @@ from testkit.browser import Page, open_page, running_browser
 
 import cardan_dyn as cd
 from cardan_dyn.command_line.presets import default_sweep
-from cardan_dyn.report import report
-from cardan_dyn.validation import comparisons
+from cardan_dyn.report import comparisons, report
 
 # Hues of the bundled descriptions' materials: channel that leads, channel that trails.
 BLUE, ORANGE = (2, 0), (0, 2)

@@ -7,16 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..._version import __version__
 from ...arrays import Array
 from ...frozen import FrozenDict, read_only
+from ...results.plot import Plot
 from ...results.result import Result
 from ...results.table import Table, Variable
 from .variants import Adjustable
+
+if TYPE_CHECKING:
+    from ...figures.style import Figure
 
 _MOTION: tuple[tuple[str, tuple[str, ...], str, str], ...] = (
     ("rotation", ("shaft",), "rad", "rotation about the axis"),
@@ -155,6 +159,32 @@ class LineForces(NamedTuple):
         return LineForces(*(one + two for one, two in zip(self, other, strict=True)))
 
 
+class LinePlot(Plot):
+    """Draws an analysis: `analysis.plot()`, or columns of its table as `Plot` does."""
+
+    def __call__(self, *columns: str, over: str = "", title: str = "") -> Figure:
+        """Draw columns over the rotation of the input shaft; of none, all along the line.
+
+        That is, from above: the angle error of every shaft behind a joint, its speed ratio, the
+        bending moments before and behind each joint, and the bearings' forces across their shafts,
+        with inertia and weight.
+
+        Args:
+            columns: see `Plot`.
+            over: see `Plot`.
+            title: of the figure; the name of the line unless given.
+
+        Raises:
+            ArgumentError: no such column, or the analysis is of many designs.
+            MissingExtraError: matplotlib is not installed.
+        """
+        if columns:
+            return super().__call__(*columns, over=over, title=title)
+        from ..drawing import over_angle  # Imported here: few scripts draw.
+
+        return over_angle(self._result, title=title)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Analysis(Result):
     """Motion of a line of n joints, and what acts along it.
@@ -245,6 +275,11 @@ class Analysis(Result):
         """
         mean = self.mean_lead if len(self.shape) == 1 else self.mean_lead[:, None]
         return self.rotation - self.rotation[..., :1] - mean
+
+    @property
+    def plot(self) -> LinePlot:
+        """Figures: `analysis.plot()` of all along the line, or of columns of its table."""
+        return LinePlot(self)
 
     def table(self) -> Table:
         """Return all results, with names for dimensions, and units.

@@ -9,15 +9,13 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 
 from testkit.line_data import random_line
 
-from cardan_dyn import figures
 from cardan_dyn.drive_lines import DriveLine, Shaft
-from cardan_dyn.errors import ArgumentError
-from cardan_dyn.figures.arrangement import line_points
+from cardan_dyn.drive_lines.drawing import line_points
 
 
 def test_views_show_points_angles_and_bearings() -> None:
     line = random_line(3, 1)
-    side, plan = figures.arrangement(line).axes
+    side, plan = line.plot().axes
     points = line_points(line)
     for panel, axis in ((side, 2), (plan, 1)):
         drawn = [artist.get_xydata() for artist in panel.lines]
@@ -39,16 +37,11 @@ def test_end_shafts_without_length_have_a_stub() -> None:
     points = line_points(line)
     np.testing.assert_allclose(points[0], [-0.22, 0.0, 0.0], atol=1e-12)
     assert points[-1, 2] == points[-2, 2]
-    assert "drive_line" in figures.arrangement(line).get_suptitle()
+    assert "drive_line" in line.plot().get_suptitle()
 
 
 def test_labels_of_close_joints_do_not_overlap() -> None:
     shafts = [Shaft(), Shaft(length=0.1), Shaft(length=1.0), Shaft()]
-    panel = figures.arrangement(DriveLine(shafts=shafts)).axes[0]
+    panel = DriveLine(shafts=shafts).plot().axes[0]
     heights = [text.xyann[1] for text in panel.texts if text.get_text().startswith("β")]
     assert heights[0] < heights[1] and heights[2] == heights[0]
-
-
-def test_refuses_what_is_no_line() -> None:
-    with pytest.raises(ArgumentError, match="expected a DriveLine"):
-        figures.arrangement(7)  # type: ignore[arg-type]

@@ -11,13 +11,12 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 
 from testkit.drawings import check_units_and_files
 
-from cardan_dyn import figures
 from cardan_dyn.drive_lines import arrangements
 
 
 def test_bild_18(tmp_path: Path) -> None:
     found = arrangements.graphical_method(*np.radians([15.0, 7.0, -11.5, 12.0]))
-    figure = figures.bending_planes(found)
+    figure = found.plot()
     check_units_and_files(figure, tmp_path)
     axes = figure.axes[0]
     lines = {line.get_label(): line for line in axes.get_lines()}
@@ -35,5 +34,5 @@ def test_bild_18(tmp_path: Path) -> None:
 
 def test_planes_that_coincide_or_are_none() -> None:
     for bends in ([10.0, 0.0, -10.0, 0.0], [10.0, 3.0, 0.0, 0.0], [0.0] * 4):
-        figure = figures.bending_planes(arrangements.graphical_method(*np.radians(bends)))
+        figure = arrangements.graphical_method(*np.radians(bends)).plot()
         assert not any("°" in text.get_text() for text in figure.axes[0].texts)

@@ -15,6 +15,7 @@ pytest.importorskip("matplotlib", reason="figures need matplotlib")
 from testkit.drawings import check_units_and_files
 
 from cardan_dyn import figures
+from cardan_dyn.report import closed_forms
 
 CLOSED = ("torque_ratio", "thoma_bending", "speed_ratio", "bending_polar")
 ODD_SWEEPS = {
@@ -28,7 +29,7 @@ ODD_SWEEPS = {
 
 def drawn(name: str, joint_turn: cd.Sweep, shaft_turn: cd.Sweep) -> Any:
     turns = (joint_turn, shaft_turn) if name == "speed_ratio" else (joint_turn,)
-    return getattr(figures, name)(*turns)
+    return getattr(closed_forms, name)(*turns)
 
 
 def lines_of(figure: Any) -> list[np.ndarray]:
@@ -96,18 +97,18 @@ def test_points_lie_on_the_lines_of_any_sweep(
 
 def test_lines_keep_the_power(joint_turn: cd.Sweep, shaft_turn: cd.Sweep) -> None:
     """Without losses D₁ ω₁ = D₂ ω₂; a double shaft with equal angles turns evenly."""
-    (torque,) = lines_of(figures.torque_ratio(joint_turn))
-    speed, even = lines_of(figures.speed_ratio(joint_turn, shaft_turn))
+    (torque,) = lines_of(closed_forms.torque_ratio(joint_turn))
+    speed, even = lines_of(closed_forms.speed_ratio(joint_turn, shaft_turn))
     np.testing.assert_allclose(torque * speed, 1.0, rtol=1e-13)
     np.testing.assert_array_equal(even, 1.0)
 
 
 def test_lines_are_components_of_one_moment(joint_turn: cd.Sweep) -> None:
     """The cross passes one moment on: D₁² + B₁² = D₂² + B₂², and B₂ is Thoma's M_x and M_z."""
-    (torque,) = lines_of(figures.torque_ratio(joint_turn))
-    bending_1, bending_2 = lines_of(figures.bending_polar(joint_turn))
+    (torque,) = lines_of(closed_forms.torque_ratio(joint_turn))
+    bending_1, bending_2 = lines_of(closed_forms.bending_polar(joint_turn))
     np.testing.assert_allclose(1.0 + bending_1**2, torque**2 + bending_2**2, rtol=1e-12)
-    m_x, m_z = lines_of(figures.thoma_bending(joint_turn))
+    m_x, m_z = lines_of(closed_forms.thoma_bending(joint_turn))
     np.testing.assert_allclose(np.hypot(m_x, m_z), bending_2 / torque, rtol=1e-12, atol=1e-14)
 
 
@@ -117,7 +118,7 @@ def test_circles_of_a_polar_diagram_are_round_and_contain_it(
 ) -> None:
     held = {"joint_angle": beta}
     scene = cd.Scene(joint, drive="bearing_in", held=held, loads={"bearing_out": 1.0})
-    figure = figures.bending_polar(scene.sweep(np.linspace(0.0, 2.0 * np.pi, 9)))
+    figure = closed_forms.bending_polar(scene.sweep(np.linspace(0.0, 2.0 * np.pi, 9)))
     circles = figure.axes[0].get_yticks()
     np.testing.assert_allclose(np.diff(circles), circles[0])
     assert len(circles) == 3
@@ -130,7 +131,7 @@ def test_circles_of_a_polar_diagram_are_round_and_contain_it(
 def test_a_single_position_is_drawn_in_its_turn(joint: cd.Mechanism) -> None:
     held = {"joint_angle": 0.5}
     scene = cd.Scene(joint, drive="bearing_in", held=held, loads={"bearing_out": 1.0})
-    axes = figures.torque_ratio(scene.sweep([7.0])).axes[0]
+    axes = closed_forms.torque_ratio(scene.sweep([7.0])).axes[0]
     assert axes.get_xlim() == pytest.approx((360.0, 720.0))
     assert len(axes.get_lines()[0].get_xdata()) == 1441
 
@@ -138,7 +139,7 @@ def test_a_single_position_is_drawn_in_its_turn(joint: cd.Mechanism) -> None:
 def test_a_short_range_is_still_smooth(joint: cd.Mechanism) -> None:
     held = {"joint_angle": 0.5}
     scene = cd.Scene(joint, drive="bearing_in", held=held, loads={"bearing_out": 1.0})
-    line = figures.torque_ratio(scene.sweep([0.0, 0.01])).axes[0].get_lines()[0]
+    line = closed_forms.torque_ratio(scene.sweep([0.0, 0.01])).axes[0].get_lines()[0]
     assert len(line.get_xdata()) == 91
 
 
@@ -157,7 +158,7 @@ def test_closed_forms_need_a_held_joint_angle(shaft_turn: cd.Sweep) -> None:
         with pytest.raises(cd.ArgumentError, match=message):
             draw(shaft_turn)
     with pytest.raises(cd.ArgumentError, match=message):
-        figures.speed_ratio(shaft_turn, shaft_turn)
+        closed_forms.speed_ratio(shaft_turn, shaft_turn)
 
 
 def test_compared_gives_a_label_one_colour(tmp_path: Path) -> None:

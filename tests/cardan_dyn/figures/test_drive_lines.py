@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 from testkit.line_data import random_line
 
-from cardan_dyn import ArgumentError, figures
+from cardan_dyn import ArgumentError
 
 LINE = random_line(3, seed=0)
 
 
 def test_every_shaft_joint_and_bearing_is_a_line() -> None:
     found = LINE.analyse(speed=0, torque=200, positions=np.linspace(0, 2 * np.pi, 37))
-    figure = figures.line_over_angle(found)
+    figure = found.plot()
     errors, ratios, bending, bearings = figure.axes
     assert [line.get_label() for line in ratios.lines] == ["shaft_1", "shaft_2", "output"]
     assert errors.lines[1].get_ydata() == pytest.approx(np.degrees(found.angle_error[:, 2]))
@@ -24,6 +24,4 @@ def test_many_designs_are_no_curve() -> None:
     designs = LINE.variants(angles=np.full((2, 3), 0.2))
     found = LINE.analyse(speed=0, torque=200, positions=[0, 1], variants=designs)
     with pytest.raises(ArgumentError, match="the analysis is of many designs"):
-        figures.line_over_angle(found)
-    with pytest.raises(ArgumentError, match="the analysis is 3"):
-        figures.line_over_angle(3)
+        found.plot()

@@ -18,7 +18,7 @@ pytest.importorskip("meshcat", reason="the report has scenes")
 pytest.importorskip("jinja2", reason="the report is a page made by Jinja")
 
 from cardan_dyn.report import report
-from cardan_dyn.validation.result import Comparison, Comparisons
+from cardan_dyn.report.verdicts import Comparison, Comparisons
 
 PASSED = Comparison("shaft", "torque <T>", "theory (1)", 10.0, 1.25e-15, 1e-13)
 FAILED = Comparison("shaft", "speed & angle", "theory (2)", 10.0, 2e-13, 1e-13)

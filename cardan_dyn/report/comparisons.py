@@ -16,7 +16,7 @@ from ..arrays import Array
 from ..mechanism.mechanism import Mechanism, load
 from ..results.sweep import Sweep
 from ..scene.scene import Scene
-from .result import Comparison, Comparisons
+from .verdicts import Comparison, Comparisons
 
 BETAS_DEG = (1.0, 8.5, 30.0, 50.0, 80.0)
 """Joint angles of the report: 8.5° is Thoma's, 30° Weisbach's, 50° Grossmann's."""

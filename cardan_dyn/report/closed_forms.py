@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
-from numpy.typing import ArrayLike
 
 from analytic import grossmann, single_joint, thoma
 
 from ..arrays import Array
 from ..errors import ArgumentError, choices
-from ..results.sweep import Sweep
-from ..validation.comparisons import thoma_moments
-from .style import (
-    POINTS,
+from ..figures.compared import INPUT_LABEL
+from ..figures.style import (
     Axes,
     Figure,
     angle_axis,
@@ -25,8 +20,9 @@ from .style import (
     refuse_grid,
     thinned,
 )
+from ..results.sweep import Sweep
+from .comparisons import thoma_moments
 
-INPUT_LABEL = "rotation of the input shaft φ₁ [°]"
 _INPUT, _OUTPUT, _BEND = "bearing_in", "bearing_out", "joint_angle"
 _PER_TURN = 1440
 """Points of a line per turn."""
@@ -127,45 +123,6 @@ def speed_ratio(joint_turn: Sweep, shaft_turn: Sweep) -> Figure:
     ):
         _draw(axes, index, label, turn, turn.motion.ratio(_OUTPUT), line, closed)
     legend(figure)
-    return figure
-
-
-def compared(
-    position: ArrayLike,
-    computed: Mapping[str, ArrayLike],
-    closed: Mapping[str, ArrayLike],
-    *,
-    quantity: str,
-    title: str = "",
-    over: str = INPUT_LABEL,
-    points: int = POINTS,
-) -> Figure:
-    """Draw results as points over closed forms as lines.
-
-    Args:
-        position: `(N,)` angles [rad], the abscissa of all values.
-        computed: label to computed values `(N,)`, drawn as points.
-        closed: label to values of a formula `(N,)`, drawn as lines. A label that both have is
-            drawn in one colour.
-        quantity: label of the ordinate, with its unit.
-        title: of the figure.
-        over: label of the abscissa, with its unit.
-        points: about how many points are drawn of each result.
-    """
-    angle = np.asarray(position, dtype=float)
-    shown = thinned(len(angle), points)
-    indices = {label: index for index, label in enumerate({**computed, **closed})}
-    figure, axes = axes_grid()
-    for label, values in closed.items():
-        name = f"{label}, closed form" if label in computed else label
-        axes.plot(np.rad2deg(angle), np.asarray(values), **line_style(indices[label]), label=name)
-    for label, values in computed.items():
-        style = {**point_style(indices[label]), "label": f"{label}, Pinocchio"}
-        axes.plot(np.rad2deg(angle)[shown], np.asarray(values)[shown], **style)
-    axes.set_title(title)
-    axes.set_ylabel(quantity)
-    angle_axis(axes, over, angle)
-    legend(figure, 3 if len(computed) + len(closed) > 6 else 2)
     return figure
 
 

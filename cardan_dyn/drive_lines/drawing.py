@@ -1,0 +1,276 @@
+"""Drawing: a line in both its views, what an analysis of it found, and the catalogue's diagram."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ArgumentError
+from ..figures.style import (
+    TITLE_SIZE,
+    Axes,
+    Figure,
+    angle_axis,
+    axes_grid,
+    curve_style,
+    legend,
+    line_style,
+)
+
+if TYPE_CHECKING:
+    from .line.data import LineData
+
+_SIZE = (8.4, 6.0)
+_STUB = 0.22
+"""Length of an end shaft that has none, relative to all intermediate shafts."""
+_ROOM = 0.06
+"""Room around the line, relative to its length."""
+_NEAR = 0.12
+"""Distance of joints up to which their labels would overlap, relative to the line's length."""
+_SMALL = 8
+
+
+def arrangement(line: LineData, *, title: str = "") -> Figure:
+    """Draw a line at rest, seen from its right side and from above.
+
+    Across the line the scale is larger than along it. Joints are circles with their joint angles β,
+    and with their bends in this view; bearings are triangles; intermediate shafts are told with
+    their fork offsets.
+
+    Args:
+        line: the line.
+        title: of the figure; the name of the line unless given.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    points = line_points(line)
+    figure, axes = axes_grid(2, size=_SIZE, share_x=True)
+    for panel, axis, label in zip(
+        axes, (2, 1), ("up, side view [m]", "left, plan view [m]"), strict=True
+    ):
+        _view(panel, line, points[:, [0, axis]], axis)
+        panel.set_ylabel(label)
+    axes[-1].set_xlabel("forward [m]")
+    figure.suptitle(title or line.name, fontsize=TITLE_SIZE)
+    return figure
+
+
+def line_points(line: LineData) -> Array:
+    """Return the ends of all shafts `(n + 2, 3)` [m]: both ends of the line and the joints between.
+
+    An end shaft goes on to its farthest bearing, or by a stub.
+    """
+    found = line.geometry
+    inner = found.lengths[1:-1]
+    stub = _STUB * float(inner.sum()) if inner.size else 1.0
+    ends = []
+    for end in (0, -1):
+        length = float(found.lengths[end])
+        places = [item.distance for item in line.shafts[end].bearings]
+        ends.append(length if np.isfinite(length) else 1.15 * max(places, default=stub / 1.15))
+    first = found.centres[0] - ends[0] * found.directions[0]
+    last = found.centres[-1] + ends[1] * found.directions[-1]
+    return np.vstack([first, found.centres, last])
+
+
+def _view(panel: Axes, line: LineData, points: Array, axis: int) -> None:
+    """Draw one view: points `(n + 2, 2)`."""
+    for k, name in enumerate(line.shaft_names):
+        style = line_style(k)
+        panel.plot(*points[k : k + 2].T, linewidth=3.0, color=style["color"], zorder=2)
+        offset = "" if k in (0, line.count) else f"\nfork {_degrees(line.fork_offsets[k - 1])}"
+        middle = points[k : k + 2].mean(axis=0)
+        panel.annotate(
+            name + offset,
+            middle,
+            xytext=(0, -26),
+            textcoords="offset points",
+            ha="center",
+            fontsize=_SMALL,
+            color=style["color"],
+        )
+    views = line.geometry.views[:, 1 if axis == 2 else 0]
+    near, raised = _NEAR * float(np.ptp(points[:, 0])), False
+    for k, centre in enumerate(points[1:-1]):
+        # Labels of joints that are close to each other stand above one another.
+        raised = k > 0 and not raised and centre[0] - points[k, 0] < near
+        panel.plot(*centre, "o", markersize=9, mfc="white", mec="black", zorder=3)
+        panel.annotate(
+            f"β{k + 1} = {_degrees(line.joint_angles[k])}\nhere {_degrees(views[k])}",
+            centre,
+            xytext=(0, 38 if raised else 12),
+            textcoords="offset points",
+            ha="center",
+            fontsize=_SMALL,
+        )
+    places = _bearings(line)[:, [0, axis]]
+    panel.plot(*places.T, "^", markersize=8, color="0.25", zorder=3)
+    length = float(np.ptp(points[:, 0]))
+    panel.set_xlim(points[0, 0] - _ROOM * length, points[-1, 0] + _ROOM * length)
+    panel.margins(y=0.6)
+    panel.set_aspect("auto")
+
+
+def _bearings(line: LineData) -> Array:
+    """Return the places of all bearings `(m, 3)` [m]."""
+    found = line.geometry
+    places = np.zeros((0, 3))
+    for k, shaft in enumerate(line.shafts):
+        for item in shaft.bearings:
+            along = -item.distance if k == 0 else item.distance
+            place = found.centres[max(k - 1, 0)] + along * found.directions[k]
+            places = np.vstack([places, place])
+    return places
+
+
+def _degrees(angle: float) -> str:
+    return f"{np.degrees(angle):.2f}°".replace("-0.00", "0.00")
+
+
+def over_angle(analysis: Any, *, title: str = "") -> Figure:
+    """Draw what an analysis of a drive line found over the rotation of the input shaft.
+
+    From above: the angle error of every shaft behind a joint, its speed ratio, the bending moments
+    before and behind each joint, and the bearings' forces across their shafts, with inertia
+    and weight.
+
+    Args:
+        analysis: without variants.
+        title: of the figure; the name of the line unless given.
+
+    Raises:
+        ArgumentError: the analysis is of many designs.
+    """
+    if len(analysis.shape) != 1:
+        raise ArgumentError("the analysis is of many designs, expected one of a single line")
+    angle, forces = np.rad2deg(analysis.position), analysis.total
+    panels: list[tuple[str, list[tuple[str, Array]]]] = [
+        ("angle error [°]", _columns(analysis.shafts, np.rad2deg(analysis.angle_error), first=1)),
+        ("speed ratio [–]", _columns(analysis.shafts, analysis.ratio, first=1)),
+        (
+            "bending [N·m]",
+            [
+                *_columns([f"before {name}" for name in analysis.joints], forces.bending_in),
+                *_columns([f"behind {name}" for name in analysis.joints], forces.bending_out),
+            ],
+        ),
+        ("bearing force [N]", _columns(analysis.bearings, forces.bearing_radial)),
+    ]
+    figure, axes = axes_grid(len(panels), size=(7.6, 9.6), share_x=True)
+    for panel, (label, curves) in zip(axes, panels, strict=True):
+        for index, (name, values) in enumerate(curves):
+            panel.plot(angle, values, **curve_style(index, len(angle)), label=name)
+        panel.set_ylabel(label)
+        panel.ticklabel_format(axis="y", useOffset=False)
+        panel.legend(fontsize=_SMALL, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    angle_axis(axes[-1], "rotation of the input shaft [°]", analysis.position)
+    figure.suptitle(title or analysis.name, fontsize=TITLE_SIZE)
+    return figure
+
+
+def _columns(
+    names: tuple[str, ...] | list[str], values: Array, first: int = 0
+) -> list[tuple[str, Array]]:
+    return [(name, values[:, index]) for index, name in enumerate(names) if index >= first]
+
+
+_RING_STEPS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
+"""Distances of the rings [°]."""
+_MOST_RINGS = 5
+_DIAGRAM_ROOM = 1.18
+"""Half the width of the diagram in lengths of the longer line, so that labels have room."""
+_ARC = 0.55
+"""Radius of the arc of the fork offset in lengths of the shorter line."""
+_LEAST_ARC = np.deg2rad(1.0)
+"""Fork offset from which on there is an arc: a shorter one is hidden by its arrow."""
+_STRAIGHT = 1e-9
+"""Angle up to which a joint has no bending plane that could be drawn [°]."""
+
+
+def bending_planes(found: Any) -> Figure:
+    """Draw the bends of both joints as the catalogue does, H to the right and V up.
+
+    The bend of joint 1 is a dashed line, that of joint 2 a solid line; their lengths are the drawn
+    angles, those in brackets the joint angles by the printed formula. Bending planes go on beyond
+    the middle, as forks do: the arc is the fork offset, from the plane of joint 1 to that of joint
+    2, seen along the power flow.
+
+    Args:
+        found: from `drive_lines.arrangements.graphical_method`.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+
+    Source:
+        Catalogue 6.3, Bild 18.
+    """
+    figure, axes = axes_grid(size=(6.4, 6.6))
+    h, v = np.rad2deg(found.beta_h), np.rad2deg(found.beta_v)
+    lengths = np.hypot(h, v)
+    size = _DIAGRAM_ROOM * max(float(lengths.max()), _STRAIGHT)
+    _rings(axes, size)
+    for joint, dashes in ((0, "--"), (1, "-")):
+        style = line_style(joint) | {"linestyle": dashes}
+        tip = np.array([h[joint], v[joint]])
+        exact = float(np.rad2deg(found.joint_angles[joint]))
+        label = f"joint {joint + 1}: {lengths[joint]:.2f}° (β = {exact:.2f}°)"
+        axes.plot([0.0, tip[0]], [0.0, tip[1]], linewidth=2.4, label=label, **style)
+        axes.plot(*tip, "o", markersize=5, color=style["color"])
+        axes.plot([0.0, tip[0], tip[0]], [tip[1], tip[1], 0.0], color="0.6", linewidth=0.8)
+        if lengths[joint] > _STRAIGHT:
+            plane = np.outer(tip / lengths[joint], (-size, size))
+            axes.plot(*plane, color=style["color"], linewidth=0.7, linestyle=(0, (1, 2)))
+            _label(axes, str(joint + 1), tip, 14)
+    axes.grid(visible=False)
+    if lengths.min() > _STRAIGHT and abs(found.fork_offset) > _LEAST_ARC:
+        _arc(axes, found, _ARC * float(lengths.min()))
+    axes.set(
+        xlim=(-size, size),
+        ylim=(-size, size),
+        aspect="equal",
+        xlabel=r"to the right: plan view $β_\mathrm{H}$ [°]",
+        ylabel=r"up: side view $β_\mathrm{V}$ [°]",
+    )
+    offset = float(np.rad2deg(found.fork_offset))
+    axes.set_title(f"Bending planes seen along the power flow, fork offset {offset:.2f}°")
+    legend(figure)
+    return figure
+
+
+def _rings(axes: Axes, size: float) -> None:
+    """Draw rings of equal joint angle, and both axes."""
+    step = next((s for s in _RING_STEPS if size / s <= _MOST_RINGS), _RING_STEPS[-1])
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    for radius in np.arange(step, size, step):
+        axes.plot(radius * np.cos(turn), radius * np.sin(turn), color="0.85", linewidth=0.8)
+    axes.axhline(0.0, color="0.3", linewidth=0.9)
+    axes.axvline(0.0, color="0.3", linewidth=0.9)
+
+
+def _arc(axes: Axes, found: Any, radius: float) -> None:
+    """Draw the fork offset as an arc with an arrow at its end."""
+    ends = found.directions[0] + np.array([0.0, found.fork_offset])
+    turn = np.linspace(ends[0], ends[1], 91)
+    points = radius * np.stack([np.sin(turn), np.cos(turn)])
+    axes.plot(*points[:, :-3], color="black", linewidth=1.2)
+    arrow = {"arrowstyle": "-|>", "color": "black"}
+    axes.annotate("", points[:, -1], points[:, -6], arrowprops=arrow)
+    middle = points[:, len(turn) // 2]
+    _label(axes, f"{abs(np.rad2deg(found.fork_offset)):.1f}°", middle, 18)
+
+
+def _label(axes: Axes, text: str, at: Array, gap: float) -> None:
+    """Write a label further out than a point, by a gap [pt]."""
+    out = at / np.linalg.norm(at)
+    axes.annotate(
+        text,
+        at,
+        gap * out,
+        textcoords="offset points",
+        ha="center",
+        va="center",
+        bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"},
+    )

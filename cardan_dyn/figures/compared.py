@@ -1,0 +1,51 @@
+"""Compared: results as points over closed forms as lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .style import POINTS, Figure, angle_axis, axes_grid, legend, line_style, point_style, thinned
+
+INPUT_LABEL = "rotation of the input shaft φ₁ [°]"
+
+
+def compared(
+    position: ArrayLike,
+    computed: Mapping[str, ArrayLike],
+    closed: Mapping[str, ArrayLike],
+    *,
+    quantity: str,
+    title: str = "",
+    over: str = INPUT_LABEL,
+    points: int = POINTS,
+) -> Figure:
+    """Draw results as points over closed forms as lines.
+
+    Args:
+        position: `(N,)` angles [rad], the abscissa of all values.
+        computed: label to computed values `(N,)`, drawn as points.
+        closed: label to values of a formula `(N,)`, drawn as lines. A label that both have is
+            drawn in one colour.
+        quantity: label of the ordinate, with its unit.
+        title: of the figure.
+        over: label of the abscissa, with its unit.
+        points: about how many points are drawn of each result.
+    """
+    angle = np.asarray(position, dtype=float)
+    shown = thinned(len(angle), points)
+    indices = {label: index for index, label in enumerate({**computed, **closed})}
+    figure, axes = axes_grid()
+    for label, values in closed.items():
+        name = f"{label}, closed form" if label in computed else label
+        axes.plot(np.rad2deg(angle), np.asarray(values), **line_style(indices[label]), label=name)
+    for label, values in computed.items():
+        style = {**point_style(indices[label]), "label": f"{label}, Pinocchio"}
+        axes.plot(np.rad2deg(angle)[shown], np.asarray(values)[shown], **style)
+    axes.set_title(title)
+    axes.set_ylabel(quantity)
+    angle_axis(axes, over, angle)
+    legend(figure, 3 if len(computed) + len(closed) > 6 else 2)
+    return figure

@@ -1,1 +1,0 @@
-"""Validation: bundled mechanisms against the closed forms of the literature."""
