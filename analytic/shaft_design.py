@@ -1,17 +1,26 @@
-"""Design checks of a cardan shaft: critical speed, joint life and spline force.
+"""Design of a cardan shaft: its critical speed and tube; life, rating and choice of its joints.
 
-SI units and radians throughout, all arguments broadcast.
+Three ratings of joints are not exchangeable: the rated torque T_D of `joint_life` is the torque of
+5000 h at n beta = 300 degrees/min, the capacity factor L_C of `joint_life_from_capacity` is another
+one, and a torque of `design_torque.selection_torque` belongs to a third. In lives, angles below
+3 degrees count as 3 degrees. SI units and radians throughout, all arguments broadcast.
 
 References:
     Catalogues of cardan shafts (GWB, Elbe); SAE Universal Joint and Driveshaft Design Manual
-    AE-7; H. Ch. Seherr-Thoss, F. Schmelz, E. Aucktor: Universal Joints and Driveshafts.
+    AE-7; AISCO, universal joint sizing; DIN 808; JW Winco, determining the size of universal
+    joints; S. Timoshenko: Strength of Materials; PSS.DriveshaftCalculations, Tube;
+    H. Ch. Seherr-Thoss, F. Schmelz, E. Aucktor: Universal Joints and Driveshafts.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from analytic._arrays import filled
 from analytic._checks import (
     FloatArray,
     joint_angle,
@@ -23,13 +32,23 @@ from analytic._checks import (
 )
 
 __all__ = [
+    "EquivalentDuty",
     "critical_speed",
     "duty_cycle_life",
+    "equivalent_duty",
     "joint_life",
     "joint_life_from_capacity",
+    "mean_life",
+    "precision_joint_factor",
+    "precision_joint_torque",
+    "required_capacity",
+    "required_rated_torque",
+    "shear_stress",
     "slip_force",
     "speed_is_permissible",
+    "torsional_stiffness",
 ]
+
 
 _SUM_TOLERANCE = 1e-9
 """By how much the sum of shares of time may differ from 1: far more than the rounding of many
@@ -252,3 +271,270 @@ def _n_beta(speed: ArrayLike, beta: ArrayLike, **others: FloatArray) -> FloatArr
     speed, beta = positive("speed", speed), joint_angle("beta", beta)
     same_shape(speed=speed, beta=beta, **others)
     return speed * (30.0 / np.pi) * np.maximum(np.degrees(beta), 3.0)
+
+
+class EquivalentDuty(NamedTuple):
+    """One torque [N m], speed [rad/s] and joint angle [rad] that wear a joint like a duty cycle."""
+
+    torque: FloatArray
+    speed: FloatArray
+    beta: FloatArray
+
+
+def required_rated_torque(
+    torque: ArrayLike,
+    speed: ArrayLike,
+    beta: ArrayLike,
+    life: ArrayLike,
+    shock_factor: ArrayLike = 1.0,
+) -> FloatArray:
+    """Rated torque T_D that a joint needs for a life, T_D = T (L_h n beta K / 1.5e6)^0.3.
+
+    Args:
+        torque: T [N m], greater than 0.
+        speed: speed of rotation [rad/s], greater than 0.
+        beta: joint angle [rad], 0 <= beta < pi/2; below 3 degrees it counts as 3 degrees.
+        life: L_h, B10 life that is asked for [h], greater than 0.
+        shock_factor: K, greater than 0.
+
+    Returns:
+        T_D [N m], in the broadcast shape.
+
+    Raises:
+        ValueError: an argument out of range or shapes that do not match.
+
+    Source:
+        AISCO, II, solved for T_c; inverse of `shaft_design.joint_life`.
+
+    >>> round(float(required_rated_torque(1000.0, 1450 * np.pi / 30, np.radians(7), 2000.0)))
+    2185
+    """
+    torque, life = positive("torque", torque), positive("life", life)
+    shock = positive("shock_factor", shock_factor)
+    n_beta = _n_beta(speed, beta, torque=torque, life=life, shock_factor=shock)
+    return torque * (life * n_beta * shock / 1.5e6) ** 0.3
+
+
+def required_capacity(
+    torque: ArrayLike,
+    speed: ArrayLike,
+    beta: ArrayLike,
+    life: ArrayLike,
+    shock_factor: ArrayLike = 1.0,
+) -> FloatArray:
+    """Capacity factor L_C that a joint needs for a life, L_C = L_h n beta T^(10/3) K / 1e10.
+
+    Args:
+        torque: T [N m], greater than 0.
+        speed: speed of rotation [rad/s], greater than 0.
+        beta: joint angle [rad], 0 <= beta < pi/2; below 3 degrees it counts as 3 degrees.
+        life: L_h, B10 life that is asked for [h], greater than 0.
+        shock_factor: K, greater than 0.
+
+    Returns:
+        L_C, for T in kN m, in the broadcast shape.
+
+    Raises:
+        ValueError: an argument out of range or shapes that do not match.
+
+    Source:
+        Inverse of `shaft_design.joint_life_from_capacity`. PSS, which has the same form, counts
+        angles below 3 degrees as they are.
+    """
+    torque, life = positive("torque", torque), positive("life", life)
+    shock = positive("shock_factor", shock_factor)
+    n_beta = _n_beta(speed, beta, torque=torque, life=life, shock_factor=shock)
+    return life * n_beta * (torque / 1e3) ** (10.0 / 3.0) * shock / 1e10
+
+
+def mean_life(life: ArrayLike, factor: ArrayLike = 5.0) -> FloatArray:
+    """Mean life of joints, of which 90 % reach the B10 life.
+
+    Args:
+        life: B10 life [h], not negative.
+        factor: mean over B10 life, greater than 0.
+
+    Returns:
+        The mean life [h], in the broadcast shape.
+
+    Raises:
+        ValueError: an argument out of range or shapes that do not match.
+
+    Source:
+        AISCO: the average is typically 5 times the B10 life.
+    """
+    life, factor = not_negative("life", life), positive("factor", factor)
+    same_shape(life=life, factor=factor)
+    return life * factor
+
+
+def equivalent_duty(
+    shares: ArrayLike, torques: ArrayLike, speeds: ArrayLike, betas: ArrayLike
+) -> EquivalentDuty:
+    """One steady condition with the life of a duty cycle.
+
+    T_eq = (sum q n beta T^(10/3) / sum q n beta)^0.3, at the mean speed and at the angle at which
+    n beta is the mean of n beta. `joint_life` of it is the life of `shaft_design.duty_cycle_life`.
+
+    Args:
+        shares: (..., k) shares q of the time, not negative, with sum 1 along the last axis.
+        torques: (..., k) torques [N m]; 0 for idling, negative for coasting, which counts by its
+            size, as if it loaded the same rollers.
+        speeds: (..., k) speeds of rotation [rad/s], not negative; 0 at rest.
+        betas: (..., k) joint angles [rad], each 0 <= beta < pi/2; below 3 degrees it counts as 3.
+
+    Returns:
+        torque, speed and beta, each of shape (...). Rows without torque or at rest do no damage,
+        but their time counts.
+
+    Raises:
+        ValueError: an argument out of range, a cycle that never turns, a sum of shares other than
+            1 (by 1e-9) or shapes that do not match.
+
+    Source:
+        AE-7 p. 31 and AISCO, III, as one condition; from the linear damage rule.
+    """
+    shares, torques = _shares(shares), np.abs(np.atleast_1d(real("torques", torques)))
+    speeds = np.atleast_1d(not_negative("speeds", speeds))
+    angles = np.maximum(np.atleast_1d(joint_angle("betas", betas)), np.radians(3.0))
+    shape = same_shape(shares=shares, torques=torques, speeds=speeds, betas=angles)
+    mean = np.sum(np.broadcast_to(shares * speeds, shape), axis=-1)
+    refuse("mean of speeds", mean, mean <= 0.0, "(0, inf)")
+    turned = np.broadcast_to(shares * speeds * angles, shape)
+    n_beta = np.sum(turned, axis=-1)
+    # Relative to the greatest torque, whose power cannot overflow.
+    greatest = np.max(np.broadcast_to(torques, shape), axis=-1)
+    unit = np.where(greatest > 0.0, greatest, 1.0)
+    damage = np.sum(turned * (torques / unit[..., None]) ** (10.0 / 3.0), axis=-1)
+    values = (unit * (damage / n_beta) ** 0.3, mean, n_beta / mean)
+    return EquivalentDuty(*(filled(value, shape[:-1]) for value in values))
+
+
+def precision_joint_factor(beta: ArrayLike, factors: Mapping[float, float]) -> FloatArray:
+    """Factor k by which the torque of a precision joint is raised for its angle.
+
+    Args:
+        beta: joint angle [rad], from 0 to the last angle of the table.
+        factors: k by the angle in degrees, such as `limits.DIN_808_FACTORS["plain"]`.
+
+    Returns:
+        k, linear between the angles of the table and that of the first below it, in the shape of
+        `beta`.
+
+    Raises:
+        ValueError: beta out of range, or a table without angles.
+
+    Source:
+        DIN 808 by `limits.DIN_808_FACTORS`. Makers' charts differ by up to 20 % between the
+        angles of the table.
+
+    >>> from analytic.limits import DIN_808_FACTORS
+    >>> round(float(precision_joint_factor(np.radians(30.0), DIN_808_FACTORS["plain"])), 9)
+    2.2
+    """
+    beta = joint_angle("beta", beta)
+    if not factors:
+        raise ValueError(f"factors = {factors!r} is empty: one angle at least is valid")
+    angles = np.array(sorted(factors))
+    # A rounding of radians beyond the last angle still is this angle.
+    refuse("beta", beta, np.degrees(beta) > angles[-1] * (1.0 + 1e-12), f"[0, {angles[-1]:g}] deg")
+    return np.interp(np.degrees(beta), angles, [factors[angle] for angle in angles])
+
+
+def precision_joint_torque(
+    torque: ArrayLike,
+    beta: ArrayLike,
+    factors: Mapping[float, float],
+    share: ArrayLike = 1.0,
+) -> FloatArray:
+    """Torque that a precision joint must bear by its data sheet, T k / share.
+
+    Args:
+        torque: T [N m], of any sign.
+        beta: joint angle [rad], from 0 to the last angle of the table.
+        factors: k by the angle in degrees, as in `precision_joint_factor`.
+        share: of the torque of a single joint that the joint bears, greater than 0; 0.9 for a
+            double joint.
+
+    Returns:
+        The size of the torque [N m], in the broadcast shape.
+
+    Raises:
+        ValueError: an argument out of range or shapes that do not match.
+
+    Source:
+        DIN 808; JW Winco.
+    """
+    torque, share = np.abs(real("torque", torque)), positive("share", share)
+    factor = precision_joint_factor(beta, factors)
+    same_shape(torque=torque, beta=factor, share=share)
+    return torque * factor / share
+
+
+def shear_stress(
+    torque: ArrayLike, outer_diameter: ArrayLike, inner_diameter: ArrayLike
+) -> FloatArray:
+    """Greatest shear stress of a tube under torque, tau = 16 T D / (pi (D^4 - d^4)).
+
+    Args:
+        torque: T [N m], of any sign.
+        outer_diameter: D [m], greater than 0.
+        inner_diameter: d [m], 0 <= d < D.
+
+    Returns:
+        The size of tau [Pa] at the outer surface, in the broadcast shape. Notches, welds and
+        buckling of thin walls are not part of it.
+
+    Raises:
+        ValueError: an argument out of range or shapes that do not match.
+
+    Source:
+        PSS, Tube; Saint-Venant's torsion.
+    """
+    torque = np.abs(real("torque", torque))
+    polar, outer, _ = _polar_moment(outer_diameter, inner_diameter, torque=torque)
+    return torque / polar * (outer / 2.0)
+
+
+def torsional_stiffness(
+    outer_diameter: ArrayLike,
+    inner_diameter: ArrayLike,
+    length: ArrayLike,
+    shear_modulus: ArrayLike = 7.58423e10,
+) -> FloatArray:
+    """Torsional stiffness of a tube, c = pi G (D^4 - d^4) / (32 L).
+
+    Args:
+        outer_diameter: D [m], greater than 0.
+        inner_diameter: d [m], 0 <= d < D.
+        length: L [m], greater than 0.
+        shear_modulus: G [Pa], greater than 0; by default 11e6 psi.
+
+    Returns:
+        c [N m/rad], in the broadcast shape; forks, splines and flanges soften a shaft further.
+
+    Raises:
+        ValueError: an argument out of range or shapes that do not match.
+
+    Source:
+        PSS, Tube, with its G of steel; Saint-Venant's torsion.
+    """
+    length, modulus = positive("length", length), positive("shear_modulus", shear_modulus)
+    polar, _, _ = _polar_moment(
+        outer_diameter, inner_diameter, length=length, shear_modulus=modulus
+    )
+    return modulus * polar / length
+
+
+def _polar_moment(
+    outer_diameter: ArrayLike, inner_diameter: ArrayLike, **others: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Polar moment of area and both diameters, checked."""
+    outer = positive("outer_diameter", outer_diameter)
+    inner = not_negative("inner_diameter", inner_diameter)
+    same_shape(outer_diameter=outer, inner_diameter=inner, **others)
+    full, wide = np.broadcast_arrays(inner, outer)
+    refuse("inner_diameter", full, full >= wide, "[0, outer_diameter)")
+    # D^4 - d^4 of thin walls without its difference.
+    polar = np.pi / 32.0 * (outer - inner) * (outer + inner) * (outer**2 + inner**2)
+    return polar, outer, inner

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analytic import axial_force as af
 from analytic import shaft_design as sd
+from analytic import support_forces as af
 from analytic import support_forces as sf
 from analytic.limits import LIMITS
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analytic import joint_rating as jr
+from analytic import shaft_design as jr
 from analytic import shaft_design as sd
 
 RPM = np.pi / 30

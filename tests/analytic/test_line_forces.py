@@ -8,7 +8,7 @@ normal to both pins, no axial force in the spline, floating centre bearings) are
 import numpy as np
 import pytest
 
-from analytic import line_forces as lf
+from analytic import support_forces as lf
 from analytic import support_forces as sf
 
 SPANS = sf.Spans(a=0.4, b=0.15, e=0.2, f=0.5)

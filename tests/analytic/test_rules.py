@@ -14,20 +14,14 @@ TESTED = Path(__file__).parent / "tested_rules.toml"
 DOCS = Path(__file__).parents[2] / "docs"
 RULES = list(rules.RULES.values())
 PRACTICE = (
-    "axial_force",
     "bending_speed",
     "centred_double_joint",
     "design_torque",
     "drive_acceleration",
-    "fork_couples",
     "installation",
-    "joint_rating",
-    "line_forces",
-    "precision_joint",
     "shaft_design",
     "support_forces",
     "torsional_speed",
-    "tube",
     "uniformity",
 )
 BUILDING_BLOCKS = {"support_forces.shaft_axes", "support_forces.double_shaft_wrenches"}

@@ -8,7 +8,7 @@ from testkit.shaft_line import ShaftLine, about, across, dot, single_joint, sing
 from testkit.urdf_reader import Reader, text
 
 import cardan_dyn as cd
-from analytic import drive_line, line_forces, support_forces
+from analytic import drive_line, support_forces
 
 POSITIONS = np.linspace(0.0, 2.0 * np.pi, 361)
 X, Y, Z = np.eye(3)
@@ -127,7 +127,7 @@ def test_forces_along_the_line(degrees: tuple[float, ...], turn: cd.Sweep) -> No
 def test_bearings_are_those_of_the_closed_form(degrees: tuple[float, ...], turn: cd.Sweep) -> None:
     spans = support_forces.Spans(a=0.13, b=0.214, e=0.214, f=0.13)
     axes, torque = np.array(shaft_line(degrees).shafts), turn.drive_effort
-    closed = line_forces.line_support_forces(
+    closed = support_forces.line_support_forces(
         axes, POSITIONS, torque, [FRONT, REAR], [BEARING], spans, [0.0, 0.0]
     )
     force = turn.wrench("centre_bearing", "world").force
@@ -140,7 +140,7 @@ def test_bearings_are_those_of_the_closed_form(degrees: tuple[float, ...], turn:
     ):
         whole = across(turn.wrench(name, "world").force, axis)
         assert np.max(np.abs(sum(pair) + whole)) < 1e-12 * scale, name
-    moments = line_forces.line_moments(axes, POSITIONS, torque, [0.0, 0.0])
+    moments = support_forces.line_moments(axes, POSITIONS, torque, [0.0, 0.0])
     for index in (1, 2, 3):
         computed = turn.wrench(f"pin_{index}_out", "world").moment
         assert np.max(np.abs(moments[:, index - 1] - computed)) < 1e-12 * np.max(np.abs(computed))

@@ -8,9 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from analytic import axial_force, drive_line, fork_couples, line_forces
+from analytic import drive_line, support_forces
 from analytic.limits import Limit
-from analytic.support_forces import Spans
 
 from ...arrays import Array
 from ..line.parts import Shaft
@@ -42,7 +41,7 @@ def _couples(case: Case) -> Iterator[VerdictRow]:
     before, points_in = case.worst(lambda item: item.bending_in)
     behind, points_out = case.worst(lambda item: item.bending_out)
     for k, beta in enumerate(line.joint_angles):
-        rule = fork_couples.fork_couples(float(beta), torque)
+        rule = support_forces.fork_couples(float(beta), torque)
         couples = (float(rule.input_normal), float(rule.output_in_plane))
         is_even = line.even[k]
         if is_even:
@@ -195,7 +194,7 @@ def _by_statics(case: Case) -> tuple[dict[str, float], str]:
         )
     if strongest is None or not strongest.torque:
         return {}, ""
-    found = line_forces.line_support_forces(
+    found = support_forces.line_support_forces(
         line.geometry.directions,
         np.linspace(0.0, np.pi, 1440, endpoint=False),
         strongest.torque * case.service_factor,
@@ -215,13 +214,13 @@ def _by_statics(case: Case) -> tuple[dict[str, float], str]:
     return {item.name: size for item, size in zip(ordered, sizes, strict=True)}, ""
 
 
-def _spans(shafts: tuple[Shaft, ...]) -> Spans | None:
+def _spans(shafts: tuple[Shaft, ...]) -> support_forces.Spans | None:
     """Return the distances of the end shafts' bearings; None unless both have two."""
     ends = [sorted(item.distance for item in shafts[end].bearings) for end in (0, -1)]
     if [len(end) for end in ends] != [2, 2]:
         return None
     (b, far), (e, rear) = ends
-    return Spans(a=far - b, b=b, e=e, f=rear - e)
+    return support_forces.Spans(a=far - b, b=b, e=e, f=rear - e)
 
 
 def _axial(case: Case) -> Iterator[VerdictRow]:
@@ -254,7 +253,7 @@ def _axial(case: Case) -> Iterator[VerdictRow]:
             quantity="force of the sliding spline",
             value=force,
             unit="N",
-            rule_value=float(axial_force.axial_force(most, beta, radius, friction)),
+            rule_value=float(support_forces.axial_force(most, beta, radius, friction)),
             condition=condition,
             source="none: locating bearings carry it",
             note="; ".join(

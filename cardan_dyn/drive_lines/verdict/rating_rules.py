@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from analytic import installation, joint_rating, precision_joint, shaft_design
+from analytic import installation, shaft_design
 from analytic.limits import DIN_808_FACTORS, Limit
 
 from ..line.parts import ShaftJoint
@@ -153,7 +153,7 @@ def _duty_life(case: Case, k: int, kind: str, duty: list[OperatingPoint]) -> Ver
     lives = [_life_at(case, case.line.joints[k], kind, beta, point) for point in duty]
     hours = float(shaft_design.duty_cycle_life(shares, lives))
     torques, speeds = [abs(p.torque or 0.0) for p in duty], [p.speed or 0.0 for p in duty]
-    equivalent = joint_rating.equivalent_duty(shares, torques, speeds, [beta] * len(duty))
+    equivalent = shaft_design.equivalent_duty(shares, torques, speeds, [beta] * len(duty))
     factor = case.limit("mean_life_factor")
     notes = [f"T_eq {float(equivalent.torque):.4g} N·m"]
     notes += [] if factor is None else [f"mean life {hours * factor.value:.3g} h"]
@@ -200,7 +200,7 @@ def _needed(
     if kind == "rated_torque":
         # Damage adds up, and goes with T_D to the power of -10/3.
         ratings = [
-            joint_rating.required_rated_torque(
+            shaft_design.required_rated_torque(
                 abs(p.torque or 0), p.speed or 0, beta, hours, case.service_factor
             )
             for p in loads
@@ -210,7 +210,7 @@ def _needed(
     needed = [
         p.share
         * float(
-            joint_rating.required_capacity(
+            shaft_design.required_capacity(
                 abs(p.torque or 0), p.speed or 0, beta, hours, case.service_factor
             )
         )
@@ -247,10 +247,10 @@ def _precision(case: Case, k: int) -> Iterator[VerdictRow]:
         rule="precision_joint",
         where=where,
         quantity="torque T·k",
-        value=float(precision_joint.required_torque(strongest.torque, beta, factors)),
+        value=float(shaft_design.precision_joint_torque(strongest.torque, beta, factors)),
         unit="N m",
         condition=strongest.name,
-        note=f"k = {float(precision_joint.angle_factor(beta, factors)):.3g}",
+        note=f"k = {float(shaft_design.precision_joint_factor(beta, factors)):.3g}",
     )
     rated = joint.table_torque
     limit = None if rated is None else Limit(rated, "N m", "table_torque of the joint")

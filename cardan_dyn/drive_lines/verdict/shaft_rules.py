@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic import bending_speed, installation, shaft_design, torsional_speed, tube
+from analytic import bending_speed, installation, shaft_design, torsional_speed
 from analytic.limits import Limit
 
 from ...errors import ModelError
@@ -55,7 +55,8 @@ def _tube(case: Case, k: int) -> Iterator[VerdictRow]:
         index = min(k, line.count - 1)
         torque, condition, how = float(sizes[index]), cases[index].point.name, cases[index].how
     stress = [
-        float(tube.shear_stress(size, *_diameters(line.shafts[k]))) for size in (torque, nominal)
+        float(shaft_design.shear_stress(size, *_diameters(line.shafts[k])))
+        for size in (torque, nominal)
     ]
     row = VerdictRow(
         rule="tube",
