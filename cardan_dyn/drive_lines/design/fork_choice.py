@@ -122,7 +122,7 @@ def least_residual(
 
     found = minima(squares, squares, allowed, count, given)
     method = f"search from the best of {found.visited} candidates"
-    return Choice(np.array([item.offsets for item in found.found]), False, method)
+    return Choice(found.offsets, False, method)
 
 
 def _in_steps(
@@ -131,7 +131,7 @@ def _in_steps(
     phase_steps = [
         values + (np.pi / 2 - plane) for values, plane in zip(steps, planes[1:], strict=True)
     ]
-    found = best_steps(betas, phase_steps, corners, count=count, budget=_BUDGET)
+    found = StepSearch(betas, phase_steps, corners, count, _BUDGET)
     offsets = [
         [values[index] for values, index in zip(steps, choice, strict=True)]
         for choice in found.choices
@@ -195,51 +195,55 @@ def _polygons(
     return Choice(np.array(offsets_found), True, f"closed form: fork polygon{among}")
 
 
-class _Steps(NamedTuple):
-    """What the search found.
+class StepSearch:
+    """The best choices of offsets that can be taken in steps, by branch and bound.
 
     Attributes:
-        choices: `(m, n - 1)` indices of the offsets of the best lines, the best first.
-        values: `(m,)` greatest |u| = tan²(β_E/2) of the chosen corners.
+        choices: `(c, n - 1)` indices of the offsets of the best lines, the best first.
+        values: `(c,)` greatest |u| = tan²(β_E/2) of the chosen corners.
         visited: number of branches that were looked at.
         complete: whether all others are proven to be worse.
     """
 
-    choices: Array
-    values: Array
-    visited: int
-    complete: bool
-
-
-class _Search:
-    """Branch and bound for one line."""
-
     def __init__(
         self,
-        kappas: Array,
+        betas: Array,
         steps: Sequence[Array],
         corners: Sequence[int],
         count: int,
         budget: int,
     ) -> None:
-        self.kappas = kappas
-        self.sides = 2.0 * np.arctanh(kappas)
+        """Search.
+
+        Args:
+            betas: `(n,)` joint angles [rad].
+            steps: for each of the n - 1 intermediate shafts the phases `(s,)` by which joint k + 1
+                can follow joint k [rad].
+            corners: numbers 1 … n of the joints behind which the residual angle counts; the
+                greatest of them is minimised.
+            count: number of lines that are found, if there are as many.
+            budget: number of branches after which the search ends incomplete.
+        """
+        self.kappas = np.tan(betas / 2.0) ** 2
+        self.sides = 2.0 * np.arctanh(self.kappas)
         self.turns = [np.exp(-2j * np.asarray(phases)) for phases in steps]
         self.corners = sorted(set(corners))
         self.count = count
-        self.budget = budget
-        self.tie = _SAME * float(np.sum(kappas))
-        self.best_values = np.full(count, np.inf)
-        self.best_choices = np.zeros((count, len(steps)), dtype=np.int64)
+        self.tie = _SAME * float(np.sum(self.kappas))
+        self.values = np.full(count, np.inf)
+        self.choices = np.zeros((count, len(steps)), dtype=np.int64)
         self.visited = 0
+        self.complete = self.run(budget)
+        found = np.isfinite(self.values)
+        self.choices, self.values = self.choices[found], self.values[found]
 
-    def run(self) -> None:
-        """Follow all branches, depth first."""
+    def run(self, budget: int) -> bool:
+        """Follow all branches, depth first, and return whether none is left."""
         first = float(self.kappas[0]) if 1 in self.corners else 0.0
         one = np.ones(1, dtype=complex)
         start = (0, self.kappas[0] * one, one, np.full(1, first), np.zeros((1, 0), dtype=np.int64))
         stack = [start]
-        while stack and self.visited < self.budget:
+        while stack and self.visited < budget:
             depth, corner, turn, value, choices = stack.pop()
             corner, turn, value, choices = self.children(depth, corner, turn, value, choices)
             depth += 1
@@ -248,19 +252,19 @@ class _Search:
                 continue
             bound = np.maximum(value, self.bound(depth, corner))
             order = np.argsort(bound, kind="stable")
-            order = order[bound[order] <= self.best_values[-1] + self.tie]
+            order = order[bound[order] <= self.values[-1] + self.tie]
             # The most promising block is popped first.
             for begin in reversed(range(0, len(order), _BLOCK)):
                 part = order[begin : begin + _BLOCK]
                 stack.append((depth, corner[part], turn[part], value[part], choices[part]))
-        self.complete = not stack
+        return not stack
 
     def children(
         self, depth: int, corner: Array, turn: Array, value: Array, choices: Array
     ) -> tuple[Array, Array, Array, Array]:
         """Return the branches with one more joint: corners, turns, values, choices."""
         # An older branch may be worse than what was found since.
-        limit = self.best_values[-1] + self.tie
+        limit = self.values[-1] + self.tie
         kept = np.maximum(value, self.bound(depth, corner)) <= limit
         corner, turn, value, choices = corner[kept], turn[kept], value[kept], choices[kept]
         number = len(self.turns[depth])
@@ -286,34 +290,7 @@ class _Search:
 
     def keep(self, value: Array, choices: Array) -> None:
         """Keep the best of these and of those found so far."""
-        values = np.concatenate([self.best_values, value])
-        every = np.concatenate([self.best_choices, choices])
+        values = np.concatenate([self.values, value])
+        every = np.concatenate([self.choices, choices])
         order = np.argsort(values, kind="stable")[: self.count]
-        self.best_values, self.best_choices = values[order], every[order]
-
-
-def best_steps(
-    betas: Array,
-    steps: Sequence[Array],
-    corners: Sequence[int],
-    *,
-    count: int = 8,
-    budget: int = 20_000_000,
-) -> _Steps:
-    """Return the best choices of offsets that can be taken in steps.
-
-    Args:
-        betas: `(n,)` joint angles [rad].
-        steps: for each of the n - 1 intermediate shafts the phases `(s,)` by which joint k + 1 can
-            follow joint k [rad].
-        corners: numbers 1 … n of the joints behind which the residual angle counts; the greatest of
-            them is minimised.
-        count: number of lines to return, if there are as many.
-        budget: number of branches after which the search ends incomplete.
-    """
-    search = _Search(np.tan(betas / 2.0) ** 2, steps, corners, count, budget)
-    search.run()
-    found = np.isfinite(search.best_values)
-    return _Steps(
-        search.best_choices[found], search.best_values[found], search.visited, search.complete
-    )
+        self.values, self.choices = values[order], every[order]

@@ -40,28 +40,18 @@ _STILL = 1e-12
 """Gain of a round, relative to the value, below which it is rounding."""
 
 
-class Minimum(NamedTuple):
-    """A local minimum.
+class Found(NamedTuple):
+    """What a search found, the best first.
 
     Attributes:
-        offsets: `(m,)` of the forks [rad].
-        square: greatest of the squares there.
-    """
-
-    offsets: Array
-    square: float
-
-
-class Minima(NamedTuple):
-    """What a search found.
-
-    Attributes:
-        found: minima, the best first.
-        visited: number of candidates of the grid.
+        offsets: `(c, m)` of the forks [rad].
+        squares: `(c,)` greatest of the squares there.
+        visited: number of candidates that were looked at.
         complete: whether all combinations were tried, and no offset is free.
     """
 
-    found: tuple[Minimum, ...]
+    offsets: Array
+    squares: Array
     visited: int
     complete: bool
 
@@ -72,7 +62,7 @@ Squares = Callable[[Array], Array]
 
 def minima(
     squares: Squares, rough: Squares, allowed: Sequence[Array | None], count: int, given: Array
-) -> Minima:
+) -> Found:
     """Return the least of the greatest square over offsets.
 
     Args:
@@ -88,14 +78,19 @@ def minima(
     values = _greatest(looked_at, candidates)
     order = np.argsort(values, kind="stable")
     if not free.any():
-        best = [Minimum(candidates[i], float(values[i])) for i in order[:count]]
-        if not is_all:
-            best = _distinct([_exchanged(squares, allowed, item) for item in best], 0.0)
-        return Minima(tuple(best), len(candidates), is_all)
-    starts = _apart(candidates[order], 1.5 * np.pi / _per_free(allowed))
-    starts += [_evolved(rough, free, starts[0], candidates[order])]
-    found = [_descended(squares, free, start) for start in starts]
-    return Minima(tuple(_distinct(found, _SAME)[:count]), len(candidates), False)
+        best = order[:count]
+        if is_all:
+            return Found(candidates[best], values[best], len(candidates), True)
+        found = [_exchanged(squares, allowed, candidates[i], float(values[i])) for i in best]
+    else:
+        near = candidates[order[: 100 * _STARTS]]
+        starts = list(near[_apart(near, 1.5 * np.pi / _per_free(allowed), _STARTS)])
+        starts.append(_evolved(rough, free, starts[0], candidates[order]))
+        found = [_descended(squares, free, start) for start in starts]
+    found.sort(key=lambda item: item[1])
+    offsets, least = np.array([item[0] for item in found]), np.array([item[1] for item in found])
+    rows = _apart(offsets, _SAME if free.any() else 0.0, count)
+    return Found(offsets[rows], least[rows], len(candidates), False)
 
 
 def _greatest(squares: Squares, candidates: Array) -> Array:
@@ -156,46 +151,39 @@ def _between(a: Array, b: Array) -> float:
     return float(np.max(np.abs((a - b + np.pi / 2) % np.pi - np.pi / 2)))
 
 
-def _apart(ordered: Array, spacing: float) -> list[Array]:
-    """Return the first candidates that are not next to each other."""
-    chosen: list[Array] = []
-    for candidate in ordered[: 100 * _STARTS]:
-        if all(_between(candidate, other) > spacing for other in chosen):
-            chosen.append(candidate)
-            if len(chosen) == _STARTS:
-                break
+def _apart(ordered: Array, spacing: float, most: int) -> list[int]:
+    """Return the rows of the first candidates that are further from each other than a spacing."""
+    chosen: list[int] = []
+    for row, candidate in enumerate(ordered):
+        if len(chosen) < most and all(
+            _between(candidate, ordered[other]) > spacing for other in chosen
+        ):
+            chosen.append(row)
     return chosen
 
 
-def _distinct(found: Sequence[Minimum], distance: float) -> list[Minimum]:
-    """Return minima that are further from each other, the best first."""
-    chosen: list[Minimum] = []
-    for item in sorted(found, key=lambda item: item.square):
-        if all(_between(item.offsets, other.offsets) > distance for other in chosen):
-            chosen.append(item)
-    return chosen
-
-
-def _exchanged(squares: Squares, allowed: Sequence[Array | None], start: Minimum) -> Minimum:
+def _exchanged(
+    squares: Squares, allowed: Sequence[Array | None], best: Array, least: float
+) -> tuple[Array, float]:
     """Return the best line that taking one or two offsets anew leads to, again and again."""
     pairs = list(itertools.combinations_with_replacement(range(len(allowed)), 2))
-    best, improved = start, True
+    improved = True
     while improved:
         improved = False
         for pair in pairs:
             lists = [
-                values if index in pair and values is not None else best.offsets[index : index + 1]
+                values if index in pair and values is not None else best[index : index + 1]
                 for index, values in enumerate(allowed)
             ]
             tried = np.array(list(itertools.product(*lists)))
             values = squares(tried).max(axis=1)
             at = int(np.argmin(values))
-            if values[at] < best.square * (1.0 - 1e-12):
-                best, improved = Minimum(tried[at], float(values[at])), True
-    return best
+            if values[at] < least * (1.0 - 1e-12):
+                best, least, improved = tried[at], float(values[at]), True
+    return best, least
 
 
-def _descended(squares: Squares, free: Array, start: Array) -> Minimum:
+def _descended(squares: Squares, free: Array, start: Array) -> tuple[Array, float]:
     """Return the local minimum below a start; only free offsets change."""
 
     def at(moved: Array) -> Array:
@@ -205,7 +193,7 @@ def _descended(squares: Squares, free: Array, start: Array) -> Minimum:
 
     offsets, unlimited = np.array(start), np.full(int(free.sum()), np.inf)
     offsets[free], square = descended(at, start[free], -unlimited, unlimited)
-    return Minimum(offsets, square)
+    return offsets, square
 
 
 def descended(

@@ -350,7 +350,7 @@ def _least_force(line: Line, task: ForkTask) -> Phasing[Line]:
         return of
 
     found = minima(squares(_FINE), squares(_ROUGH), task.allowed, task.most, given)
-    offsets = halved(np.array([item.offsets for item in found.found]))
+    offsets = halved(found.offsets)
     how = "all {} choices" if found.complete else "search from the best of {} candidates"
     choice = Choice(offsets, found.complete, how.format(found.visited))
 

@@ -16,8 +16,8 @@ def valleys(offsets: np.ndarray) -> np.ndarray:
 
 def test_free_offsets_reach_the_bottom() -> None:
     found = minima(valleys, valleys, [None, None], 4, np.zeros(2))
-    assert found.found[0].square == pytest.approx(1.0, abs=1e-9)
-    assert found.found[0].offsets == pytest.approx([0.3, -0.5], abs=1e-4)
+    assert found.squares[0] == pytest.approx(1.0, abs=1e-9)
+    assert found.offsets[0] == pytest.approx([0.3, -0.5], abs=1e-4)
     assert not found.complete
 
 
@@ -28,8 +28,8 @@ def test_minima_at_kinks() -> None:
 
     found = minima(squares, squares, [None], 4, np.zeros(1))
     fine = np.linspace(-np.pi / 2, np.pi / 2, 2_000_001)[:, None]
-    assert found.found[0].square == pytest.approx(squares(fine).max(axis=1).min(), abs=1e-6)
-    assert found.found[0].square >= squares(fine).max(axis=1).min() - 1e-6
+    assert found.squares[0] == pytest.approx(squares(fine).max(axis=1).min(), abs=1e-6)
+    assert found.squares[0] >= squares(fine).max(axis=1).min() - 1e-6
 
 
 def test_steps_are_all_tried() -> None:
@@ -39,7 +39,7 @@ def test_steps_are_all_tried() -> None:
     assert found.complete
     assert found.visited == 120
     best = np.sort(valleys(every).max(axis=1))[:3]
-    assert [item.square for item in found.found] == pytest.approx(best)
+    assert found.squares == pytest.approx(best)
 
 
 def test_too_many_steps_are_searched() -> None:
@@ -47,11 +47,11 @@ def test_too_many_steps_are_searched() -> None:
     found = minima(valleys, valleys, steps, 3, np.zeros(2))
     every = np.stack([mesh.ravel() for mesh in np.meshgrid(*steps)], axis=1)
     assert not found.complete
-    assert found.found[0].square == pytest.approx(valleys(every).max(axis=1).min(), rel=1e-12)
+    assert found.squares[0] == pytest.approx(valleys(every).max(axis=1).min(), rel=1e-12)
 
 
 def test_steps_and_free_offsets_together() -> None:
     found = minima(valleys, valleys, [np.array([1.0, 0.5]), None], 3, np.zeros(2))
-    assert found.found[0].offsets[0] == 0.5
+    assert found.offsets[0, 0] == 0.5
     expected = valleys(np.array([[0.5, -0.5]])).max()
-    assert found.found[0].square == pytest.approx(expected, rel=1e-9)
+    assert found.squares[0] == pytest.approx(expected, rel=1e-9)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analytic import drive_line
-from cardan_dyn.drive_lines.design.fork_choice import best_steps
+from cardan_dyn.drive_lines.design.fork_choice import StepSearch
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -17,7 +17,7 @@ def test_all_combinations_are_no_better(seed: int) -> None:
     teeth = rng.integers(3, 12, count - 1)
     steps = [rng.uniform(0, 6) + np.arange(number) * np.pi / number for number in teeth]
     corners = [count] if seed % 2 else sorted({count, int(rng.integers(1, count + 1))})
-    found = best_steps(betas, steps, corners, count=5)
+    found = StepSearch(betas, steps, corners, 5, 20_000_000)
     choices = np.array(list(itertools.product(*(range(number) for number in teeth))))
     phases = np.zeros((len(choices), count))
     for k, step in enumerate(steps):
@@ -40,7 +40,7 @@ def test_all_combinations_are_no_better(seed: int) -> None:
 def test_most_branches_are_left_out() -> None:
     betas = np.radians([12.0, 9.0, 14.0, 8.0, 11.0, 10.0])
     steps = [np.arange(24) * np.pi / 24 + 0.01 * k for k in range(5)]
-    found = best_steps(betas, steps, [6])
+    found = StepSearch(betas, steps, [6], 8, 20_000_000)
     assert found.complete
     assert found.visited < 24**5 / 10
 
@@ -48,5 +48,5 @@ def test_most_branches_are_left_out() -> None:
 def test_a_search_that_is_cut_short_says_so() -> None:
     betas = np.radians([12.0, 9.0, 14.0, 8.0])
     steps = [np.arange(24) * np.pi / 24 for _ in range(3)]
-    found = best_steps(betas, steps, [4], budget=100)
+    found = StepSearch(betas, steps, [4], 8, 100)
     assert not found.complete
