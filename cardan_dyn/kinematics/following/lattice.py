@@ -20,8 +20,8 @@ from .lines import (
     BLOCK_SIZE,
     MOST_CORRECTIONS,
     REJECTED,
+    Rows,
     allowed_error,
-    extrapolated,
     is_safe_step,
 )
 
@@ -38,18 +38,6 @@ _FEWEST_PER_POINT = 4
 from each of its neighbours that lines come from."""
 _MOST_KEYS = 2**62
 """Greatest number of lattice points in the box of all samples: each has a whole number as key."""
-
-
-class NearLattice(NamedTuple):
-    """What a lattice found.
-
-    Attributes:
-        x: `(N, size)` coordinates one Newton step away from a lattice point's extrapolation.
-        is_there: `(N,)` whether they lie at the end of a sample's line.
-    """
-
-    x: Array
-    is_there: Array
 
 
 def spacing_for(ahead: Array, finer_than: float = np.inf) -> float | None:
@@ -82,12 +70,12 @@ def near_lattices(
     Where one lattice is too coarse for some samples, a finer one is tried.
 
     Args:
-        kinematics: see `near_lattice`.
+        kinematics: see `near_lattice`, as for the others.
         start: likewise.
         columns: likewise.
-        positions: likewise.
+        positions: `(N, d)` of the drives [rad or m].
         units: `(d,)` displacements of the drives that count as one radian [rad or m].
-        legs: see `near_lattice`.
+        legs: likewise.
     """
     x = np.full((len(positions), start.size), np.nan)
     rest, spacing = np.arange(len(positions)), np.inf
@@ -95,34 +83,11 @@ def near_lattices(
     while rest.size and (found := spacing_for(ahead[rest], spacing)) is not None:
         spacing = found
         common = kinematics, start, columns
-        rest = rest[~_write_near(x, rest, *common, positions[rest], spacing * units, legs)]
+        rest = rest[~near_lattice(x, rest, *common, positions[rest], spacing * units, legs)]
     return x
 
 
 def near_lattice(
-    kinematics: Kinematics,
-    start: Array,
-    columns: list[int],
-    positions: Array,
-    units: Array,
-    legs: Sequence[list[int]] | None = None,
-) -> NearLattice:
-    """Return coordinates near closed ones at drive positions `(N, d)`.
-
-    Args:
-        kinematics: of the drives and the groups that they move.
-        start: `(size,)` closed coordinates to begin at.
-        columns: columns of the drives in a row of coordinates.
-        positions: [rad or m].
-        units: `(d,)` spacing of the lattice [rad or m].
-        legs: sets of drives that move one after the other; all at once if None.
-    """
-    x, every = np.repeat(start[None, :], len(positions), axis=0), np.arange(len(positions))
-    is_there = _write_near(x, every, kinematics, start, columns, positions, units, legs)
-    return NearLattice(x, is_there)
-
-
-def _write_near(
     x: Array,
     samples: Array,
     kinematics: Kinematics,
@@ -130,22 +95,25 @@ def _write_near(
     columns: list[int],
     positions: Array,
     units: Array,
-    legs: Sequence[list[int]] | None,
+    legs: Sequence[list[int]],
 ) -> Array:
-    """Write coordinates near closed ones into some rows, and return `(K,)` which ones are.
+    """Write coordinates one Newton step from a lattice point's extrapolation into some rows.
 
     Args:
         x: `(N, size)`; the rows of samples to which steps are not safe stay as they are.
         samples: `(K,)` rows (indices) of the samples.
-        kinematics: see `near_lattice`, as for the others.
-        start: likewise.
-        columns: likewise.
-        positions: likewise, of these samples `(K, d)`.
-        units: likewise.
-        legs: likewise.
+        kinematics: of the drives and the groups that they move.
+        start: `(size,)` closed coordinates to begin at.
+        columns: columns of the drives in a row of coordinates.
+        positions: `(K, d)` of these samples [rad or m].
+        units: `(d,)` spacing of the lattice [rad or m].
+        legs: sets of drives that move one after the other.
+
+    Returns:
+        `(K,)` which rows lie at the end of a sample's line.
     """
     nearest = np.rint((positions - start[columns]) / units)
-    lines, end_of = lines_to(nearest, legs or [list(range(len(columns)))])
+    lines, end_of = lines_to(nearest, legs)
     points = _Points(kinematics, start, columns, lines.points * units)
     is_good = points.closed_along(lines)
     is_there = lines.lead_there(is_good)[end_of]
@@ -226,9 +194,10 @@ class _Points:
         step = positions - x[:, self._columns]
         v = np.einsum("nvi,ni->nv", self._ratios[points], step)
         a = np.einsum("nvij,ni,nj->nv", self._curvatures[points], step, step, optimize=True)
-        guess, longest = extrapolated(coordinates, x, v, a)
+        rows = Rows.of_rates(coordinates, x, v, a)
+        guess = rows.after(np.ones(len(x)))
         guess[:, self._columns] = positions
-        return guess, longest >= 1.0
+        return guess, rows.longest(coordinates) >= 1.0
 
     def _positions(self, points: Array) -> Array:
         """Return drive positions `(K, d)` of points [rad or m]."""

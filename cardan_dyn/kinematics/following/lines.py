@@ -77,10 +77,15 @@ class Rows(NamedTuple):
 
     @staticmethod
     def along(kinematics: Kinematics, state: ClosedState, way: Array) -> Rows:
-        """Return the rows of K closed positions while drives move by `way (K, d)` in unit time."""
+        """Return the rows of K closed positions, or of one, as drives move by `way (K, d)`."""
         v = kinematics.rates(state, way)
         a = kinematics.accelerations(state, v, np.zeros_like(way))
-        layout, x = kinematics.coordinates, state.x
+        x = np.broadcast_to(state.x, (len(way), state.x.shape[1]))
+        return Rows.of_rates(kinematics.coordinates, x, v, a)
+
+    @staticmethod
+    def of_rates(layout: Coordinates, x: Array, v: Array, a: Array) -> Rows:
+        """Return the rows at joint velocities and accelerations `(K, nv)`."""
         return Rows(x, layout.derivative(x, v), 0.5 * layout.curvature(x, v, a))
 
     def of(self, chosen: Array | slice | list[int]) -> Rows:
@@ -91,6 +96,14 @@ class Rows(NamedTuple):
         """Overwrite some of the rows."""
         for values, new in zip(self, rows, strict=True):
             values[chosen] = new
+
+    def longest(self, layout: Coordinates) -> Array:
+        """Return `(K,)` how far at most rows may be extrapolated."""
+        fastest, most_bent = (
+            np.max(np.abs(way) * layout.scale, axis=1, initial=0.0) for way in self[1:]
+        )
+        with np.errstate(divide="ignore"):
+            return np.minimum(_LONGEST_WAY / fastest, np.sqrt(_LONGEST_WAY / most_bent))
 
     def after(self, step: Array) -> Array:
         """Return Taylor polynomials of second order `(K, size)` after steps `(K,)`."""
@@ -307,7 +320,7 @@ class Lines:
         rows = begin or Rows.along(kinematics, state, self._way)._replace(x=self.x)
         margin = 1.0 / state.condition
         self.condition[:] = state.condition
-        longest, step = longest_way(layout, rows.first, rows.second), np.ones(len(share))
+        longest, step = rows.longest(layout), np.ones(len(share))
         if begin or aim < 1.0:
             # Of the first step no error is known yet.
             step = _FIRST_STEP * longest
@@ -361,7 +374,7 @@ class Lines:
             margins = 1.0 / state.condition[chosen]
             approach = _APPROACH * length * margins / np.maximum(margin[done] - margins, 0.0)
             step[done], margin[done] = np.fmin(step[done], approach), margins
-            longest[done] = longest_way(layout, new.first, new.second)
+            longest[done] = new.longest(layout)
             rows.keep(done, new)
             for inverse, after in zip(inverses, state.inverses, strict=True):
                 inverse[done] = after[chosen]
@@ -387,34 +400,6 @@ def allowed_error(condition: Array) -> Array:
     Other assembly modes come nearer in proportion to the condition number.
     """
     return ALLOWED_ERROR * np.minimum(1.0, _WELL_CONDITIONED / condition)
-
-
-def longest_way(coordinates: Coordinates, first: Array, second: Array) -> Array:
-    """Return `(N,)` after what time at most rows may be extrapolated.
-
-    Args:
-        coordinates: layout of the rows.
-        first: derivatives `(N, size)` of the rows.
-        second: half of their second derivatives.
-    """
-    fastest, most_bent = (
-        np.max(np.abs(way) * coordinates.scale, axis=1, initial=0.0) for way in (first, second)
-    )
-    with np.errstate(divide="ignore"):
-        return np.minimum(_LONGEST_WAY / fastest, np.sqrt(_LONGEST_WAY / most_bent))
-
-
-def extrapolated(coordinates: Coordinates, x: Array, v: Array, a: Array) -> tuple[Array, Array]:
-    """Return rows `(N, size)` after unit time, and `(N,)` after what time at most they may be used.
-
-    Args:
-        coordinates: layout of the rows.
-        x: `(N, size)` rows before.
-        v: joint velocities `(N, nv)`.
-        a: joint accelerations `(N, nv)`.
-    """
-    first, second = coordinates.derivative(x, v), 0.5 * coordinates.curvature(x, v, a)
-    return x + (first + second), longest_way(coordinates, first, second)
 
 
 def is_safe_step(kinematics: Kinematics, state: ClosedState, inverses: list[Array]) -> Array:
@@ -471,23 +456,15 @@ def follow(kinematics: Kinematics, start: Array, columns: list[int], positions: 
 def _one_step(
     kinematics: Kinematics, last: Array, columns: list[int], targets: Array
 ) -> tuple[ClosedState, Array]:
-    """Close the loops at targets `(K, d)`, each in one step from closed coordinates `(size,)`.
-
-    Returns:
-        The states, and `(K,)` whether they are in the same assembly mode.
-    """
-    coordinates = kinematics.coordinates
+    """Close the loops at targets `(K, d)`, each in one step; return `(K,)` whether it is safe."""
     before = kinematics.evaluate(last[None, :])
-    x = np.broadcast_to(last, (len(targets), last.size))
-    step = targets - last[columns]
     with np.errstate(all="ignore"):  # Targets out of reach may overflow; they are not safe.
-        v = kinematics.rates(before, step)
-        a = kinematics.accelerations(before, v, np.zeros_like(step))
-        guess, longest = extrapolated(coordinates, x, v, a)
+        rows = Rows.along(kinematics, before, targets - last[columns])
+        guess = rows.after(np.ones(len(targets)))
         guess[:, columns] = targets
         state = kinematics.close(guess, most=MOST_CORRECTIONS)
-        is_safe = is_safe_step(kinematics, state, before.inverses) & (longest >= 1.0)
-    return state, is_safe
+        is_safe = is_safe_step(kinematics, state, before.inverses)
+    return state, is_safe & (rows.longest(kinematics.coordinates) >= 1.0)
 
 
 def beyond_reach(

@@ -21,16 +21,26 @@ def universal_joint() -> JointMotion:
     return part
 
 
+def near_lattice_of(
+    part: JointMotion, positions: np.ndarray, spacing: float
+) -> tuple[np.ndarray, np.ndarray]:
+    x, every = np.full((len(positions), part._start.size), np.nan), np.arange(len(positions))
+    common = part._kinematics, part._start, part._drive_columns, positions
+    there = near_lattice(x, every, *common, np.full(2, spacing), [[0, 1]])
+    assert np.array_equal(there, ~np.isnan(x[:, 0]))
+    return x, there
+
+
 @pytest.mark.parametrize("spacing", [0.05, 0.2, 0.4])
 def test_they_lead_where_straight_lines_lead(spacing: float) -> None:
     part = universal_joint()
     kinematics, start, columns = part._kinematics, part._start, part._drive_columns
     rng = np.random.default_rng(1)
     positions = np.stack([rng.uniform(-6.3, 6.3, 400), rng.uniform(-1.5, 1.5, 400)], axis=1)
-    near = near_lattice(kinematics, start, columns, positions, np.full(2, spacing))
-    assert np.sum(near.is_there) > 250
-    x = kinematics.close(near.x[near.is_there]).x
-    lines = along_lines(kinematics, start[None], columns, positions[near.is_there])
+    near, there = near_lattice_of(part, positions, spacing)
+    assert np.sum(there) > 250
+    x = kinematics.close(near[there]).x
+    lines = along_lines(kinematics, start[None], columns, positions[there])
     assert np.all(lines.is_there)
     np.testing.assert_allclose(x, lines.x, atol=1e-12)
 
@@ -49,10 +59,9 @@ def test_ways_round_singular_positions_are_those_of_the_lines() -> None:
     turned = lines.x[:, part._columns]
     assert np.ptp(turned - turned.mean(axis=0), axis=0).max() > np.pi
     for spacing in (0.1, 0.4):
-        near = near_lattice(kinematics, start, columns, positions, np.full(2, spacing))
-        there = near.is_there
+        near, there = near_lattice_of(part, positions, spacing)
         assert 300 < np.sum(there) < 1000
-        x = kinematics.close(near.x[there]).x
+        x = kinematics.close(near[there]).x
         np.testing.assert_allclose(x, lines.x[there], atol=1e-9)
 
 
