@@ -29,9 +29,10 @@ _TURNS_TRIED = 12
 """Turns of the drive after which a mechanism is tried for repetition. Velocity ratios of small
 whole numbers repeat within them. A turn costs some 12 nodes, measured on the bundled universal
 joint, four-bar, needle drive and double shaft."""
-_PERIOD_TOLERANCE = 1e-7
-"""Greatest difference [rad or m] between coordinates one period apart. It is far above the closure
-tolerance, and far below any motion that a mechanism would miss its start by on purpose."""
+_SAME = 1e-7
+"""Greatest difference [rad, or lengths of the mechanism] between coordinates one period apart. It
+is far above the closure tolerance, and far below any motion that a mechanism would miss its start
+by on purpose."""
 _STEEP = 100.0
 """Derivative of a coordinate [per unit of the drive] from which on an end counts as near a dead
 point of the drive, where derivatives grow without bound."""
@@ -341,15 +342,9 @@ class Branch:
             if missing < 0.0:
                 # The second position lies between nodes, where a guess is not closed.
                 ends = self.kinematics.close(ends).x
-            displacement = ends[1] - ends[0]
-            # How far idle rods have turned about their lines says nothing about the motion.
-            displacement[self.kinematics.idle_columns] = 0.0
-            windings = np.zeros(displacement.size)
-            angles = self.kinematics.coordinates.angle_columns
-            windings[angles] = np.round(displacement[angles] / (2.0 * np.pi))
-            whole_turns = 2.0 * np.pi * windings
-            if np.allclose(displacement, whole_turns, rtol=0.0, atol=_PERIOD_TOLERANCE):
-                self.period, self.windings = period, windings
+            is_back, windings = whole_turns(self.kinematics, ends[:1], ends[1:])
+            if is_back[0]:
+                self.period, self.windings = period, windings[0]
                 return True
         return False
 
@@ -420,6 +415,21 @@ _HERMITE = np.array(
 """Quintic Hermite polynomials on an interval of width one, a row per power of the share from the
 first on. The columns are factors of the difference of both values, of the left node's derivatives
 and of the right node's."""
+
+
+def whole_turns(kinematics: Kinematics, first: Array, last: Array) -> tuple[Array, Array]:
+    """Return `(N,)` whether rows are the same but for whole turns, and these turns `(N, size)`."""
+    layout, windings = kinematics.coordinates, np.zeros_like(first)
+    angles = layout.angle_columns
+    windings[:, angles] = np.rint((last - first)[:, angles] / (2.0 * np.pi))
+    missed = np.abs(last - first - 2.0 * np.pi * windings) * layout.scale
+    for column in layout.balls.columns.tolist():
+        # A quaternion and its negative are the same rotation.
+        ball = slice(column, column + 4)
+        missed[:, ball] = np.minimum(missed[:, ball], np.abs(last + first)[:, ball])
+    # How far idle rods have turned about their lines says nothing about the motion.
+    missed[:, kinematics.idle_columns] = 0.0
+    return np.max(missed, axis=1, initial=0.0) < _SAME, windings
 
 
 def _rows(kinematics: Kinematics, state: ClosedState) -> Rows:

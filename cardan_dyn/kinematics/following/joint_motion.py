@@ -14,7 +14,7 @@ from ...problem.samples import Targets
 from ..closing.all_groups import Kinematics
 from ..diagnosis.mobility import STATES_STUDIED
 from ..tolerances import CLOSURE_TOLERANCE
-from .branch import Branch
+from .branch import Branch, whole_turns
 from .drive_motion import TURN, Followed, turns_freely
 from .lattice import near_lattices
 from .lines import OnLines, Reached, along_lines, beyond_reach, follow, samples_on_lines
@@ -29,18 +29,6 @@ _FARTHEST = 64
 """Turns of the drives together up to which a line is followed with all of them."""
 _MOST_LATTICE_DRIVES = 6
 """Drives up to which a lattice is tried: a point takes an acceleration for each pair of them."""
-
-
-class _Turn(NamedTuple):
-    """How a mechanism comes back to itself when a drive turns while the others rest at the start.
-
-    Attributes:
-        period: displacement of the drive [rad].
-        windings: `(size,)` whole turns of all coordinates meanwhile.
-    """
-
-    period: float
-    windings: Array
 
 
 class JointMotion:
@@ -91,7 +79,7 @@ class JointMotion:
         self._turning = [
             index for index in self._driven if turns_freely(problem.mechanism, self._names[index])
         ]
-        self._turns: dict[int, _Turn | None] = {}
+        self._turns: dict[int, tuple[float, Array] | None] = {}
 
     @property
     def amplitudes(self) -> Array | None:
@@ -156,7 +144,7 @@ class JointMotion:
                 self._turns[index] = self._turn_of(index)
             turn = self._turns[index]
             if self._held:
-                period = TURN if turn is None else turn.period
+                period = TURN if turn is None else turn[0]
                 common = self._kinematics, self._start, self._held, index
                 search = TurnSearch(*common, self._drive_columns, period)
                 far = np.nonzero(np.abs(ahead) > TURN)[0]
@@ -166,10 +154,11 @@ class JointMotion:
                 for block in _blocks(len(far)):
                     turns[far[block]] += periods[block, None] * found.windings[of[block]]
             elif turn is not None:
-                periods = np.trunc(ahead / turn.period)
-                own[:, index] -= periods * turn.period
+                period, windings = turn
+                periods = np.trunc(ahead / period)
+                own[:, index] -= periods * period
                 for block in _blocks(len(own)):
-                    turns[block] += periods[block, None] * turn.windings
+                    turns[block] += periods[block, None] * windings
         return own
 
     def _reached(self, kinematics: Kinematics, own: Array, design_of: Array) -> Reached:
@@ -270,15 +259,15 @@ class JointMotion:
         reached.residual[lost] = at_designs.residual[of_design[lost]]
         return reached._replace(is_there=reached.is_there & ~lost)
 
-    def _turn_of(self, index: int) -> _Turn | None:
-        """Return how the mechanism comes back to itself with a drive, None if it does not."""
+    def _turn_of(self, index: int) -> tuple[float, Array] | None:
+        """Return a drive's period [rad] while the others rest at the start, and its windings."""
         kinematics = self._kinematics.part([index], list(range(len(self.groups))))
         branch = Branch(kinematics, self._start)
         try:
             branch.find_period()
         except (AssemblyError, SingularConfigurationError):
             return None
-        return None if branch.period is None else _Turn(branch.period, branch.windings)
+        return None if branch.period is None else (branch.period, branch.windings)
 
     def _beyond(self, asked: Array, own: Array, reached: Reached) -> AssemblyError:
         """Return the error for samples that straight lines do not reach.
@@ -358,8 +347,6 @@ _NEAREST = 0.1
 """Greatest product of a distance between designs and the condition number at which one represents
 the other: at a distance δ from a singular configuration, the condition number is about 3/δ. It is a
 thirtieth of that, since the condition may be greater between the positions that are looked at."""
-_SAME = 1e-6
-"""Difference [rad, or lengths of the mechanism] up to which a joint is back where it was."""
 
 
 class DesignTurns(NamedTuple):
@@ -448,23 +435,9 @@ class TurnSearch(NamedTuple):
         ends = begin.x[:, [column]] + self.period
         way = samples_on_lines(drive, begin.x, [column], ends, looks)
         end = way.x.reshape(count, _LOOKS, -1)[:, -1]
-        comes_back, windings = self._compared(begin.x, end)
+        comes_back, windings = whole_turns(self.kinematics, begin.x, end)
         comes_back &= begin.is_there & np.all(way.is_there.reshape(count, _LOOKS), axis=1)
         with np.errstate(all="ignore"):  # Of designs out of reach, nothing is said.
             condition = drive.evaluate(way.x).condition.reshape(count, _LOOKS).max(axis=1)
         period = np.where(comes_back, self.period, 0.0)
         return DesignTurns(period, windings * comes_back[:, None]), condition
-
-    def _compared(self, first: Array, last: Array) -> tuple[Array, Array]:
-        """Return `(D,)` whether rows are the same but for whole turns, and these `(D, size)`."""
-        coordinates = self._coordinates
-        turn, windings = 2.0 * np.pi, np.zeros_like(first)
-        angles = coordinates.angle_columns
-        windings[:, angles] = np.rint((last - first)[:, angles] / turn)
-        missed = np.abs(last - first - turn * windings) * coordinates.scale
-        for part, column in zip(coordinates.parts, coordinates.starts, strict=True):
-            if part.kind == "spherical":
-                # A quaternion and its negative are the same rotation.
-                ball = slice(column, column + 4)
-                missed[:, ball] = np.minimum(missed[:, ball], np.abs(last + first)[:, ball])
-        return np.max(missed, axis=1, initial=0.0) < _SAME, windings
