@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -155,6 +155,9 @@ class LoopDescription(Record):
         return f"<LoopDescription {self.name!r}: {self.type}, {ends}>"
 
 
+JointOrLoop: TypeAlias = JointDescription | LoopDescription
+
+
 @dataclass(frozen=True, eq=False)
 class CouplingDescription(Record):
     """A coupling of two motions, either of links, as URDF+ has it, or of joints.
@@ -248,7 +251,7 @@ class Description(Record):
         )
 
     @property
-    def joints_and_loops(self) -> tuple[JointDescription | LoopDescription, ...]:
+    def joints_and_loops(self) -> tuple[JointOrLoop, ...]:
         """The joints of the tree, then the loops, in file order."""
         return (*self.joints, *self.loops)
 
@@ -303,9 +306,7 @@ def _of_link(link: LinkDescription) -> tuple[str, ...]:
     return link.name, f"{link.mass:g} kg", f"centre {_vector(link.centre)} m"
 
 
-def _of_joint(
-    joint: JointDescription | LoopDescription, parent: str, child: str, driven: bool = False
-) -> tuple[str, ...]:
+def _of_joint(joint: JointOrLoop, parent: str, child: str, driven: bool = False) -> tuple[str, ...]:
     """Return the columns that a summary shows of a joint or loop between two links."""
     axes = ""
     if joint.type == "universal":

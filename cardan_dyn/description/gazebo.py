@@ -9,7 +9,6 @@ older versions, which see it in the model's frame, would make another joint of i
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -31,22 +30,13 @@ _VERSION, _VERSION_OF_FLAGS = (1, 7), (1, 6)
 `<use_parent_model_frame>`, where a joint has it."""
 
 
-class GazeboLoops(NamedTuple):
-    """What was read.
+def gazebo_loops(
+    robot: ElementTree.Element, where: str, strict: bool
+) -> tuple[tuple[LoopDescription, ...], tuple[str, ...]]:
+    """Return the loops that `<gazebo>` elements add to a URDF, and warnings.
 
-    Attributes:
-        loops: the loops.
-        warnings: what was left out, and what depends on Gazebo's version.
-    """
-
-    loops: tuple[LoopDescription, ...]
-    warnings: tuple[str, ...]
-
-
-def gazebo_loops(robot: ElementTree.Element, where: str, strict: bool) -> GazeboLoops:
-    """Read the joints that `<gazebo>` elements add to a URDF.
-
-    A fixed joint between the world and the root says what is so without it, and is left out.
+    Warnings name what is left out, and what depends on Gazebo's version. A fixed joint between the
+    world and the root says what is so without it, and is left out.
 
     Args:
         robot: outermost element of the URDF.
@@ -87,7 +77,7 @@ def gazebo_loops(robot: ElementTree.Element, where: str, strict: bool) -> Gazebo
         if not is_flagged:
             warnings += _axis_notes(joint, found, at)
         loops.append(found.loop(placements))
-    return GazeboLoops(tuple(loops), (*warnings, *forces_left_out(forces, where, strict)))
+    return tuple(loops), (*warnings, *forces_left_out(forces, where, strict))
 
 
 def _root(robot: ElementTree.Element, where: str) -> str:

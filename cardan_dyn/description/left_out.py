@@ -8,7 +8,7 @@ from dataclasses import astuple
 from xml.etree import ElementTree
 
 from ..errors import ModelError, choices
-from .description import JointDescription, LoopDescription
+from .description import JointDescription, JointOrLoop
 
 _MOST_NAMED = 3
 """Joints that a line names; it counts the others."""
@@ -69,9 +69,7 @@ def limits_left_out(joints: Iterable[JointDescription], where: str) -> list[str]
     return [line] if line else []
 
 
-def dynamics_left_out(
-    joints: Iterable[JointDescription | LoopDescription], where: str
-) -> list[str]:
+def dynamics_left_out(joints: Iterable[JointOrLoop], where: str) -> list[str]:
     """Return warnings about damping, friction and springs of joints and loops.
 
     Args:

@@ -55,28 +55,16 @@ _ON_Z = 1e-4
 written with six digits, and are 0.1 m apart."""
 
 
-class Agreed(NamedTuple):
-    """The loops of a description.
-
-    Attributes:
-        loops: the loops.
-        notation: which notation they came from, and which others say the same.
-        warnings: what the notation leaves open.
-    """
-
-    loops: tuple[LoopDescription, ...]
-    notation: str
-    warnings: tuple[str, ...] = ()
-
-
 def agreed(
     robot: ElementTree.Element,
     links: Collection[str],
     beside: Beside | None,
     where: str,
     strict: bool = True,
-) -> Agreed:
-    """Return the loops of a description.
+) -> tuple[tuple[LoopDescription, ...], str, tuple[str, ...]]:
+    """Return the loops of a description, their notation, and what that leaves open.
+
+    The notation says as well which others say the same.
 
     Args:
         robot: outermost element of the URDF.
@@ -107,9 +95,11 @@ def agreed(
     if beside is not None:
         by_notation[beside.notation] = beside.loops
     written = {notation: loops for notation, loops in by_notation.items() if loops}
+    may_be_frames = any(link.startswith("closing_") for link in links)
     if not written:
-        found = _of_closing_frames(robot, links, where)
-        return found._replace(warnings=(*found.warnings, *notes))
+        closing, open_types = _closing_loops(robot, links, where) if may_be_frames else ([], [])
+        notation = "closing frames of onshape-to-robot" if closing else "no loops"
+        return tuple(closing), notation, (*open_types, *notes)
     used, *repeating = written
     for notation in repeating:
         if _link_pairs(written[notation]) != _link_pairs(written[used]):
@@ -119,22 +109,9 @@ def agreed(
                 f"{choices(map(str, _link_pairs(written[notation])))}; keep one of them"
             )
     remarks = "".join(f"; {notation} says the same and is not used" for notation in repeating)
-    if _may_have_closing_frames(links):
+    if may_be_frames:
         remarks += "; closing frames are not used"
-    return Agreed(written[used], used + remarks, notes)
-
-
-def _may_have_closing_frames(links: Collection[str]) -> bool:
-    return any(link.startswith("closing_") for link in links)
-
-
-def _of_closing_frames(robot: ElementTree.Element, links: Collection[str], where: str) -> Agreed:
-    """Return the loops of a description that states none but may have closing frames."""
-    if not _may_have_closing_frames(links):
-        return Agreed((), "no loops")
-    closing, warnings = _closing_loops(robot, links, where)
-    notation = "closing frames of onshape-to-robot" if closing else "no loops"
-    return Agreed(tuple(closing), notation, tuple(warnings))
+    return written[used], used + remarks, notes
 
 
 def _link_pairs(loops: tuple[LoopDescription, ...]) -> list[tuple[str, ...]]:

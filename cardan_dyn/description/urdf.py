@@ -45,7 +45,7 @@ from .elements import (
 )
 from .left_out import dynamics_left_out, elements_left_out
 from .notations import agreed
-from .words import check_words
+from .words import check_words, known_elements
 
 _INERTIA_TOLERANCE = 1e-9
 """Violation of the triangle inequality, relative to the greatest principal moment, that rounding in
@@ -54,15 +54,6 @@ MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 """Attributes of `<inertia>`, in the order in which `tensor_of` takes them."""
 _UNLIMITED = {"lower": "-inf", "upper": "inf", "velocity": "inf", "effort": "inf"}
 """Attribute of `<limit>` to the word that says that there is no limit."""
-_READ = frozenset(
-    {
-        *("link", "inertial", "mass", "inertia", "origin"),
-        *("joint", "parent", "child", "axis", "axis2", "limit", "dynamics", "coupling", "ratio"),
-        *("loop", "predecessor", "successor", "loop_joint", "link1", "link2", "mimic"),
-        *("constraint", "parent_origin", "child_origin", "parent_axis", "child_axis"),
-    }
-)
-"""Elements that are read."""
 
 
 def parse(robot: ElementTree.Element, where: str, path: Path | None, strict: bool) -> Description:
@@ -131,17 +122,17 @@ def _check_namespaces(robot: ElementTree.Element, where: str) -> None:
 
     Extensions by other programs, in their own namespace or in none, are left alone.
     """
-    waiting = [robot]
+    read, waiting = known_elements("urdf"), [robot]
     while waiting:
         for element in waiting.pop():
-            if element.tag in _READ:
+            if element.tag in read:
                 waiting.append(element)
             space, _, name = element.tag.rpartition("}")
             if "xacro" in space:
                 raise ModelError(
                     f"{where}: <xacro:{name}> is to be processed first: xacro FILE > FILE.urdf"
                 )
-            if space and name in _READ:
+            if space and name in read:
                 raise ModelError(
                     f"{where}: <{name}> stands in the namespace {space[1:]!r}, where no reader of "
                     "URDF looks for it; take it out of there"

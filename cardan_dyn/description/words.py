@@ -12,7 +12,7 @@ MJCF are MuJoCo 4.0's (`mj_printSchema`) and what compilers from 2.1 on knew bes
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
@@ -45,6 +45,11 @@ def _known(notation: str) -> dict[str, _MayHave]:
         known = _MayHave(*(None if text is None else frozenset(text.split()) for text in sets))
         result.update(dict.fromkeys(elements.split(), known))
     return result
+
+
+def known_elements(notation: str) -> Collection[str]:
+    """Return the elements of a notation that are looked into."""
+    return _known(notation).keys()
 
 
 def check_words(

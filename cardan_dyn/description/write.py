@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         CouplingDescription,
         Description,
         JointDescription,
+        JointOrLoop,
         Limits,
         LinkDescription,
         LoopDescription,
@@ -223,7 +224,7 @@ def _write_joint(robot: Element, joint: JointDescription, independent: bool) -> 
     return element
 
 
-def _write_dynamics(element: Element, joint: JointDescription | LoopDescription) -> None:
+def _write_dynamics(element: Element, joint: JointOrLoop) -> None:
     """Add what rubs and springs; springs in the words of SDF, since URDF has none for them."""
     dynamics = joint.dynamics
     count = len(dynamics) if dynamics.stiffness or dynamics.rest else 2
@@ -278,7 +279,7 @@ def _check_type(kind: str, types: Iterable[str], at: str) -> None:
         raise ModelError(f"{at}: type {kind!r} cannot be written; types: {choices(types, kind)}")
 
 
-def _write_axes(element: Element, joint: JointDescription | LoopDescription) -> None:
+def _write_axes(element: Element, joint: JointOrLoop) -> None:
     SubElement(element, "axis", xyz=words(joint.axis))
     if joint.type == "universal":
         SubElement(element, "axis2", xyz=words(joint.axis_2))

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..description.description import (
         Description,
         JointDescription,
+        JointOrLoop,
         LinkDescription,
         LoopDescription,
     )
@@ -158,7 +159,7 @@ class Frames:
     def _add(
         self,
         name: str,
-        joint: JointDescription | LoopDescription,
+        joint: JointOrLoop,
         body: int,
         child: int,
         placement: Array,

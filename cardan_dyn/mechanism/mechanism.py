@@ -34,7 +34,10 @@ from .welds import (
 from .zero import fitted, open_loops, zero_of
 
 if TYPE_CHECKING:
-    from ..description.description import Description, JointDescription, LoopDescription
+    from ..description.description import (
+        Description,
+        JointOrLoop,
+    )
     from .frames import Frames
 
 
@@ -330,7 +333,7 @@ class Mechanism(Frozen):
             }
         )
 
-    def _described_coordinates(self) -> Iterator[tuple[str, JointDescription | LoopDescription]]:
+    def _described_coordinates(self) -> Iterator[tuple[str, JointOrLoop]]:
         """Iterate over coordinates of joints without a ball, and what describes their joints."""
         for item in self.description.joints_and_loops:
             if item.name in self.joints and not self.joints[item.name].has_ball:

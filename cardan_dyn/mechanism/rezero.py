@@ -32,6 +32,7 @@ from ..description.description import (
     Description,
     Dynamics,
     JointDescription,
+    JointOrLoop,
     Limits,
     LoopDescription,
     shown_ratio,
@@ -95,9 +96,7 @@ def _displacements(
     return {joint.name: _displacement(joint, positions.get(joint.name, ())) for joint in described}
 
 
-def _displacement(
-    joint: JointDescription | LoopDescription, position: object
-) -> tuple[Array, Array]:
+def _displacement(joint: JointOrLoop, position: object) -> tuple[Array, Array]:
     """Return the `(4, 4)` displacement of a joint from zero, and its coordinates there."""
     parts = elementary(joint.type, joint.axis, joint.axis_2)
     size = sum(4 if kind == "spherical" else 1 for kind, _ in parts)
@@ -170,7 +169,7 @@ def _loop(loop: LoopDescription, displacement: Array, values: Array) -> LoopDesc
     )
 
 
-def _dynamics(joint: JointDescription | LoopDescription, values: Array) -> Dynamics:
+def _dynamics(joint: JointOrLoop, values: Array) -> Dynamics:
     """Return what rubs and springs along a joint, its rest counted from coordinates."""
     if not joint.dynamics.stiffness or not np.any(values):
         return joint.dynamics
@@ -182,7 +181,7 @@ def _dynamics(joint: JointDescription | LoopDescription, values: Array) -> Dynam
     return joint.dynamics._replace(rest=joint.dynamics.rest - float(values[0]))
 
 
-def _axis(joint: JointDescription | LoopDescription, displacement: Array) -> Array:
+def _axis(joint: JointOrLoop, displacement: Array) -> Array:
     """Return the `(3,)` first axis in the displaced frame.
 
     Its own angle does not move it; only a universal joint has another one behind it.

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ..description.description import (
         Description,
         JointDescription,
+        JointOrLoop,
         LinkDescription,
         LoopDescription,
     )
@@ -113,12 +114,12 @@ class TreeBuilder:
             self._set_limits(joint, index)
         return index
 
-    def _chain(self, joint: JointDescription | LoopDescription) -> list[tuple[str, Array]]:
+    def _chain(self, joint: JointOrLoop) -> list[tuple[str, Array]]:
         return elementary(joint.type, joint.axis, joint.axis_2, joint.name in self._cardan)
 
     def _add(
         self,
-        joint: JointDescription | LoopDescription,
+        joint: JointOrLoop,
         chain: list[tuple[str, Array]],
         parent: int,
         placement: pinocchio.SE3,

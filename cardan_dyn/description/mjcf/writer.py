@@ -26,7 +26,14 @@ import numpy as np
 
 from ...arrays import Array, inverse
 from ...errors import ModelError, choices
-from ..description import Description, Dynamics, JointDescription, LinkDescription, LoopDescription
+from ..description import (
+    Description,
+    Dynamics,
+    JointDescription,
+    JointOrLoop,
+    LinkDescription,
+    LoopDescription,
+)
 from ..elements import ROTATION_TOLERANCE, SINGLE_TYPES, elementary, unique, words
 from .elements import rotation_of_quaternion
 from .inertia import Mass, total
@@ -81,9 +88,7 @@ class _MjcfWriter:
         self._taken["equality"] = self._taken["joint"] | {
             item.name for item in description.couplings
         }
-        self._carried: dict[str, list[JointDescription | LoopDescription]] = {
-            link.name: [] for link in description.links
-        }
+        self._carried: dict[str, list[JointOrLoop]] = {link.name: [] for link in description.links}
         for joint in description.joints:
             self._carried[joint.parent].append(joint)
         for loop in description.loops:
@@ -148,7 +153,7 @@ class _MjcfWriter:
         while waiting:
             link, before = waiting.pop()
             for item in reversed(self._carried[link]):
-                chain: list[JointDescription | LoopDescription] = [*before, item]
+                chain: list[JointOrLoop] = [*before, item]
                 if isinstance(item, LoopDescription):
                     self._write_helper(chain, item)
                 elif self._is_passed_through(item):
@@ -174,18 +179,14 @@ class _MjcfWriter:
             "accept; give it one"
         )
 
-    def _write_link(
-        self, chain: list[JointDescription | LoopDescription], joint: JointDescription
-    ) -> None:
+    def _write_link(self, chain: list[JointOrLoop], joint: JointDescription) -> None:
         """Add the body of the link that a joint carries; `chain` ends with that joint."""
         link = self._groups.link(joint.child)
         body = self._body(chain, link.name, joint.child_placement)
         body.lines += self._inertial(link, self._groups.shares(link.name))
         self._bodies[link.name] = body
 
-    def _write_helper(
-        self, chain: list[JointDescription | LoopDescription], loop: LoopDescription
-    ) -> None:
+    def _write_helper(self, chain: list[JointOrLoop], loop: LoopDescription) -> None:
         """Add the body that carries the joint of a loop; `chain` ends with that joint."""
         name = unique(f"{loop.name}_half", self._taken["body"])
         self._taken["body"].add(name)
@@ -195,7 +196,7 @@ class _MjcfWriter:
 
     def _body(
         self,
-        chain: list[JointDescription | LoopDescription],
+        chain: list[JointOrLoop],
         name: str,
         child_placement: Array,
     ) -> _WrittenBody:
@@ -216,9 +217,7 @@ class _MjcfWriter:
             body.lines += self._joint_lines(item, frame)
         return body
 
-    def _free(
-        self, chain: list[JointDescription | LoopDescription], name: str, placement: Array
-    ) -> _WrittenBody:
+    def _free(self, chain: list[JointOrLoop], name: str, placement: Array) -> _WrittenBody:
         """Return the body of a joint with all freedoms, which MuJoCo knows in the world only."""
         joint = chain[0]
         if not isinstance(joint, JointDescription) or len(chain) > 1:
@@ -236,7 +235,7 @@ class _MjcfWriter:
         carrier.children.append(body)
         return body
 
-    def _joint_lines(self, item: JointDescription | LoopDescription, frame: Array) -> list[str]:
+    def _joint_lines(self, item: JointOrLoop, frame: Array) -> list[str]:
         """Return the elements of a joint whose `(4, 4)` frame in the body is given."""
         parts = _parts(item)
         lines = []
@@ -296,16 +295,16 @@ class _MjcfWriter:
         return joints[0].name
 
 
-def _parts(item: JointDescription | LoopDescription) -> list[tuple[str, Array]]:
+def _parts(item: JointOrLoop) -> list[tuple[str, Array]]:
     """Return MJCF's words and axes for the coordinates of a joint, outermost first."""
     return [(_WORDS[kind], axis) for kind, axis in elementary(item.type, item.axis, item.axis_2)]
 
 
-def _parent(item: JointDescription | LoopDescription) -> str:
+def _parent(item: JointOrLoop) -> str:
     return item.parent if isinstance(item, JointDescription) else item.predecessor
 
 
-def _origin(item: JointDescription | LoopDescription) -> Array:
+def _origin(item: JointOrLoop) -> Array:
     return item.origin if isinstance(item, JointDescription) else item.predecessor_origin
 
 

@@ -52,7 +52,7 @@ def test_isaac_places_the_loop_by_attributes_of_its_sides() -> None:
 def test_the_first_of_three_notations_is_used(swapped: bool) -> None:
     """Whichever link is the predecessor: the pairs of links are compared."""
     ends = ("b", "a") if swapped else ("a", "b")
-    (other,) = agreed(robot(URDF_PLUS.format("o", "fixed", "b", "a")), LINKS, None, "x").loops
+    (other,), *_ = agreed(robot(URDF_PLUS.format("o", "fixed", "b", "a")), LINKS, None, "x")
     extra = Beside(Path("robot.yaml"), "Gepetto robot.yaml", "", (other,))
     plus = URDF_PLUS.format("l", "fixed", "a", "b")
     isaac = ISAAC.format("m", "fixed", *ends)
@@ -82,7 +82,7 @@ def test_notations_that_contradict_each_other(isaac: str) -> None:
 
 
 def test_what_a_file_beside_says_is_used_last() -> None:
-    (other,) = agreed(robot(URDF_PLUS.format("o", "fixed", "b", "a")), LINKS, None, "x").loops
+    (other,), *_ = agreed(robot(URDF_PLUS.format("o", "fixed", "b", "a")), LINKS, None, "x")
     extra = Beside(Path("loop_closures.yaml"), "loop_closures.yaml", "", (other,))
     assert agreed(robot(), LINKS, extra, "x") == ((other,), "loop_closures.yaml", ())
     with pytest.raises(cd.ModelError, match=r"Isaac <loop_joint> and loop_closures.yaml close"):
