@@ -15,8 +15,8 @@ from ..arrays import Array
 from ..checks import number, positive
 from ..errors import ArgumentError
 from .contact_law import ContactLaw, ranged
-from .located import advance
 from .restitutions import loss_of_restitution, restitution_of_damping_ratio, restitution_of_loss
+from .stepping import advance
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

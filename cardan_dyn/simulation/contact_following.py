@@ -16,15 +16,13 @@ import pinocchio
 
 from ..arrays import Array
 from ..elements.recorded_contact import FREE, PARTED, PRESSED, Phase, RecordedContact
+from ..elements.stepping import first_fall
 from .integration import Integration
 from .pin_motion import PinMotion, PinPlace
 from .system import System
 
 _INNER = 8
 """Parts of a step between which contacts are looked at."""
-_LOW = 0.3
-"""Least of three values, as a fraction of the excess of the others, up to which it is looked for
-negative ones beside it."""
 _LEFT = np.concatenate([np.linspace(1.0, 0.0, _INNER, endpoint=False), np.logspace(-1.0, -6.0, 16)])
 """Parts of the way out of a wall, on which it may press once more, that are left where it is
 looked at."""
@@ -73,7 +71,7 @@ class ContactFollowing:
     """The contacts of a simulation.
 
     Attributes:
-        touches: those that ended, and after `close` the last ones.
+        touches: those that ended.
     """
 
     def __init__(
@@ -121,15 +119,15 @@ class ContactFollowing:
         Returns:
             Why the simulation is to end; empty if it is not.
         """
-        segment = integration.segments[-1]
+        step = integration.steps[-1]
         known: dict[float, list[PinPlace]] = {}
 
         def places(time: float) -> list[PinPlace]:
             if time not in known:
-                known[time] = self._places(segment.dense(time))
+                known[time] = self._places(step.dense(time))
             return known[time]
 
-        times = np.linspace(segment.start, segment.end, _INNER + 1).tolist()
+        times = np.linspace(step.start, step.end, _INNER + 1).tolist()
         ends = []
         for index, pin in enumerate(self._pins):
 
@@ -137,14 +135,16 @@ class ContactFollowing:
                 return places(time)[index]
 
             ends.append(pin.end(times, place))
+        soon = step.start + _SOON * (times[1] - times[0])
+        ends = [soon if end <= step.start else end for end in ends]
         first = min(ends)
-        end = min(first, segment.end)
+        end = min(first, step.end)
         seen = [*(time for time in times if time < end), end]
         for index, pin in enumerate(self._pins):
             pin.note_peak(seen, lambda time, index=index: places(time)[index])  # type: ignore[misc]
         if first == np.inf:
             return ""
-        point = integration.on(segment, end)
+        point = integration.on(step, end)
         for pin, when, at in zip(self._pins, ends, self._places(point.y), strict=True):
             if when == first:
                 self.touches += pin.switch(end, at)
@@ -152,10 +152,9 @@ class ContactFollowing:
         integration.restart(point)
         return f"{self._most} touches of pins" if len(self.touches) >= self._most else ""
 
-    def close(self, time: float) -> None:
-        """Add the touches that last at the end of a simulation."""
-        for pin in self._pins:
-            self.touches += pin.touch(time)
+    def closed(self, time: float) -> tuple[Touch, ...]:
+        """Return all touches of a simulation, those as well that last at its end."""
+        return *self.touches, *(touch for pin in self._pins for touch in pin.touch(time))
 
     def _places(self, y: Array) -> list[PinPlace]:
         """Return where all pins are at a row."""
@@ -293,41 +292,3 @@ class _Pin:
             return []
         end = min(self._left, time)
         return [Touch(self._index, self._begun, end, self._speed, *self._peak)]
-
-
-def first_fall(value: Callable[[float], float], times: list[float]) -> float:
-    """Return when a function falls through zero for the first time; inf if it does not.
-
-    Args:
-        value: the function; a least value between two times is looked for where it is small.
-        times: ascending. A function that is not positive at the first two has fallen already.
-    """
-    from scipy.optimize import brentq, minimize_scalar
-
-    values = [value(time) for time in times]
-    if values[0] <= 0.0 and values[1] < 0.0:
-        return times[0] + _SOON * (times[1] - times[0])
-    last = len(times) - 1
-    for k in range(last + 1):
-        if k and values[k - 1] > 0.0 >= values[k]:
-            return _root(brentq, value, times[k - 1], times[k])
-        around = [values[j] for j in (k - 1, k + 1) if 0 <= j <= last]
-        if not 0.0 < values[k] <= min(around):
-            continue
-        low, high = times[max(k - 1, 0)], times[min(k + 1, last)]
-        if 0 < k < last:
-            if values[k] > _LOW * (max(around) - values[k]):
-                continue
-        elif value(times[k] + _SOON * (high - low) * (1.0 if k == 0 else -1.0)) >= values[k]:
-            continue  # The least value is that of the step before or after it.
-        least = minimize_scalar(value, bounds=(low, high), method="bounded")
-        if least.fun <= 0.0:
-            return _root(brentq, value, low if k else times[0], float(least.x))
-    return np.inf
-
-
-def _root(
-    brentq: Callable[..., float], value: Callable[[float], float], a: float, b: float
-) -> float:
-    """Return where a function is zero between two times [s]."""
-    return float(brentq(value, a, b, xtol=max(1e-15 * b, 1e-300), rtol=8.9e-16))

@@ -10,8 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..checks import described, flag, number
+from ..elements.stepping import zero
 from ..errors import ArgumentError
 from .forces import Named, StateFunction, state_function
+from .integration import Integration
 
 Reading = Callable[[float], tuple[Named, Named]]
 """Positions and speeds by name at a time."""
@@ -161,7 +163,12 @@ class EventSearch:
                 values[0] = 0.0
             for k, (before, after) in enumerate(pairwise(values)):
                 if _passes(before, after, event.direction):
-                    found.append((self._root(event, times[k], times[k + 1], reading), event))
+                    sign = 1.0 if before > 0.0 else -1.0
+
+                    def falling(time: float, event: Watched = event, sign: float = sign) -> float:
+                        return sign * event.value(time, reading)
+
+                    found.append((zero(falling, times[k], times[k + 1]), event))
         self._is_first = False
         for time, event in sorted(found, key=lambda item: item[0]):
             self.happened.append(Happened(event.name, time))
@@ -169,15 +176,23 @@ class EventSearch:
                 return time
         return None
 
-    @staticmethod
-    def _root(event: Watched, start: float, end: float, reading: Reading) -> float:
-        from scipy.optimize import brentq  # Few simulations have events.
+    @property
+    def reason(self) -> str:
+        """Why a simulation ends at the last event."""
+        return f"event {self.happened[-1].name!r}"
 
-        if event.value(end, reading) == 0.0:
-            return end
-        return float(
-            brentq(event.value, start, end, args=(reading,), xtol=1e-15 * max(end, 1e-300))
-        )
+    def follow(self, integration: Integration) -> str:
+        """Look at the last step of an integration; cut it at a terminal event, and say which."""
+        step = integration.steps[-1]
+
+        def reading(time: float) -> tuple[Named, Named]:
+            return integration.equations.named(*integration.row_on(step, time))
+
+        stopped = self.step(step.start, step.end, reading)
+        if stopped is None:
+            return ""
+        integration.cut(integration.on(step, stopped))
+        return self.reason
 
 
 def _passes(before: float, after: float, direction: int) -> bool:

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import CardanError, SimulationError
 from .constrained_model import ConstrainedModel
-from .contact_following import ContactFollowing, Touch
+from .contact_following import ContactFollowing
 from .crossings import Crossings
 from .energy_functions import energy_functions
 from .energy_integral import EnergyIntegral
 from .events import EventSearch, Happened, places
 from .forces import Named
 from .free_balls import WithBalls, with_free_balls
-from .integration import Equations, Integration, Judge, Point
+from .integration import Equations, Integration, Judge
 from .runs import ConstrainedRun, IntegratedLaw, OneCoordinateRun, Run
 from .scalar_equation import ScalarEquation
 from .setup import Setup
@@ -86,7 +86,7 @@ def _doubt(integral: EnergyIntegral, duration: float) -> list[str]:
     ]
 
 
-def _lingering(setup: Setup, integration: Integration, named: Callable[..., Any]) -> list[str]:
+def _lingering(setup: Setup, integration: Integration) -> list[str]:
     """Return what steps leave open of a motion that lingers at an unstable equilibrium, in words.
 
     There errors grow as the motion away from it does.
@@ -94,9 +94,8 @@ def _lingering(setup: Setup, integration: Integration, named: Callable[..., Any]
     drives = setup.solver.problem.independent
     if len(drives) > 1 or setup.motions or setup.forces.has_functions or setup.contacts:
         return []
-    points = integration.points
-    speeds = np.array([named(point.y, point.turns)[1][drives[0]] for point in points])
-    times = np.array([point.time for point in points])
+    named, times = integration.equations.named, integration.times
+    speeds = np.array([named(item.y, item.turns)[1][drives[0]] for item in integration.points])
     if len(times) < _FEWEST_POINTS or not np.any(speeds):
         return []
     accelerations = np.gradient(speeds, times)
@@ -158,7 +157,7 @@ def _searched(setup: Setup, run: Run) -> tuple[float, str, list[Happened]]:
             for start, end in pairwise(grid):
                 stopped = search.step(start, end, reading)
                 if stopped is not None:
-                    return stopped, f"event {search.happened[-1].name!r}", search.happened
+                    return stopped, search.reason, search.happened
                 reached = end
             setup.progress.show(reached)
     except KeyboardInterrupt:
@@ -189,11 +188,9 @@ def by_response(setup: Setup) -> Trajectory:
         is_stiff=None if setup.forces.is_nothing else _judge(setup, equation, atol / setup.atol, 1),
     )
 
-    def run() -> Run:
-        times = np.array([point.time for point in integration.points])
-        return OneCoordinateRun(solver, times, IntegratedLaw(integration))
-
-    return _integrated(setup, integration, equation.named, run, "response")
+    ended = _followed(setup, integration)
+    run = OneCoordinateRun(solver, integration.times, IntegratedLaw(integration))
+    return _trajectory(setup, integration, ended, run, "response")
 
 
 def in_all_coordinates(setup: Setup) -> Trajectory:
@@ -237,14 +234,9 @@ def in_all_coordinates(setup: Setup) -> Trajectory:
     if following:
         integration.strictness = following.strictness
     name = integration.method
-
-    def run() -> Run:
-        return ConstrainedRun(setup.solver, integration, system)
-
-    def why(point: Point) -> str:
-        return system.boundless(point.time, point.y, point.turns, _HARDLY_APART)
-
-    return _integrated(setup, integration, system.named, run, name, notes, following, begun, why)
+    ended = _followed(setup, integration, following)
+    run = ConstrainedRun(setup.solver, integration, system)
+    return _trajectory(setup, integration, ended, run, name, notes, following, begun)
 
 
 def _judge(setup: Setup, equations: Equations, unit: Array, size: int) -> Judge:
@@ -333,78 +325,80 @@ def _model(setup: Setup) -> ConstrainedModel:
     return ConstrainedModel(mechanism, rates, problem.gravity, x)
 
 
-def _integrated(
-    setup: Setup,
-    integration: Integration,
-    named: Callable[[Array, Array], tuple[Named, Named]],
-    run: Callable[[], Run],
-    method: str,
-    notes: list[str] | None = None,
-    following: ContactFollowing | None = None,
-    begun: tuple[Array, Array] | None = None,
-    why: Callable[[Point], str] | None = None,
-) -> Trajectory:
-    """Integrate to the end, to an event, or to where it fails.
+class _End(NamedTuple):
+    """How an integration ended: at its end, for a reason, or because it failed."""
 
-    Raises:
-        SimulationError: it failed; with the trajectory up to there.
-    """
-    start = integration.points[0]
-    search = EventSearch(setup.events, lambda _: named(start.y, start.turns))
+    reason: str
+    failed: bool
+    events: list[Happened]
+
+
+def _followed(
+    setup: Setup, integration: Integration, contacts: ContactFollowing | None = None
+) -> _End:
+    """Step to the end, to an event, to the last touch, or to where it fails."""
+    equations, start = integration.equations, integration.points[0]
+    search = EventSearch(setup.events, lambda _: equations.named(start.y, start.turns))
     reason, failure = "", None
     try:
-        while integration.is_running:
+        while integration.is_running and not reason:
             failure = integration.advance()
             if failure is not None:
-                failure = (why and why(integration.points[-1])) or failure
+                last = integration.points[-1]
+                failure = equations.boundless(*last[:3], _HARDLY_APART) or failure
                 break
-            reason = following.follow(integration) if following else ""
+            if contacts is not None:
+                reason = contacts.follow(integration)
             setup.progress.step(integration.time)
-            segment = integration.segments[-1]
-
-            def reading(time: float, segment: Any = segment) -> tuple[Named, Named]:
-                return named(*integration.row_on(segment, time))
-
-            stopped = search.step(segment.start, segment.end, reading) if setup.events else None
-            if stopped is not None:
-                integration.cut(integration.on(segment, stopped))
-                reason = f"event {search.happened[-1].name!r}"
-            if reason:
-                break
+            if setup.events:
+                reason = search.follow(integration) or reason
     except KeyboardInterrupt:
         reason = "interrupted"
     except CardanError as error:
         failure = str(error)
     finally:
         setup.progress.close()
-    notes = [*(notes or []), *setup.progress.notes]
+    return _End(failure or reason, failure is not None, search.happened)
+
+
+def _trajectory(
+    setup: Setup,
+    integration: Integration,
+    ended: _End,
+    run: Run,
+    method: str,
+    notes: Sequence[str] = (),
+    contacts: ContactFollowing | None = None,
+    start: tuple[Array, Array] | None = None,
+) -> Trajectory:
+    """Return what was integrated.
+
+    Raises:
+        SimulationError: it failed; with the trajectory up to there.
+    """
+    notes = [*setup.notes, *notes, *setup.progress.notes]
     if integration.stiff_from is not None:
         notes.append(f"stiff from {integration.stiff_from:g} s on, where Radau took over")
         method += ", then Radau"
-    notes += _lingering(setup, integration, named)
+    notes += _lingering(setup, integration)
     if integration.crossings is not None:
         notes += integration.crossings.notes(setup.rtol)
-    touches: list[Touch] = []
-    if following:
-        following.close(integration.time)
-        touches = following.touches
-    evaluations = integration.equations.evaluations
-    states = run()
     course = Course(
         setup,
-        states,
-        begun or setup.start,
+        run,
+        start or setup.start,
         method,
-        failure or reason,
-        tuple(search.happened),
-        (*setup.notes, *notes),
-        evaluations,
-        tuple(touches),
+        ended.reason,
+        tuple(ended.events),
+        tuple(notes),
+        integration.equations.evaluations,
+        contacts.closed(integration.time) if contacts else (),
     )
-    trajectory = Trajectory(course, states.times)
-    if failure is not None:
+    trajectory = Trajectory(course, run.times)
+    if ended.failed:
         raise SimulationError(
-            f"the simulation ended at {integration.time:.6g} s of {setup.duration:g} s: {failure}",
+            f"the simulation ended at {integration.time:.6g} s of {setup.duration:g} s: "
+            f"{ended.reason}",
             trajectory=trajectory,
             time=integration.time,
         )

@@ -116,7 +116,7 @@ class ConstrainedRun:
 
     def __init__(self, solver: ProblemSolver, integration: Integration, system: System) -> None:
         self._solver, self._integration, self._system = solver, integration, system
-        self.times = np.array([point.time for point in integration.points])
+        self.times = integration.times
         self.period, self.is_exact = np.inf, False
 
     @property
@@ -202,7 +202,7 @@ class IntegratedLaw:
     def __call__(self, times: Array) -> Law:
         """Return the motion at times."""
         points = self._integration.points
-        if not np.array_equal(times, [point.time for point in points]):
+        if not np.array_equal(times, self._integration.times):
             points = self._integration.points_at(times)
         y, turns, rates = _columns(points)
         return Law(y[:, 0] + 2.0 * np.pi * turns[:, 0], y[:, 1], rates[:, 1])

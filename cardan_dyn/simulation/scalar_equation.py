@@ -92,6 +92,10 @@ class ScalarEquation:
         """Return that no row is; see `Equations`."""
         return False
 
+    def boundless(self, *_: object) -> str:
+        """Return that forces have a bound; see `Equations`."""
+        return ""
+
     def named(self, y: Array, turns: Array) -> tuple[Named, Named]:
         """Return positions and speeds by name of a row."""
         _, x, ratios = self._at(float(y[0]), float(turns[0]))

@@ -78,7 +78,7 @@ def test_a_circle_stays_one(method: str, rtol: float) -> None:
 
 def test_each_step_begins_where_the_last_ended() -> None:
     run = integrated(rtol=1e-6)
-    for segment, point in zip(run.segments, run.points[1:], strict=True):
+    for segment, point in zip(run.steps, run.points[1:], strict=True):
         assert segment.end == point.time
         on_step = segment.dense(segment.end) + np.array([0, 0, 2.0 * math.pi, 0]) * segment.turns[0]
         there = point.y + np.array([0, 0, 2.0 * math.pi, 0]) * point.turns[0]
@@ -92,7 +92,7 @@ def test_steps_of_one_length() -> None:
     np.testing.assert_allclose(lengths[:-1], 0.3)
     assert run.time == 2.0
     long = integrated(step=5.0, duration=2.0)
-    assert len(long.segments) == 1
+    assert len(long.steps) == 1
 
 
 def test_stiff_equations_are_found_and_left_to_radau() -> None:
@@ -102,7 +102,7 @@ def test_stiff_equations_are_found_and_left_to_radau() -> None:
     assert run.stiff_from is not None
     assert 0.0 < run.stiff_from < 0.1
     # Radau's steps follow cos t, not the decay: DOP853 would need 1e5 * 5 / 6 steps.
-    assert len(run.segments) < 1000
+    assert len(run.steps) < 1000
     assert abs(run.points[-1].y[3] - math.cos(5.0)) < 2e-5
     # The solution lags behind by 1 / decay.
     late = run.at(3.0).y[3] - (math.cos(3.0) + math.sin(3.0) / 1e5)
@@ -126,10 +126,10 @@ def test_it_can_be_cut() -> None:
     run = Integration(Circle(), np.array([1.0, 0, 0, 1]), 5.0, rtol=1e-6, atol=np.full(4, 1e-6))
     run.advance()
     run.advance()
-    inside = 0.5 * (run.segments[-1].start + run.segments[-1].end)
+    inside = 0.5 * (run.steps[-1].start + run.steps[-1].end)
     run.cut(run.at(inside))
     assert not run.is_running
-    assert run.time == inside == run.segments[-1].end
+    assert run.time == inside == run.steps[-1].end
 
 
 def test_failures_are_told() -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
+from scipy.integrate import DOP853
 
-from cardan_dyn.elements.located import advance, on_step
+from cardan_dyn.elements.stepping import Stepper, advance, on_step
 from cardan_dyn.errors import SimulationError
 
 TIGHT = {"rtol": 1e-13, "atol": np.full(2, 1e-15)}
@@ -72,7 +75,33 @@ def test_states_within_steps() -> None:
         exact = [np.sin(time), np.cos(time)]
         assert on_step(swing, step, time) == pytest.approx(exact, abs=1e-13)
         assert step.dense(time) == pytest.approx(exact, abs=1e-11)
-        assert on_step(swing, step, step.start) is step.state
+        assert on_step(swing, step, step.start) is step.first
+
+
+def test_rows_within_steps_are_those_of_scipy() -> None:
+    y = np.array([0.0, 1.0])
+    stepper, scipys = Stepper(swing, 6.0, **TIGHT), DOP853(swing, 0.0, y, 6.0, **TIGHT)
+    time, rate = 0.0, swing(0.0, y)
+    for _ in range(20):
+        step = stepper.take(time, y, rate)
+        scipys.step()
+        dense = scipys.dense_output()
+        for place in np.linspace(step.start, step.end, 7).tolist():
+            # Some roundings of rows whose size is 1.
+            assert step.dense(place) == pytest.approx(dense(place), abs=2e-15)
+        time, y, rate = step.end, step.last, step.rate
+        np.testing.assert_array_equal(rate, swing(time, y))
+
+
+def test_rows_lead_smoothly_to_one_at_the_end_that_was_changed() -> None:
+    stepper = Stepper(swing, 6.0, **TIGHT)
+    step = stepper.take(0.0, np.array([0.0, 1.0]), np.array([1.0, 0.0]))
+    step.last = step.last + 1e-3
+    for part, gap in ((0.0, 0.0), (0.5, 5e-4), (1.0, 1e-3)):
+        time = part * step.end
+        exact = np.array([np.sin(time), np.cos(time)]) + gap
+        assert step.dense(time) == pytest.approx(exact, abs=1e-13)
+        assert pickle.loads(pickle.dumps(step)).dense(time) == pytest.approx(exact, abs=1e-13)
 
 
 def test_what_cannot_be_integrated_says_when() -> None:
