@@ -321,14 +321,14 @@ def _graded(ways: Array, weights: Array) -> Array:
         ways: orthonormal directions `(n, d)`.
         weights: of the coordinates `(n,)`.
     """
+    from scipy.linalg import qr  # Few chains need it.
+
+    if not ways.size:
+        return ways
     weights = weights + 1e-8 * (np.max(weights, initial=0.0) or 1.0)
-    left, chosen = ways.copy(), []
-    for _ in range(ways.shape[1]):
-        index = int(np.argmax(np.linalg.norm(left, axis=1) * weights))
-        chosen.append(index)
-        row = left[index] / np.linalg.norm(left[index])
-        left -= np.outer(left @ row, row)
-    return np.asarray(np.linalg.solve(ways[chosen].T, ways.T).T) if chosen else ways
+    _, order = qr((ways * weights[:, None]).T, mode="r", pivoting=True, check_finite=False)
+    chosen = order[: ways.shape[1]]
+    return np.asarray(np.linalg.solve(ways[chosen].T, ways.T).T)
 
 
 def _accelerated(inertia: Array, efforts: Array, terms: Array) -> Array:
